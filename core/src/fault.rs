@@ -1,0 +1,176 @@
+//! What can go wrong: build errors that name the item, run-time faults that are numbered and latched, limiter flags.
+
+use core::fmt;
+
+/// A model or a set of parameters that cannot run. Found before the first tick, never in one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum BuildError {
+    /// No node or no tet.
+    Empty,
+    /// An item names a node that does not exist.
+    NodeOutOfRange {
+        /// Kind of item.
+        item: &'static str,
+        /// Its index.
+        index: usize,
+        /// The node it names.
+        node: u16,
+    },
+    /// A number is NaN or infinite.
+    NotFinite {
+        /// Kind of item or name of the parameter.
+        item: &'static str,
+        /// Its index (0 for a parameter).
+        index: usize,
+    },
+    /// A number that must be positive is not.
+    NotPositive {
+        /// Kind of item.
+        item: &'static str,
+        /// Its index.
+        index: usize,
+    },
+    /// An item that joins a node to itself or stands in the wrong row.
+    Degenerate {
+        /// Kind of item.
+        item: &'static str,
+        /// Its index.
+        index: usize,
+    },
+    /// Two lists that belong together differ in length.
+    LengthMismatch {
+        /// Which list.
+        item: &'static str,
+        /// Length that fits the model.
+        need: usize,
+        /// Length it has.
+        have: usize,
+    },
+    /// More items than the reserved memory or the index type holds.
+    TooLarge {
+        /// Which list.
+        item: &'static str,
+        /// Items in the model.
+        need: usize,
+        /// Items that fit.
+        have: usize,
+    },
+    /// A parameter outside its range.
+    OutOfRange {
+        /// Name of the parameter, with its unit.
+        parameter: &'static str,
+        /// What was given.
+        value: f32,
+        /// Smallest value allowed.
+        min: f32,
+        /// Largest value allowed.
+        max: f32,
+    },
+    /// The patch was built for another Poisson's ratio: it changes the springs, so it cannot be set afterwards.
+    PoissonMismatch {
+        /// What was given.
+        given: f32,
+        /// What the patch was built for.
+        patch: f32,
+    },
+    /// The bytes are not a patch file of this version.
+    NotAPatch,
+    /// The patch file's checksum does not match: it was cut or changed.
+    Checksum {
+        /// CRC-32 in the header.
+        expected: u32,
+        /// CRC-32 of the content.
+        found: u32,
+    },
+    /// The patch file's bytes do not start on a 4-byte boundary.
+    Misaligned,
+}
+
+impl fmt::Display for BuildError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Empty => write!(f, "the model has no node or no tet: check the mesh"),
+            Self::NodeOutOfRange { item, index, node } => {
+                write!(f, "{item} {index} names node {node}, which does not exist: check the mesh or pack it again")
+            }
+            Self::NotFinite { item, index } => write!(f, "{item} {index} is NaN or infinite: give a finite number"),
+            Self::NotPositive { item, index } => write!(f, "{item} {index} must be above zero and finite"),
+            Self::Degenerate { item, index } => write!(f, "{item} {index} is degenerate or misplaced: pack the patch again"),
+            Self::LengthMismatch { item, need, have } => write!(f, "{item}: {have} entries where the model needs {need}"),
+            Self::TooLarge { item, need, have } => write!(f, "{item}: the model has {need}, {have} fit: take a smaller mesh"),
+            Self::OutOfRange { parameter, value, min, max } => {
+                write!(f, "{parameter} = {value} is outside {min} .. {max}: choose a value in that range")
+            }
+            Self::PoissonMismatch { given, patch } => {
+                write!(f, "poisson_ratio = {given}, but the patch was built for {patch}: pack it again with the new value")
+            }
+            Self::NotAPatch => write!(f, "not a patch file of this version: pack it again"),
+            Self::Checksum { expected, found } => {
+                write!(f, "patch checksum {found:08x} is not {expected:08x}: the file is damaged, pack it again")
+            }
+            Self::Misaligned => write!(f, "the patch does not start on a 4-byte boundary: align the buffer"),
+        }
+    }
+}
+
+impl core::error::Error for BuildError {}
+
+/// Why the force is zero. Latched: only [`crate::State::reset`] clears it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+#[non_exhaustive]
+pub enum Fault {
+    /// The probe pose was NaN or infinite.
+    PoseNotFinite = 1,
+    /// A node moved faster than any tissue can: the integration diverged.
+    Diverged = 2,
+    /// The contact force came out NaN or infinite.
+    ForceNotFinite = 3,
+    /// State, parameters and model are not of one size.
+    SizeMismatch = 4,
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let text = match self {
+            Self::PoseNotFinite => "the probe pose was not finite",
+            Self::Diverged => "the tissue diverged",
+            Self::ForceNotFinite => "the force was not finite",
+            Self::SizeMismatch => "state, parameters and model differ in size",
+        };
+        write!(f, "fault {}: {text}", *self as u8)
+    }
+}
+
+/// What was clamped in a tick. Not a fault: the force is right for the clamped input.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Limiters(u8);
+
+impl Limiters {
+    /// Nothing was clamped.
+    pub const DEFAULT: Self = Self(0);
+    /// The probe moved faster than `max_speed_m_per_s`; the patch saw it move at that speed.
+    pub const SPEED: Self = Self(1);
+    /// The probe was deeper than the patch answers; it was held at the limit.
+    pub const DEPTH: Self = Self(2);
+    /// The force was longer than `max_force_n`; it was shortened, its direction kept.
+    pub const FORCE: Self = Self(4);
+
+    /// Adds flags.
+    pub fn set(&mut self, other: Self) {
+        self.0 |= other.0;
+    }
+
+    /// True if all flags of `other` are set.
+    #[must_use]
+    pub fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// The flags as a byte, for telemetry.
+    #[must_use]
+    pub fn bits(self) -> u8 {
+        self.0
+    }
+}

@@ -1,0 +1,46 @@
+//! Soft tissue inside a 1 kHz haptic controller loop.
+//!
+//! A small tetrahedral mass-spring patch with compression compensation answers each pose of a probe with a force. Guarantees of this
+//! crate: `no_std`, no allocation, single precision only, no panic on the path of a [`tick()`], the same bits on every target.
+//!
+//! # Units and frame
+//! SI everywhere; a scalar that crosses a module carries its unit in its name. Patch frame: right-handed, x toward the operator, y to the
+//! operator's right, z up, out of the tissue.
+//!
+//! # Words
+//! | word | means |
+//! |---|---|
+//! | probe | the rigid tool; its position is that of its tip |
+//! | contact | surface triangles that the probe can reach |
+//! | region | the nodes that move |
+//! | patch | tets, springs and surface of a piece of tissue |
+//! | anchor | a fixed node |
+//! | compensation | what resists over-compression |
+//! | far field | what stands in for the rest of the organ: rim springs |
+//! | tick, substep | 1 ms of the device's time, one integration step |
+//!
+//! # Design principles
+//! 1. The path of a tick is one screen: `tick.rs`.
+//! 2. Constant [`Model`], mutable [`State`], derived [`Tuned`]: three types.
+//! 3. Everything elastic is per pascal of Young's modulus: one packed patch serves every stiffness.
+//! 4. One arithmetic, `+ - * / sqrt` never fused: the desktop is the board's bit-exact oracle.
+#![no_std]
+
+mod fault;
+mod lanes;
+mod model;
+mod params;
+mod patch_file;
+pub mod path;
+mod state;
+mod tick;
+
+pub use fault::{BuildError, Fault, Limiters};
+pub use model::{FoundationPoint, Model, NodeRest, RimEdge, RimNode, Spring, Tet, Triangle};
+pub use nalgebra::Vector3;
+pub use params::{Limits, Params, Probe, ProbeShape, Terms, Tuned};
+pub use patch_file::PatchFile;
+pub use path::output::Output;
+pub use path::probe::ProbePose;
+pub use state::{Fnv, Node, State};
+pub use tick::{tick, tick_with};

@@ -1,0 +1,223 @@
+//! What is constant: the rest shape and its stiffness, as borrowed slices, so that it lives in flash or in a `Vec`.
+//!
+//! **Everything elastic is stored per pascal of Young's modulus** (a spring constant in N/m is its entry in metres times E). The
+//! tick runs on forces divided by E, so one packed patch serves every stiffness at no cost; E enters in [`crate::Tuned`] only.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::fault::BuildError;
+
+/// A node at rest.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct NodeRest {
+    /// Position [m], patch frame.
+    pub rest_m: [f32; 3],
+    /// A quarter of the volume of its tets [m^3]: its mass is density times this (paper 000, eq 10).
+    pub volume_m3: f32,
+    /// Mean diagonal stiffness over E [m]: a third of the trace of the node's block of the rest stiffness matrix, rim included.
+    pub stiffness_m: f32,
+    /// Contact stiffness over E at one tenth of an element's size [m], what the foundation adds to the diagonal.
+    pub contact_m: f32,
+    /// One over six times the volume of its tets [1/m^3].
+    pub six_volume_reciprocal: f32,
+    /// Nodal share of the volume stiffness over E, `2 kappa (1 - beta) / 24`, with the node's multiplier (1).
+    pub pressure: f32,
+}
+
+/// Spring from node `i` to node `j`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct Spring {
+    /// First node; springs are sorted by it unless [`Model::spring_rows`] is empty.
+    pub i: u16,
+    /// Second node.
+    pub j: u16,
+    /// Stiffness over E [m] (paper 000, eq 11, times `1/(0.8 (1 + nu))` and the edge's multiplier).
+    pub k: f32,
+    /// `k` times the rest length [m^2].
+    pub k_rest: f32,
+}
+
+/// Tetrahedron (a, b, c, d) with `(b-a) x (c-a) . (d-a) > 0`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct Tet {
+    /// Nodes a, b, c, d.
+    pub node: [u16; 4],
+    /// One over six times the rest volume [1/m^3].
+    pub six_volume_reciprocal: f32,
+    /// Per-tet share of the volume stiffness over E, `beta kappa / 6` (1).
+    pub bulk: f32,
+    /// Barrier against inversion over E, `3 mu / 6` (1).
+    pub barrier: f32,
+}
+
+/// Surface triangle, counter-clockwise seen from outside.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct Triangle {
+    /// Corner nodes.
+    pub node: [u16; 3],
+    /// Zero; keeps the layout free of padding.
+    pub reserved: u16,
+    /// Area of one foundation point over the surface area of each corner node (1): how much of a node's mass backs the point.
+    pub share: [f32; 3],
+}
+
+/// Law of one foundation point (notes in `path/force/foundation.rs`).
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct FoundationPoint {
+    /// Initial stiffness over E [m].
+    pub k: f32,
+    /// `1 / (2 k s)`, s the stiffening [1/m]: penetration at which the slope reaches a cap is `(cap - k)` times this [1].
+    pub bend: f32,
+}
+
+/// Block of a rim spring to the ground: `f_i -= E M u_i`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct RimNode {
+    /// Node index, as `u32` to keep the layout free of padding.
+    pub node: u32,
+    /// xx, yy, zz, xy, xz, yz of the symmetric block over E [m].
+    pub block_m: [f32; 6],
+}
+
+/// Block of a rim spring between two rim nodes: `f_i -= E B u_j`, `f_j -= E B^T u_i`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct RimEdge {
+    /// Node indices i, j.
+    pub node: [u16; 2],
+    /// The block over E [m], row by row.
+    pub block_m: [f32; 9],
+}
+
+/// A tissue patch at rest: what the tick reads and never writes.
+#[derive(Clone, Copy, Debug)]
+pub struct Model<'a> {
+    /// Poisson's ratio that the stiffnesses were built for.
+    pub poisson_ratio: f32,
+    /// Stiffening of the foundation [1/m].
+    pub stiffening_per_m: f32,
+    /// Deepest press the patch answers [m]; the probe is held there.
+    pub depth_limit_m: f32,
+    /// Nodes, shape \[nodes\].
+    pub nodes: &'a [NodeRest],
+    /// Fixed nodes, ascending.
+    pub anchors: &'a [u16],
+    /// How many springs start at each node, shape \[nodes\], when `springs` is sorted by `i`. Empty when they are in an order
+    /// made for wide processors; the order of the springs *at each node* is the same in both, and so are the bits.
+    pub spring_rows: &'a [u16],
+    /// Springs, one per edge.
+    pub springs: &'a [Spring],
+    /// Tets, in an order where neighbours in the list share no node.
+    pub tets: &'a [Tet],
+    /// The surface that a probe can touch.
+    pub triangles: &'a [Triangle],
+    /// Foundation points, shape [triangles][4].
+    pub foundation: &'a [[FoundationPoint; 4]],
+    /// Rim springs to the ground: what stands in for the rest of the organ. May be empty.
+    pub rim_nodes: &'a [RimNode],
+    /// Rim springs between rim nodes. May be empty.
+    pub rim_edges: &'a [RimEdge],
+}
+
+impl Model<'_> {
+    /// Checks every index, sign and size once, so that the tick need not.
+    ///
+    /// # Errors
+    /// The first bad item, by kind and index.
+    pub fn check(&self) -> Result<(), BuildError> {
+        let nodes = self.nodes.len();
+        let outside = |item, index, node: u16| match usize::from(node) < nodes {
+            true => Ok(()),
+            false => Err(BuildError::NodeOutOfRange { item, index, node }),
+        };
+        let positive = |item, index, value: f32| match value.is_finite() && value > 0.0 {
+            true => Ok(()),
+            false => Err(BuildError::NotPositive { item, index }),
+        };
+        let finite = |item, index, values: &[f32]| match values.iter().all(|v| v.is_finite()) {
+            true => Ok(()),
+            false => Err(BuildError::NotFinite { item, index }),
+        };
+        if nodes == 0 || self.tets.is_empty() {
+            return Err(BuildError::Empty);
+        }
+        if nodes > usize::from(u16::MAX) {
+            return Err(BuildError::TooLarge { item: "nodes", need: nodes, have: usize::from(u16::MAX) });
+        }
+        for (n, node) in self.nodes.iter().enumerate() {
+            finite("node", n, &node.rest_m)?;
+            positive("node volume", n, node.volume_m3)?;
+            positive("node stiffness", n, node.stiffness_m)?;
+            positive("node volume reciprocal", n, node.six_volume_reciprocal)?;
+            finite("node", n, &[node.contact_m, node.pressure])?;
+        }
+        for (n, &a) in self.anchors.iter().enumerate() {
+            outside("anchor", n, a)?;
+        }
+        for (n, s) in self.springs.iter().enumerate() {
+            outside("spring", n, s.i)?;
+            outside("spring", n, s.j)?;
+            positive("spring stiffness", n, s.k)?;
+            positive("spring length", n, s.k_rest)?;
+            if s.i == s.j {
+                return Err(BuildError::Degenerate { item: "spring", index: n });
+            }
+        }
+        for (n, t) in self.tets.iter().enumerate() {
+            t.node.iter().try_for_each(|&v| outside("tet", n, v))?;
+            positive("tet volume", n, t.six_volume_reciprocal)?;
+            finite("tet", n, &[t.bulk, t.barrier])?;
+        }
+        for (n, t) in self.triangles.iter().enumerate() {
+            t.node.iter().try_for_each(|&v| outside("surface triangle", n, v))?;
+            t.share.iter().try_for_each(|&s| positive("surface triangle share", n, s))?;
+        }
+        for (n, points) in self.foundation.iter().enumerate() {
+            for p in points {
+                positive("foundation point", n, p.k)?;
+                positive("foundation bend", n, p.bend)?;
+            }
+        }
+        for (n, r) in self.rim_nodes.iter().enumerate() {
+            outside("rim node", n, u16::try_from(r.node).unwrap_or(u16::MAX))?;
+            finite("rim node", n, &r.block_m)?;
+        }
+        for (n, r) in self.rim_edges.iter().enumerate() {
+            r.node.iter().try_for_each(|&v| outside("rim edge", n, v))?;
+            finite("rim edge", n, &r.block_m)?;
+        }
+        self.check_sizes()
+    }
+
+    fn check_sizes(&self) -> Result<(), BuildError> {
+        let same = |item, need, have| match need == have {
+            true => Ok(()),
+            false => Err(BuildError::LengthMismatch { item, need, have }),
+        };
+        same("foundation", self.triangles.len(), self.foundation.len())?;
+        if !self.spring_rows.is_empty() {
+            same("spring rows", self.nodes.len(), self.spring_rows.len())?;
+            let counted = self.spring_rows.iter().map(|&n| usize::from(n)).sum();
+            same("springs", counted, self.springs.len())?;
+            let mut springs = self.springs.iter();
+            for (i, &count) in self.spring_rows.iter().enumerate() {
+                if springs.by_ref().take(usize::from(count)).any(|s| usize::from(s.i) != i) {
+                    return Err(BuildError::Degenerate { item: "spring row", index: i });
+                }
+            }
+        }
+        if !(self.depth_limit_m.is_finite() && self.depth_limit_m > 0.0) {
+            return Err(BuildError::NotPositive { item: "depth_limit_m", index: 0 });
+        }
+        if !(self.stiffening_per_m.is_finite() && self.stiffening_per_m > 0.0) {
+            return Err(BuildError::NotPositive { item: "stiffening_per_m", index: 0 });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,224 @@
+//! The packed patch: versioned, CRC-32, read in place.
+//!
+//! Little-endian, 4-byte aligned: a header, then the arrays of [`Model`] in the order of `sections`, each padded to 4 bytes. A patch in flash is
+//! used where it lies; nothing is copied but the header. Elastic constants are per pascal, so the header's parameters are defaults that a
+//! caller may change before [`Params::build`], Poisson's ratio and the probe's place excepted.
+
+use bytemuck::{Pod, Zeroable};
+use crc::{CRC_32_ISO_HDLC, Crc};
+use nalgebra::Vector3;
+
+use crate::fault::BuildError;
+use crate::model::Model;
+use crate::params::{Limits, Params, Probe, ProbeShape, Terms};
+
+const MAGIC: [u8; 8] = *b"PALPATE\n";
+const VERSION: u32 = 1;
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Header {
+    magic: [u8; 8],
+    version: u32,
+    /// CRC-32 of all that follows this field.
+    crc: u32,
+    /// Lengths in the order of `sections`.
+    counts: [u32; 9],
+    poisson_ratio: f32,
+    stiffening_per_m: f32,
+    depth_limit_m: f32,
+    stable_dt_s: f32,
+    site_m: [f32; 3],
+    // defaults of `Params`
+    youngs_modulus_pa: f32,
+    density_kg_per_m3: f32,
+    node_damping_per_s: f32,
+    spring_damping_s: f32,
+    gravity_m_per_s2: [f32; 3],
+    compensation: f32,
+    compensation_threshold: f32,
+    mass_floor: f32,
+    contact_mass: f32,
+    contact_damping: f32,
+    contact_cap: f32,
+    substeps: u32,
+    tick_s: f32,
+    probe_shape: u32,
+    probe_radius_m: f32,
+    probe_axis: [f32; 3],
+    max_speed_m_per_s: f32,
+    max_force_n: f32,
+    /// Bit 0 volume, 1 compensation, 2 rim.
+    terms: u32,
+}
+
+const HEADER: usize = size_of::<Header>();
+/// Where the checksummed part begins: after magic, version and checksum.
+const CHECKED_FROM: usize = 16;
+
+/// A patch file, opened where it lies.
+#[derive(Clone, Copy, Debug)]
+pub struct PatchFile<'a> {
+    /// The patch.
+    pub model: Model<'a>,
+    /// The parameters it was packed with.
+    pub params: Params,
+    /// Where on the rest surface the probe presses [m].
+    pub site_m: Vector3<f32>,
+    /// Longest stable substep, measured on the pressed patch when it was packed [s].
+    pub stable_dt_s: f32,
+}
+
+impl<'a> PatchFile<'a> {
+    /// Opens a patch. The bytes must start on a 4-byte boundary.
+    ///
+    /// # Errors
+    /// Not a patch, another version, cut, damaged, or misaligned.
+    pub fn open(bytes: &'a [u8]) -> Result<Self, BuildError> {
+        let (head, mut body) = bytes.split_at_checked(HEADER).ok_or(BuildError::NotAPatch)?;
+        let header: Header = bytemuck::pod_read_unaligned(head);
+        if header.magic != MAGIC || header.version != VERSION {
+            return Err(BuildError::NotAPatch);
+        }
+        let found = CRC.checksum(&bytes[CHECKED_FROM..]);
+        if found != header.crc {
+            return Err(BuildError::Checksum { expected: header.crc, found });
+        }
+        let [nodes, springs, tets, triangles, foundation, rim_nodes, rim_edges, anchors, rows] = header.counts;
+        let model = Model {
+            poisson_ratio: header.poisson_ratio,
+            stiffening_per_m: header.stiffening_per_m,
+            depth_limit_m: header.depth_limit_m,
+            nodes: section(&mut body, nodes)?,
+            springs: section(&mut body, springs)?,
+            tets: section(&mut body, tets)?,
+            triangles: section(&mut body, triangles)?,
+            foundation: section(&mut body, foundation)?,
+            rim_nodes: section(&mut body, rim_nodes)?,
+            rim_edges: section(&mut body, rim_edges)?,
+            anchors: section(&mut body, anchors)?,
+            spring_rows: section(&mut body, rows)?,
+        };
+        if !body.is_empty() {
+            return Err(BuildError::NotAPatch);
+        }
+        let shape = match header.probe_shape {
+            0 => ProbeShape::Hemisphere,
+            1 => ProbeShape::Sphere,
+            2 => ProbeShape::Flat,
+            _ => return Err(BuildError::NotAPatch),
+        };
+        let params = Params {
+            youngs_modulus_pa: header.youngs_modulus_pa,
+            poisson_ratio: header.poisson_ratio,
+            density_kg_per_m3: header.density_kg_per_m3,
+            node_damping_per_s: header.node_damping_per_s,
+            spring_damping_s: header.spring_damping_s,
+            gravity_m_per_s2: header.gravity_m_per_s2,
+            compensation: header.compensation,
+            compensation_threshold: header.compensation_threshold,
+            mass_floor: header.mass_floor,
+            contact_mass: header.contact_mass,
+            contact_damping: header.contact_damping,
+            contact_cap: header.contact_cap,
+            substeps: u16::try_from(header.substeps).unwrap_or(u16::MAX),
+            tick_s: header.tick_s,
+            region_radius_m: f32::INFINITY,
+            probe: Probe { shape, radius_m: header.probe_radius_m, axis: header.probe_axis.into() },
+            terms: Terms {
+                volume: header.terms & 1 != 0,
+                compensation: header.terms & 2 != 0,
+                rim: header.terms & 4 != 0,
+            },
+            limits: Limits { max_speed_m_per_s: header.max_speed_m_per_s, max_force_n: header.max_force_n },
+        };
+        Ok(Self { model, params, site_m: header.site_m.into(), stable_dt_s: header.stable_dt_s })
+    }
+
+    /// Writes a patch, piece by piece. The model's springs must be in rows.
+    pub fn write(&self, mut sink: impl FnMut(&[u8])) {
+        let (model, params) = (&self.model, &self.params);
+        let mut header = Header {
+            magic: MAGIC,
+            version: VERSION,
+            crc: 0,
+            counts: sections(model).map(|(_, count)| count),
+            poisson_ratio: model.poisson_ratio,
+            stiffening_per_m: model.stiffening_per_m,
+            depth_limit_m: model.depth_limit_m,
+            stable_dt_s: self.stable_dt_s,
+            site_m: self.site_m.into(),
+            youngs_modulus_pa: params.youngs_modulus_pa,
+            density_kg_per_m3: params.density_kg_per_m3,
+            node_damping_per_s: params.node_damping_per_s,
+            spring_damping_s: params.spring_damping_s,
+            gravity_m_per_s2: params.gravity_m_per_s2,
+            compensation: params.compensation,
+            compensation_threshold: params.compensation_threshold,
+            mass_floor: params.mass_floor,
+            contact_mass: params.contact_mass,
+            contact_damping: params.contact_damping,
+            contact_cap: params.contact_cap,
+            substeps: u32::from(params.substeps),
+            tick_s: params.tick_s,
+            probe_shape: match params.probe.shape {
+                ProbeShape::Hemisphere => 0,
+                ProbeShape::Sphere => 1,
+                ProbeShape::Flat => 2,
+            },
+            probe_radius_m: params.probe.radius_m,
+            probe_axis: params.probe.axis.into(),
+            max_speed_m_per_s: params.limits.max_speed_m_per_s,
+            max_force_n: params.limits.max_force_n,
+            terms: u32::from(params.terms.volume)
+                | u32::from(params.terms.compensation) << 1
+                | u32::from(params.terms.rim) << 2,
+        };
+        let mut digest = CRC.digest();
+        digest.update(&bytemuck::bytes_of(&header)[CHECKED_FROM..]);
+        for (bytes, _) in sections(model) {
+            digest.update(bytes);
+            digest.update(padding(bytes.len()));
+        }
+        header.crc = digest.finalize();
+        sink(bytemuck::bytes_of(&header));
+        for (bytes, _) in sections(model) {
+            sink(bytes);
+            sink(padding(bytes.len()));
+        }
+    }
+}
+
+/// The arrays of a model as bytes, with their lengths, in file order.
+fn sections<'a>(model: &Model<'a>) -> [(&'a [u8], u32); 9] {
+    fn one<T: Pod>(items: &[T]) -> (&[u8], u32) {
+        (bytemuck::cast_slice(items), items.len() as u32)
+    }
+    [
+        one(model.nodes),
+        one(model.springs),
+        one(model.tets),
+        one(model.triangles),
+        one(model.foundation),
+        one(model.rim_nodes),
+        one(model.rim_edges),
+        one(model.anchors),
+        one(model.spring_rows),
+    ]
+}
+
+/// Zeros up to the next multiple of 4.
+fn padding(length: usize) -> &'static [u8] {
+    const ZEROS: [u8; 4] = [0; 4];
+    &ZEROS[..length.wrapping_neg() % 4]
+}
+
+/// Takes `count` items off the front of `body`.
+fn section<'a, T: Pod>(body: &mut &'a [u8], count: u32) -> Result<&'a [T], BuildError> {
+    let length = (count as usize).checked_mul(size_of::<T>()).ok_or(BuildError::NotAPatch)?;
+    let padded = length.checked_next_multiple_of(4).ok_or(BuildError::NotAPatch)?;
+    let (taken, rest) = body.split_at_checked(padded).ok_or(BuildError::NotAPatch)?;
+    *body = rest;
+    bytemuck::try_cast_slice(&taken[..length]).map_err(|_| BuildError::Misaligned)
+}

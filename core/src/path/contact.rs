@@ -1,0 +1,51 @@
+//! Broad phase: the surface triangles that the probe can reach in this tick.
+//!
+//! * in: the tip's way, node positions
+//! * out: `state.candidates`, ascending
+//! * cost: up to 18 comparisons a triangle, most leave after 3
+//! * may fail: never; a triangle too many costs time only
+
+use nalgebra::Vector3;
+
+use crate::model::Model;
+use crate::params::{Probe, ProbeShape, Tuned};
+use crate::path::probe::Motion;
+use crate::state::State;
+
+/// Writes the triangles whose box meets the probe's box.
+pub fn find(model: &Model, tuned: &Tuned, state: &mut State, motion: &Motion) {
+    let (low, high) = reach(&tuned.probe, model.depth_limit_m, motion);
+    let mut near = 0;
+    for (index, triangle) in model.triangles.iter().enumerate() {
+        let [a, b, c] = triangle.node.map(|n| state.nodes.get(usize::from(n)));
+        let (Some(a), Some(b), Some(c)) = (a, b, c) else { continue };
+        let apart = (0..3).any(|k| {
+            (a.x[k] < low[k] && b.x[k] < low[k] && c.x[k] < low[k])
+                || (a.x[k] > high[k] && b.x[k] > high[k] && c.x[k] > high[k])
+        });
+        if !apart && let Some(slot) = state.candidates.get_mut(near) {
+            *slot = index as u16;
+            near += 1;
+        }
+    }
+    state.near = near;
+}
+
+/// Box around the probe's way [m]. Hemisphere and flat reach along the axis: they carry a cylinder.
+fn reach(probe: &Probe, depth_limit_m: f32, motion: &Motion) -> (Vector3<f32>, Vector3<f32>) {
+    let r = probe.radius_m;
+    let length = match probe.shape {
+        ProbeShape::Sphere => 2.0 * r,
+        ProbeShape::Hemisphere | ProbeShape::Flat => 2.0 * r + depth_limit_m,
+    };
+    let mut low = Vector3::zeros();
+    let mut high = Vector3::zeros();
+    for k in 0..3 {
+        let (from, to) = (motion.from_m[k], motion.to_m[k]);
+        let (first, last) = if from < to { (from, to) } else { (to, from) };
+        let along = probe.axis[k] * length;
+        low[k] = first - r + along.clamp(-length, 0.0);
+        high[k] = last + r + along.clamp(0.0, length);
+    }
+    (low, high)
+}

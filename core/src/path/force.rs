@@ -1,0 +1,38 @@
+//! Sum of all forces on the nodes, divided by Young's modulus [N/Pa].
+//!
+//! * in: node positions and velocities, the probe
+//! * out: `node.f`, the load on the probe
+//! * cost: see the terms
+//! * may fail: never; a divergence is seen by `integrate`
+
+pub mod compensation;
+pub mod foundation;
+pub mod gravity;
+pub mod rim;
+pub mod spring;
+pub mod volume;
+
+use nalgebra::Vector3;
+
+use crate::lanes::ROW;
+use crate::model::Model;
+use crate::params::Tuned;
+use crate::state::State;
+use foundation::Load;
+
+/// Clears last substep's forces and adds every term that is on.
+#[cfg_attr(not(feature = "stage-cost"), inline(always))]
+pub fn accumulate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> Load {
+    for node in state.nodes.iter_mut() {
+        node.f = [0.0; ROW];
+    }
+    gravity::weigh(model, tuned, state);
+    spring::pull(model, tuned, state);
+    if tuned.terms.volume {
+        volume::resist(model, tuned, state);
+    }
+    if tuned.terms.rim {
+        rim::hold(model, state);
+    }
+    foundation::press(model, tuned, state, tip_m, velocity_m_per_s)
+}

@@ -1,0 +1,17 @@
+//! Weight of the nodes. Uses the true mass (paper 000, eq 10), not the floored one: statics never see the mass floor.
+
+use crate::lanes::{add, row};
+use crate::model::Model;
+use crate::params::Tuned;
+use crate::state::State;
+
+/// Adds density times volume times gravity, over E [N/Pa]. Nothing to do when gravity is zero.
+#[cfg_attr(feature = "stage-cost", inline(never))]
+pub fn weigh(model: &Model, tuned: &Tuned, state: &mut State) {
+    if tuned.weight == [0.0; 3] {
+        return;
+    }
+    for (node, rest) in state.nodes.iter_mut().zip(model.nodes) {
+        add(&mut node.f, &row(tuned.weight.map(|w| w * rest.volume_m3).into()));
+    }
+}

@@ -1,0 +1,55 @@
+//! Symplectic Euler with mass-proportional damping: `v = (1 - alpha dt) v + f dt / m`, `x += v dt`.
+//!
+//! (Paper 000, eq 3 is the same step; adding the "missing" half of `f dt^2 / m` while keeping `v = dx / dt` would halve the acceleration.)
+//! `dt / m` holds the mass floor; it is zero for anchors.
+//!
+//! * in: `node.f`, the region
+//! * out: `node.v`, `node.x`
+//! * cost (M4F, estimated): about 60 cycles a node
+//! * may fail: [`Fault::Diverged`], when a node is not finite or faster than [`FASTEST_M_PER_S`]
+
+use crate::fault::Fault;
+use crate::lanes::ROW;
+use crate::model::Model;
+use crate::params::Tuned;
+use crate::path::region::Region;
+use crate::state::State;
+
+/// Shear waves in soft tissue run at 1-10 m/s: whatever moves at 100 is not tissue.
+pub const FASTEST_M_PER_S: f32 = 100.0;
+
+/// Moves the region's nodes by one substep. The count of free nodes that moved is returned.
+///
+/// # Errors
+/// [`Fault::Diverged`].
+#[cfg_attr(feature = "stage-cost", inline(never))]
+pub fn advance(model: &Model, tuned: &Tuned, state: &mut State, region: Region) -> Result<u16, Fault> {
+    let (keep, dt) = (tuned.keep, tuned.substep_s);
+    let mut fastest = 0.0_f32;
+    let mut active = 0;
+    for ((node, &step), rest) in state.nodes.iter_mut().zip(tuned.node_step).zip(model.nodes) {
+        if step == 0.0 {
+            continue;
+        }
+        if !region.contains(rest.rest_m) {
+            node.v = [0.0; ROW];
+            continue;
+        }
+        active += 1;
+        let mut square = 0.0;
+        for k in 0..ROW {
+            let v = node.v[k] * keep + node.f[k] * step;
+            node.v[k] = v;
+            node.x[k] += v * dt;
+            square += v * v;
+        }
+        // a NaN must not compare away: it is kept by being "not slower"
+        if !(square <= fastest) {
+            fastest = square;
+        }
+    }
+    match fastest <= FASTEST_M_PER_S * FASTEST_M_PER_S {
+        true => Ok(active),
+        false => Err(Fault::Diverged),
+    }
+}

@@ -1,0 +1,84 @@
+//! The load on the tissue becomes the force on the probe.
+//!
+//! * in: the loads of the tick's substeps
+//! * out: reaction [N], depth [m], contact point and normal; the touch plane that the next tick's guard uses
+//! * cost: about 80 instructions
+//! * may fail: [`Fault::ForceNotFinite`]
+
+use nalgebra::Vector3;
+
+use crate::fault::{Fault, Limiters};
+use crate::lanes::sqrt;
+use crate::params::Tuned;
+use crate::path::force::foundation::Load;
+use crate::path::probe::Motion;
+use crate::state::{State, TouchPlane};
+
+/// What a tick says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Output {
+    /// Force on the probe [N], patch frame: it points out of the tissue. Zero on any fault.
+    pub force_n: Vector3<f32>,
+    /// How deep the tip is below the undeformed surface, along the contact normal [m]; zero without contact.
+    pub depth_m: f32,
+    /// Centre of the contact on the deformed surface [m]; the tip without contact.
+    pub point_m: Vector3<f32>,
+    /// Outward unit normal of the contact, the direction of the force; zero without contact.
+    pub normal: Vector3<f32>,
+    /// Free nodes that moved.
+    pub active_nodes: u16,
+    /// What was clamped.
+    pub limiters: Limiters,
+    /// Why the force is zero.
+    pub fault: Option<Fault>,
+}
+
+impl Output {
+    /// No contact, no force.
+    pub const NONE: Self = Self {
+        force_n: Vector3::new(0.0, 0.0, 0.0),
+        depth_m: 0.0,
+        point_m: Vector3::new(0.0, 0.0, 0.0),
+        normal: Vector3::new(0.0, 0.0, 0.0),
+        active_nodes: 0,
+        limiters: Limiters::DEFAULT,
+        fault: None,
+    };
+}
+
+/// Mean reaction over the tick's substeps, clamped in length, its direction kept.
+///
+/// # Errors
+/// [`Fault::ForceNotFinite`].
+pub fn read(tuned: &Tuned, state: &mut State, motion: &Motion, load: &Load, active_nodes: u16) -> Result<Output, Fault> {
+    let mut out = Output { active_nodes, limiters: motion.limiters, point_m: motion.to_m, ..Output::NONE };
+    if load.push == 0.0 {
+        state.touch = None;
+        return Ok(out);
+    }
+    let mut force_n = load.force * (-tuned.youngs_modulus_pa * tuned.substep_share);
+    let square = force_n.dot(&force_n);
+    let per_push = 1.0 / load.push;
+    if !(square.is_finite() && per_push.is_finite()) {
+        return Err(Fault::ForceNotFinite);
+    }
+    if square == 0.0 {
+        // pushed from both sides: no direction, no force
+        state.touch = None;
+        return Ok(out);
+    }
+    let length = sqrt(square);
+    let normal = force_n * (1.0 / length);
+    if length > tuned.limits.max_force_n {
+        force_n = normal * tuned.limits.max_force_n;
+        out.limiters.set(Limiters::FORCE);
+    }
+    let rest_m = load.rest * per_push;
+    let depth_m = (rest_m - motion.to_m).dot(&normal);
+    state.touch = Some(TouchPlane { rest_m, normal });
+    out.force_n = force_n;
+    out.depth_m = if depth_m > 0.0 { depth_m } else { 0.0 };
+    out.point_m = load.point * per_push;
+    out.normal = normal;
+    Ok(out)
+}

@@ -1,0 +1,167 @@
+//! What moves: every mutable array, allocated by the caller before the first tick.
+
+use nalgebra::Vector3;
+
+use crate::fault::{BuildError, Fault};
+use crate::lanes::{ROW, Row, row, vector};
+use crate::model::Model;
+
+/// A node in motion.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(not(target_os = "none"), repr(C, align(16)))]
+#[cfg_attr(target_os = "none", repr(C))]
+pub struct Node {
+    pub(crate) x: Row,
+    pub(crate) v: Row,
+    pub(crate) f: Row,
+}
+
+impl Node {
+    /// At the origin, at rest: what memory is reserved with.
+    pub const ZERO: Self = Self { x: [0.0; ROW], v: [0.0; ROW], f: [0.0; ROW] };
+
+    /// Position [m].
+    #[must_use]
+    pub fn position_m(&self) -> Vector3<f32> {
+        vector(&self.x)
+    }
+
+    /// Velocity [m/s].
+    #[must_use]
+    pub fn velocity_m_per_s(&self) -> Vector3<f32> {
+        vector(&self.v)
+    }
+
+    /// Force of the last substep divided by Young's modulus [N/Pa]. At an anchor: what the tissue pulls the support with.
+    #[must_use]
+    pub fn force_over_modulus(&self) -> Vector3<f32> {
+        vector(&self.f)
+    }
+}
+
+/// Where the probe touched in the last tick.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TouchPlane {
+    /// Point of the *undeformed* surface under the probe [m].
+    pub rest_m: Vector3<f32>,
+    /// Outward unit normal: the direction of the force on the probe.
+    pub normal: Vector3<f32>,
+}
+
+/// The mutable half of a patch.
+#[derive(Debug)]
+pub struct State<'a> {
+    pub(crate) nodes: &'a mut [Node],
+    /// Per node: six times the volume of its tets [m^3], then its pressure over E (1).
+    pub(crate) pressure: &'a mut [f32],
+    /// Surface triangles near the probe in this tick.
+    pub(crate) candidates: &'a mut [u16],
+    /// How many of `candidates` are valid.
+    pub(crate) near: usize,
+    /// Probe tip that the patch saw last [m].
+    pub(crate) tip_m: Option<Vector3<f32>>,
+    pub(crate) touch: Option<TouchPlane>,
+    pub(crate) fault: Option<Fault>,
+}
+
+impl<'a> State<'a> {
+    /// A patch at rest in the caller's memory: at least one entry per node (`nodes`, `pressure`) and per surface triangle (`candidates`).
+    ///
+    /// # Errors
+    /// [`BuildError::TooLarge`] names the memory that is too small.
+    pub fn new(
+        model: &Model,
+        nodes: &'a mut [Node],
+        pressure: &'a mut [f32],
+        candidates: &'a mut [u16],
+    ) -> Result<Self, BuildError> {
+        let fits = |item, need, have| match need <= have {
+            true => Ok(()),
+            false => Err(BuildError::TooLarge { item, need, have }),
+        };
+        fits("nodes", model.nodes.len(), nodes.len())?;
+        fits("nodes", model.nodes.len(), pressure.len())?;
+        fits("surface triangles", model.triangles.len(), candidates.len())?;
+        let mut state = Self {
+            nodes: &mut nodes[..model.nodes.len()],
+            pressure: &mut pressure[..model.nodes.len()],
+            candidates: &mut candidates[..model.triangles.len()],
+            near: 0,
+            tip_m: None,
+            touch: None,
+            fault: None,
+        };
+        state.reset(model);
+        Ok(state)
+    }
+
+    /// Back to rest; clears a latched fault.
+    pub fn reset(&mut self, model: &Model) {
+        for (node, rest) in self.nodes.iter_mut().zip(model.nodes) {
+            *node = Node { x: row(rest.rest_m.into()), ..Node::ZERO };
+        }
+        self.pressure.fill(0.0);
+        self.near = 0;
+        self.tip_m = None;
+        self.touch = None;
+        self.fault = None;
+    }
+
+    /// The nodes, in the model's order.
+    #[must_use]
+    pub fn nodes(&self) -> &[Node] {
+        self.nodes
+    }
+
+    /// The latched fault.
+    #[must_use]
+    pub fn fault(&self) -> Option<Fault> {
+        self.fault
+    }
+
+    /// Gives a node another position [m] and velocity [m/s]: for tests and for starting from a recorded state. Ignored past the end.
+    pub fn place(&mut self, node: usize, position_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) {
+        if let Some(n) = self.nodes.get_mut(node) {
+            n.x = row(position_m);
+            n.v = row(velocity_m_per_s);
+        }
+    }
+
+    /// FNV-1a over the bits of all positions and velocities: equal hashes on desktop and board mean equal states.
+    #[must_use]
+    pub fn hash(&self) -> u64 {
+        let mut hash = Fnv::default();
+        for node in self.nodes.iter() {
+            hash.vector(vector(&node.x));
+            hash.vector(vector(&node.v));
+        }
+        hash.finish()
+    }
+}
+
+/// FNV-1a, 64 bits, over the bits of floats.
+#[derive(Clone, Copy, Debug)]
+pub struct Fnv(u64);
+
+impl Default for Fnv {
+    fn default() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Fnv {
+    /// Adds x, y, z.
+    pub fn vector(&mut self, v: Vector3<f32>) {
+        for c in [v.x, v.y, v.z] {
+            for byte in c.to_bits().to_le_bytes() {
+                self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+            }
+        }
+    }
+
+    /// The hash so far.
+    #[must_use]
+    pub fn finish(self) -> u64 {
+        self.0
+    }
+}

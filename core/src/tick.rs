@@ -1,0 +1,59 @@
+//! **Open this first.** The path of one tick, in data order.
+//!
+//! ```text
+//! pose ─ probe ─ contact ─ region ─┬─ force ─ integrate ─ correct ─┬─ output ─ force on the probe
+//!        guard:   triangles  nodes  │  gravity, springs,  symplectic  papers' │  reaction [N], depth,
+//!        finite,  the probe  that   │  volume, rim,       Euler,      fixes   │  normal, limiters
+//!        speed,   can reach  move   │  foundation         mass floor  (off)   │
+//!        depth                      └────────── once per substep ────────────┘
+//! ```
+//!
+//! A tick answers one sensed pose with one force. It runs every millisecond from the device's timer and must end before the next one. It
+//! allocates nothing, cannot panic, and whatever goes wrong gives **zero force and a numbered fault**, latched until [`State::reset`].
+
+use crate::fault::Fault;
+use crate::model::Model;
+use crate::params::Tuned;
+use crate::path::correct::{Correct, Off};
+use crate::path::force::foundation::Load;
+use crate::path::output::Output;
+use crate::path::probe::ProbePose;
+use crate::path::{contact, force, integrate, output, probe, region};
+use crate::state::State;
+
+/// One tick of the product.
+pub fn tick(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -> Output {
+    tick_with(model, tuned, state, pose, &Off)
+}
+
+/// One tick with a papers' position fix after each substep.
+pub fn tick_with(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, fix: &impl Correct) -> Output {
+    let answer = match state.fault {
+        None => run(model, tuned, state, pose, fix),
+        Some(fault) => Err(fault),
+    };
+    answer.unwrap_or_else(|fault| {
+        state.fault = Some(fault);
+        state.touch = None;
+        Output { fault: Some(fault), ..Output::NONE }
+    })
+}
+
+fn run(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, fix: &impl Correct) -> Result<Output, Fault> {
+    if state.nodes.len() != model.nodes.len() || tuned.node_step.len() != model.nodes.len() {
+        return Err(Fault::SizeMismatch);
+    }
+    let motion = probe::admit(model, tuned, state, pose)?;
+    contact::find(model, tuned, state, &motion);
+    let region = region::select(tuned, state);
+    let mut total = Load::NONE;
+    let mut active = 0;
+    for substep in 1..=tuned.substeps {
+        let tip_m = motion.at(f32::from(substep) * tuned.substep_share);
+        let load = force::accumulate(model, tuned, state, tip_m, motion.velocity_m_per_s);
+        active = integrate::advance(model, tuned, state, region)?;
+        fix.correct(model, tuned, state);
+        total.add(&load);
+    }
+    output::read(tuned, state, &motion, &total, active)
+}

@@ -1,0 +1,3 @@
+//! Palpate on the desktop.
+pub mod mesh;
+pub mod patch;

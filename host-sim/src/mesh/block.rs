@@ -1,0 +1,123 @@
+//! The built-in block: a graded, unstructured tet mesh with an exact number of nodes, fine where a probe presses.
+//!
+//! Nodes are seeded at the wanted density, relaxed like a truss, joined by Delaunay tets and rid of slivers.
+
+use super::grading::Grading;
+use super::relax::relax;
+use super::seed::{Cloud, seed};
+use super::sliver::remove_slivers;
+use super::{TetMesh, radius_ratio};
+use thiserror::Error;
+
+/// Longest over shortest side that is meshed.
+const MAX_ASPECT: f64 = 20.0;
+const NODES: std::ops::RangeInclusive<usize> = 30..=5000;
+/// Least radius ratio of any tet that is handed out.
+const MIN_QUALITY: f64 = 0.1;
+
+/// Coordinates in units of the longest side are multiples of 2^-40.
+const ROUNDING: f64 = 1_099_511_627_776.0;
+
+/// A block of tissue centred on x = y = 0, its top face at z = 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlockSpec {
+    /// Sides along x, y, z [m].
+    pub size_m: [f64; 3],
+    /// Exact number of nodes of the mesh, corners included.
+    pub nodes: usize,
+    /// Where on the top face the elements are smallest [m].
+    pub fine_at_m: [f64; 2],
+    /// Around that spot elements keep their smallest size this far [m]; outside they grow with the distance.
+    pub fine_radius_m: f64,
+}
+
+/// Why a block cannot be meshed.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[allow(missing_docs)]
+pub enum BlockError {
+    #[error("block size_m[{axis}] = {value} m: must be finite and above 0")]
+    Size { axis: usize, value: f64 },
+    #[error("block aspect ratio {ratio:.1}: must be at most {MAX_ASPECT}; make the thin side thicker")]
+    Aspect { ratio: f64 },
+    #[error("nodes = {nodes}: must be from {} to {}", NODES.start(), NODES.end())]
+    Nodes { nodes: usize },
+    #[error("nodes = {nodes}: too few for a block of this shape; use at least {least}")]
+    TooFew { nodes: usize, least: usize },
+    #[error("fine_at_m[{axis}] = {value} m: outside the top face; must be within {half} m of its centre")]
+    Spot { axis: usize, value: f64, half: f64 },
+    #[error("fine_radius_m = {value} m: must be finite and above 0")]
+    Radius { value: f64 },
+    #[error("no sound mesh of {nodes} nodes found for this block; use a few nodes more or less")]
+    Unsound { nodes: usize },
+}
+
+/// Meshes the block; the same bits for the same spec on every machine.
+pub fn block(spec: &BlockSpec) -> Result<TetMesh, BlockError> {
+    let mut grading = unit_grading(spec)?;
+    let budget = grading.fit(spec.nodes).map_err(|least| BlockError::TooFew { nodes: spec.nodes, least })?;
+    let mut cloud = seed(&grading, &budget);
+    let unsound = BlockError::Unsound { nodes: spec.nodes };
+    let tets = relax(&mut cloud, &grading).ok_or(unsound)?;
+    let mesh = {
+        let tets = remove_slivers(&mut cloud, &grading, tets);
+        to_metres(spec, &cloud, tets)
+    };
+    let worst = mesh.tets.iter().map(|t| radius_ratio(t.map(|n| mesh.nodes_m[n as usize])));
+    let sound = worst.fold(1.0, f64::min) >= MIN_QUALITY;
+    if sound { Ok(mesh) } else { Err(unsound) }
+}
+
+/// The block in units of its longest side, rounded so that blocks of one shape give the same bits at every size.
+fn unit_grading(spec: &BlockSpec) -> Result<Grading, BlockError> {
+    let size = spec.size_m;
+    for (axis, value) in size.into_iter().enumerate() {
+        if !(value.is_finite() && value > 0.0) {
+            return Err(BlockError::Size { axis, value });
+        }
+    }
+    let longest = size.into_iter().fold(0.0, f64::max);
+    let ratio = longest / size.into_iter().fold(longest, f64::min);
+    if ratio > MAX_ASPECT {
+        return Err(BlockError::Aspect { ratio });
+    }
+    if !NODES.contains(&spec.nodes) {
+        return Err(BlockError::Nodes { nodes: spec.nodes });
+    }
+    for (axis, value) in spec.fine_at_m.into_iter().enumerate() {
+        let half = 0.5 * size[axis];
+        if !(value.abs() <= half) {
+            return Err(BlockError::Spot { axis, value, half });
+        }
+    }
+    if !(spec.fine_radius_m.is_finite() && spec.fine_radius_m > 0.0) {
+        return Err(BlockError::Radius { value: spec.fine_radius_m });
+    }
+    let unit = |x: f64| (x / longest * ROUNDING).round() / ROUNDING;
+    let half = [0.5 * unit(size[0]), 0.5 * unit(size[1])];
+    let [x, y] = spec.fine_at_m.map(unit);
+    Ok(Grading {
+        low: [-half[0], -half[1], -unit(size[2])],
+        high: [half[0], half[1], 0.0],
+        spot: [x.clamp(-half[0], half[0]), y.clamp(-half[1], half[1]), 0.0],
+        fine_radius: unit(spec.fine_radius_m),
+        fine_size: 0.0,
+        growth: 0.0,
+    })
+}
+
+fn to_metres(spec: &BlockSpec, cloud: &Cloud, tets: Vec<[u32; 4]>) -> TetMesh {
+    let longest = spec.size_m.into_iter().fold(0.0, f64::max);
+    let high = [0.5 * spec.size_m[0], 0.5 * spec.size_m[1], 0.0];
+    let low = [-high[0], -high[1], -spec.size_m[2]];
+    // Face nodes get the face's own coordinate, not one that went through the unit and back.
+    let coordinate = |i: usize, k: usize| match (cloud.pinned[i][k], cloud.at[i][k] == cloud.at[0][k]) {
+        (true, true) => low[k],
+        (true, false) => high[k],
+        (false, _) => cloud.at[i][k] * longest,
+    };
+    TetMesh {
+        nodes_m: (0..cloud.at.len()).map(|i| std::array::from_fn(|k| coordinate(i, k))).collect(),
+        regions: vec![0; tets.len()],
+        tets,
+    }
+}

@@ -1,0 +1,168 @@
+//! Element size in a box, and how many nodes that size asks for. Unit of length: the longest side of the block.
+
+use super::vector::{Vec3, distance};
+
+/// Growth of the element size per distance is this times sqrt(fine size / fine radius), and at most `MAX_GROWTH`:
+/// more nodes refine the far side too. A block of 80 x 80 x 40 mm with 410 nodes and a radius of 8 mm gets 0.45.
+const GROWTH: f64 = 0.75;
+const MAX_GROWTH: f64 = 0.8;
+/// Largest element over the thinnest side: a block stays at least this many elements thick.
+const MAX_SIZE: f64 = 1.0;
+/// Nodes per element area and per element volume in an isotropic Delaunay mesh whose mean edge is one element.
+const PER_AREA: f64 = 1.1547;
+const PER_VOLUME: f64 = 1.45;
+/// Quadrature points per axis on each side of the fine spot.
+const SAMPLES: usize = 12;
+
+/// A box with a fine spot on its top.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Grading {
+    pub low: Vec3,
+    pub high: Vec3,
+    pub spot: Vec3,
+    pub fine_radius: f64,
+    /// Element size within the fine radius.
+    pub fine_size: f64,
+    /// Element size gained per distance beyond it.
+    pub growth: f64,
+}
+
+/// How many nodes lie inside each edge, each face and the volume.
+#[derive(Debug)]
+pub(super) struct Budget {
+    pub edges: [usize; 12],
+    pub faces: [usize; 6],
+    pub volume: usize,
+}
+
+impl Grading {
+    pub fn size_at(&self, p: Vec3) -> f64 {
+        let beyond = distance(p, self.spot) - self.fine_radius;
+        let size = if beyond > 0.0 { self.fine_size + self.growth * beyond } else { self.fine_size };
+        size.min(self.max_size())
+    }
+
+    pub fn max_size(&self) -> f64 {
+        let side = |k: usize| self.high[k] - self.low[k];
+        MAX_SIZE * side(0).min(side(1)).min(side(2))
+    }
+
+    /// Sets the fine element size so that `nodes` fit; `Err` is the least number of nodes that do.
+    pub fn fit(&mut self, nodes: usize) -> Result<Budget, usize> {
+        let (mut small, mut large) = (0.0, self.max_size());
+        for _ in 0..40 {
+            self.set_fine_size(0.5 * (small + large));
+            if self.real_budget().total() > nodes as f64 {
+                small = self.fine_size;
+            } else {
+                large = self.fine_size;
+            }
+        }
+        self.set_fine_size(large);
+        let least = self.real_budget().total();
+        self.round(nodes).ok_or(least as usize + 1)
+    }
+
+    fn set_fine_size(&mut self, fine_size: f64) {
+        self.fine_size = fine_size;
+        self.growth = (GROWTH * (fine_size / self.fine_radius).sqrt()).min(MAX_GROWTH);
+    }
+
+    fn real_budget(&self) -> RealBudget {
+        let edges = std::array::from_fn(|e| (self.integral(edge_axes(e)) - 1.0).max(0.0));
+        let faces = std::array::from_fn(|f| self.face_nodes(f, &edges));
+        RealBudget { edges, faces, volume: self.volume_nodes(&edges, &faces) }
+    }
+
+    fn round(&self, nodes: usize) -> Option<Budget> {
+        let edges: [f64; 12] = std::array::from_fn(|e| (self.integral(edge_axes(e)) - 0.5).max(0.0).floor());
+        let faces: [f64; 6] = std::array::from_fn(|f| (self.face_nodes(f, &edges) + 0.5).floor());
+        let surface = 8 + (edges.iter().sum::<f64>() + faces.iter().sum::<f64>()) as usize;
+        Some(Budget {
+            edges: edges.map(|n| n as usize),
+            faces: faces.map(|n| n as usize),
+            volume: nodes.checked_sub(surface)?,
+        })
+    }
+
+    /// A node on an edge fills half its cell of the face, a corner a quarter: those are taken off.
+    fn face_nodes(&self, face: usize, edges: &[f64; 12]) -> f64 {
+        let rim: f64 = (0..12).filter(|e| edge_on_face(*e, face)).map(|e| edges[e]).sum();
+        let mut axes = [Span::Free; 3];
+        axes[face / 2] = if face % 2 == 1 { Span::High } else { Span::Low };
+        (PER_AREA * self.integral(axes) - 0.5 * rim - 1.0).max(0.0)
+    }
+
+    fn volume_nodes(&self, edges: &[f64; 12], faces: &[f64; 6]) -> f64 {
+        let skin = 0.5 * faces.iter().sum::<f64>() + 0.25 * edges.iter().sum::<f64>() + 1.0;
+        (PER_VOLUME * self.integral([Span::Free; 3]) - skin).max(0.0)
+    }
+
+    /// Integral of `size^-d` over the d free axes: elements along an edge, on a face, in the volume.
+    fn integral(&self, axes: [Span; 3]) -> f64 {
+        let [xs, ys, zs] = std::array::from_fn(|k| self.samples(k, axes[k]));
+        let free = axes.iter().filter(|a| **a == Span::Free).count();
+        let mut sum = 0.0;
+        for &(x, wx) in &xs {
+            for &(y, wy) in &ys {
+                for &(z, wz) in &zs {
+                    let size = self.size_at([x, y, z]);
+                    sum += wx * wy * wz / (0..free).fold(1.0, |s, _| s * size);
+                }
+            }
+        }
+        sum
+    }
+
+    /// Midpoint rule that crowds toward the fine spot: x = spot + reach t^2.
+    fn samples(&self, axis: usize, span: Span) -> Vec<(f64, f64)> {
+        let mut samples = vec![];
+        for end in [self.low[axis], self.high[axis]] {
+            let reach = end - self.spot[axis];
+            for i in 0..SAMPLES {
+                let t = (i as f64 + 0.5) / SAMPLES as f64;
+                samples.push((self.spot[axis] + reach * t * t, 2.0 * t * reach.abs() / SAMPLES as f64));
+            }
+        }
+        match span {
+            Span::Low => vec![(self.low[axis], 1.0)],
+            Span::High => vec![(self.high[axis], 1.0)],
+            Span::Free => samples.into_iter().filter(|s| s.1 > 0.0).collect(),
+        }
+    }
+}
+
+struct RealBudget {
+    edges: [f64; 12],
+    faces: [f64; 6],
+    volume: f64,
+}
+
+impl RealBudget {
+    fn total(&self) -> f64 {
+        8.0 + self.edges.iter().sum::<f64>() + self.faces.iter().sum::<f64>() + self.volume
+    }
+}
+
+/// How a face, an edge or the volume extends along one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Span {
+    Low,
+    High,
+    Free,
+}
+
+/// Edge `e` runs along axis `e / 4`; bits 0 and 1 of `e` put it on the high side of the other two axes.
+pub(super) fn edge_axes(e: usize) -> [Span; 3] {
+    let side = |bit: usize| if e & bit == 0 { Span::Low } else { Span::High };
+    match e / 4 {
+        0 => [Span::Free, side(1), side(2)],
+        1 => [side(1), Span::Free, side(2)],
+        _ => [side(1), side(2), Span::Free],
+    }
+}
+
+/// Face `f` is the low (even) or high (odd) side of axis `f / 2`.
+fn edge_on_face(e: usize, f: usize) -> bool {
+    edge_axes(e)[f / 2] == if f % 2 == 1 { Span::High } else { Span::Low }
+}

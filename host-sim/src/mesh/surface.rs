@@ -1,0 +1,65 @@
+//! The boundary triangles and the edges of a tet mesh.
+
+/// Faces of a positively oriented tet, counter-clockwise seen from outside it.
+const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
+
+/// One tet's side of a face.
+pub(super) struct FaceSide {
+    /// Its nodes in rising order: the same for both sides of a face.
+    pub key: [u32; 3],
+    pub tet: usize,
+    /// Place among the tet's faces.
+    face: usize,
+    /// Its nodes, counter-clockwise seen from outside the tet.
+    pub corners: [u32; 3],
+}
+
+/// All sides of all faces, those of one face next to each other, in the order of their tets.
+pub(super) fn face_sides(tets: &[[u32; 4]]) -> Vec<FaceSide> {
+    let mut sides = Vec::with_capacity(4 * tets.len());
+    for (tet, nodes) in tets.iter().enumerate() {
+        for (face, corners) in FACES.iter().enumerate() {
+            let corners = corners.map(|corner| nodes[corner]);
+            let mut key = corners;
+            key.sort_unstable();
+            sides.push(FaceSide {
+                key,
+                tet,
+                face,
+                corners,
+            });
+        }
+    }
+    sides.sort_unstable_by_key(|side| (side.key, side.tet, side.face));
+    sides
+}
+
+/// Boundary triangles, shape [triangles][3]: the faces of one tet only, in the order of the tets.
+/// Counter-clockwise seen from outside if every tet is positively oriented.
+#[must_use]
+pub fn surface(tets: &[[u32; 4]]) -> Vec<[u32; 3]> {
+    let sides = face_sides(tets);
+    let mut open: Vec<_> = sides
+        .chunk_by(|a, b| a.key == b.key)
+        .filter_map(|face| match face {
+            [side] => Some((side.tet, side.face, side.corners)),
+            _ => None,
+        })
+        .collect();
+    open.sort_unstable();
+    open.into_iter().map(|(_, _, corners)| corners).collect()
+}
+
+/// Edges `[i, j]`, `i < j`, each once, in rising order, shape [edges][2].
+#[must_use]
+pub fn edges(tets: &[[u32; 4]]) -> Vec<[u32; 2]> {
+    let mut edges: Vec<_> = tets
+        .iter()
+        .flat_map(|&[a, b, c, d]| [[a, b], [a, c], [a, d], [b, c], [b, d], [c, d]])
+        .map(|[i, j]| if i < j { [i, j] } else { [j, i] })
+        .collect();
+    edges.sort_unstable();
+    edges.dedup();
+    edges
+}
+
