@@ -155,6 +155,26 @@ pub struct Tuned<'a> {
     pub(crate) cap_m: &'a [f32],
 }
 
+impl Tuned<'_> {
+    /// Inertial mass of a node [kg], floored; infinite for an anchor. `None` past the end.
+    #[must_use]
+    pub fn mass_kg(&self, node: usize) -> Option<f32> {
+        self.node_step.get(node).map(|&step| self.youngs_modulus_pa * self.substep_s / step)
+    }
+
+    /// Young's modulus [Pa].
+    #[must_use]
+    pub fn youngs_modulus_pa(&self) -> f32 {
+        self.youngs_modulus_pa
+    }
+
+    /// Substeps per tick.
+    #[must_use]
+    pub fn substeps(&self) -> u16 {
+        self.substeps
+    }
+}
+
 impl Params {
     /// Validates and derives. `node_step` and `cap_m` are the caller's memory, at least one entry per node and per surface triangle.
     ///

@@ -107,6 +107,20 @@ impl<'a> State<'a> {
         self.fault = None;
     }
 
+    /// Takes over another state of the same model: positions, velocities, contact, fault.
+    pub fn copy_from(&mut self, other: &State) {
+        for (to, from) in self.nodes.iter_mut().zip(other.nodes.iter()) {
+            *to = *from;
+        }
+        for (to, from) in self.candidates.iter_mut().zip(other.candidates.iter()) {
+            *to = *from;
+        }
+        self.near = other.near;
+        self.tip_m = other.tip_m;
+        self.touch = other.touch;
+        self.fault = other.fault;
+    }
+
     /// The nodes, in the model's order.
     #[must_use]
     pub fn nodes(&self) -> &[Node] {

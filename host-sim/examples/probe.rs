@@ -7,7 +7,7 @@ fn main() {
     let mesh = block(&BlockSpec { size_m: [0.08, 0.08, 0.04], nodes: n, fine_at_m: [0.0, 0.0], fine_radius_m: 0.008 }).unwrap();
     let anchors: Vec<u32> = (0..mesh.nodes_m.len() as u32).filter(|&i| mesh.nodes_m[i as usize][2] <= -0.04).collect();
     println!("mesh {:?} nodes {} tets {} anchors {}", t0.elapsed(), mesh.nodes_m.len(), mesh.tets.len(), anchors.len());
-    let tissue = Tissue { stiffness_ratio: vec![1.0; mesh.tets.len()], mesh, anchors, site_m: [0.0; 3], depth_limit_m: 0.012 };
+    let tissue = Tissue { stiffness_ratio: vec![1.0; mesh.tets.len()], mesh, anchors, site_m: [0.0; 3], depth_limit_m: std::env::var("D").map_or(0.012, |v| v.parse().unwrap()) };
     let mut mat = Material::default();
     let arg = |k: &str, d: f64| std::env::var(k).ok().map_or(d, |v| v.parse().unwrap());
     mat.foundation_stiffness = arg("KW", mat.foundation_stiffness);
@@ -25,6 +25,9 @@ fn main() {
     let e = params.youngs_modulus_pa;
     let models = [patch.model(), patch.wide_model()];
     println!("springs {} tris {}", models[0].springs.len(), models[0].triangles.len());
+    let t0 = std::time::Instant::now();
+    let st = palpate_sim::stable_step::StableStep::measure(&patch.wide_model(), &params, patch.site_m()).unwrap();
+    println!("stable {st:?} {:?}", t0.elapsed());
     let mut mem = Memory::for_model(&models[0]);
     for model in &models {
         let (tuned, mut state) = mem.start(model, &params).unwrap();

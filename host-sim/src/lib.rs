@@ -1,3 +1,24 @@
-//! Palpate on the desktop.
+//! Palpate on the desktop: emulated finger, meshes, charts, command line.
+//!
+//! A scene ([`scene`]) becomes a tissue ([`tissue`], [`mesh`]), that a patch ([`patch`]) with its stable step ([`stable_step`]): a [`session`].
+//! [`press`] runs it tick by tick with a [`finger`]; [`summary`] writes what came out.
+
+pub mod budget;
+pub mod charts;
+pub mod clock;
+pub mod command;
+pub mod error;
+pub mod finger;
+pub mod measure;
 pub mod mesh;
+pub mod output;
 pub mod patch;
+pub mod press;
+pub mod reference_values;
+pub mod scene;
+pub mod session;
+pub mod stable_step;
+pub mod summary;
+pub mod tissue;
+pub mod trace_file;
+pub mod vtu;

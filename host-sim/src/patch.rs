@@ -64,6 +64,7 @@ pub struct Patch {
     stiffening_per_m: f32,
     depth_limit_m: f32,
     site_m: [f32; 3],
+    element_m: f64,
     nodes: Vec<NodeRest>,
     anchors: Vec<u16>,
     spring_rows: Vec<u16>,
@@ -90,6 +91,7 @@ impl Patch {
             stiffening_per_m: law.stiffening_per_m as f32,
             depth_limit_m: tissue.depth_limit_m as f32,
             site_m: tissue.site_m.map(|c| c as f32),
+            element_m: law.element_m,
             anchors: tissue.anchors.iter().map(|&a| a as u16).collect(),
             scheduled: order::schedule(&springs),
             tets: order::interleave(&elastic.tets),
@@ -100,6 +102,45 @@ impl Patch {
             foundation: law.points,
             rim_nodes: Vec::new(),
             rim_edges: Vec::new(),
+        }
+    }
+
+    /// Takes over a packed patch.
+    #[must_use]
+    pub fn of_file(file: &PatchFile) -> Self {
+        let model = &file.model;
+        let areas = model.triangles.iter().map(|t| {
+            let [a, b, c] = t.node.map(|n| Vector3::from(model.nodes[usize::from(n)].rest_m).cast::<f64>());
+            let from_site = ((a + b + c) / 3.0 - file.site_m.cast()).norm_squared();
+            (from_site, (b - a).cross(&(c - a)).norm() / 2.0)
+        });
+        let nearest = areas.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |(_, area)| area);
+        Self {
+            poisson_ratio: model.poisson_ratio,
+            stiffening_per_m: model.stiffening_per_m,
+            depth_limit_m: model.depth_limit_m,
+            site_m: file.site_m.into(),
+            element_m: foundation::element_size(nearest),
+            nodes: model.nodes.to_vec(),
+            anchors: model.anchors.to_vec(),
+            spring_rows: model.spring_rows.to_vec(),
+            springs: model.springs.to_vec(),
+            scheduled: order::schedule(model.springs),
+            tets: model.tets.to_vec(),
+            triangles: model.triangles.to_vec(),
+            foundation: model.foundation.to_vec(),
+            rim_nodes: model.rim_nodes.to_vec(),
+            rim_edges: model.rim_edges.to_vec(),
+        }
+    }
+
+    /// The patch's mesh, as rounded for the core.
+    #[must_use]
+    pub fn mesh(&self) -> TetMesh {
+        TetMesh {
+            nodes_m: self.nodes.iter().map(|n| n.rest_m.map(f64::from)).collect(),
+            tets: self.tets.iter().map(|t| t.node.map(u32::from)).collect(),
+            regions: vec![0; self.tets.len()],
         }
     }
 
@@ -132,6 +173,12 @@ impl Patch {
     #[must_use]
     pub fn site_m(&self) -> Vector3<f32> {
         self.site_m.into()
+    }
+
+    /// Element size at the site: the side of the equilateral triangle of the nearest triangle's area [m].
+    #[must_use]
+    pub fn element_m(&self) -> f64 {
+        self.element_m
     }
 
     /// Changes the deepest press the patch answers [m].

@@ -2,11 +2,21 @@
 //!
 //! Nodes are seeded at the wanted density, relaxed like a truss, joined by Delaunay tets and rid of slivers.
 
-use super::grading::Grading;
-use super::relax::relax;
-use super::seed::{Cloud, seed};
-use super::sliver::remove_slivers;
-use super::{TetMesh, radius_ratio};
+mod delaunay;
+mod flip;
+mod grading;
+mod radius_ratio;
+mod relax;
+mod seed;
+mod sliver;
+mod vector;
+
+use self::grading::Grading;
+use self::relax::relax;
+use self::seed::{Cloud, seed};
+use self::sliver::remove_slivers;
+use super::TetMesh;
+use self::radius_ratio::radius_ratio;
 use thiserror::Error;
 
 /// Longest over shortest side that is meshed.
@@ -33,38 +43,35 @@ pub struct BlockSpec {
 
 /// Why a block cannot be meshed.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
-#[allow(missing_docs)]
+#[expect(missing_docs, reason = "each message says what its fields are")]
 pub enum BlockError {
     #[error("block size_m[{axis}] = {value} m: must be finite and above 0")]
     Size { axis: usize, value: f64 },
     #[error("block aspect ratio {ratio:.1}: must be at most {MAX_ASPECT}; make the thin side thicker")]
     Aspect { ratio: f64 },
-    #[error("nodes = {nodes}: must be from {} to {}", NODES.start(), NODES.end())]
+    #[error("block nodes = {nodes}: must be from {} to {}", NODES.start(), NODES.end())]
     Nodes { nodes: usize },
-    #[error("nodes = {nodes}: too few for a block of this shape; use at least {least}")]
+    #[error("block nodes = {nodes}: too few for these proportions; use at least {least}")]
     TooFew { nodes: usize, least: usize },
-    #[error("fine_at_m[{axis}] = {value} m: outside the top face; must be within {half} m of its centre")]
+    #[error("block fine_at_m[{axis}] = {value} m: outside the top face; must be within {half} m of its centre")]
     Spot { axis: usize, value: f64, half: f64 },
-    #[error("fine_radius_m = {value} m: must be finite and above 0")]
+    #[error("block fine_radius_m = {value} m: must be finite and above 0")]
     Radius { value: f64 },
-    #[error("no sound mesh of {nodes} nodes found for this block; use a few nodes more or less")]
+    #[error("block nodes = {nodes}: no sound mesh found; use a few nodes more or fewer")]
     Unsound { nodes: usize },
 }
 
 /// Meshes the block; the same bits for the same spec on every machine.
 pub fn block(spec: &BlockSpec) -> Result<TetMesh, BlockError> {
+    let nodes = spec.nodes;
     let mut grading = unit_grading(spec)?;
-    let budget = grading.fit(spec.nodes).map_err(|least| BlockError::TooFew { nodes: spec.nodes, least })?;
+    let budget = grading.fit(nodes).map_err(|least| BlockError::TooFew { nodes, least })?;
     let mut cloud = seed(&grading, &budget);
-    let unsound = BlockError::Unsound { nodes: spec.nodes };
-    let tets = relax(&mut cloud, &grading).ok_or(unsound)?;
-    let mesh = {
-        let tets = remove_slivers(&mut cloud, &grading, tets);
-        to_metres(spec, &cloud, tets)
-    };
-    let worst = mesh.tets.iter().map(|t| radius_ratio(t.map(|n| mesh.nodes_m[n as usize])));
-    let sound = worst.fold(1.0, f64::min) >= MIN_QUALITY;
-    if sound { Ok(mesh) } else { Err(unsound) }
+    let tets = relax(&mut cloud, &grading).ok_or(BlockError::Unsound { nodes })?;
+    let tets = remove_slivers(&mut cloud, &grading, tets);
+    let mesh = to_metres(spec, &cloud, tets);
+    let sound = |t: &[u32; 4]| radius_ratio(t.map(|n| mesh.nodes_m[n as usize])) >= MIN_QUALITY;
+    if mesh.tets.iter().all(sound) { Ok(mesh) } else { Err(BlockError::Unsound { nodes }) }
 }
 
 /// The block in units of its longest side, rounded so that blocks of one shape give the same bits at every size.
@@ -85,7 +92,7 @@ fn unit_grading(spec: &BlockSpec) -> Result<Grading, BlockError> {
     }
     for (axis, value) in spec.fine_at_m.into_iter().enumerate() {
         let half = 0.5 * size[axis];
-        if !(value.abs() <= half) {
+        if value.is_nan() || value.abs() > half {
             return Err(BlockError::Spot { axis, value, half });
         }
     }

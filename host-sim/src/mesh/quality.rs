@@ -1,54 +1,77 @@
-//! Shape of one tet.
+//! Signed volume and shape of one tet.
 
-use super::vector::{Vec3, add_scaled, cross, dot, sub};
+use std::f64::consts::SQRT_2;
 
-/// Three times inradius over circumradius: 1 for a regular tet, 0 for a flat one, negative for an inverted one.
-#[must_use]
-pub fn radius_ratio([a, b, c, d]: [Vec3; 4]) -> f64 {
-    let (u, v, w) = (sub(b, a), sub(c, a), sub(d, a));
-    let (uv, vw, wu) = (cross(u, v), cross(v, w), cross(w, u));
-    let six_volume = dot(uv, w);
-    let opposite_a = add_scaled(add_scaled(uv, 1.0, vw), 1.0, wu);
-    let twice_area = norm(uv) + norm(vw) + norm(wu) + norm(opposite_a);
-    // The circumcentre seen from `a` is this vector over `2 six_volume`.
-    let centre = add_scaled(add_scaled([0.0; 3], dot(u, u), vw), dot(v, v), wu);
-    let centre = add_scaled(centre, dot(w, w), uv);
-    let product = twice_area * norm(centre);
-    if product > 0.0 {
-        // r = six_volume / twice_area and R = |centre| / (2 six_volume).
-        6.0 * six_volume * six_volume.abs() / product
-    } else {
-        0.0
-    }
+/// Corner positions [m] of a tet, shape `[4][3]`. Its indices must be in range.
+pub(super) fn corners(nodes_m: &[[f64; 3]], tet: [u32; 4]) -> [[f64; 3]; 4] {
+    tet.map(|node| nodes_m[node as usize])
 }
 
-fn norm(a: Vec3) -> f64 {
-    dot(a, a).sqrt()
+/// Six times the volume [m^3]: `(b-a) x (c-a) . (d-a)`, positive for a positively oriented tet.
+pub(super) fn six_volumes([a, b, c, d]: [[f64; 3]; 4]) -> f64 {
+    let (u, v, w) = (minus(b, a), minus(c, a), minus(d, a));
+    (u[1] * v[2] - u[2] * v[1]) * w[0]
+        + (u[2] * v[0] - u[0] * v[2]) * w[1]
+        + (u[0] * v[1] - u[1] * v[0]) * w[2]
+}
+
+/// Volume over the cube of the longest edge, scaled to 1 for the regular tet; 0 is flat.
+/// Not a number if the edges are too short for a cube in `f64`.
+pub(super) fn quality(corners: [[f64; 3]; 4]) -> f64 {
+    let [a, b, c, d] = corners;
+    let edges = [(a, b), (a, c), (a, d), (b, c), (b, d), (c, d)];
+    let mut longest_squared = 0.0;
+    for (from, to) in edges {
+        let [x, y, z] = minus(to, from);
+        let squared = x * x + y * y + z * z;
+        if squared > longest_squared {
+            longest_squared = squared;
+        }
+    }
+    SQRT_2 * six_volumes(corners).abs() / (longest_squared * longest_squared.sqrt())
+}
+
+/// Index and quality of the flattest tet; `None` without tets.
+#[must_use]
+pub fn worst(mesh: &super::TetMesh) -> Option<super::WorstTet> {
+    let each = mesh.tets.iter().map(|tet| quality(corners(&mesh.nodes_m, *tet))).enumerate();
+    each.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(index, quality)| super::WorstTet { index, quality })
+}
+
+fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    const REGULAR: [[f64; 3]; 4] = [
+        [1.0, 1.0, 1.0],
+        [1.0, -1.0, -1.0],
+        [-1.0, 1.0, -1.0],
+        [-1.0, -1.0, 1.0],
+    ];
+
     #[test]
-    fn regular_is_one_and_mirrored_is_minus_one() {
-        let [a, b, c, d] = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
-        assert!((radius_ratio([a, b, d, c]).abs() - 1.0).abs() < 1e-14);
-        assert!((radius_ratio([a, b, c, d]) + radius_ratio([a, b, d, c])).abs() < 1e-14);
+    fn the_regular_tet_has_quality_one_at_every_scale() {
+        for scale in [1e-30, 1e-6, 1e-3, 1.0, 1e6] {
+            let tet = REGULAR.map(|corner| corner.map(|x| scale * x));
+            // A dozen roundings of 1e-16 each.
+            assert!((quality(tet) - 1.0).abs() < 1e-14, "scale {scale}");
+        }
     }
 
     #[test]
-    fn unit_corner_has_the_textbook_value() {
-        // r = 1 / (3 + sqrt 3), R = sqrt 3 / 2.
-        let q = radius_ratio([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
-        let s = 3.0_f64.sqrt();
-        assert!((q - 6.0 / (s * (3.0 + s))).abs() < 1e-14);
+    fn the_corner_of_a_cube_has_a_sixth_of_its_volume() {
+        let [o, x, y, z] = [[0.0; 3], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]];
+        assert_eq!(six_volumes([o, x, y, z]), 8.0);
+        assert_eq!(six_volumes([o, x, z, y]), -8.0);
     }
 
     #[test]
-    fn flat_and_collapsed_are_zero() {
-        let flat = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
-        assert_eq!(radius_ratio(flat), 0.0);
-        assert_eq!(radius_ratio([[1.0; 3]; 4]), 0.0);
+    fn a_tet_in_a_plane_has_quality_zero() {
+        let tet = [[0.0; 3], [1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [1.0, 1.0, 1.0]];
+        assert_eq!(quality(tet), 0.0);
     }
 }

@@ -34,7 +34,7 @@ pub(super) fn face_sides(tets: &[[u32; 4]]) -> Vec<FaceSide> {
     sides
 }
 
-/// Boundary triangles, shape [triangles][3]: the faces of one tet only, in the order of the tets.
+/// Boundary triangles, shape `[triangles][3]`: the faces of one tet only, in the order of the tets.
 /// Counter-clockwise seen from outside if every tet is positively oriented.
 #[must_use]
 pub fn surface(tets: &[[u32; 4]]) -> Vec<[u32; 3]> {
@@ -50,7 +50,7 @@ pub fn surface(tets: &[[u32; 4]]) -> Vec<[u32; 3]> {
     open.into_iter().map(|(_, _, corners)| corners).collect()
 }
 
-/// Edges `[i, j]`, `i < j`, each once, in rising order, shape [edges][2].
+/// Edges `[i, j]`, `i < j`, each once, in rising order, shape `[edges][2]`.
 #[must_use]
 pub fn edges(tets: &[[u32; 4]]) -> Vec<[u32; 2]> {
     let mut edges: Vec<_> = tets
@@ -63,3 +63,51 @@ pub fn edges(tets: &[[u32; 4]]) -> Vec<[u32; 2]> {
     edges
 }
 
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lone_tet_shows_its_four_faces_outward() {
+        // Seen along -x, -y, -z and from (1, 1, 1) on the corner of the unit cube.
+        assert_eq!(
+            surface(&[[0, 1, 2, 3]]),
+            [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]
+        );
+    }
+
+    #[test]
+    fn a_face_between_two_tets_is_not_surface() {
+        let triangles = surface(&[[0, 1, 2, 3], [1, 2, 3, 4]]);
+        assert_eq!(triangles.len(), 6);
+        assert!(triangles.iter().all(|triangle| {
+            let mut nodes = *triangle;
+            nodes.sort_unstable();
+            nodes != [1, 2, 3]
+        }));
+    }
+
+    #[test]
+    fn edges_rise_and_are_unique() {
+        assert_eq!(
+            edges(&[[3, 1, 2, 0], [4, 3, 2, 1]]),
+            [
+                [0, 1],
+                [0, 2],
+                [0, 3],
+                [1, 2],
+                [1, 3],
+                [1, 4],
+                [2, 3],
+                [2, 4],
+                [3, 4]
+            ]
+        );
+    }
+
+    #[test]
+    fn no_tets_have_no_surface_and_no_edges() {
+        assert!(surface(&[]).is_empty());
+        assert!(edges(&[]).is_empty());
+    }
+}

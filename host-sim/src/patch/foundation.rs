@@ -14,6 +14,8 @@ pub(super) struct Foundation {
     /// Contact stiffness over E of each node [m].
     pub contact_m: Vec<f64>,
     pub stiffening_per_m: f64,
+    /// Element size at the site [m].
+    pub element_m: f64,
 }
 
 pub(super) fn of(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>, surface: &[[u32; 3]]) -> Foundation {
@@ -28,7 +30,8 @@ pub(super) fn of(tissue: &Tissue, material: &Material, multipliers: Option<&Mult
     let nearest = surface.iter().zip(&areas).min_by(|(s, _), (t, _)| {
         distance_squared(centroid(corners(s)), tissue.site_m).total_cmp(&distance_squared(centroid(corners(t)), tissue.site_m))
     });
-    let stiffening = material.foundation_stiffening / nearest.map_or(1.0, |(_, &a)| element_size(a));
+    let element_m = nearest.map_or(1.0, |(_, &a)| element_size(a));
+    let stiffening = material.foundation_stiffening / element_m;
 
     let mut contact = vec![0.0; nodes.len()];
     let mut triangles = Vec::with_capacity(surface.len());
@@ -52,11 +55,11 @@ pub(super) fn of(tissue: &Tissue, material: &Material, multipliers: Option<&Mult
             share: t.map(|n| (a / POINT_WEIGHTS.len() as f64 / node_area[n as usize]) as f32),
         });
     }
-    Foundation { triangles, points, contact_m: contact, stiffening_per_m: stiffening }
+    Foundation { triangles, points, contact_m: contact, stiffening_per_m: stiffening, element_m }
 }
 
 /// Edge of the equilateral triangle of this area [m].
-fn element_size(area_m2: f64) -> f64 {
+pub(super) fn element_size(area_m2: f64) -> f64 {
     (4.0 * area_m2 / 3.0_f64.sqrt()).sqrt()
 }
 

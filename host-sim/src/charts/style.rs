@@ -1,0 +1,80 @@
+//! One look for all charts: sizes, colours, lines and the built-in font.
+
+use ab_glyph::FontRef;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{
+    Color, FontDesc, FontFamily, FontStyle, RGBColor, ShapeStyle, TextStyle, register_font,
+};
+
+/// Canvas units per picture pixel. The plotting library rounds to whole units; a quarter of a
+/// pixel hides that, and averages to 17 levels of edge smoothing.
+pub const FINE: u32 = 4;
+
+/// What the SVG back end writes as font size per size asked for, hence what the PNG must use.
+pub const EM_PER_SIZE: f64 = 1.0 / 1.24;
+
+/// The built-in font first, then what a viewer without it is likely to have.
+const FAMILY: &str = "Noto Sans, Open Sans, Helvetica, Arial, sans-serif";
+
+pub const INK: RGBColor = RGBColor(0x22, 0x26, 0x2a);
+pub const MUTED: RGBColor = RGBColor(0x66, 0x6c, 0x72);
+pub const GRID: RGBColor = RGBColor(0xe3, 0xe6, 0xe9);
+pub const PRESS: RGBColor = RGBColor(0x1f, 0x6f, 0xb4);
+pub const BAR: RGBColor = RGBColor(0x6f, 0xa3, 0xd2);
+pub const RELEASE: RGBColor = RGBColor(0xe3, 0x8b, 0x1d);
+pub const DEPTH: RGBColor = RGBColor(0x4a, 0x53, 0x5c);
+pub const REFERENCE: RGBColor = RGBColor(0xc8, 0x4b, 0x1e);
+pub const WARN: RGBColor = RGBColor(0xb3, 0x26, 0x1e);
+
+/// Text sizes [px].
+pub const TITLE_PX: f64 = 19.0;
+pub const LABEL_PX: f64 = 15.0;
+pub const TICK_PX: f64 = 14.0;
+
+/// Picture pixels to canvas units.
+pub fn px(pixels: f64) -> i32 {
+    (pixels * f64::from(FINE)).round() as i32
+}
+
+/// The built-in face for `style`; the charts use regular and bold.
+pub fn face(style: &FontStyle) -> Option<FontRef<'static>> {
+    FontRef::try_from_slice(match style {
+        FontStyle::Bold => notosans::BOLD_TTF,
+        _ => notosans::REGULAR_TTF,
+    })
+    .ok()
+}
+
+/// Makes the built-in font known to the plotting library, which measures text with it.
+pub fn register_fonts() -> Result<(), String> {
+    register_font(FAMILY, FontStyle::Normal, notosans::REGULAR_TTF)
+        .and_then(|()| register_font(FAMILY, FontStyle::Bold, notosans::BOLD_TTF))
+        .map_err(|_| "the built-in font does not parse".to_owned())
+}
+
+/// Text of `size_px` that hangs from `anchor` (horizontal, vertical).
+pub fn text(size_px: f64, color: RGBColor, anchor: (HPos, VPos)) -> TextStyle<'static> {
+    styled(size_px, FontStyle::Normal, color, anchor)
+}
+
+/// Bold text of `size_px` that hangs from its top left corner.
+pub fn heading(size_px: f64, color: RGBColor) -> TextStyle<'static> {
+    styled(size_px, FontStyle::Bold, color, (HPos::Left, VPos::Top))
+}
+
+fn styled(
+    size_px: f64,
+    style: FontStyle,
+    color: RGBColor,
+    (h, v): (HPos, VPos),
+) -> TextStyle<'static> {
+    let size = size_px * f64::from(FINE) / EM_PER_SIZE;
+    let mut text = TextStyle::from(FontDesc::new(FontFamily::Name(FAMILY), size, style));
+    text.color = color.to_backend_color();
+    text.pos(Pos::new(h, v))
+}
+
+/// A line `width_px` wide.
+pub fn line(color: RGBColor, width_px: f64) -> ShapeStyle {
+    ShapeStyle::from(color).stroke_width(px(width_px).unsigned_abs().max(1))
+}

@@ -1,0 +1,250 @@
+//! The deformed surface seen obliquely from the probe's side, coloured by displacement.
+
+mod facets;
+mod probe;
+mod view;
+
+use std::path::Path;
+
+use plotters::element::{PathElement, Polygon, Rectangle};
+use plotters::prelude::{ColorMap, DrawingBackend, RGBColor, ViridisRGB};
+use plotters::style::text_anchor::{HPos, VPos};
+use plotters::style::{BLACK, Color, ShapeStyle};
+
+use super::axis::{Axis, Unit};
+use super::layout::{Area, MARGIN_PX, TITLE_HEIGHT_PX, builder, title};
+use super::picture::{Drawn, Picture, save};
+use super::style::{FINE, INK, LABEL_PX, MUTED, TICK_PX, line, px, text};
+use super::{ChartError, check};
+use facets::{Face, Facet, faces};
+pub use probe::{Probe, ProbeShape};
+use view::{View, length};
+
+/// A closed surface at rest and pressed.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface<'a> {
+    /// Scene name, first words of the title.
+    pub scene: &'a str,
+    /// What is shown, the line below the title: nodes, depth, force.
+    pub caption: &'a str,
+    /// Node positions at rest [m], shape [nodes][3].
+    pub rest_m: &'a [[f64; 3]],
+    /// Node positions now [m], shape [nodes][3].
+    pub deformed_m: &'a [[f64; 3]],
+    /// Nodes of each triangle, counter-clockwise seen from outside, shape [triangles][3].
+    pub triangles: &'a [[u32; 3]],
+    /// What presses on it.
+    pub probe: Probe,
+}
+
+/// Writes `NAME.svg` and `NAME.png` into `folder`.
+///
+/// # Errors
+/// No triangles, a triangle that names a missing node, a value that cannot be drawn, or a folder
+/// that cannot be written.
+pub fn surface(folder: &Path, name: &str, surface: &Surface) -> Result<(), ChartError> {
+    surface.check()?;
+    let moved_m: Vec<f64> = (surface.rest_m.iter().zip(surface.deformed_m))
+        .map(|(a, b)| length([b[0] - a[0], b[1] - a[1], b[2] - a[2]]))
+        .collect();
+    let used = surface.triangles.iter().flatten();
+    let most_m = used
+        .filter_map(|n| moved_m.get(*n as usize))
+        .fold(0.0, |most: f64, m| most.max(*m));
+    let unit = Unit::of_length([most_m]);
+    let picture = SurfacePicture {
+        surface,
+        moved_m,
+        unit,
+        scale: Axis::to_a_tick(most_m * unit.per_si, 6),
+    };
+    save(folder, name, &picture)
+}
+
+impl Surface<'_> {
+    fn check(&self) -> Result<(), ChartError> {
+        if self.triangles.is_empty() {
+            return Err(ChartError::Empty { what: "triangles" });
+        }
+        let node_count = self.rest_m.len().min(self.deformed_m.len());
+        for (triangle, nodes) in self.triangles.iter().enumerate() {
+            if let Some(&node) = nodes.iter().find(|n| **n as usize >= node_count) {
+                return Err(ChartError::NoSuchNode {
+                    triangle,
+                    node,
+                    node_count,
+                });
+            }
+        }
+        check(
+            "rest_m (x, y, z in turn)",
+            self.rest_m.iter().flatten().copied(),
+        )?;
+        check(
+            "deformed_m (x, y, z in turn)",
+            self.deformed_m.iter().flatten().copied(),
+        )?;
+        check("probe tip_m", self.probe.tip_m)?;
+        check("probe axis", self.probe.axis)?;
+        check("probe radius_m", [self.probe.radius_m])
+    }
+}
+
+struct SurfacePicture<'a> {
+    surface: &'a Surface<'a>,
+    /// How far each node has moved [m].
+    moved_m: Vec<f64>,
+    unit: Unit,
+    /// The colour scale, in `unit`.
+    scale: Axis,
+}
+
+/// Room for the colour bar and its labels at the right [px].
+const BAR_PX: f64 = 130.0;
+
+impl SurfacePicture<'_> {
+    fn view<DB: DrawingBackend>(&self, area: &Area<DB>) -> View {
+        let probe = &self.surface.probe;
+        let axis = probe.direction();
+        let used = (self.surface.triangles.iter().flatten())
+            .filter_map(|n| self.surface.deformed_m.get(*n as usize).copied());
+        let (width, height) = area.dim_in_pixel();
+        let frame = super::place::Frame {
+            low: (px(MARGIN_PX + 10.0), px(TITLE_HEIGHT_PX + 6.0)),
+            high: (
+                width.cast_signed() - px(BAR_PX + MARGIN_PX + 20.0),
+                height.cast_signed() - px(60.0),
+            ),
+        };
+        View::onto(axis, used.chain(probe.hull()), frame)
+    }
+
+    fn paint<DB: DrawingBackend>(&self, area: &Area<DB>, face: &Face) -> Drawn<DB> {
+        let fill = |facet: &Facet| {
+            let share = facet.moved_m * self.unit.per_si / self.scale.range.end;
+            shaded(colour(share), facet.light)
+        };
+        // ground of the mean colour with a seam of it all round: no white shows between polygons
+        let ground = fill(&face.whole);
+        let corners = face.whole.corners.map(whole_units);
+        let [a, b, c] = corners;
+        area.draw(&Polygon::new(corners, ground.filled()))?;
+        area.draw(&PathElement::new([a, b, c, a], line(ground, 0.4)))?;
+        for facet in &face.parts {
+            let corners = facet.grown(0.5 * f64::from(FINE)).map(whole_units);
+            area.draw(&Polygon::new(corners, fill(facet).filled()))?;
+        }
+        let edge = ShapeStyle::from(BLACK.mix(0.16)).stroke_width(line(BLACK, 0.8).stroke_width);
+        area.draw(&PathElement::new([a, b, c, a], edge))
+    }
+}
+
+fn whole_units((x, y): (f64, f64)) -> (i32, i32) {
+    (x.round() as i32, y.round() as i32)
+}
+
+/// Colour of a `share` (0 to 1) of the scale: viridis, a quarter lighter so that it can be shaded.
+fn colour(share: f64) -> RGBColor {
+    let RGBColor(r, g, b) = ViridisRGB.get_color(share.clamp(0.0, 1.0));
+    let pale = |v: u8| v + (255 - v) / 4;
+    RGBColor(pale(r), pale(g), pale(b))
+}
+
+/// `color` as it looks under `light` from 0 to 1.
+fn shaded(color: RGBColor, light: f64) -> RGBColor {
+    let lit = |v: u8| (f64::from(v) * (0.52 + 0.85 * light)).min(255.0) as u8;
+    RGBColor(lit(color.0), lit(color.1), lit(color.2))
+}
+
+impl Picture for SurfacePicture<'_> {
+    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> Drawn<DB> {
+        title(area, self.surface.scene, self.surface.caption)?;
+        let view = self.view(area);
+        let scale_m = self.scale.range.end / self.unit.per_si;
+        for face in faces(self.surface, &self.moved_m, scale_m, &view) {
+            self.paint(area, &face)?;
+        }
+        let wires = self.surface.probe.wire(&view);
+        // a pale halo under every line keeps the wire readable on any colour
+        for (color, extra) in [(RGBColor(255, 255, 255), 1.6), (INK, 0.0)] {
+            for wire in &wires {
+                let points: Vec<_> = wire.points.iter().map(|p| view.spot(*p)).collect();
+                let width = if wire.outline { 1.7 } else { 0.8 };
+                area.draw(&PathElement::new(points, line(color, width + extra)))?;
+            }
+        }
+        self.colour_bar(area)?;
+        scale_bar(area, &view)
+    }
+}
+
+impl SurfacePicture<'_> {
+    fn colour_bar<DB: DrawingBackend>(&self, area: &Area<DB>) -> Drawn<DB> {
+        let most = self.scale.range.end;
+        let (width, height) = area.dim_in_pixel();
+        let left = width.cast_signed() - px(BAR_PX + MARGIN_PX);
+        let (_, bar) = area.split_horizontally(left);
+        let spare = (height.cast_signed() - px(TITLE_HEIGHT_PX + 380.0)) / 2;
+        let mut chart = builder(&bar)
+            .margin_top(px(TITLE_HEIGHT_PX) + spare)
+            .margin_bottom(spare)
+            .margin_left(px(24.0))
+            .x_label_area_size(0)
+            .y_label_area_size(0)
+            .right_y_label_area_size(px(62.0))
+            .build_cartesian_2d(0.0..1.0, self.scale.range.clone())?;
+        let strips = 128;
+        let level = |k: i32| most * f64::from(k) / f64::from(strips);
+        chart.draw_series((0..strips).map(|k| {
+            let color = colour(f64::from(k) / f64::from(strips - 1));
+            // one strip higher than its share, so that no seam shows below the next
+            Rectangle::new(
+                [(0.0, level(k)), (1.0, level((k + 2).min(strips)))],
+                color.filled(),
+            )
+        }))?;
+        chart
+            .configure_mesh()
+            .disable_mesh()
+            .disable_x_axis()
+            .axis_style(line(INK, 1.2))
+            .set_all_tick_mark_size(px(5.0))
+            .label_style(text(TICK_PX, INK, (HPos::Left, VPos::Center)))
+            .axis_desc_style(text(LABEL_PX, INK, (HPos::Center, VPos::Center)))
+            .y_labels(self.scale.ticks)
+            .y_label_formatter(&|v| self.scale.label(*v))
+            .y_desc(format!("displacement [{}]", self.unit.symbol))
+            .draw()
+    }
+}
+
+/// A bar of a round length about a sixth of the picture wide, at the bottom left.
+fn scale_bar<DB: DrawingBackend>(area: &Area<DB>, view: &View) -> Drawn<DB> {
+    let wish_m = f64::from(area.dim_in_pixel().0) / 6.0 / view.scale;
+    let decade = 10_f64.powf(wish_m.log10().floor());
+    let length_m = [5.0, 2.0, 1.0]
+        .into_iter()
+        .map(|k| k * decade)
+        .find(|l| *l <= wish_m)
+        .unwrap_or(decade);
+    let (left, y) = (
+        px(MARGIN_PX),
+        area.dim_in_pixel().1.cast_signed() - px(34.0),
+    );
+    let right = left + (length_m * view.scale).round() as i32;
+    area.draw(&PathElement::new([(left, y), (right, y)], line(INK, 2.0)))?;
+    for x in [left, right] {
+        area.draw(&PathElement::new(
+            [(x, y - px(5.0)), (x, y + px(5.0))],
+            line(INK, 2.0),
+        ))?;
+    }
+    let unit = Unit::of_length([length_m]);
+    let label = format!(
+        "{} {}",
+        (length_m * unit.per_si * 1e6).round() / 1e6,
+        unit.symbol
+    );
+    let style = text(LABEL_PX, MUTED, (HPos::Left, VPos::Center));
+    area.draw_text(&label, &style, (right + px(10.0), y))
+}

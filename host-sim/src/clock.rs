@@ -1,0 +1,20 @@
+//! What a tick costs: CPU time of this thread where the system tells it, so that a busy machine does not count as a slow tick.
+
+use std::time::Duration;
+
+/// CPU time of this thread so far.
+#[cfg(unix)]
+#[must_use]
+pub fn thread_time() -> Duration {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    Duration::new(now.tv_sec.unsigned_abs(), now.tv_nsec as u32)
+}
+
+/// Wall time, where thread time is not to be had.
+#[cfg(not(unix))]
+#[must_use]
+pub fn thread_time() -> Duration {
+    use std::sync::OnceLock;
+    static START: OnceLock<std::time::Instant> = OnceLock::new();
+    START.get_or_init(std::time::Instant::now).elapsed()
+}

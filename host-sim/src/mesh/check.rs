@@ -1,0 +1,184 @@
+//! Whether a solid can be simulated: its size, its nodes, the shape and orientation of its tets.
+
+use super::error::{Defect, MeshError};
+use super::quality::{corners, quality, six_volumes};
+use super::solid::Solid;
+use super::topology;
+
+/// Largest extent below which the length unit must be wrong [m]: a probe tip is millimetres wide,
+/// and an organ in metres read as millimetres comes out at 0.1 mm.
+pub const MIN_SIZE_M: f64 = 1e-3;
+
+/// Largest extent above which the length unit must be wrong [m]: nothing palpated exceeds a body,
+/// and an organ in millimetres read as metres comes out at 100 m.
+pub const MAX_SIZE_M: f64 = 2.0;
+
+/// Least quality of a tet (1 for the regular one). In an organ a hundred edges wide, rounding to
+/// `f32` moves a node by 1e-5 of an edge: a flatter tet could turn inside out before it is touched.
+pub const MIN_QUALITY: f64 = 1e-4;
+
+/// What a sound solid turned out to be.
+pub(super) struct Findings {
+    pub flipped_tets: usize,
+    /// Extents along x, y, z [m].
+    pub size_m: [f64; 3],
+    pub volume_m3: f64,
+    /// Index and quality of the flattest tet.
+    pub worst: (usize, f64),
+}
+
+/// Orients every tet positively; fails on the first kind of defect present.
+pub(super) fn check(solid: &mut Solid, unit_m: f64) -> Result<Findings, MeshError> {
+    let size_m = size(solid, unit_m)?;
+    no_coincident_nodes(solid)?;
+    no_duplicate_tets(solid)?;
+    let worst = no_flat_tets(solid)?;
+    let flipped_tets = orient(solid);
+    topology::check(solid)?;
+    let mesh = &solid.mesh;
+    let six_times: f64 = mesh
+        .tets
+        .iter()
+        .map(|&tet| six_volumes(corners(&mesh.nodes_m, tet)))
+        .sum();
+    Ok(Findings {
+        flipped_tets,
+        size_m,
+        volume_m3: six_times / 6.0,
+        worst,
+    })
+}
+
+fn size(solid: &Solid, unit_m: f64) -> Result<[f64; 3], MeshError> {
+    let mut low = [f64::INFINITY; 3];
+    let mut high = [f64::NEG_INFINITY; 3];
+    for node in &solid.mesh.nodes_m {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(node[axis]);
+            high[axis] = high[axis].max(node[axis]);
+        }
+    }
+    let size_m = [high[0] - low[0], high[1] - low[1], high[2] - low[2]];
+    let largest_m = size_m.into_iter().fold(0.0, f64::max);
+    if (MIN_SIZE_M..=MAX_SIZE_M).contains(&largest_m) {
+        return Ok(size_m);
+    }
+    let [x, y, z] = size_m.map(millimetres);
+    let named = [("m", 1.0), ("mm", 1e-3)]
+        .into_iter()
+        .find(|(_, named_m)| (MIN_SIZE_M..=MAX_SIZE_M).contains(&(largest_m / unit_m * named_m)));
+    let example = match named {
+        Some((name, named_m)) => {
+            let size_mm = millimetres(largest_m / unit_m * named_m);
+            format!(" (\"{name}\" would make it {size_mm} mm)")
+        }
+        None => String::new(),
+    };
+    Err(solid.error(Defect::Size {
+        size_mm: format!("{x} x {y} x {z}"),
+        hint: format!(
+            "a file unit is taken as {} mm, set length_unit to \"m\", \"mm\" or the metres in a file unit{example}",
+            millimetres(unit_m)
+        ),
+    }))
+}
+
+/// A length [m] as millimetres in few digits.
+fn millimetres(length_m: f64) -> String {
+    let mm = 1e3 * length_m;
+    if (0.01..1e6).contains(&mm) {
+        let text = format!("{mm:.2}");
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        format!("{mm:.1e}")
+    }
+}
+
+fn no_coincident_nodes(solid: &Solid) -> Result<(), MeshError> {
+    let nodes_m = &solid.mesh.nodes_m;
+    let mut order: Vec<usize> = (0..nodes_m.len()).collect();
+    // Adding zero makes -0 and 0 the same place.
+    let place = |index: usize| nodes_m[index].map(|x| x + 0.0);
+    order.sort_unstable_by(|&i, &j| {
+        let ([ax, ay, az], [bx, by, bz]) = (place(i), place(j));
+        ax.total_cmp(&bx)
+            .then(ay.total_cmp(&by))
+            .then(az.total_cmp(&bz))
+            .then(i.cmp(&j))
+    });
+    let pairs = order.windows(2).filter_map(|pair| match *pair {
+        [first, second] if place(first) == place(second) => Some((second, first)),
+        _ => None,
+    });
+    match pairs.min() {
+        None => Ok(()),
+        Some((node, first)) => Err(solid.error_at_node(
+            node,
+            Defect::CoincidentNodes {
+                node: solid.node(node).number,
+                first: solid.node(first).number,
+                first_line: solid.node(first).line,
+            },
+        )),
+    }
+}
+
+fn no_duplicate_tets(solid: &Solid) -> Result<(), MeshError> {
+    let mut keys: Vec<([u32; 4], usize)> = (solid.mesh.tets.iter().copied()).zip(0..).collect();
+    for (nodes, _) in &mut keys {
+        nodes.sort_unstable();
+    }
+    keys.sort_unstable();
+    let pairs = keys.windows(2).filter_map(|pair| match *pair {
+        [(a, first), (b, second)] if a == b => Some((second, first)),
+        _ => None,
+    });
+    match pairs.min() {
+        None => Ok(()),
+        Some((tet, first)) => Err(solid.error_at_tet(
+            tet,
+            Defect::DuplicateTet {
+                tet: solid.tet(tet).number,
+                first: solid.tet(first).number,
+                first_line: solid.tet(first).line,
+            },
+        )),
+    }
+}
+
+/// Index and quality of the flattest tet, if even that one is sound.
+fn no_flat_tets(solid: &Solid) -> Result<(usize, f64), MeshError> {
+    let mesh = &solid.mesh;
+    let mut worst = (0, f64::INFINITY);
+    for (index, &tet) in mesh.tets.iter().enumerate() {
+        let quality = quality(corners(&mesh.nodes_m, tet));
+        if quality.is_nan() || quality < MIN_QUALITY {
+            let tet = solid.tet(index).number;
+            return Err(solid.error_at_tet(
+                index,
+                Defect::Flat {
+                    tet,
+                    quality,
+                    least: MIN_QUALITY,
+                },
+            ));
+        }
+        if quality < worst.1 {
+            worst = (index, quality);
+        }
+    }
+    Ok(worst)
+}
+
+/// Swaps two nodes of every inverted tet and counts these tets.
+fn orient(solid: &mut Solid) -> usize {
+    let mesh = &mut solid.mesh;
+    let mut flipped = 0;
+    for tet in &mut mesh.tets {
+        if six_volumes(corners(&mesh.nodes_m, *tet)) < 0.0 {
+            tet.swap(2, 3);
+            flipped += 1;
+        }
+    }
+    flipped
+}

@@ -1,0 +1,187 @@
+//! What can be wrong with a mesh file, and where.
+
+use std::io;
+
+/// A mesh file that cannot be used. Displays as one line: where, what, how to fix it.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {defect}", place(file, *line))]
+pub struct MeshError {
+    /// Path as the caller gave it, control characters replaced.
+    pub file: String,
+    /// Line in `file`, from 1; `None` where the defect belongs to no single line.
+    pub line: Option<usize>,
+    /// What is wrong.
+    pub defect: Defect,
+}
+
+fn place(file: &str, line: Option<usize>) -> String {
+    match line {
+        Some(line) => format!("{file}:{line}"),
+        None => file.to_owned(),
+    }
+}
+
+/// What is wrong with a mesh file.
+///
+/// `tet` and `node` are the numbers the file itself uses: element and node tags in Gmsh,
+/// first columns in `TetGen`, positions from 0 in VTK.
+#[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "each message names what its fields hold")]
+pub enum Defect {
+    #[error("cannot read the file ({0}): check the path")]
+    Read(#[source] io::Error),
+    #[error("not a regular file: give the path of a mesh file")]
+    NotAFile,
+    #[error("larger than {limit_mib} MiB: export only the volume mesh, without results")]
+    FileTooLarge { limit_mib: u64 },
+    #[error("the file is empty: re-export the mesh")]
+    Empty,
+    #[error("length unit of {0} m: give a positive, finite number of metres per file unit")]
+    LengthUnit(f64),
+
+    #[error(
+        "unknown mesh format (starts with `{starts}`): export as Gmsh 2.2 or 4.1 ASCII, TetGen .node/.ele or legacy ASCII VTK"
+    )]
+    UnknownFormat { starts: String },
+    #[error("XML VTK is not read: export as legacy ASCII VTK (.vtk)")]
+    Xml,
+    #[error("binary {format} is not read: export as ASCII")]
+    Binary { format: &'static str },
+    #[error("{format} version `{found}` is not read: export as {supported}")]
+    Version {
+        format: &'static str,
+        found: String,
+        supported: &'static str,
+    },
+    #[error("a partitioned mesh is not read: export it as one partition")]
+    Partitioned,
+    #[error("VTK data set `{found}` is not read: export as UNSTRUCTURED_GRID")]
+    DataSet { found: String },
+    #[error("tets of higher order are not read: export with 4 nodes a tet")]
+    HigherOrder,
+
+    #[error("expected {what}, found `{found}`: fix the line or re-export the mesh")]
+    Expected { what: &'static str, found: String },
+    #[error("the line ends before {what}: fix the line or re-export the mesh")]
+    Missing { what: &'static str },
+    #[error("the file ends before {what}: it is cut short, re-export the mesh")]
+    Truncated { what: &'static str },
+    #[error("`{found}` is more than the line should hold: fix the line or re-export the mesh")]
+    Surplus { found: String },
+    #[error("{what} is `{found}`, not a finite number: re-export the mesh")]
+    NotFinite { what: &'static str, found: String },
+    #[error("{section} announces {announced} {items} but holds {found}: re-export the mesh")]
+    TooFew {
+        section: &'static str,
+        items: &'static str,
+        announced: u64,
+        found: u64,
+    },
+    #[error("{section} announces {announced} {items} but goes on: re-export the mesh")]
+    TooMany {
+        section: &'static str,
+        items: &'static str,
+        announced: u64,
+    },
+    #[error("{what} says {says}, but the file holds {found}: re-export the mesh")]
+    Disagree {
+        what: &'static str,
+        says: u64,
+        found: u64,
+    },
+    #[error("second {section}: keep one")]
+    RepeatedSection { section: &'static str },
+    #[error("no {section}: re-export the mesh with its nodes and tets")]
+    MissingSection { section: &'static str },
+
+    #[error("no tets{ignored}: mesh the volume, not only its surface, and re-export")]
+    NoTets { ignored: String },
+    #[error("node {node} is already on line {first_line}: renumber the nodes")]
+    RepeatedNodeNumber { node: u64, first_line: usize },
+    #[error(
+        "tet {tet} names node {node}, but {}: fix the element or re-export the mesh",
+        no_such_node(*node, *nodes, *last)
+    )]
+    UnknownNode {
+        tet: u64,
+        node: u64,
+        /// Nodes in the file.
+        nodes: usize,
+        /// Highest node number in the file.
+        last: u64,
+    },
+    #[error("tet {tet} names node {node} twice: remove the element")]
+    RepeatedNode { tet: u64, node: u64 },
+    #[error("{nodes} nodes in use, at most {limit} fit: coarsen the mesh")]
+    TooManyNodes { nodes: usize, limit: usize },
+
+    #[error("the mesh is {size_mm} mm, outside 1 mm to 2 m: {hint}")]
+    Size { size_mm: String, hint: String },
+    #[error(
+        "node {node} is exactly where node {first} is (line {first_line}): merge duplicate nodes"
+    )]
+    CoincidentNodes {
+        node: u64,
+        first: u64,
+        first_line: usize,
+    },
+    #[error("tet {tet} has the same nodes as tet {first} (line {first_line}): remove one")]
+    DuplicateTet {
+        tet: u64,
+        first: u64,
+        first_line: usize,
+    },
+    #[error(
+        "tet {tet} is flat (quality {quality:.1e}, regular 1, least {least:.0e}): optimise the mesh to remove slivers"
+    )]
+    Flat { tet: u64, quality: f64, least: f64 },
+    #[error(
+        "the face of nodes {}, {}, {} belongs to {tets} tets, this is tet {tet}: a face has at most 2, remove the others",
+        face[0], face[1], face[2]
+    )]
+    CrowdedFace {
+        tet: u64,
+        face: [u64; 3],
+        tets: usize,
+    },
+    #[error(
+        "tets {tet} and {first} (line {first_line}) overlap, both on one side of their common face: a node is out of place, untangle the mesh"
+    )]
+    FoldedFace {
+        tet: u64,
+        first: u64,
+        first_line: usize,
+    },
+    #[error(
+        "the tets form {parts} parts that share no face ({sizes}; tet {tet} begins the smallest): keep one connected piece"
+    )]
+    Parts {
+        parts: usize,
+        sizes: String,
+        tet: u64,
+    },
+}
+
+/// Says why there is no `node`: past the last of a gapless numbering, or merely not defined.
+fn no_such_node(node: u64, nodes: usize, last: u64) -> String {
+    if node > last && last.abs_diff(nodes as u64) <= 1 {
+        format!("the file has {nodes} nodes")
+    } else {
+        format!("none of the file's {nodes} nodes has that number")
+    }
+}
+
+/// A word of a file fit for a one-line message: short, without control characters.
+pub(super) fn quoted(text: &str) -> String {
+    const LONGEST: usize = 24;
+    let mut quote = printable(text).chars().take(LONGEST).collect::<String>();
+    if text.chars().nth(LONGEST).is_some() {
+        quote.push('…');
+    }
+    quote
+}
+
+/// `text` with its control characters (line ends among them) replaced.
+pub(super) fn printable(text: &str) -> String {
+    text.replace(char::is_control, "\u{fffd}")
+}

@@ -1,0 +1,186 @@
+//! Gmsh `.msh`, ASCII: format 1 (`$NOD`/`$ELM`), 2.x and 4.1.
+//!
+//! A file is a list of `$Section` ... `$EndSection` blocks, one record a line as Gmsh writes them.
+
+mod kind;
+mod v1;
+mod v2;
+mod v4;
+
+use super::error::{Defect, MeshError, quoted};
+use super::lines::{Line, Lines};
+use super::raw::{RawMesh, RawNode};
+use super::word::Word;
+
+/// What `$MeshFormat` announces; format 1 has no such section.
+#[derive(Clone, Copy, PartialEq)]
+enum Version {
+    V1,
+    V2,
+    V4,
+}
+
+/// Reads a `.msh` file, whichever format its header announces.
+pub(super) fn read(file: &str, text: &str) -> Result<RawMesh, MeshError> {
+    let mut lines = Lines::new(file, text);
+    let mut mesh = RawMesh::new("Gmsh 1", file, file);
+    let mut version = Version::V1;
+    let mut regions = None;
+    let (mut has_nodes, mut has_elements) = (false, false);
+    while let Some(line) = lines.next() {
+        match (line.text, version) {
+            ("$MeshFormat", _) => (version, mesh.format) = format(&mut lines)?,
+            ("$NOD", Version::V1) => {
+                once(&mut has_nodes, &line, "$NOD")?;
+                numbered_nodes(&mut lines, &mut mesh, "$NOD")?;
+            }
+            ("$ELM", Version::V1) => {
+                once(&mut has_elements, &line, "$ELM")?;
+                v1::elements(&mut lines, &mut mesh)?;
+            }
+            ("$Nodes", Version::V2) => {
+                once(&mut has_nodes, &line, "$Nodes")?;
+                numbered_nodes(&mut lines, &mut mesh, "$Nodes")?;
+            }
+            ("$Elements", Version::V2) => {
+                once(&mut has_elements, &line, "$Elements")?;
+                v2::elements(&mut lines, &mut mesh)?;
+            }
+            ("$Entities", Version::V4) => regions = Some(v4::regions(&mut lines)?),
+            ("$PartitionedEntities", _) => return Err(line.at.error(Defect::Partitioned)),
+            ("$Nodes", Version::V4) => {
+                once(&mut has_nodes, &line, "$Nodes")?;
+                v4::nodes(&mut lines, &mut mesh)?;
+            }
+            ("$Elements", Version::V4) => {
+                once(&mut has_elements, &line, "$Elements")?;
+                v4::elements(&mut lines, &mut mesh, regions.as_ref())?;
+            }
+            _ => skip_section(&mut lines, &line)?,
+        }
+    }
+    let (nodes, elements) = match version {
+        Version::V1 => ("$NOD section", "$ELM section"),
+        Version::V2 | Version::V4 => ("$Nodes section", "$Elements section"),
+    };
+    for (found, section) in [(has_nodes, nodes), (has_elements, elements)] {
+        if !found {
+            return Err(lines.at().error(Defect::MissingSection { section }));
+        }
+    }
+    Ok(mesh)
+}
+
+fn once(seen: &mut bool, line: &Line, section: &'static str) -> Result<(), MeshError> {
+    if std::mem::replace(seen, true) {
+        return Err(line.at.error(Defect::RepeatedSection { section }));
+    }
+    Ok(())
+}
+
+/// `version file-type data-size`, file type 1 being binary.
+fn format(lines: &mut Lines) -> Result<(Version, &'static str), MeshError> {
+    let mut line = lines.required("the Gmsh version")?;
+    let version = line.word("the Gmsh version")?;
+    let known = match version.text {
+        "2" | "2.0" | "2.1" | "2.2" => (Version::V2, "Gmsh 2"),
+        "4.1" => (Version::V4, "Gmsh 4.1"),
+        found => {
+            return Err(version.at.error(Defect::Version {
+                format: "Gmsh",
+                found: quoted(found),
+                supported: "Gmsh 2.2 or 4.1 ASCII",
+            }));
+        }
+    };
+    let file_type = line.word("the Gmsh file type")?;
+    match file_type.text {
+        "0" => end(lines, "$EndMeshFormat").map(|()| known),
+        "1" => Err(file_type.at.error(Defect::Binary { format: "Gmsh" })),
+        _ => Err(file_type.unexpected("the file type 0 (ASCII)")),
+    }
+}
+
+/// Format 1 and 2 alike: the number of nodes, then `number x y z` each.
+fn numbered_nodes(
+    lines: &mut Lines,
+    mesh: &mut RawMesh,
+    section: &'static str,
+) -> Result<(), MeshError> {
+    let count = lone_count(lines, "the number of nodes")?;
+    lines.rows(section, "nodes", count, |mut line| {
+        mesh.nodes.push(RawNode {
+            number: line.whole("a node number")?,
+            line: line.at.line,
+            position: line.position()?,
+        });
+        line.finish()
+    })?;
+    section_end(lines, section, "nodes", count)
+}
+
+fn lone_count(lines: &mut Lines, what: &'static str) -> Result<u64, MeshError> {
+    let mut line = lines.required(what)?;
+    let count = line.whole(what)?;
+    line.finish()?;
+    Ok(count)
+}
+
+/// The line that ends a section of `count` records.
+fn section_end(
+    lines: &mut Lines,
+    section: &'static str,
+    items: &'static str,
+    count: u64,
+) -> Result<(), MeshError> {
+    let line = lines.required("the end of the section")?;
+    let (at, text) = (line.at, line.text);
+    if ended_section(text).is_some() {
+        return Ok(());
+    }
+    if text.starts_with('$') {
+        return Err(Word { at, text }.unexpected("the end of the section"));
+    }
+    Err(at.error(Defect::TooMany {
+        section,
+        items,
+        announced: count,
+    }))
+}
+
+/// The line `tag`, which ends a section without records.
+fn end(lines: &mut Lines, tag: &'static str) -> Result<(), MeshError> {
+    let line = lines.required(tag)?;
+    if line.text == tag {
+        return Ok(());
+    }
+    let (at, text) = (line.at, line.text);
+    Err(Word { at, text }.unexpected(tag))
+}
+
+/// Passes over a section the solid does not need: names, periodicity, results.
+fn skip_section(lines: &mut Lines, start: &Line) -> Result<(), MeshError> {
+    let (at, text) = (start.at, start.text);
+    let Some(name) = text.strip_prefix('$') else {
+        return Err(Word { at, text }.unexpected("a $Section"));
+    };
+    if lines.any(|line| ended_section(line.text) == Some(name)) {
+        return Ok(());
+    }
+    Err(at.error(Defect::Truncated {
+        what: "this section ends",
+    }))
+}
+
+/// The name after `$End`, or after `$END` in format 1.
+fn ended_section(text: &str) -> Option<&str> {
+    text.strip_prefix("$End")
+        .or_else(|| text.strip_prefix("$END"))
+}
+
+/// A physical group as a region. Gmsh signs a group to turn its elements over, which says nothing
+/// about the material.
+fn physical_group(word: Word) -> Result<u32, MeshError> {
+    let text = word.text.strip_prefix('-').unwrap_or(word.text);
+    Word { text, ..word }.region()
+}

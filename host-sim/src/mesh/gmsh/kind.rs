@@ -1,0 +1,25 @@
+//! Gmsh element type codes, the same in every format.
+
+/// What an element type code stands for.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Kind {
+    Tet,
+    HigherOrderTet,
+    Other(&'static str),
+}
+
+/// The kind behind a code.
+pub(super) fn kind(code: u64) -> Kind {
+    match code {
+        4 => Kind::Tet,
+        11 | 29..=33 | 71..=75 | 79..=83 | 137 => Kind::HigherOrderTet,
+        1 | 8 | 26..=28 => Kind::Other("line"),
+        2 | 9 | 20..=25 => Kind::Other("triangle"),
+        3 | 10 | 16 => Kind::Other("quad"),
+        5 | 12 | 17 => Kind::Other("hexahedron"),
+        6 | 13 | 18 => Kind::Other("prism"),
+        7 | 14 | 19 => Kind::Other("pyramid"),
+        15 => Kind::Other("point"),
+        _ => Kind::Other("other"),
+    }
+}

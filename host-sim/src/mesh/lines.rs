@@ -1,0 +1,161 @@
+//! A mesh file as lines of words.
+
+use std::iter::Enumerate;
+use std::str::{self, SplitWhitespace};
+
+use super::error::{Defect, MeshError, quoted};
+use super::word::{At, Word};
+
+/// One line of a file, its words taken from the left.
+pub(super) struct Line<'a> {
+    pub at: At<'a>,
+    /// The whole line, trimmed.
+    pub text: &'a str,
+    words: SplitWhitespace<'a>,
+}
+
+impl<'a> Line<'a> {
+    pub fn word(&mut self, what: &'static str) -> Result<Word<'a>, MeshError> {
+        self.next()
+            .ok_or_else(|| self.at.error(Defect::Missing { what }))
+    }
+
+    pub fn whole(&mut self, what: &'static str) -> Result<u64, MeshError> {
+        self.word(what)?.whole(what)
+    }
+
+    pub fn position(&mut self) -> Result<[f64; 3], MeshError> {
+        Ok([
+            self.word("the x coordinate")?.coordinate()?,
+            self.word("the y coordinate")?.coordinate()?,
+            self.word("the z coordinate")?.coordinate()?,
+        ])
+    }
+
+    pub fn tet_nodes(&mut self) -> Result<[u64; 4], MeshError> {
+        let mut nodes = [0; 4];
+        for node in &mut nodes {
+            *node = self.whole("a node number")?;
+        }
+        Ok(nodes)
+    }
+
+    /// Passes over `count` words.
+    pub fn skip_words(&mut self, count: u64, what: &'static str) -> Result<(), MeshError> {
+        for _ in 0..count {
+            self.word(what)?;
+        }
+        Ok(())
+    }
+
+    /// A line glued to the next one must not pass for a short one.
+    pub fn finish(mut self) -> Result<(), MeshError> {
+        match self.next() {
+            None => Ok(()),
+            Some(word) => Err(self.at.error(Defect::Surplus {
+                found: quoted(word.text),
+            })),
+        }
+    }
+}
+
+impl<'a> Iterator for Line<'a> {
+    type Item = Word<'a>;
+
+    fn next(&mut self) -> Option<Word<'a>> {
+        let at = self.at;
+        self.words.next().map(|text| Word { at, text })
+    }
+}
+
+/// The lines of a file that hold at least one word.
+pub(super) struct Lines<'a> {
+    file: &'a str,
+    numbered: Enumerate<str::Lines<'a>>,
+    comment: Option<char>,
+    reached: usize,
+}
+
+impl<'a> Lines<'a> {
+    pub fn new(file: &'a str, text: &'a str) -> Self {
+        Self {
+            file,
+            numbered: text.lines().enumerate(),
+            comment: None,
+            reached: 0,
+        }
+    }
+
+    /// From `mark` to the end of a line is comment.
+    pub fn with_comments(mut self, mark: char) -> Self {
+        self.comment = Some(mark);
+        self
+    }
+
+    /// The line read last.
+    pub fn at(&self) -> At<'a> {
+        At {
+            file: self.file,
+            line: self.reached.max(1),
+        }
+    }
+
+    /// The next line even if it is blank.
+    pub fn any_line(&mut self) -> Option<Line<'a>> {
+        let (index, line) = self.numbered.next()?;
+        self.reached = index + 1;
+        let code = match self.comment {
+            Some(mark) => line.split(mark).next().unwrap_or(line),
+            None => line,
+        };
+        Some(Line {
+            at: self.at(),
+            text: code.trim(),
+            words: code.split_whitespace(),
+        })
+    }
+
+    /// The next line, which the format requires.
+    pub fn required(&mut self, what: &'static str) -> Result<Line<'a>, MeshError> {
+        self.next()
+            .ok_or_else(|| self.at().error(Defect::Truncated { what }))
+    }
+
+    /// Gives the next `count` lines to `read`. A line that starts with `$` ends a Gmsh section,
+    /// so it is never one of them. The count is only a loop bound: nothing is allocated for it.
+    pub fn rows(
+        &mut self,
+        section: &'static str,
+        items: &'static str,
+        count: u64,
+        mut read: impl FnMut(Line<'a>) -> Result<(), MeshError>,
+    ) -> Result<(), MeshError> {
+        for found in 0..count {
+            match self.next() {
+                Some(line) if !line.text.starts_with('$') => read(line)?,
+                _ => {
+                    return Err(self.at().error(Defect::TooFew {
+                        section,
+                        items,
+                        announced: count,
+                        found,
+                    }));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<'a> Iterator for Lines<'a> {
+    type Item = Line<'a>;
+
+    fn next(&mut self) -> Option<Line<'a>> {
+        loop {
+            let line = self.any_line()?;
+            if !line.text.is_empty() {
+                return Some(line);
+            }
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! A mesh between reading and checking: indices and metres, with the way back to the file.
+
+use super::TetMesh;
+use super::error::{Defect, MeshError};
+
+/// A mesh whose every tet names four different nodes that exist. Shape, orientation
+/// and topology are still unchecked.
+pub(super) struct Solid {
+    pub mesh: TetMesh,
+    pub node_file: String,
+    pub tet_file: String,
+    /// Shape `[nodes]`.
+    pub node_origins: Vec<Origin>,
+    /// Shape `[tets]`.
+    pub tet_origins: Vec<Origin>,
+    /// Nodes of the file that no tet names, left out of `mesh`.
+    pub unused_nodes: usize,
+}
+
+/// Where a node or a tet comes from.
+#[derive(Clone, Copy)]
+pub(super) struct Origin {
+    /// Its number in the file.
+    pub number: u64,
+    pub line: usize,
+}
+
+impl Solid {
+    pub fn node(&self, index: usize) -> Origin {
+        self.node_origins[index]
+    }
+
+    pub fn tet(&self, index: usize) -> Origin {
+        self.tet_origins[index]
+    }
+
+    pub fn error_at_node(&self, index: usize, defect: Defect) -> MeshError {
+        MeshError {
+            file: self.node_file.clone(),
+            line: Some(self.node(index).line),
+            defect,
+        }
+    }
+
+    pub fn error_at_tet(&self, index: usize, defect: Defect) -> MeshError {
+        MeshError {
+            file: self.tet_file.clone(),
+            line: Some(self.tet(index).line),
+            defect,
+        }
+    }
+
+    pub fn error(&self, defect: Defect) -> MeshError {
+        MeshError {
+            file: self.tet_file.clone(),
+            line: None,
+            defect,
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! A VTK file as one run of words.
+
+use super::{Line, Lines, Word};
+use crate::mesh::error::{Defect, MeshError};
+use crate::mesh::word::At;
+
+/// Keywords that begin what is read, or end it.
+const SECTIONS: [&str; 5] = ["POINTS", "CELLS", "CELL_TYPES", "CELL_DATA", "POINT_DATA"];
+
+pub(super) struct Words<'a> {
+    lines: Lines<'a>,
+    line: Option<Line<'a>>,
+}
+
+impl<'a> Words<'a> {
+    pub fn new(lines: Lines<'a>) -> Self {
+        Self { lines, line: None }
+    }
+
+    /// The line read last.
+    pub fn at(&self) -> At<'a> {
+        self.lines.at()
+    }
+
+    pub fn required(&mut self, what: &'static str) -> Result<Word<'a>, MeshError> {
+        self.next()
+            .ok_or_else(|| self.at().error(Defect::Truncated { what }))
+    }
+
+    pub fn whole(&mut self, what: &'static str) -> Result<u64, MeshError> {
+        self.required(what)?.whole(what)
+    }
+
+    /// The next value of entry `found` out of `announced`; a keyword in its place means that the
+    /// section is short.
+    pub fn value(
+        &mut self,
+        section: &'static str,
+        items: &'static str,
+        announced: u64,
+        found: u64,
+    ) -> Result<Word<'a>, MeshError> {
+        match self.next() {
+            Some(word) if !is_keyword(word.text) => Ok(word),
+            _ => Err(self.at().error(Defect::TooFew {
+                section,
+                items,
+                announced,
+                found,
+            })),
+        }
+    }
+
+    /// The keyword of the next section. `FIELD` and `METADATA` may stand between sections and are
+    /// passed over; anything else there means that a count is wrong.
+    pub fn next_section(&mut self) -> Result<Option<Word<'a>>, MeshError> {
+        let Some(word) = self.next() else {
+            return Ok(None);
+        };
+        if is_section(word.text) {
+            return Ok(Some(word));
+        }
+        if is_keyword(word.text) {
+            return Ok(self.find(|word| is_section(word.text)));
+        }
+        Err(word.unexpected("the next section (the counts before it are too low)"))
+    }
+}
+
+impl<'a> Iterator for Words<'a> {
+    type Item = Word<'a>;
+
+    fn next(&mut self) -> Option<Word<'a>> {
+        loop {
+            if let Some(word) = self.line.as_mut().and_then(Line::next) {
+                return Some(word);
+            }
+            self.line = Some(self.lines.next()?);
+        }
+    }
+}
+
+fn is_section(text: &str) -> bool {
+    SECTIONS.iter().any(|name| text.eq_ignore_ascii_case(name))
+}
+
+fn is_keyword(text: &str) -> bool {
+    is_section(text)
+        || ["FIELD", "METADATA", "OFFSETS", "CONNECTIVITY"]
+            .iter()
+            .any(|name| text.eq_ignore_ascii_case(name))
+}

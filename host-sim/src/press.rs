@@ -1,0 +1,195 @@
+//! `press`: an emulated finger presses the scene at 1 kHz in virtual time.
+//!
+//! One tick follows the other without waiting; the tick's own CPU time is what is held against the millisecond.
+
+use palpate::{Fault, Limiters, Output, ProbePose, State, Vector3, tick};
+
+use crate::clock::thread_time;
+use crate::error::Error;
+use crate::finger::Finger;
+use crate::measure;
+use crate::patch::Memory;
+use crate::scene::Scene;
+use crate::session::{Session, TICK_S};
+
+/// Time after the release in which the tissue must come back [s].
+const SETTLE_S: f64 = 0.5;
+/// Where the finger starts and ends: this share of the probe's radius above the surface.
+const CLEAR_RADII: f64 = 1.0 / 16.0;
+
+/// One tick of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct TickRow {
+    /// Start of the tick [s].
+    pub t_s: f64,
+    /// Tip as commanded [m].
+    pub tip_m: Vector3<f32>,
+    /// The same as a depth below the rest surface along the press, negative above [m].
+    pub command_m: f64,
+    /// What the core answered.
+    pub output: Output,
+    /// CPU time [us].
+    pub tick_us: f32,
+}
+
+/// End of a hold.
+#[derive(Clone, Debug)]
+pub struct Hold {
+    /// Depth [m], force [N] or hand target [m], as the drive's kind says.
+    pub target: f64,
+    /// Depth reached [m].
+    pub depth_m: f64,
+    /// Force along the press [N], positive out of the tissue.
+    pub force_n: f64,
+    /// Smallest tet volume over its rest volume.
+    pub min_j: f64,
+    /// Change of the total volume [%].
+    pub volume_change_pct: f64,
+    /// Time of its last tick [s].
+    pub t_s: f64,
+    /// Tip at that time [m].
+    pub tip_m: Vector3<f32>,
+    /// Displacement of every node [m].
+    pub displacement_m: Vec<Vector3<f32>>,
+}
+
+/// A run.
+#[derive(Clone, Debug)]
+pub struct Press {
+    /// Every tick.
+    pub ticks: Vec<TickRow>,
+    /// Every hold.
+    pub holds: Vec<Hold>,
+    /// Largest displacement left after the release [m].
+    pub residual_m: f64,
+    /// Ticks that took more than the millisecond.
+    pub deadline_misses: usize,
+    /// The fault that ended it.
+    pub fault: Option<Fault>,
+    /// Everything that was clamped in any tick.
+    pub limiters: Limiters,
+    /// Hash of the final state.
+    pub state_hash: u64,
+}
+
+/// Where the tips of a run come from.
+enum Tips {
+    Finger(Finger),
+    Recorded(std::vec::IntoIter<[f32; 3]>),
+}
+
+/// Runs a scene.
+///
+/// # Errors
+/// A recorded trace that cannot be read; what the core refuses to build.
+pub fn run(scene: &Scene, session: &Session, mut progress: impl FnMut(usize)) -> Result<Press, Error> {
+    let model = session.patch.wide_model();
+    let mut memory = Memory::for_model(&model);
+    let (tuned, mut state) = memory.start(&model, &session.params)?;
+    let axis = session.params.probe.axis;
+    let clear_m = CLEAR_RADII * f64::from(session.params.probe.radius_m);
+    let mut tips = match Finger::new(&scene.drive, clear_m, TICK_S, SETTLE_S) {
+        Some(finger) => Tips::Finger(finger),
+        None => Tips::Recorded(crate::trace_file::read_tips(&scene.drive)?.into_iter()),
+    };
+    let targets = scene.drive.targets();
+
+    let mut press = Press {
+        ticks: Vec::new(),
+        holds: Vec::new(),
+        residual_m: 0.0,
+        deadline_misses: 0,
+        fault: None,
+        limiters: Limiters::default(),
+        state_hash: 0,
+    };
+    let mut force_n = 0.0;
+    while press.fault.is_none() {
+        let (tip_m, hold_ends) = match &mut tips {
+            Tips::Finger(finger) => match finger.next(force_n) {
+                Some(step) => (session.tip_m(step.depth_m), step.hold_ends),
+                None => break,
+            },
+            Tips::Recorded(tips) => match tips.next() {
+                Some(tip) => (tip.into(), None),
+                None => break,
+            },
+        };
+        let started = thread_time();
+        let output = tick(&model, &tuned, &mut state, ProbePose { tip_m });
+        let tick_us = (thread_time() - started).as_secs_f32() * 1e6;
+
+        force_n = f64::from(output.force_n.dot(&axis));
+        let t_s = press.ticks.len() as f64 * TICK_S;
+        let command_m = f64::from((session.patch.site_m() - tip_m).dot(&axis));
+        press.ticks.push(TickRow { t_s, tip_m, command_m, output, tick_us });
+        press.deadline_misses += usize::from(f64::from(tick_us) > TICK_S * 1e6);
+        press.limiters.set(output.limiters);
+        press.fault = output.fault;
+        if let Some(n) = hold_ends {
+            press.holds.push(hold(&model, &state, targets[n], &output, force_n, t_s, tip_m));
+        }
+        progress(press.ticks.len());
+    }
+    press.residual_m = measure::largest_displacement_m(&model, &state);
+    press.state_hash = state.hash();
+    Ok(press)
+}
+
+fn hold(
+    model: &palpate::Model,
+    state: &State,
+    target: f64,
+    output: &Output,
+    force_n: f64,
+    t_s: f64,
+    tip_m: Vector3<f32>,
+) -> Hold {
+    let (min_j, volume_change_pct) = measure::volumes(model, state);
+    Hold {
+        target,
+        depth_m: f64::from(output.depth_m),
+        force_n,
+        min_j,
+        volume_change_pct,
+        t_s,
+        tip_m,
+        displacement_m: measure::displacements(model, state),
+    }
+}
+
+impl Press {
+    /// What `press` promises: no fault, no deadline miss, no inverted tet, force rising with depth.
+    ///
+    /// # Errors
+    /// The first promise that did not hold.
+    pub fn check(&self) -> Result<(), Error> {
+        if let Some(fault) = self.fault {
+            let t_s = self.ticks.last().map_or(0.0, |t| t.t_s);
+            return Err(Error::Check(format!("{fault} at {t_s:.3} s; the force is zero from there on")));
+        }
+        if self.deadline_misses > 0 {
+            return Err(Error::Check(format!("{} of {} ticks took longer than 1 ms", self.deadline_misses, self.ticks.len())));
+        }
+        if let Some(hold) = self.holds.iter().find(|h| h.min_j <= 0.0) {
+            return Err(Error::Check(format!("a tet is inverted at {:.2} mm (J = {:.3})", hold.depth_m * 1e3, hold.min_j)));
+        }
+        let mut by_depth: Vec<&Hold> = self.holds.iter().collect();
+        by_depth.sort_by(|a, b| a.depth_m.total_cmp(&b.depth_m));
+        let falls = |pair: &&[&Hold]| pair[0].depth_m < pair[1].depth_m && pair[0].force_n >= pair[1].force_n;
+        if let Some(pair) = by_depth.windows(2).find(falls) {
+            let [a, b] = [pair[0], pair[1]].map(|h| format!("{:.4} N at {:.2} mm", h.force_n, h.depth_m * 1e3));
+            return Err(Error::Check(format!("the force does not rise with depth: {a}, {b}")));
+        }
+        Ok(())
+    }
+
+    /// Tick times [us]: median, 99th percentile, largest.
+    #[must_use]
+    pub fn tick_us(&self) -> [f32; 3] {
+        let mut times: Vec<f32> = self.ticks.iter().map(|t| t.tick_us).collect();
+        times.sort_by(f32::total_cmp);
+        let at = |share: f64| times.get(((times.len().max(1) - 1) as f64 * share) as usize).copied().unwrap_or(0.0);
+        [at(0.5), at(0.99), at(1.0)]
+    }
+}

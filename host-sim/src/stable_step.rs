@@ -1,0 +1,146 @@
+//! How long a substep may be: measured on the *pressed* patch, not at rest.
+//!
+//! Tissue stiffens under the probe: the limit there is 2-5 times below the limit at rest. So the patch is tapped at 0.5 m/s down to its depth
+//! limit with safely small substeps, and on the way the highest frequency of its tangent stiffness is found by power iteration.
+//! Symplectic Euler is stable while `dt^2 w^2 + 2 dt c < 4`; the foundation's damping takes `2 dt c <= 2 zeta eta` of it.
+
+use palpate::path::force;
+use palpate::{BuildError, Limits, Model, Params, ProbePose, State, Tuned, Vector3, tick};
+
+use crate::patch::Memory;
+
+/// Substeps of the measuring run: four times what the worst useful patch needs.
+const CAREFUL_SUBSTEPS: u16 = 16;
+/// Speed of the tap [m/s]: the upper end of what a hand does on tissue.
+const TAP_M_PER_S: f32 = 0.5;
+/// Ticks that the patch is held at the limit: the rebound of the tap is over.
+const HOLD_TICKS: usize = 40;
+/// A sample every so many ticks.
+const SAMPLE_EVERY: usize = 4;
+const ITERATIONS: usize = 30;
+/// Share of the limit that is used.
+pub const MARGIN: f64 = 0.9;
+
+/// Limits of the substep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StableStep {
+    /// At rest [s].
+    pub rest_s: f64,
+    /// On the way down to the depth limit and held there [s]: the one that counts.
+    pub pressed_s: f64,
+}
+
+impl StableStep {
+    /// Substeps a tick needs to stay within `MARGIN` of the limit.
+    #[must_use]
+    pub fn substeps(&self, tick_s: f64) -> f64 {
+        (tick_s / (MARGIN * self.pressed_s)).ceil()
+    }
+
+    /// Measures a patch. `None` when the patch does not even survive the measuring run.
+    ///
+    /// # Errors
+    /// What [`Params::build`] refuses.
+    pub fn measure(model: &Model, params: &Params, site_m: Vector3<f32>) -> Result<Option<Self>, BuildError> {
+        let careful = Params { substeps: CAREFUL_SUBSTEPS, limits: Limits::HIGHEST, ..*params };
+        let mut memory = Memory::for_model(model);
+        let mut scratch = Memory::for_model(model);
+        let (tuned, mut state) = memory.start(model, &careful)?;
+        let (_, mut trial) = scratch.start(model, &careful)?;
+
+        let mut shape = Shape::seeded(model.nodes.len());
+        let at_depth = |depth_m: f32| site_m - params.probe.axis * depth_m;
+        let limit = |w2: f64| {
+            let room = 4.0 - 2.0 * f64::from(params.contact_damping * params.contact_cap);
+            (room.max(1.0) / w2).sqrt()
+        };
+        let rest = shape.highest_square(model, &tuned, &state, &mut trial, at_depth(0.0));
+        let mut highest = rest;
+        let down = (model.depth_limit_m / (TAP_M_PER_S * params.tick_s)).ceil() as usize;
+        for n in 1..=down + HOLD_TICKS {
+            let tip_m = at_depth((n.min(down) as f32 / down as f32) * model.depth_limit_m);
+            if tick(model, &tuned, &mut state, ProbePose { tip_m }).fault.is_some() {
+                return Ok(None);
+            }
+            if n % SAMPLE_EVERY == 0 {
+                highest = highest.max(shape.highest_square(model, &tuned, &state, &mut trial, tip_m));
+            }
+        }
+        Ok(highest.is_finite().then(|| Self { rest_s: limit(rest), pressed_s: limit(highest) }))
+    }
+}
+
+/// The shape of the highest mode, kept from sample to sample.
+struct Shape(Vec<[f64; 3]>);
+
+impl Shape {
+    /// Any shape with all modes in it; deterministic.
+    fn seeded(nodes: usize) -> Self {
+        let mut x = 0x9e37_79b9_7f4a_7c15_u64;
+        let mut next = || {
+            x ^= x << 13;
+            x ^= x >> 7;
+            x ^= x << 17;
+            (x >> 40) as f64 / (1u64 << 24) as f64 - 0.5
+        };
+        Self((0..nodes).map(|_| [next(), next(), next()]).collect())
+    }
+
+    /// Square of the highest angular frequency about the state [1/s^2].
+    fn highest_square(&mut self, model: &Model, tuned: &Tuned, state: &State, trial: &mut State, tip_m: Vector3<f32>) -> f64 {
+        let masses: Vec<f64> = (0..model.nodes.len()).map(|n| tuned.mass_kg(n).map_or(f64::INFINITY, f64::from)).collect();
+        let size = extent(model);
+        let mut square = 0.0;
+        for _ in 0..ITERATIONS {
+            let largest = self.0.iter().flatten().fold(0.0_f64, |a, &c| a.max(c.abs()));
+            self.0.iter_mut().flatten().for_each(|c| *c /= largest);
+            let norm: f64 = self.0.iter().zip(&masses).filter(|(_, m)| m.is_finite()).map(|(p, m)| m * dot(p, p)).sum();
+            // small for the tissue, large for f32
+            let step = 1e-4 * size;
+            let up = forces(model, tuned, state, trial, tip_m, &self.0, step);
+            let down = forces(model, tuned, state, trial, tip_m, &self.0, -step);
+            let mut work = 0.0;
+            for (((p, m), f), g) in self.0.iter_mut().zip(&masses).zip(&up).zip(&down) {
+                let pull = [0, 1, 2].map(|k| (g[k] - f[k]) / (2.0 * step));
+                work += dot(p, &pull);
+                *p = pull.map(|c| if m.is_finite() { c / m } else { 0.0 });
+            }
+            square = work / norm;
+        }
+        square
+    }
+}
+
+/// Forces on the nodes [N] with the shape added to the state, anchors zero.
+fn forces(
+    model: &Model,
+    tuned: &Tuned,
+    state: &State,
+    trial: &mut State,
+    tip_m: Vector3<f32>,
+    shape: &[[f64; 3]],
+    step: f64,
+) -> Vec<[f64; 3]> {
+    trial.copy_from(state);
+    for (n, (node, p)) in state.nodes().iter().zip(shape).enumerate() {
+        let x = node.position_m();
+        let moved = [0, 1, 2].map(|k| (f64::from(x[k]) + step * p[k]) as f32);
+        trial.place(n, moved.into(), Vector3::zeros());
+    }
+    force::accumulate(model, tuned, trial, tip_m, Vector3::zeros());
+    let e = f64::from(tuned.youngs_modulus_pa());
+    trial.nodes().iter().map(|n| n.force_over_modulus().map(|c| f64::from(c) * e).into()).collect()
+}
+
+/// Largest side of the patch [m].
+fn extent(model: &Model) -> f64 {
+    let side = |k: usize| {
+        let (low, high) = model.nodes.iter().fold((f32::MAX, f32::MIN), |(l, h), n| (l.min(n.rest_m[k]), h.max(n.rest_m[k])));
+        f64::from(high - low)
+    };
+    side(0).max(side(1)).max(side(2))
+}
+
+fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}

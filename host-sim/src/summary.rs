@@ -1,0 +1,177 @@
+//! What `press` writes and prints.
+
+use palpate::Limiters;
+use serde::Serialize;
+
+use crate::charts::{self, Probe, ProbeShape, Sample, Surface, TickTimes};
+use crate::error::Error;
+use crate::output::OutputFolder;
+use crate::press::{Hold, Press};
+use crate::scene::{Scene, Shape};
+use crate::session::{Report, Session};
+use crate::trace_file;
+
+/// `summary.json`.
+#[derive(Debug, Serialize)]
+struct Summary<'a> {
+    scene: &'a str,
+    method: &'static str,
+    calibrated: bool,
+    nodes: usize,
+    springs: usize,
+    tets: usize,
+    substeps: u16,
+    stable_dt_s: f64,
+    ticks: usize,
+    deadline_misses: usize,
+    tick_us: TickUs,
+    holds: Vec<HoldSummary>,
+    residual_m: f64,
+    limiters: Vec<&'static str>,
+    fault: Option<String>,
+    state_hash: String,
+    report: &'a Report,
+}
+
+#[derive(Debug, Serialize)]
+struct TickUs {
+    p50: f32,
+    p99: f32,
+    max: f32,
+}
+
+#[derive(Debug, Serialize)]
+struct HoldSummary {
+    target: f64,
+    depth_m: f64,
+    force_n: f64,
+    min_j: f64,
+    volume_change_pct: f64,
+}
+
+/// Writes every file of a run.
+///
+/// # Errors
+/// The folder cannot be written.
+pub fn write(folder: &OutputFolder, scene: &Scene, session: &Session, press: &Press, vtu: bool) -> Result<(), Error> {
+    trace_file::write(folder, press)?;
+    for (k, hold) in press.holds.iter().enumerate() {
+        write_surface(folder, session, k, hold)?;
+        if vtu {
+            crate::vtu::write(folder, session, k, hold)?;
+        }
+    }
+    let [p50, p99, max] = press.tick_us();
+    let summary = Summary {
+        scene: &scene.name,
+        method: scene.solver.method.name(),
+        calibrated: false,
+        nodes: session.report.nodes,
+        springs: session.report.springs,
+        tets: session.report.tets,
+        substeps: session.params.substeps,
+        stable_dt_s: session.stable.pressed_s,
+        ticks: press.ticks.len(),
+        deadline_misses: press.deadline_misses,
+        tick_us: TickUs { p50, p99, max },
+        holds: press
+            .holds
+            .iter()
+            .map(|h| HoldSummary {
+                target: h.target,
+                depth_m: h.depth_m,
+                force_n: h.force_n,
+                min_j: h.min_j,
+                volume_change_pct: h.volume_change_pct,
+            })
+            .collect(),
+        residual_m: press.residual_m,
+        limiters: limiter_names(press.limiters),
+        fault: press.fault.map(|f| f.to_string()),
+        state_hash: format!("{:016x}", press.state_hash),
+        report: &session.report,
+    };
+    let json = serde_json::to_string_pretty(&summary).map_err(|e| Error::Write { path: "summary.json".into(), source: e.into() })?;
+    folder.write("summary.json", format!("{json}\n").as_bytes())?;
+    draw(folder, scene, session, press)
+}
+
+fn limiter_names(limiters: Limiters) -> Vec<&'static str> {
+    [(Limiters::SPEED, "speed"), (Limiters::DEPTH, "depth"), (Limiters::FORCE, "force")]
+        .into_iter()
+        .filter(|(flag, _)| limiters.contains(*flag))
+        .map(|(_, name)| name)
+        .collect()
+}
+
+fn write_surface(folder: &OutputFolder, session: &Session, k: usize, hold: &Hold) -> Result<(), Error> {
+    let model = session.patch.wide_model();
+    let mut on_surface: Vec<u16> = model.triangles.iter().flat_map(|t| t.node).collect();
+    on_surface.sort_unstable();
+    on_surface.dedup();
+    let rows = on_surface.into_iter().map(|n| {
+        let (x, u) = (model.nodes[usize::from(n)].rest_m.map(f64::from), hold.displacement_m[usize::from(n)].cast::<f64>());
+        [x[0], x[1], x[2], u.x, u.y, u.z]
+    });
+    let header = ["rest_x_m", "rest_y_m", "rest_z_m", "displacement_x_m", "displacement_y_m", "displacement_z_m"];
+    folder.write_csv(&format!("surface_{k}.csv"), header, rows)
+}
+
+fn draw(folder: &OutputFolder, scene: &Scene, session: &Session, press: &Press) -> Result<(), Error> {
+    let axis = session.params.probe.axis;
+    let trace: Vec<Sample> = press
+        .ticks
+        .iter()
+        .map(|t| Sample { t_s: t.t_s, depth_m: t.command_m, force_n: f64::from(t.output.force_n.dot(&axis)) })
+        .collect();
+    let holds: Vec<Sample> =
+        press.holds.iter().map(|h| Sample { t_s: h.t_s, depth_m: h.depth_m, force_n: h.force_n }).collect();
+    let run = charts::Press {
+        scene: &scene.name,
+        node_count: session.report.nodes,
+        trace: &trace,
+        holds: &holds,
+        reference: &crate::reference_values::of(scene),
+    };
+    charts::force_depth(folder.path(), "force_depth", &run)?;
+    charts::force_time(folder.path(), "force_time", &run)?;
+    let times: Vec<f32> = press.ticks.iter().map(|t| t.tick_us).collect();
+    let times = TickTimes { scene: &scene.name, node_count: session.report.nodes, machine: &machine(), tick_us: &times };
+    charts::tick_time(folder.path(), "tick_time", &times)?;
+    if let Some(deepest) = press.holds.iter().max_by(|a, b| a.depth_m.total_cmp(&b.depth_m)) {
+        draw_surface(folder, scene, session, deepest)?;
+    }
+    Ok(())
+}
+
+fn draw_surface(folder: &OutputFolder, scene: &Scene, session: &Session, hold: &Hold) -> Result<(), Error> {
+    let model = session.patch.wide_model();
+    let rest_m: Vec<[f64; 3]> = model.nodes.iter().map(|n| n.rest_m.map(f64::from)).collect();
+    let deformed_m: Vec<[f64; 3]> =
+        rest_m.iter().zip(&hold.displacement_m).map(|(x, u)| [0, 1, 2].map(|k| x[k] + f64::from(u[k]))).collect();
+    let triangles: Vec<[u32; 3]> = model.triangles.iter().map(|t| t.node.map(u32::from)).collect();
+    let caption =
+        format!("{} nodes, {:.2} mm deep, {:.3} N", session.report.nodes, hold.depth_m * 1e3, hold.force_n);
+    let probe = Probe {
+        shape: match scene.probe.shape {
+            Shape::Hemisphere => ProbeShape::Hemisphere,
+            Shape::Sphere => ProbeShape::Sphere,
+            Shape::Flat => ProbeShape::Flat,
+        },
+        radius_m: scene.probe.radius_m,
+        tip_m: hold.tip_m.map(f64::from).into(),
+        axis: session.params.probe.axis.map(f64::from).into(),
+    };
+    let surface =
+        Surface { scene: &scene.name, caption: &caption, rest_m: &rest_m, deformed_m: &deformed_m, triangles: &triangles, probe };
+    charts::surface(folder.path(), "surface", &surface)?;
+    Ok(())
+}
+
+/// The processor, as the system names it.
+#[must_use]
+pub fn machine() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = info.lines().find_map(|l| l.strip_prefix("model name")?.split_once(':').map(|(_, n)| n.trim().to_string()));
+    name.unwrap_or_else(|| format!("{} {}", std::env::consts::OS, std::env::consts::ARCH))
+}

@@ -1,0 +1,150 @@
+//! From a scene to a tissue: mesh, what is fixed, where the probe presses.
+
+use crate::error::Error;
+use crate::mesh::{BlockSpec, ImportReport, TetMesh, block, import, surface};
+use crate::patch::Tissue;
+use crate::scene::{Drive, Inclusion, Scene};
+
+/// A mesh's underside: this share of its height along the press, from below, is fixed.
+const UNDERSIDE: f64 = 0.25;
+/// The patch answers presses this much deeper than the deepest hold.
+const DEPTH_MARGIN: f64 = 1.25;
+/// Deepest press of a force drive or a trace, in probe radii: where the contact law was measured.
+const DEFAULT_DEPTH_RADII: f64 = 0.75;
+
+/// A tissue with its press direction.
+#[derive(Clone, Debug)]
+pub struct Placed {
+    /// What is pressed.
+    pub tissue: Tissue,
+    /// From the tip to the handle: the outward normal of the surface at the site.
+    pub axis: [f64; 3],
+    /// What the import found, for a mesh file.
+    pub import: Option<ImportReport>,
+}
+
+/// Meshes or imports the tissue of a scene.
+///
+/// # Errors
+/// What the generator or the import refuses.
+pub fn place(scene: &Scene) -> Result<Placed, Error> {
+    let depth_limit_m = depth_limit_m(scene);
+    if let (Some(path), Some(unit), Some(site)) = (&scene.tissue.mesh, scene.tissue.length_unit, scene.probe.site) {
+        let imported = import(path, unit.metres)?;
+        let (site_m, axis) = nearest_on_surface(&imported.mesh, site, scene.probe.radius_m);
+        let along = |x: &[f64; 3]| dot(*x, axis);
+        let (low, high) =
+            imported.mesh.nodes_m.iter().map(along).fold((f64::MAX, f64::MIN), |(l, h), a| (l.min(a), h.max(a)));
+        let anchors = anchored(&imported.mesh, |x| along(x) <= low + UNDERSIDE * (high - low));
+        let tissue = finish(scene, imported.mesh, anchors, site_m, depth_limit_m);
+        return Ok(Placed { tissue, axis, import: Some(imported.report) });
+    }
+    let size_m = scene.tissue.block_m.unwrap_or_default();
+    let [x, y] = scene.probe.position_m.unwrap_or_default();
+    let nodes = scene.tissue.nodes.unwrap_or(410);
+    let mesh = block(&BlockSpec { size_m, nodes, fine_at_m: [x, y], fine_radius_m: scene.probe.radius_m })?;
+    // the generator puts the bottom nodes exactly there
+    let anchors = anchored(&mesh, |x| x[2] <= -size_m[2] * (1.0 - 1e-9));
+    let tissue = finish(scene, mesh, anchors, [x, y, 0.0], depth_limit_m);
+    Ok(Placed { tissue, axis: [0.0, 0.0, 1.0], import: None })
+}
+
+/// Deepest press the patch must answer [m].
+fn depth_limit_m(scene: &Scene) -> f64 {
+    let deepest = match &scene.drive {
+        Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } => holds_m.iter().copied().fold(0.0, f64::max),
+        Drive::Force { .. } | Drive::Trace { .. } => DEFAULT_DEPTH_RADII * scene.probe.radius_m,
+    };
+    DEPTH_MARGIN * deepest
+}
+
+fn finish(scene: &Scene, mesh: TetMesh, anchors: Vec<u32>, site_m: [f64; 3], depth_limit_m: f64) -> Tissue {
+    let stiffness_ratio = mesh.tets.iter().map(|tet| ratio_of(&mesh, tet, &scene.tissue.inclusion)).collect();
+    Tissue { mesh, stiffness_ratio, anchors, site_m, depth_limit_m }
+}
+
+fn anchored(mesh: &TetMesh, fixed: impl Fn(&[f64; 3]) -> bool) -> Vec<u32> {
+    (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| fixed(x)).map(|(n, _)| n).collect()
+}
+
+/// Stiffness of a tet: blended by how many points of a fine sample of it lie in an inclusion, so that a small ball is not lost
+/// between centroids and its size does not jump with the mesh.
+fn ratio_of(mesh: &TetMesh, tet: &[u32; 4], inclusions: &[Inclusion]) -> f64 {
+    const STEPS: usize = 6;
+    if inclusions.is_empty() {
+        return 1.0;
+    }
+    let corners = tet.map(|n| mesh.nodes_m[n as usize]);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for i in 0..STEPS {
+        for j in 0..STEPS - i {
+            for k in 0..STEPS - i - j {
+                let w = [i, j, k, STEPS - 1 - i - j - k].map(|n| (n as f64 + 0.25) / STEPS as f64);
+                let x = [0, 1, 2].map(|c| (0..4).map(|n| w[n] * corners[n][c]).sum::<f64>());
+                let inside = |ball: &&Inclusion| {
+                    let d = [0, 1, 2].map(|c| x[c] - ball.center_m[c]);
+                    dot(d, d) <= ball.radius_m * ball.radius_m
+                };
+                sum += inclusions.iter().rev().find(inside).map_or(1.0, |ball| ball.stiffness_ratio);
+                count += 1.0;
+            }
+        }
+    }
+    sum / count
+}
+
+/// The surface point nearest to a place, and the mean outward normal of the surface within a probe radius of it.
+fn nearest_on_surface(mesh: &TetMesh, place: [f64; 3], radius_m: f64) -> ([f64; 3], [f64; 3]) {
+    let triangles = surface::surface(&mesh.tets);
+    let corners = |t: &[u32; 3]| t.map(|n| mesh.nodes_m[n as usize]);
+    let mut best = (f64::INFINITY, place, [0.0; 3]);
+    for t in &triangles {
+        let corners = corners(t);
+        let p = nearest_on_triangle(corners, place);
+        let d = sub(p, place);
+        if dot(d, d) < best.0 {
+            best = (dot(d, d), p, normal(corners));
+        }
+    }
+    let (_, site, own) = best;
+    let near = triangles.iter().map(|t| corners(t)).filter(|c| {
+        let d = sub(nearest_on_triangle(*c, site), site);
+        dot(d, d) <= radius_m * radius_m
+    });
+    let sum = near.map(normal).filter(|n| dot(*n, own) > 0.0).fold([0.0; 3], |s, n| [0, 1, 2].map(|k| s[k] + n[k]));
+    let length = dot(sum, sum).sqrt();
+    (site, sum.map(|c| c / length))
+}
+
+/// Twice the area times the outward unit normal [m^2].
+fn normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
+    let (u, v) = (sub(b, a), sub(c, a));
+    [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+}
+
+/// Nearest point of a triangle: its plane's point if that is inside, else the nearest point of its sides.
+fn nearest_on_triangle(corners: [[f64; 3]; 3], p: [f64; 3]) -> [f64; 3] {
+    let n = normal(corners);
+    let height = dot(sub(p, corners[0]), n) / dot(n, n);
+    let foot = [0, 1, 2].map(|k| p[k] - height * n[k]);
+    let inside = (0..3).all(|k| dot(normal([corners[k], corners[(k + 1) % 3], foot]), n) >= 0.0);
+    if inside {
+        return foot;
+    }
+    let side = |k: usize| {
+        let (a, b) = (corners[k], corners[(k + 1) % 3]);
+        let along = sub(b, a);
+        let s = (dot(sub(p, a), along) / dot(along, along)).clamp(0.0, 1.0);
+        [0, 1, 2].map(|k| a[k] + s * along[k])
+    };
+    let squared = |q: [f64; 3]| dot(sub(p, q), sub(p, q));
+    [side(0), side(1), side(2)].into_iter().min_by(|a, b| squared(*a).total_cmp(&squared(*b))).unwrap_or(foot)
+}
+
+fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}

@@ -1,0 +1,70 @@
+//! `trace.csv`: one row a tick.
+
+use std::path::Path;
+
+use crate::error::Error;
+use crate::output::OutputFolder;
+use crate::press::Press;
+use crate::scene::{Drive, SceneError};
+
+/// Columns, with units.
+const COLUMNS: [&str; 10] = [
+    "t_s",
+    "probe_x_m",
+    "probe_y_m",
+    "probe_z_m",
+    "depth_m",
+    "force_x_n",
+    "force_y_n",
+    "force_z_n",
+    "active_nodes",
+    "tick_us",
+];
+
+/// Writes a run. Numbers read back bit for bit.
+///
+/// # Errors
+/// The folder cannot be written.
+pub fn write(folder: &OutputFolder, press: &Press) -> Result<(), Error> {
+    let rows = press.ticks.iter().map(|t| {
+        let (p, f) = (t.tip_m.cast::<f64>(), t.output.force_n.cast::<f64>());
+        let depth = f64::from(t.output.depth_m);
+        [t.t_s, p.x, p.y, p.z, depth, f.x, f.y, f.z, f64::from(t.output.active_nodes), f64::from(t.tick_us)]
+    });
+    folder.write_csv("trace.csv", COLUMNS, rows)
+}
+
+/// Probe tips of a recorded run [m].
+///
+/// # Errors
+/// The file cannot be read, a column is missing, a number does not parse.
+pub fn read_tips(drive: &Drive) -> Result<Vec<[f32; 3]>, Error> {
+    let Drive::Trace { trace } = drive else { return Ok(Vec::new()) };
+    let text = std::fs::read_to_string(trace).map_err(|source| Error::Read { path: trace.clone(), source })?;
+    parse_tips(trace, &text)
+}
+
+fn parse_tips(path: &Path, text: &str) -> Result<Vec<[f32; 3]>, Error> {
+    let file = path.display().to_string();
+    let bad = |line: usize, why: String| SceneError::value(&format!("{file}:{line}"), "trace", &why);
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    let column = |name: &str| {
+        header.iter().position(|c| *c == name).ok_or_else(|| bad(1, format!("has no column {name}: use a trace.csv of `press`")))
+    };
+    let columns = [column("probe_x_m")?, column("probe_y_m")?, column("probe_z_m")?];
+    let mut tips = Vec::new();
+    for (n, line) in lines.enumerate() {
+        let cells: Vec<&str> = line.split(',').collect();
+        let mut tip = [0.0_f32; 3];
+        for (value, column) in tip.iter_mut().zip(columns) {
+            let cell = cells.get(column).copied().unwrap_or_default();
+            *value = cell.parse().map_err(|_| bad(n + 2, format!("\"{cell}\" is not a number: use a trace.csv of `press`")))?;
+        }
+        tips.push(tip);
+    }
+    if tips.is_empty() {
+        return Err(bad(1, "has no rows: record a run first".into()).into());
+    }
+    Ok(tips)
+}
