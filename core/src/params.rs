@@ -107,7 +107,7 @@ impl Default for Params {
             youngs_modulus_pa: 3500.0,
             poisson_ratio: 0.45,
             density_kg_per_m3: 1060.0,
-            node_damping_per_s: 100.0,
+            node_damping_per_s: 40.0,
             spring_damping_s: 0.0,
             gravity_m_per_s2: [0.0; 3],
             compensation: 1.13,

@@ -28,8 +28,19 @@ fn main() {
     let t0 = std::time::Instant::now();
     let st = palpate_sim::stable_step::StableStep::measure(&patch.wide_model(), &params, patch.site_m()).unwrap();
     println!("stable {st:?} {:?}", t0.elapsed());
+    for (name, terms) in [("plain springs", Terms::SPRINGS_ONLY), ("all", Terms::ALL)] {
+        let p = Params { terms, ..params };
+        let mut mem = Memory::for_model(&models[0]);
+        for (m, model) in models.iter().enumerate() {
+        let (tuned, mut state) = mem.start(model, &p).unwrap();
+        for z in [0.01f32, -0.004] {
+        let mut best = f64::MAX;
+        for _ in 0..40 { let t0 = std::time::Instant::now(); for _ in 0..100 { tick(model, &tuned, &mut state, ProbePose { tip_m: Vector3::new(0.0, 0.0, z) }); } best = best.min(t0.elapsed().as_secs_f64() * 1e4); }
+        println!("{name} {m} z {z} {best:.2} us");
+        }}
+    }
     let mut mem = Memory::for_model(&models[0]);
-    for model in &models {
+    for model in &models[..0] {
         let (tuned, mut state) = mem.start(model, &params).unwrap();
         let mut z = 0.003_f32;
         let reference = [(0.0005, 1.700*1.0), (0.001, 5.0), (0.002, 14.065), (0.004, 39.65), (0.006, 71.9), (0.008, 107.0)];

@@ -126,12 +126,16 @@ fn draw(folder: &OutputFolder, scene: &Scene, session: &Session, press: &Press) 
         .collect();
     let holds: Vec<Sample> =
         press.holds.iter().map(|h| Sample { t_s: h.t_s, depth_m: h.depth_m, force_n: h.force_n }).collect();
+    // reference points beyond the press would only squeeze the curve
+    let deepest = trace.iter().map(|s| s.depth_m).fold(0.0, f64::max);
+    let mut reference = crate::reference_values::of(scene);
+    reference.retain(|(depth, _)| *depth <= 1.05 * deepest);
     let run = charts::Press {
         scene: &scene.name,
         node_count: session.report.nodes,
         trace: &trace,
         holds: &holds,
-        reference: &crate::reference_values::of(scene),
+        reference: &reference,
     };
     charts::force_depth(folder.path(), "force_depth", &run)?;
     charts::force_time(folder.path(), "force_time", &run)?;

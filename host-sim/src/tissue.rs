@@ -5,8 +5,8 @@ use crate::mesh::{BlockSpec, ImportReport, TetMesh, block, import, surface};
 use crate::patch::Tissue;
 use crate::scene::{Drive, Inclusion, Scene};
 
-/// A mesh's underside: this share of its height along the press, from below, is fixed.
-const UNDERSIDE: f64 = 0.25;
+/// A mesh rests on its underside: surface triangles whose outward normal has less than this cosine with the press axis are fixed.
+const UNDERSIDE_COSINE: f64 = -0.5;
 /// The patch answers presses this much deeper than the deepest hold.
 const DEPTH_MARGIN: f64 = 1.25;
 /// Deepest press of a force drive or a trace, in probe radii: where the contact law was measured.
@@ -32,10 +32,7 @@ pub fn place(scene: &Scene) -> Result<Placed, Error> {
     if let (Some(path), Some(unit), Some(site)) = (&scene.tissue.mesh, scene.tissue.length_unit, scene.probe.site) {
         let imported = import(path, unit.metres)?;
         let (site_m, axis) = nearest_on_surface(&imported.mesh, site, scene.probe.radius_m);
-        let along = |x: &[f64; 3]| dot(*x, axis);
-        let (low, high) =
-            imported.mesh.nodes_m.iter().map(along).fold((f64::MAX, f64::MIN), |(l, h), a| (l.min(a), h.max(a)));
-        let anchors = anchored(&imported.mesh, |x| along(x) <= low + UNDERSIDE * (high - low));
+        let anchors = underside(&imported.mesh, axis);
         let tissue = finish(scene, imported.mesh, anchors, site_m, depth_limit_m);
         return Ok(Placed { tissue, axis, import: Some(imported.report) });
     }
@@ -65,6 +62,17 @@ fn finish(scene: &Scene, mesh: TetMesh, anchors: Vec<u32>, site_m: [f64; 3], dep
 
 fn anchored(mesh: &TetMesh, fixed: impl Fn(&[f64; 3]) -> bool) -> Vec<u32> {
     (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| fixed(x)).map(|(n, _)| n).collect()
+}
+
+fn underside(mesh: &TetMesh, axis: [f64; 3]) -> Vec<u32> {
+    let faces_away = |t: &[u32; 3]| {
+        let n = normal(t.map(|n| mesh.nodes_m[n as usize]));
+        dot(n, axis) < UNDERSIDE_COSINE * dot(n, n).sqrt()
+    };
+    let mut nodes: Vec<u32> = surface::surface(&mesh.tets).into_iter().filter(faces_away).flatten().collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
 }
 
 /// Stiffness of a tet: blended by how many points of a fine sample of it lie in an inclusion, so that a small ball is not lost

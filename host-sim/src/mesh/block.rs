@@ -62,6 +62,9 @@ pub enum BlockError {
 }
 
 /// Meshes the block; the same bits for the same spec on every machine.
+///
+/// # Errors
+/// A spec out of bounds, or too few nodes for its proportions.
 pub fn block(spec: &BlockSpec) -> Result<TetMesh, BlockError> {
     let nodes = spec.nodes;
     let mut grading = unit_grading(spec)?;

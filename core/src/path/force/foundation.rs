@@ -55,7 +55,6 @@ impl Load {
 }
 
 const ZERO: Vector3<f32> = Vector3::new(0.0, 0.0, 0.0);
-const THIRD: f32 = 1.0 / 3.0;
 
 /// Pushes the surface out of the probe.
 #[cfg_attr(feature = "stage-cost", inline(never))]
@@ -77,9 +76,8 @@ pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32
         let (Some(na), Some(nb), Some(nc)) = (state.nodes.get(a), state.nodes.get(b), state.nodes.get(c)) else { continue };
         let (xa, xb, xc) = (vector(&na.x) - centre, vector(&nb.x) - centre, vector(&nc.x) - centre);
         let mut on = [ZERO; 3];
-        let mut pushed = 0.0;
-        for (weight, point) in POINT_WEIGHTS.iter().zip(points) {
-            let [wa, wb, wc] = *weight;
+        let mut weight = [0.0; 3];
+        for (&[wa, wb, wc], point) in POINT_WEIGHTS.iter().zip(points) {
             let Some((pen, out)) = penetration(probe, xa * wa + xb * wb + xc * wc) else { continue };
             let cap = if cap > point.k { cap } else { point.k };
             let knee = (cap - point.k) * point.bend;
@@ -94,17 +92,20 @@ pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32
                 on[0] += g * wa;
                 on[1] += g * wb;
                 on[2] += g * wc;
-                pushed += f;
+                weight[0] += f * wa;
+                weight[1] += f * wb;
+                weight[2] += f * wc;
             }
         }
+        let pushed = weight[0] + weight[1] + weight[2];
         if pushed > 0.0 {
             load.force += on[0] + on[1] + on[2];
             load.push += pushed;
-            load.point += (xa + xb + xc) * (pushed * THIRD);
-            for (&n, f) in triangle.node.iter().zip(&on) {
+            load.point += xa * weight[0] + xb * weight[1] + xc * weight[2];
+            for ((&n, f), w) in triangle.node.iter().zip(&on).zip(weight) {
                 if let (Some(node), Some(rest)) = (state.nodes.get_mut(usize::from(n)), model.nodes.get(usize::from(n))) {
                     add(&mut node.f, &row(*f));
-                    load.rest += Vector3::from(rest.rest_m) * (pushed * THIRD);
+                    load.rest += Vector3::from(rest.rest_m) * w;
                 }
             }
         }

@@ -11,14 +11,16 @@ const OUTSIDE: u32 = u32::MAX;
 /// The Delaunay tets, positively oriented, of `points`, or `None` if two points coincide or one is outside the box.
 /// `points[0..8]` are the box corners: bit 0, 1, 2 of the index chooses the high side of x, y, z.
 pub(super) fn delaunay(points: &[Vec3]) -> Option<Vec<[u32; 4]>> {
-    let mut cavity = Triangulation::of_box(points);
+    let mut triangulation = Triangulation::of_box(points);
     for p in 8..u32::try_from(points.len()).ok()? {
-        cavity.insert(p)?;
+        triangulation.insert(p)?;
     }
-    cavity.free.sort_unstable();
-    let live = |t: &u32| cavity.free.binary_search(t).is_err();
-    let slots = 0..u32::try_from(cavity.tets.len()).ok()?;
-    Some(slots.filter(live).map(|t| cavity.tets[t as usize]).collect())
+    let Triangulation { mut tets, mut free, .. } = triangulation;
+    free.sort_unstable();
+    for slot in free.into_iter().rev() {
+        tets.swap_remove(slot as usize);
+    }
+    Some(tets)
 }
 
 struct Triangulation<'a> {
@@ -28,7 +30,9 @@ struct Triangulation<'a> {
     neighbours: Vec<[u32; 4]>,
     /// Verdict of the insertion under way, shape [tets]: `2 p` conflicts with point p, `2 p + 1` does not.
     verdict: Vec<u32>,
+    /// Slots of tets that are gone.
     free: Vec<u32>,
+    /// The newest tet, where the next search starts.
     last: u32,
     cavity: Vec<u32>,
     /// Faces of new tets that wait for their twin: the edge away from the new point, tet, corner.
@@ -127,7 +131,7 @@ impl<'a> Triangulation<'a> {
         } else if self.verdict[beyond as usize] == 2 * p {
             return;
         }
-        // A cavity slot is freed only after its cavity is closed, so `tet` is never overwritten here.
+        // `insert` frees the cavity's slots only when all its faces are closed, so none is taken here.
         let new = self.free.pop().unwrap_or_else(|| {
             self.tets.push([0; 4]);
             self.neighbours.push([OUTSIDE; 4]);

@@ -16,7 +16,7 @@ pub(super) struct Complex<'a> {
     pub cloud: &'a mut Cloud,
     tets: Vec<[u32; 4]>,
     quality: Vec<f64>,
-    /// Tets around each node, ascending insertion order, shape [nodes][].
+    /// Tets around each node, oldest first, shape [nodes][tets around it].
     around: Vec<Vec<u32>>,
 }
 
@@ -168,7 +168,7 @@ impl<'a> Complex<'a> {
         }
         let hull_quad = [a, b, first, *ring.last()?];
         let fits = (3..=MAX_RING).contains(&ring.len());
-        (fits && true).then_some(ring)
+        (fits && (open_start.is_none() || self.on_one_face(hull_quad))).then_some(ring)
     }
 
     fn on_one_face(&self, nodes: [u32; 4]) -> bool {
@@ -191,4 +191,55 @@ fn link(tet: [u32; 4], a: u32, b: u32) -> [u32; 2] {
     // Parity of the permutation (i, j, k, l), whose last two ascend.
     let inversions = usize::from(i > j) + [k, l].iter().map(|m| usize::from(i > *m) + usize::from(j > *m)).sum::<usize>();
     if inversions % 2 == 0 { [tet[k], tet[l]] } else { [tet[l], tet[k]] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two tets around the long edge 0-1; 2 and 3 lie on the hull to either side of it, 4 inside.
+    fn wedge(pinned: [bool; 3]) -> Cloud {
+        let at = vec![[0.0, 0.0, -3.0], [0.0, 0.0, 3.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.9, 0.9, 0.0]];
+        Cloud { pinned: vec![pinned; at.len()], at }
+    }
+
+    const AROUND: [[u32; 4]; 2] = [[0, 1, 2, 4], [0, 1, 4, 3]];
+
+    #[test]
+    fn block_edge_is_never_cut_off() {
+        let mut cloud = wedge([false; 3]);
+        let mut complex = Complex::new(&mut cloud, AROUND.to_vec());
+        assert!(!complex.remove_edge([0, 1]));
+        assert_eq!(complex.into_tets(), AROUND);
+    }
+
+    #[test]
+    fn long_edge_within_one_block_face_is_swapped() {
+        // Same wedge opened flat: 0, 1, 2, 3 share the face x = 0 and the edge 0-1 crosses it the long way.
+        let mut cloud = wedge([true, false, false]);
+        cloud.at[2..].clone_from_slice(&[[0.0, -1.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]);
+        let around = [[0, 1, 4, 2], [0, 1, 3, 4]];
+        let mut complex = Complex::new(&mut cloud, around.to_vec());
+        assert!(complex.remove_edge([0, 1]));
+        let tets = complex.into_tets();
+        assert_eq!(tets.len(), 2);
+        assert!(tets.iter().all(|t| t.contains(&2) && t.contains(&3) && t.contains(&4)));
+    }
+
+    #[test]
+    fn tall_ring_loses_its_edge_and_flat_pair_loses_its_face() {
+        let ring =
+            |i: f64| [[1.0, 0.0, 0.0], [-0.5, 0.75_f64.sqrt(), 0.0], [-0.5, -(0.75_f64.sqrt()), 0.0]].map(|p| p.map(|x| x * i));
+        for (reach, tall) in [(1.0, 3.0), (3.0, 0.6)] {
+            let [a, b, c] = ring(reach);
+            let at = vec![[0.0, 0.0, -tall], [0.0, 0.0, tall], a, b, c];
+            let mut cloud = Cloud { pinned: vec![[false; 3]; 5], at };
+            let three = vec![[0, 1, 2, 3], [0, 1, 3, 4], [0, 1, 4, 2]];
+            let two = vec![[2, 3, 4, 1], [3, 2, 4, 0]];
+            let (start, end) = if tall > 1.0 { (three, 2) } else { (two, 3) };
+            let mut complex = Complex::new(&mut cloud, start);
+            assert!(complex.flip_below(1.0));
+            assert_eq!(complex.into_tets().len(), end);
+        }
+    }
 }

@@ -6,8 +6,6 @@ use super::vector::{Vec3, distance};
 /// more nodes refine the far side too. A block of 80 x 80 x 40 mm with 410 nodes and a radius of 8 mm gets 0.45.
 const GROWTH: f64 = 0.75;
 const MAX_GROWTH: f64 = 0.8;
-/// Largest element over the thinnest side: a block stays at least this many elements thick.
-const MAX_SIZE: f64 = 1.0;
 /// Nodes per element area and per element volume in an isotropic Delaunay mesh whose mean edge is one element.
 const PER_AREA: f64 = 1.1547;
 const PER_VOLUME: f64 = 1.45;
@@ -36,15 +34,17 @@ pub(super) struct Budget {
 }
 
 impl Grading {
+    /// Element size wanted at `p`.
     pub fn size_at(&self, p: Vec3) -> f64 {
         let beyond = distance(p, self.spot) - self.fine_radius;
         let size = if beyond > 0.0 { self.fine_size + self.growth * beyond } else { self.fine_size };
         size.min(self.max_size())
     }
 
-    pub fn max_size(&self) -> f64 {
+    /// The thinnest side: a block is at least one element thick.
+    fn max_size(&self) -> f64 {
         let side = |k: usize| self.high[k] - self.low[k];
-        MAX_SIZE * side(0).min(side(1)).min(side(2))
+        side(0).min(side(1)).min(side(2))
     }
 
     /// Sets the fine element size so that `nodes` fit; `Err` is the least number of nodes that do.

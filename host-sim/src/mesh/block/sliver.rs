@@ -9,6 +9,7 @@ use super::vector::{Vec3, add_scaled};
 const GOOD: f64 = 0.55;
 /// Edges below this many elements count as a fault, so that no small tet shortens the stable time step.
 const SHORT_EDGE: f64 = 0.6;
+/// Rounds of flips and moves; most blocks need fewer.
 const PASSES: usize = 12;
 /// First and last step of a move, in elements.
 const FIRST_STEP: f64 = 0.2;
@@ -58,7 +59,7 @@ fn smooth(complex: &mut Complex, grading: &Grading) -> bool {
     moved
 }
 
-/// The six axes and eight diagonals that a node may take.
+/// Of the 26 neighbours of a cube's centre, those that a node may step to.
 fn directions(pinned: [bool; 3]) -> Vec<Vec3> {
     let mut all = vec![];
     for code in 0..27 {
