@@ -222,7 +222,14 @@ impl Params {
         for &anchor in model.anchors {
             node_step[usize::from(anchor)] = 0.0;
         }
-        Ok(Tuned {
+        Ok(self.derive(node_step, cap_m))
+    }
+
+    /// The scalars, with masses and caps as given.
+    pub(crate) fn derive<'a>(&self, node_step: &'a [f32], cap_m: &'a [f32]) -> Tuned<'a> {
+        let e = self.youngs_modulus_pa;
+        let dt = self.tick_s / f32::from(self.substeps);
+        Tuned {
             terms: self.terms,
             probe: self.probe,
             limits: self.limits,
@@ -240,7 +247,7 @@ impl Params {
             contact_damping_s: self.contact_damping * dt,
             node_step,
             cap_m,
-        })
+        }
     }
 
     /// Checks every parameter against its range.

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use crate::fault::{BuildError, Fault};
 use crate::lanes::{ROW, Row, row, vector};
 use crate::model::Model;
+use crate::path::force::volume::TetShapes;
 
 /// A node in motion.
 #[derive(Clone, Copy, Debug)]
@@ -39,6 +40,12 @@ impl Node {
     }
 }
 
+/// A node by index; a node at rest at the origin past the end, which no checked model reaches. Without a branch that can panic.
+#[inline(always)]
+pub(crate) fn node(nodes: &[Node], index: u16) -> &Node {
+    nodes.get(usize::from(index)).unwrap_or(&Node::ZERO)
+}
+
 /// Where the probe touched in the last tick.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TouchPlane {
@@ -54,6 +61,8 @@ pub struct State<'a> {
     pub(crate) nodes: &'a mut [Node],
     /// Per node: six times the volume of its tets [m^3], then its pressure over E (1).
     pub(crate) pressure: &'a mut [f32],
+    /// What the volume stage keeps between its passes.
+    pub(crate) shapes: &'a mut [TetShapes],
     /// Surface triangles near the probe in this tick.
     pub(crate) candidates: &'a mut [u16],
     /// How many of `candidates` are valid.
@@ -65,7 +74,8 @@ pub struct State<'a> {
 }
 
 impl<'a> State<'a> {
-    /// A patch at rest in the caller's memory: at least one entry per node (`nodes`, `pressure`) and per surface triangle (`candidates`).
+    /// A patch at rest in the caller's memory: at least one entry per node (`nodes`, `pressure`) and per surface triangle
+    /// (`candidates`), and [`TetShapes::count`] `shapes` (none on the board).
     ///
     /// # Errors
     /// [`BuildError::TooLarge`] names the memory that is too small.
@@ -74,6 +84,7 @@ impl<'a> State<'a> {
         nodes: &'a mut [Node],
         pressure: &'a mut [f32],
         candidates: &'a mut [u16],
+        shapes: &'a mut [TetShapes],
     ) -> Result<Self, BuildError> {
         let fits = |item, need, have| match need <= have {
             true => Ok(()),
@@ -82,7 +93,9 @@ impl<'a> State<'a> {
         fits("nodes", model.nodes.len(), nodes.len())?;
         fits("nodes", model.nodes.len(), pressure.len())?;
         fits("surface triangles", model.triangles.len(), candidates.len())?;
+        fits("tet shapes", TetShapes::count(model), shapes.len())?;
         let mut state = Self {
+            shapes: &mut shapes[..TetShapes::count(model)],
             nodes: &mut nodes[..model.nodes.len()],
             pressure: &mut pressure[..model.nodes.len()],
             candidates: &mut candidates[..model.triangles.len()],

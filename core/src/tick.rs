@@ -22,6 +22,7 @@ use crate::path::{contact, force, integrate, output, probe, region};
 use crate::state::State;
 
 /// One tick of the product.
+#[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn tick(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -> Output {
     tick_with(model, tuned, state, pose, &Off)
 }

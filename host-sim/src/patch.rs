@@ -7,7 +7,7 @@ mod foundation;
 mod order;
 mod stiffness;
 
-use palpate::{FoundationPoint, Model, Node, NodeRest, Params, PatchFile, RimEdge, RimNode, Spring, State, Tet, Triangle, Tuned, Vector3};
+use palpate::{FoundationPoint, Model, Node, NodeRest, Params, PatchFile, RimEdge, RimNode, Spring, State, Tet, TetShapes, Triangle, Tuned, Vector3};
 
 use crate::mesh::{TetMesh, surface};
 use stiffness::Elastic;
@@ -201,6 +201,7 @@ pub struct Memory {
     nodes: Vec<Node>,
     pressure: Vec<f32>,
     candidates: Vec<u16>,
+    shapes: Vec<TetShapes>,
     node_step: Vec<f32>,
     cap_m: Vec<f32>,
 }
@@ -214,6 +215,7 @@ impl Memory {
             nodes: vec![Node::ZERO; nodes],
             pressure: vec![0.0; nodes],
             candidates: vec![0; triangles],
+            shapes: vec![TetShapes::ZERO; TetShapes::count(model)],
             node_step: vec![0.0; nodes],
             cap_m: vec![0.0; triangles],
         }
@@ -225,7 +227,7 @@ impl Memory {
     /// What [`Params::build`] refuses.
     pub fn start(&mut self, model: &Model, params: &Params) -> Result<(Tuned<'_>, State<'_>), palpate::BuildError> {
         let tuned = params.build(model, &mut self.node_step, &mut self.cap_m)?;
-        let state = State::new(model, &mut self.nodes, &mut self.pressure, &mut self.candidates)?;
+        let state = State::new(model, &mut self.nodes, &mut self.pressure, &mut self.candidates, &mut self.shapes)?;
         Ok((tuned, state))
     }
 }

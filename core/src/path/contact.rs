@@ -13,6 +13,7 @@ use crate::path::probe::Motion;
 use crate::state::State;
 
 /// Writes the triangles whose box meets the probe's box.
+#[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn find(model: &Model, tuned: &Tuned, state: &mut State, motion: &Motion) {
     let (low, high) = reach(&tuned.probe, model.depth_limit_m, motion);
     let mut near = 0;

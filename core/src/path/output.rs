@@ -50,6 +50,7 @@ impl Output {
 ///
 /// # Errors
 /// [`Fault::ForceNotFinite`].
+#[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn read(tuned: &Tuned, state: &mut State, motion: &Motion, load: &Load, active_nodes: u16) -> Result<Output, Fault> {
     let mut out = Output { active_nodes, limiters: motion.limiters, point_m: motion.to_m, ..Output::NONE };
     if load.push == 0.0 {

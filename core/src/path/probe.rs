@@ -45,6 +45,7 @@ impl Motion {
 ///
 /// # Errors
 /// [`Fault::PoseNotFinite`]; nothing changes then.
+#[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -> Result<Motion, Fault> {
     if !pose.tip_m.iter().all(|c| c.is_finite()) {
         return Err(Fault::PoseNotFinite);

@@ -113,7 +113,7 @@ impl Picture for ForceDepth<'_> {
                 .legend(move |at| DashedPathElement::new(key(at), dash, gap, thin));
             entries += 1;
         }
-        entries += usize::from(!press.reference.is_empty());
+        entries += u32::from(!press.reference.is_empty());
         let marks: Vec<_> = press.holds.iter().map(|hold| self.mark(hold)).collect();
         let taken = legend_frame(&chart, entries);
         holds::draw(area, &mut chart, &marks, &curve, Some(taken))?;

@@ -45,7 +45,9 @@ where
     });
     let dots: Vec<_> = marks.iter().map(|m| chart.backend_coord(&m.at)).collect();
     page.add_curve(curve.iter().map(|p| chart.backend_coord(p)), px(3.0));
-    taken.into_iter().for_each(|frame| page.add_box(frame));
+    if let Some(taken) = taken {
+        page.add_box(taken);
+    }
     for dot in &dots {
         page.add_dot(*dot, px(6.4));
     }

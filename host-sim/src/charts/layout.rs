@@ -63,7 +63,7 @@ pub fn width<DB: DrawingBackend>(
 }
 
 /// A chart builder with the common margins below a title.
-pub fn builder<'a, 'b, DB: DrawingBackend>(area: &'a Area<DB>) -> ChartBuilder<'a, 'b, DB> {
+pub fn builder<'b, DB: DrawingBackend>(area: &Area<DB>) -> ChartBuilder<'_, 'b, DB> {
     let mut builder = ChartBuilder::on(area);
     builder
         .margin(px(MARGIN_PX))
@@ -115,14 +115,14 @@ where
 const LEGEND_PX: (f64, f64) = (10.0, 6.0);
 
 /// The part of the canvas that a legend of `entries` lines may take.
-pub fn legend_frame<'a, DB, X, Y>(chart: &Chart<'a, DB, X, Y>, entries: usize) -> Frame
+pub fn legend_frame<'a, DB, X, Y>(chart: &Chart<'a, DB, X, Y>, entries: u32) -> Frame
 where
     DB: DrawingBackend + 'a,
     X: Ranged<ValueType = f64>,
     Y: Ranged<ValueType = f64>,
 {
     let base = chart.plotting_area().get_base_pixel();
-    let lines = entries as f64;
+    let lines = f64::from(entries);
     Frame {
         low: (base.0 + px(LEGEND_PX.0), base.1 + px(LEGEND_PX.1)),
         high: (base.0 + px(180.0), base.1 + px(24.0 + 20.0 * lines)),

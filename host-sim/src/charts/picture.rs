@@ -26,8 +26,8 @@ pub trait Picture {
 pub fn save(folder: &Path, name: &str, picture: &impl Picture) -> Result<(), ChartError> {
     let svg_path = folder.join(format!("{name}.svg"));
     let png_path = folder.join(format!("{name}.png"));
-    let svg = svg(picture).map_err(|message| refused(&svg_path, message))?;
-    let png = png(picture).map_err(|message| refused(&png_path, message))?;
+    let svg = svg(picture).map_err(|message| refused(&svg_path, &message))?;
+    let png = png(picture).map_err(|message| refused(&png_path, &message))?;
     let files = [
         Staged::write(folder, svg_path, svg.as_bytes())?,
         Staged::write(folder, png_path, &png)?,
@@ -85,7 +85,7 @@ fn draw_on<DB: DrawingBackend>(picture: &impl Picture, area: &Area<DB>) -> Resul
         .map_err(|e| e.to_string())
 }
 
-fn refused(path: &Path, message: String) -> ChartError {
+fn refused(path: &Path, message: &str) -> ChartError {
     ChartError::Draw {
         path: path.to_owned(),
         message: message.replace('\n', " "),

@@ -3,16 +3,15 @@
 //! The plotting library's own bitmap drops the side bearing of every glyph, sizes text unlike its
 //! SVG, and fills a thick line that crosses itself by parity. Here text and lines follow the SVG.
 
+mod glyphs;
+
 use std::convert::Infallible;
 
-use ab_glyph::{Font, PxScale, ScaleFont, point};
-use plotters_backend::text_anchor::{HPos, VPos};
 use plotters_backend::{
     BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind,
-    FontTransform,
 };
 
-use super::style::{EM_PER_SIZE, FINE, face};
+use super::style::FINE;
 
 type Done = Result<(), DrawingErrorKind<Infallible>>;
 
@@ -29,28 +28,59 @@ impl<'a> Raster<'a> {
         (rgb.len() == width as usize * height as usize).then_some(Self { rgb, width, height })
     }
 
+    /// The fine pixel at a place, if that is on the canvas.
+    fn pixel(&mut self, (x, y): BackendCoord) -> Option<&mut [u8; 3]> {
+        let (x, y) = (u32::try_from(x).ok()?, u32::try_from(y).ok()?);
+        if x >= self.width {
+            return None;
+        }
+        self.rgb
+            .get_mut(y as usize * self.width as usize + x as usize)
+    }
+
     /// Lays `color` over one fine pixel, weighted by `coverage` (0 to 1).
-    fn blend(&mut self, (x, y): BackendCoord, color: BackendColor, coverage: f64) {
-        let (Ok(x), Ok(y)) = (u32::try_from(x), u32::try_from(y)) else {
+    fn blend(&mut self, at: BackendCoord, color: BackendColor, coverage: f64) {
+        let Some(pixel) = self.pixel(at) else {
             return;
         };
-        if x >= self.width || y >= self.height {
+        let over = [color.rgb.0, color.rgb.1, color.rgb.2];
+        let alpha = (color.alpha * coverage).clamp(0.0, 1.0);
+        if alpha >= 1.0 {
+            *pixel = over;
             return;
         }
-        let at = y as usize * self.width as usize + x as usize;
-        let Some(pixel) = self.rgb.get_mut(at) else {
-            return;
-        };
-        let alpha = (color.alpha * coverage).clamp(0.0, 1.0);
-        let over = [color.rgb.0, color.rgb.1, color.rgb.2];
         for (under, over) in pixel.iter_mut().zip(over) {
             let mixed = f64::from(*under) + (f64::from(over) - f64::from(*under)) * alpha;
             *under = mixed.round() as u8;
         }
     }
 
+    /// Fills the fine pixels from `from` up to `to` of a row.
+    fn span(&mut self, y: i32, from: i32, to: i32, color: BackendColor) {
+        let from = from.max(0);
+        let to = to.min(self.width.cast_signed());
+        if color.alpha < 1.0 {
+            for x in from..to {
+                self.blend((x, y), color, 1.0);
+            }
+        } else if from < to && 0 <= y && y < self.height.cast_signed() {
+            let row = y as usize * self.width as usize;
+            if let Some(row) = self.rgb.get_mut(row + from as usize..row + to as usize) {
+                row.fill([color.rgb.0, color.rgb.1, color.rgb.2]);
+            }
+        }
+    }
+
     /// A line with round ends: every fine pixel nearer than half the width.
     fn stroke(&mut self, from: BackendCoord, to: BackendCoord, color: BackendColor, width: u32) {
+        let upright = from.0 == to.0 || from.1 == to.1;
+        if width <= 1 && upright {
+            // how a polygon is filled: by far the most lines, so without the distance below
+            for y in from.1.min(to.1)..=from.1.max(to.1) {
+                self.span(y, from.0.min(to.0), from.0.max(to.0) + 1, color);
+            }
+            return;
+        }
         let radius = f64::from(width.max(1)) / 2.0;
         let reach = radius.ceil() as i32;
         let (dx, dy) = (f64::from(to.0 - from.0), f64::from(to.1 - from.1));
@@ -106,6 +136,23 @@ impl DrawingBackend for Raster<'_> {
         Ok(())
     }
 
+    fn draw_rect<S: BackendStyle>(
+        &mut self,
+        low: BackendCoord,
+        high: BackendCoord,
+        style: &S,
+        fill: bool,
+    ) -> Done {
+        if fill {
+            for y in low.1.max(0)..high.1.min(self.height.cast_signed()) {
+                self.span(y, low.0, high.0, style.color());
+            }
+            return Ok(());
+        }
+        let corners = [low, (high.0, low.1), high, (low.0, high.1), low];
+        self.draw_path(corners, style)
+    }
+
     fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
         &mut self,
         path: I,
@@ -120,74 +167,28 @@ impl DrawingBackend for Raster<'_> {
     }
 
     fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> Done {
-        let Some(face) = face(&style.style()) else {
-            return Ok(());
-        };
-        let em = style.size() * EM_PER_SIZE;
-        let units_per_em = face.units_per_em().unwrap_or(1000.0);
-        let scale = PxScale::from(em as f32 * face.height_unscaled() / units_per_em);
-        let scaled = face.as_scaled(scale);
-
-        let mut pen = 0.0_f32;
-        let mut last = None;
-        let mut glyphs = Vec::new();
-        for id in text.chars().map(|c| face.glyph_id(c)) {
-            pen += last.map_or(0.0, |last| scaled.kern(last, id));
-            glyphs.push(id.with_scale_and_position(scale, point(pen, 0.0)));
-            pen += scaled.h_advance(id);
-            last = Some(id);
-        }
-
-        // the same offsets as the `text-anchor` and `dy` of the SVG back end
-        let left = match style.anchor().h_pos {
-            HPos::Left => 0.0,
-            HPos::Center => -pen / 2.0,
-            HPos::Right => -pen,
-        };
-        let half_ex = EX_PER_EM / 2.0 * em as f32;
-        let baseline = match style.anchor().v_pos {
-            VPos::Top => 0.76 * em as f32,
-            VPos::Center => half_ex,
-            VPos::Bottom => -half_ex,
-        };
-        let turn = style.transform();
-        for outline in glyphs.into_iter().filter_map(|g| face.outline_glyph(g)) {
-            let corner = outline.px_bounds().min;
-            outline.draw(|x, y, coverage| {
-                let x = (left + corner.x + x as f32).round() as i32;
-                let y = (baseline + corner.y + y as f32).round() as i32;
-                let (x, y) = match turn {
-                    FontTransform::None => (x, y),
-                    FontTransform::Rotate90 => (-y, x),
-                    FontTransform::Rotate180 => (-x, -y),
-                    FontTransform::Rotate270 => (y, -x),
-                };
-                self.blend((at.0 + x, at.1 + y), style.color(), f64::from(coverage));
-            });
-        }
+        glyphs::draw(self, text, style, at);
         Ok(())
     }
 }
-
-/// Height of a lower-case x of the built-in font [em].
-const EX_PER_EM: f32 = 0.536;
 
 /// Averages every `FINE` x `FINE` block of a canvas `width` fine pixels wide to one RGB pixel.
 pub fn average(fine: &[[u8; 3]], width: u32) -> Vec<u8> {
     let side = FINE as usize;
     let mut out = Vec::with_capacity(fine.len() * 3 / (side * side));
+    let mut sums = vec![[0_u32; 3]; width as usize / side];
     for band in fine.chunks_exact(width as usize * side) {
-        for column in 0..width as usize / side {
-            let mut sum = [0_u32; 3];
-            for row in band.chunks_exact(width as usize) {
-                for pixel in row.iter().skip(column * side).take(side) {
-                    for (sum, value) in sum.iter_mut().zip(pixel) {
-                        *sum += u32::from(*value);
-                    }
+        sums.fill([0; 3]);
+        for row in band.chunks_exact(width as usize) {
+            for (sum, block) in sums.iter_mut().zip(row.chunks_exact(side)) {
+                for [r, g, b] in block {
+                    sum[0] += u32::from(*r);
+                    sum[1] += u32::from(*g);
+                    sum[2] += u32::from(*b);
                 }
             }
-            out.extend(sum.map(|s| (s / (FINE * FINE)) as u8));
         }
+        out.extend(sums.iter().flatten().map(|s| (s / (FINE * FINE)) as u8));
     }
     out
 }

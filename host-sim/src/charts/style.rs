@@ -37,7 +37,7 @@ pub fn px(pixels: f64) -> i32 {
 }
 
 /// The built-in face for `style`; the charts use regular and bold.
-pub fn face(style: &FontStyle) -> Option<FontRef<'static>> {
+pub fn face(style: FontStyle) -> Option<FontRef<'static>> {
     FontRef::try_from_slice(match style {
         FontStyle::Bold => notosans::BOLD_TTF,
         _ => notosans::REGULAR_TTF,

@@ -29,6 +29,9 @@ pub(super) enum MeshCommand {
         /// Board whose cycle budget the patch must meet: desktop, m4f-168 or m7-480.
         #[arg(long, default_value = "m4f-168")]
         board: String,
+        /// Nodes of the block's mesh, in place of the scene's.
+        #[arg(long)]
+        nodes: Option<usize>,
     },
 }
 
@@ -36,7 +39,7 @@ impl MeshCommand {
     pub(super) fn run(&self) -> Result<(), Error> {
         match self {
             Self::Check { file, unit_m } => check(file, *unit_m),
-            Self::Pack { common, board } => pack(common, board),
+            Self::Pack { common, board, nodes } => pack(common, board, *nodes),
         }
     }
 }
@@ -54,12 +57,13 @@ fn check(file: &std::path::Path, unit_m: f64) -> Result<(), Error> {
     Ok(())
 }
 
-fn pack(common: &Common, board: &str) -> Result<(), Error> {
+fn pack(common: &Common, board: &str, nodes: Option<usize>) -> Result<(), Error> {
     let Some(machine) = Machine::named(board) else {
         let names = MACHINES.map(|m| m.name).join(", ");
         return Err(Error::TooSlow(format!("no board \"{board}\": choose one of {names}")));
     };
-    let scene = Scene::load(&common.scene)?;
+    let mut scene = Scene::load(&common.scene)?;
+    scene.tissue.nodes = nodes.or(scene.tissue.nodes);
     let folder = OutputFolder::open(&common.folder("mesh-pack"))?;
     let session = Session::prepare(&scene)?;
     let model = session.patch.model();
@@ -76,7 +80,7 @@ fn pack(common: &Common, board: &str) -> Result<(), Error> {
         )));
     }
     let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
-    let name = format!("{}-{}.patch", scene.name, model.nodes.len());
+    let name = format!("{}-{}.patch", scene.name, machine.name);
     folder.write(&name, &bytes)?;
     println!(
         "{}: {} nodes, {} springs, {} tets, {} bytes; about {:.0} of {:.0} {} a tick on {} (estimate)",

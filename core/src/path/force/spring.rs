@@ -14,7 +14,7 @@ use super::compensation;
 use crate::lanes::{Lanes, Row, add, difference, row, scaled, subtract, vector};
 use crate::model::{Model, Spring};
 use crate::params::Tuned;
-use crate::state::{Node, State};
+use crate::state::{Node, State, node};
 
 /// Adds the spring forces over E [N/Pa].
 #[cfg_attr(feature = "stage-cost", inline(never))]
@@ -99,10 +99,7 @@ pub(crate) fn by_groups<L: Lanes<W>, const W: usize, const COMPENSATED: bool, co
 
 #[inline(always)]
 fn between(nodes: &[Node], s: &Spring, quantity: impl Fn(&Node) -> &Row) -> Row {
-    match (nodes.get(usize::from(s.i)), nodes.get(usize::from(s.j))) {
-        (Some(i), Some(j)) => difference(quantity(j), quantity(i)),
-        _ => [0.0; crate::lanes::ROW],
-    }
+    difference(quantity(node(nodes, s.j)), quantity(node(nodes, s.i)))
 }
 
 /// Spring force over E divided by the length [N/Pa/m], positive when it pulls (000 eq 4).
@@ -122,4 +119,58 @@ fn force_per_length<L: Lanes<W>, const W: usize, const COMPENSATED: bool>(d: Vec
 fn damping<L: Lanes<W>, const W: usize>(d: Vector3<L>, dv: Vector3<L>, k: L, tuned: &Tuned) -> L {
     let closing = dv.x * d.x + dv.y * d.y + dv.z * d.z;
     L::splat(tuned.spring_damping_s) * k * closing / (d.x * d.x + d.y * d.y + d.z * d.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Limits, Params};
+
+    #[test]
+    fn rows_and_groups_give_the_same_bits() {
+        let mut seed = 1_u32;
+        let mut next = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (seed >> 8) as f32 / 16_777_216.0
+        };
+        let mut nodes = [Node::ZERO; 12];
+        for n in &mut nodes {
+            n.x = row(Vector3::new(next(), next(), next()));
+            n.v = row(Vector3::new(next(), next(), next()));
+        }
+        let mut springs = [Spring { i: 0, j: 0, k: 0.0, k_rest: 0.0 }; 66];
+        let mut rows = [0_u16; 12];
+        let mut at = 0;
+        for i in 0..12 {
+            for j in i + 1..12 {
+                let k = 0.5 + next();
+                springs[at] = Spring { i, j, k, k_rest: k * (0.3 + next()) };
+                rows[usize::from(i)] += 1;
+                at += 1;
+            }
+        }
+        let model = Model {
+            poisson_ratio: 0.45,
+            stiffening_per_m: 1.0,
+            depth_limit_m: 1.0,
+            nodes: &[],
+            anchors: &[],
+            spring_rows: &rows,
+            springs: &springs,
+            tets: &[],
+            triangles: &[],
+            foundation: &[],
+            rim_nodes: &[],
+            rim_edges: &[],
+        };
+        let params = Params { spring_damping_s: 1e-4, limits: Limits::HIGHEST, ..Params::default() };
+        let tuned = params.derive(&[], &[]);
+        let (mut a, mut b) = (nodes, nodes);
+        by_rows::<true, true>(&model, &tuned, &mut a);
+        by_groups::<wide::f32x4, 4, true, true>(springs.as_chunks().0, &tuned, &mut b);
+        by_groups::<f32, 1, true, true>(springs.as_chunks::<4>().1.as_chunks().0, &tuned, &mut b);
+        for (n, (a, b)) in a.iter().zip(&b).enumerate() {
+            assert_eq!(a.f.map(f32::to_bits), b.f.map(f32::to_bits), "node {n}");
+        }
+    }
 }

@@ -1,0 +1,24 @@
+//! The board port. A board file provides:
+//!
+//! * `start_executors() -> (haptic, background)`, the first preempting the second;
+//! * `start_tick_timer()`, which calls [`crate::haptic_loop::on_period`] from an interrupt above both, every millisecond, and arms the watchdog;
+//! * `feed_watchdog()`, without which the board calls [`crate::safety::stop`] after some periods, above every interrupt;
+//! * `clock_counts() -> u32`, free running and wrapping, and `counts_to_ns`;
+//! * `write_dac(codes)` and `outputs_to_zero()`, the latter fit for any context, a fault handler included;
+//! * `run_ticks()`, the length of the run or `None` for ever, and `exit(success) -> !`;
+//! * `print(line)`, plain text for the last words of a run;
+//! * the handlers of `HardFault` and of interrupts nobody claimed, both ending in [`crate::safety::stop`].
+//!
+//! Nothing outside this folder is `unsafe`.
+
+#[cfg(feature = "mps2")]
+#[expect(
+    unsafe_code,
+    reason = "registers, vector table and interrupt entry are the board's to touch"
+)]
+mod mps2;
+#[cfg(feature = "mps2")]
+pub use mps2::{
+    clock_counts, counts_to_ns, exit, feed_watchdog, outputs_to_zero, print, run_ticks,
+    start_executors, start_tick_timer, write_dac,
+};

@@ -1,0 +1,215 @@
+//! Arm MPS2 with FPGA image AN386 (Cortex-M4F) or AN500 (Cortex-M7), as QEMU emulates them. Register addresses: Arm DAI0386 and DAI0500.
+//!
+//! The emulator charges every instruction the same time, so its clock counts instructions; it says nothing about hardware cycles.
+
+use core::{
+    fmt,
+    sync::atomic::{AtomicI16, Ordering},
+};
+
+use cortex_m::{
+    interrupt::InterruptNumber,
+    peripheral::{NVIC, Peripherals},
+};
+use cortex_m_rt::{ExceptionFrame, exception};
+use defmt_semihosting as _;
+use embassy_executor::{InterruptExecutor, SendSpawner};
+use palpate_firmware::force_out::DacCode;
+
+use crate::{haptic_loop, safety};
+
+/// Main clock of the FPGA images [Hz]; timer 0 and the free-running counter both run on it.
+const CLOCK_HZ: u32 = 25_000_000;
+const TICK_HZ: u32 = 1_000;
+/// Length of a run when the emulator's command line names none.
+const DEFAULT_RUN_TICKS: u32 = 10_000;
+
+// CMSDK APB timer 0
+const TIMER0_CTRL: *mut u32 = 0x4000_0000 as *mut u32;
+const TIMER0_VALUE: *mut u32 = 0x4000_0004 as *mut u32;
+const TIMER0_RELOAD: *mut u32 = 0x4000_0008 as *mut u32;
+const TIMER0_INTCLEAR: *mut u32 = 0x4000_000C as *mut u32;
+const TIMER_ENABLE_WITH_INTERRUPT: u32 = 1 | 1 << 3;
+// CMSDK APB watchdog; its interrupt is the NMI
+const WATCHDOG_LOAD: *mut u32 = 0x4000_8000 as *mut u32;
+const WATCHDOG_CONTROL: *mut u32 = 0x4000_8008 as *mut u32;
+const WATCHDOG_INTCLEAR: *mut u32 = 0x4000_800C as *mut u32;
+const WATCHDOG_ENABLE: u32 = 1;
+/// The loop is dead after ten periods without a sign of life. Late ticks release the force long before; this is for one that never ends.
+const WATCHDOG_PERIODS: u32 = 10;
+/// FPGAIO free-running counter, 32 bit, running since reset.
+const COUNTER: *const u32 = 0x4002_8018 as *const u32;
+
+/// The interrupts in use. 30 and 31 have no source on these images: they are pended by software to run an executor.
+#[derive(Clone, Copy)]
+#[repr(u16)]
+enum Interrupt {
+    TickTimer = 8,
+    Haptic = 30,
+    Background = 31,
+}
+
+// SAFETY: `repr(u16)` fixes the numbers, and every one is below the 32 interrupts these images have.
+unsafe impl InterruptNumber for Interrupt {
+    fn number(self) -> u16 {
+        self as u16
+    }
+}
+
+/// Smaller preempts larger. Only the top three bits are used, as on the coarsest parts.
+const fn priority(interrupt: Interrupt) -> u8 {
+    match interrupt {
+        Interrupt::TickTimer => 0x20,
+        Interrupt::Haptic => 0x40,
+        Interrupt::Background => 0x60,
+    }
+}
+
+unsafe extern "C" {
+    fn DefaultHandler();
+}
+
+/// What the core jumps to for interrupts 0 to 31.
+// SAFETY: the section is where cortex-m-rt's linker script expects the table, the name is the one it keeps, and every entry is a handler.
+#[unsafe(link_section = ".vector_table.interrupts")]
+#[unsafe(no_mangle)]
+static __INTERRUPTS: [unsafe extern "C" fn(); 32] = {
+    let mut table: [unsafe extern "C" fn(); 32] = [DefaultHandler; 32];
+    table[Interrupt::TickTimer as usize] = on_tick_timer;
+    table[Interrupt::Haptic as usize] = on_haptic;
+    table[Interrupt::Background as usize] = on_background;
+    table
+};
+
+static HAPTIC: InterruptExecutor = InterruptExecutor::new();
+static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
+
+extern "C" fn on_tick_timer() {
+    // SAFETY: a write-one-to-clear register of timer 0, which nothing but this file touches.
+    unsafe { TIMER0_INTCLEAR.write_volatile(1) };
+    haptic_loop::on_period();
+}
+
+extern "C" fn on_haptic() {
+    // SAFETY: called from the executor's own interrupt only, which `start` has unmasked.
+    unsafe { HAPTIC.on_interrupt() };
+}
+
+extern "C" fn on_background() {
+    // SAFETY: as in `on_haptic`.
+    unsafe { BACKGROUND.on_interrupt() };
+}
+
+/// Starts the executor of the haptic loop and, below it, the one of everything else.
+pub fn start_executors() -> (SendSpawner, SendSpawner) {
+    for interrupt in [Interrupt::Haptic, Interrupt::Background] {
+        set_priority(interrupt);
+    }
+    (
+        HAPTIC.start(Interrupt::Haptic),
+        BACKGROUND.start(Interrupt::Background),
+    )
+}
+
+fn set_priority(interrupt: Interrupt) {
+    // SAFETY: called before the interrupt is unmasked, from `main` alone, so nothing else uses the NVIC meanwhile.
+    let mut nvic = unsafe { Peripherals::steal() }.NVIC;
+    // SAFETY: no critical section in this image is built on priority masking (BASEPRI).
+    unsafe { nvic.set_priority(interrupt, priority(interrupt)) };
+}
+
+/// Starts the 1 kHz timer and the watchdog over the loop it drives.
+pub fn start_tick_timer() {
+    const PERIOD: u32 = CLOCK_HZ / TICK_HZ - 1; // the counter passes through zero
+    set_priority(Interrupt::TickTimer);
+    // SAFETY: timer 0 belongs to this file; its handler is in the table above.
+    unsafe {
+        TIMER0_RELOAD.write_volatile(PERIOD);
+        TIMER0_VALUE.write_volatile(PERIOD);
+        TIMER0_CTRL.write_volatile(TIMER_ENABLE_WITH_INTERRUPT);
+        NVIC::unmask(Interrupt::TickTimer);
+    }
+    // SAFETY: the watchdog belongs to this file; its handler is `NonMaskableInt` below.
+    unsafe {
+        WATCHDOG_LOAD.write_volatile(WATCHDOG_PERIODS * (CLOCK_HZ / TICK_HZ));
+        WATCHDOG_CONTROL.write_volatile(WATCHDOG_ENABLE);
+    }
+}
+
+/// A sign of life from the haptic loop.
+pub fn feed_watchdog() {
+    // SAFETY: any write reloads the watchdog, which nothing but this file touches.
+    unsafe { WATCHDOG_INTCLEAR.write_volatile(1) };
+}
+
+/// The free-running clock; wraps every 171 s.
+#[cfg_attr(feature = "stage-cost", inline(never))]
+pub fn clock_counts() -> u32 {
+    // SAFETY: a read-only register without side effects.
+    unsafe { COUNTER.read_volatile() }
+}
+
+/// A span of [`clock_counts`] in nanoseconds; saturates at 4.3 s.
+pub fn counts_to_ns(counts: u32) -> u32 {
+    counts.saturating_mul(1_000_000_000 / CLOCK_HZ)
+}
+
+defmt::timestamp!("{=u32:us}", clock_counts() / (CLOCK_HZ / 1_000_000));
+
+/// The image has no converters: these stand for their registers.
+static DAC: [AtomicI16; 3] = [const { AtomicI16::new(0) }; 3];
+
+/// Puts the codes on the converters.
+pub fn write_dac(codes: [DacCode; 3]) {
+    for (register, code) in DAC.iter().zip(codes) {
+        register.store(code.0, Ordering::Relaxed);
+    }
+}
+
+/// Releases the force. Takes no lock and calls nothing that can fail.
+pub fn outputs_to_zero() {
+    write_dac([DacCode::ZERO; 3]);
+}
+
+/// The number the emulator was given as the program's argument, or the default. On hardware this is `None`.
+pub fn run_ticks() -> Option<u32> {
+    let argument = semihosting::experimental::env::args::<128>()
+        .ok()
+        .and_then(|arguments| {
+            (&arguments)
+                .filter_map(core::result::Result::ok)
+                .nth(1)?
+                .parse()
+                .ok()
+        });
+    Some(argument.unwrap_or(DEFAULT_RUN_TICKS))
+}
+
+/// Writes one line of plain text to the emulator's standard error; standard output carries the log frames.
+pub fn print(line: fmt::Arguments<'_>) {
+    semihosting::eprintln!("{line}");
+}
+
+/// Ends the emulation with exit status 0 or 1.
+pub fn exit(success: bool) -> ! {
+    semihosting::process::exit(i32::from(!success))
+}
+
+#[exception]
+unsafe fn NonMaskableInt() -> ! {
+    safety::stop(format_args!("watchdog: the haptic loop has stopped"))
+}
+
+#[exception]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    safety::stop(format_args!(
+        "hard fault at pc={:#010x} lr={:#010x}",
+        frame.pc(),
+        frame.lr()
+    ))
+}
+
+#[exception]
+unsafe fn DefaultHandler(irqn: i16) -> ! {
+    safety::stop(format_args!("interrupt {irqn} has no handler"))
+}

@@ -1,0 +1,75 @@
+//! Force in, converter codes out.
+
+use fixed::types::I16F16;
+
+/// Output of one axis as its converter takes it: +-32767 is +-[`DacCode::FULL_SCALE_N`], 0 is no force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DacCode(pub i16);
+
+impl DacCode {
+    /// No force.
+    pub const ZERO: Self = Self(0);
+    /// Force at code 32767 [N]; the peak force of a desktop device of this class.
+    pub const FULL_SCALE_N: f32 = 8.0;
+    /// Codes per newton: 32767 / 8, exact in `I16F16`.
+    const PER_N: I16F16 = I16F16::lit("4095.875");
+
+    /// Nearest code; saturates at full scale. Not-a-number gives no force: nothing sensible can be rendered.
+    #[must_use]
+    pub fn from_force_n(force_n: f32) -> Self {
+        let limited = force_n.clamp(-Self::FULL_SCALE_N, Self::FULL_SCALE_N);
+        let Some(newtons) = I16F16::checked_from_num(limited) else {
+            return Self::ZERO;
+        };
+        Self(
+            newtons
+                .saturating_mul(Self::PER_N)
+                .saturating_round()
+                .saturating_to_num(),
+        )
+    }
+}
+
+/// The codes of the three axes for a force on the hand [N].
+#[must_use]
+pub fn codes(force_n: [f32; 3]) -> [DacCode; 3] {
+    force_n.map(DacCode::from_force_n)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::DacCode;
+
+    #[test]
+    fn full_scale_maps_to_the_last_code_on_both_sides() {
+        assert_eq!(DacCode::from_force_n(8.0), DacCode(32_767));
+        assert_eq!(DacCode::from_force_n(-8.0), DacCode(-32_767));
+        assert_eq!(DacCode::from_force_n(1.0), DacCode(4_096)); // 4095.875 rounds up
+    }
+
+    #[test]
+    fn forces_beyond_the_converter_saturate() {
+        for huge in [8.1, 1e9, f32::MAX, f32::INFINITY] {
+            assert_eq!(DacCode::from_force_n(huge), DacCode(32_767));
+            assert_eq!(DacCode::from_force_n(-huge), DacCode(-32_767));
+        }
+    }
+
+    #[test]
+    fn what_is_not_a_number_gives_no_force() {
+        assert_eq!(DacCode::from_force_n(f32::NAN), DacCode::ZERO);
+    }
+
+    #[test]
+    fn codes_follow_the_force_to_half_a_code() {
+        for step in -8_000..=8_000 {
+            let force_n = step as f32 * 1e-3;
+            let back_n = f32::from(DacCode::from_force_n(force_n).0) / 4095.875;
+            // half a code, and half a code more at full scale for the 2^-16 N of the fixed-point force
+            assert!(
+                (back_n - force_n).abs() <= 0.57 / 4095.875,
+                "{force_n} N came back as {back_n} N"
+            );
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! The tissue core bound to this image: patch in flash, state in RAM. The only file that names the core's types.
+
+use palpate::{BuildError, Model, Node, Output, PatchFile, ProbePose, State, TetShapes, Tuned};
+use static_cell::ConstStaticCell;
+
+/// Nodes that the reserved RAM holds.
+const NODES: usize = 512;
+/// Surface triangles that it holds.
+const TRIANGLES: usize = 1024;
+/// RAM of the least of the supported boards, less 16 KB for stacks and telemetry.
+#[cfg(target_os = "none")]
+const RAM_FOR_PATCH: usize = 112 * 1024;
+
+/// The patch is read in place, as words.
+#[repr(C, align(4))]
+struct WordAligned<Bytes: ?Sized>(Bytes);
+
+#[cfg(not(feature = "patch-m7"))]
+static PATCH_FILE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../patches/block-m4f-168.patch"));
+#[cfg(feature = "patch-m7")]
+static PATCH_FILE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../patches/block-m7-480.patch"));
+
+/// Everything that the tick writes, and what it reads besides the flash.
+struct Memory {
+    nodes: [Node; NODES],
+    pressure: [f32; NODES],
+    node_step: [f32; NODES],
+    candidates: [u16; TRIANGLES],
+    cap_m: [f32; TRIANGLES],
+    /// The desktop keeps what the board computes twice.
+    #[cfg(not(target_os = "none"))]
+    shapes: [TetShapes; NODES],
+}
+
+#[cfg(target_os = "none")]
+const _: () = assert!(size_of::<Memory>() <= RAM_FOR_PATCH, "the patch's state must leave room for the stacks");
+
+static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory {
+    nodes: [Node::ZERO; NODES],
+    pressure: [0.0; NODES],
+    node_step: [0.0; NODES],
+    candidates: [0; TRIANGLES],
+    cap_m: [0.0; TRIANGLES],
+    #[cfg(not(target_os = "none"))]
+    shapes: [TetShapes::ZERO; NODES],
+});
+
+/// One patch, ready to tick.
+pub struct Patch {
+    model: Model<'static>,
+    tuned: Tuned<'static>,
+    state: State<'static>,
+}
+
+/// Why there is no patch to tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LoadError {
+    /// The packed patch in flash was refused.
+    Patch(BuildError),
+    /// The one state there is has been handed out before.
+    StateTaken,
+}
+
+/// Checks the patch in flash and puts it at rest. Works once: the state lives in a static.
+///
+/// # Errors
+/// When the patch is refused, and on a second call.
+pub fn load() -> Result<Patch, LoadError> {
+    let file = PatchFile::open(&PATCH_FILE.0).map_err(LoadError::Patch)?;
+    let memory = MEMORY.try_take().ok_or(LoadError::StateTaken)?;
+    let model = file.model;
+    let tuned = file.params.build(&model, &mut memory.node_step, &mut memory.cap_m).map_err(LoadError::Patch)?;
+    #[cfg(not(target_os = "none"))]
+    let shapes = &mut memory.shapes[..];
+    #[cfg(target_os = "none")]
+    let shapes: &mut [TetShapes] = &mut [];
+    let state = State::new(&model, &mut memory.nodes, &mut memory.pressure, &mut memory.candidates, shapes);
+    Ok(Patch { model, tuned, state: state.map_err(LoadError::Patch)? })
+}
+
+impl Patch {
+    /// Answers a probe pose with the force on the probe.
+    #[inline(always)]
+    pub fn tick(&mut self, pose: ProbePose) -> Output {
+        palpate::tick(&self.model, &self.tuned, &mut self.state, pose)
+    }
+
+    /// Hash of all positions and velocities.
+    #[must_use]
+    pub fn state_hash(&self) -> u64 {
+        self.state.hash()
+    }
+
+    /// The patch.
+    #[must_use]
+    pub fn model(&self) -> &Model<'static> {
+        &self.model
+    }
+}

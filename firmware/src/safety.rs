@@ -1,0 +1,19 @@
+//! The way out: whatever goes wrong, the outputs are at zero before anything is said about it.
+
+use core::{fmt, panic::PanicInfo};
+
+use crate::board;
+
+/// Releases the force, then prints the reason and ends the run as failed.
+pub fn stop(reason: fmt::Arguments<'_>) -> ! {
+    // no interrupt may put a force back after this
+    cortex_m::interrupt::disable();
+    board::outputs_to_zero();
+    board::print(reason);
+    board::exit(false)
+}
+
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    stop(format_args!("{info}"))
+}

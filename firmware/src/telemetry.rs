@@ -1,0 +1,100 @@
+//! What the run tells the outside, from a task below the haptic loop.
+
+use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, signal::Signal};
+
+use crate::board;
+
+/// The haptic loop at one instant.
+#[derive(Clone, Copy, Default)]
+pub struct Snapshot {
+    /// Ticks since the start.
+    pub ticks: u32,
+    /// Ticks that ended after their period.
+    pub overruns: u32,
+    /// Ticks whose force was set to zero by a fault or a release.
+    pub faults: u32,
+    /// Longest tick so far, in counts of the board's clock.
+    pub longest_tick_counts: u32,
+    /// Last force on the hand [N].
+    pub force_n: [f32; 3],
+}
+
+/// The outcome of a run of limited length.
+#[derive(Clone, Copy)]
+pub struct Result {
+    /// The last tick.
+    pub last: Snapshot,
+    /// Hash of the state after the last tick.
+    pub state_hash: u64,
+    /// Hash of every tick's force.
+    pub force_hash: u64,
+}
+
+#[derive(Clone, Copy)]
+enum Message {
+    Running(Snapshot),
+    Finished(Result),
+}
+
+// the newest message wins: a reader that falls behind must not hold up the loop, nor make it fill a queue
+static NEWEST: Signal<CriticalSectionRawMutex, Message> = Signal::new();
+
+/// Hands a snapshot to the reporting task; never blocks.
+pub fn publish(snapshot: Snapshot) {
+    NEWEST.signal(Message::Running(snapshot));
+}
+
+/// Hands over the outcome; the reporting task prints it and ends the run.
+pub fn finish(result: Result) {
+    NEWEST.signal(Message::Finished(result));
+}
+
+/// Prints what arrives. The outcome goes out twice, as a defmt frame and as plain text, so that no log decoder can hide it.
+#[embassy_executor::task]
+pub async fn report() {
+    loop {
+        match NEWEST.wait().await {
+            Message::Running(Snapshot {
+                ticks,
+                overruns,
+                faults,
+                longest_tick_counts,
+                force_n: [x, y, z],
+            }) => {
+                defmt::info!(
+                    "ticks={=u32} force_n=[{=f32} {=f32} {=f32}] longest_tick_ns={=u32} overruns={=u32} faults={=u32}",
+                    ticks,
+                    x,
+                    y,
+                    z,
+                    board::counts_to_ns(longest_tick_counts),
+                    overruns,
+                    faults
+                );
+            }
+            Message::Finished(Result { last, state_hash, force_hash }) => {
+                let Snapshot {
+                    ticks,
+                    overruns,
+                    faults,
+                    longest_tick_counts,
+                    ..
+                } = last;
+                let longest_tick_ns = board::counts_to_ns(longest_tick_counts);
+                defmt::info!(
+                    "state_hash={=u64:016x} force_hash={=u64:016x} ticks={=u32} overruns={=u32} faults={=u32}",
+                    state_hash,
+                    force_hash,
+                    ticks,
+                    overruns,
+                    faults
+                );
+                board::print(format_args!("longest_tick_ns={longest_tick_ns}"));
+                board::print(format_args!(
+                    "state_hash={state_hash:016x} force_hash={force_hash:016x} ticks={ticks} overruns={overruns} faults={faults}"
+                ));
+                board::exit(faults == 0);
+            }
+        }
+    }
+}

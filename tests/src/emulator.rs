@@ -1,0 +1,272 @@
+//! Building the firmware and running it in the emulator.
+
+use core::{fmt::Write as _, time::Duration};
+use std::{
+    io::Read,
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+    thread,
+    time::Instant,
+};
+
+/// Longest run in real time. The runs here take seconds; one that hangs must not hang the tests.
+const TIMEOUT: Duration = Duration::from_secs(60);
+
+/// Why a run gave no outcome.
+#[derive(Debug, thiserror::Error)]
+pub enum EmulatorError {
+    /// A program did not start.
+    #[error("{program}: {source}; install it (Debian: qemu-system-arm)")]
+    NotStarted {
+        /// The program.
+        program: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The firmware does not compile.
+    #[error("the firmware was not built: {0}")]
+    NotBuilt(String),
+    /// The run was ended from outside.
+    #[error("the firmware was still running after {} s; its last words: {last_words}", TIMEOUT.as_secs())]
+    TimedOut {
+        /// What it had printed.
+        last_words: String,
+    },
+    /// A run ended without its result.
+    #[error("the firmware printed no result; its last words: {0}")]
+    NoResult(String),
+}
+
+/// An emulated board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Machine {
+    /// Cortex-M4F, the reference.
+    An386,
+    /// Cortex-M7, running the same image.
+    An500,
+}
+
+/// One run.
+#[derive(Clone, Copy, Debug)]
+pub struct Run<'a> {
+    /// Board.
+    pub machine: Machine,
+    /// Every instruction takes 2^shift ns of virtual time.
+    pub shift: u32,
+    /// Ticks until the firmware stops.
+    pub ticks: u32,
+    /// Where to log every executed instruction.
+    pub exec_log: Option<&'a Path>,
+}
+
+/// What a run left behind.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Exit status of the firmware.
+    pub exit_status: Option<i32>,
+    /// Plain text, from semihosting's standard error.
+    pub text: String,
+    /// defmt frames, as they came.
+    pub frames: Vec<u8>,
+}
+
+/// The line a run ends with.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RunResult {
+    /// Fingerprint of the last state.
+    pub state_hash: u64,
+    /// Fingerprint of every tick's force.
+    pub force_hash: u64,
+    /// Ticks run.
+    pub ticks: u32,
+    /// Ticks that ended late.
+    pub overruns: u32,
+    /// Ticks without force by fault or release.
+    pub faults: u32,
+}
+
+/// Builds the firmware and returns its ELF file. `target` is cargo's target directory; every set of features has its own below it.
+pub fn build_firmware(target: &Path, features: &[&str]) -> Result<PathBuf, EmulatorError> {
+    let target = features
+        .iter()
+        .fold(target.to_owned(), |path, feature| path.join(feature));
+    let program = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+    let output = Command::new(&program)
+        .args(["fw", "--features", &features.join(","), "--target-dir"])
+        .arg(&target)
+        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+        .output()
+        .map_err(|source| EmulatorError::NotStarted { program, source })?;
+    if output.status.success() {
+        Ok(target.join("thumbv7em-none-eabihf/firmware/palpate-firmware"))
+    } else {
+        Err(EmulatorError::NotBuilt(
+            String::from_utf8_lossy(&output.stderr).into_owned(),
+        ))
+    }
+}
+
+impl Run<'_> {
+    fn command(&self, elf: &Path) -> Command {
+        let (machine, cpu) = match self.machine {
+            Machine::An386 => ("mps2-an386", "cortex-m4"),
+            Machine::An500 => ("mps2-an500", "cortex-m7"),
+        };
+        let mut command = Command::new("qemu-system-arm");
+        command.args([
+            "-machine",
+            machine,
+            "-cpu",
+            cpu,
+            "-nographic",
+            "-monitor",
+            "none",
+            "-serial",
+            "null",
+        ]);
+        command.arg("-semihosting-config");
+        command.arg(format!(
+            "enable=on,target=native,arg=palpate-firmware,arg={}",
+            self.ticks
+        ));
+        command
+            .arg("-icount")
+            .arg(format!("shift={},sleep=off", self.shift));
+        if let Some(log) = self.exec_log {
+            command
+                .args(["-singlestep", "-d", "exec,nochain", "-D"])
+                .arg(log);
+        }
+        command.arg("-kernel").arg(elf);
+        command
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        command
+    }
+
+    /// Runs an image until it exits.
+    pub fn start(&self, elf: &Path) -> Result<Outcome, EmulatorError> {
+        let not_started = |source| EmulatorError::NotStarted {
+            program: "qemu-system-arm".into(),
+            source,
+        };
+        let mut child = self.command(elf).spawn().map_err(not_started)?;
+        let (frames, text) = (drain(child.stdout.take()), drain(child.stderr.take()));
+        let begun = Instant::now();
+        let status = loop {
+            match child.try_wait().map_err(not_started)? {
+                Some(status) => break Some(status),
+                None if begun.elapsed() > TIMEOUT => {
+                    child.kill().map_err(not_started)?;
+                    child.wait().map_err(not_started)?;
+                    break None;
+                }
+                None => thread::sleep(Duration::from_millis(5)),
+            }
+        };
+        let frames = frames.join().unwrap_or_default();
+        let text = String::from_utf8_lossy(&text.join().unwrap_or_default()).into_owned();
+        match status {
+            Some(status) => Ok(Outcome {
+                exit_status: status.code(),
+                text,
+                frames,
+            }),
+            None => Err(EmulatorError::TimedOut { last_words: text }),
+        }
+    }
+}
+
+fn drain(pipe: Option<impl Read + Send + 'static>) -> thread::JoinHandle<Vec<u8>> {
+    thread::spawn(move || {
+        let mut bytes = Vec::new();
+        if let Some(mut pipe) = pipe {
+            // a broken pipe ends the text; what came before it is still worth having
+            let _ = pipe.read_to_end(&mut bytes);
+        }
+        bytes
+    })
+}
+
+impl Outcome {
+    /// The number after `key=` in the plain text, the last one if there are several.
+    #[must_use]
+    pub fn number(&self, key: &str) -> Option<u64> {
+        value(&self.text, key)?.parse().ok()
+    }
+
+    /// The line the run ended with, from the plain text, which needs no decoder.
+    pub fn result(&self) -> Result<RunResult, EmulatorError> {
+        RunResult::parse(&self.text).ok_or_else(|| EmulatorError::NoResult(self.text.clone()))
+    }
+
+    /// The defmt messages, one a line with its time; a frame that does not decode is said so in its place.
+    #[must_use]
+    pub fn messages(&self, elf: &[u8]) -> String {
+        let table = match defmt_decoder::Table::parse(elf) {
+            Ok(Some(table)) => table,
+            Ok(None) => return "(the image holds no defmt table)\n".into(),
+            Err(error) => return format!("(the image's defmt table is unreadable: {error:#})\n"),
+        };
+        let mut decoder = table.new_stream_decoder();
+        decoder.received(&self.frames);
+        let mut lines = String::new();
+        loop {
+            match decoder.decode() {
+                Ok(frame) => {
+                    let _ = writeln!(lines, "{}", frame.display(false)); // writing to a string does not fail
+                }
+                Err(defmt_decoder::DecodeError::Malformed) => {
+                    lines.push_str("(a frame that does not decode)\n");
+                }
+                Err(defmt_decoder::DecodeError::UnexpectedEof) => return lines,
+            }
+        }
+    }
+}
+
+impl RunResult {
+    /// Reads the last such line in a text.
+    #[must_use]
+    pub fn parse(text: &str) -> Option<Self> {
+        let line = text.lines().rfind(|line| line.contains("state_hash="))?;
+        let hash = |key| u64::from_str_radix(value(line, key)?, 16).ok();
+        let number = |key| value(line, key)?.parse().ok();
+        Some(Self {
+            state_hash: hash("state_hash")?,
+            force_hash: hash("force_hash")?,
+            ticks: number("ticks")?,
+            overruns: number("overruns")?,
+            faults: number("faults")?,
+        })
+    }
+}
+
+fn value<'a>(text: &'a str, key: &str) -> Option<&'a str> {
+    let mut words = text.split_whitespace().rev();
+    words.find_map(|word| {
+        word.split_once('=')
+            .filter(|(name, _)| *name == key)
+            .map(|(_, value)| value)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::RunResult;
+
+    #[test]
+    fn the_result_line_is_found_among_others() {
+        let text = "longest_tick_ns=84560\nstate_hash=00000000000000ff force_hash=0000000000000010 ticks=3 overruns=1 faults=0\nbye\n";
+        let expected = RunResult {
+            state_hash: 255,
+            force_hash: 16,
+            ticks: 3,
+            overruns: 1,
+            faults: 0,
+        };
+        assert_eq!(RunResult::parse(text), Some(expected));
+        assert_eq!(RunResult::parse("ticks=3\n"), None);
+    }
+}
