@@ -24,29 +24,12 @@ fn board_and_desktop_give_the_same_bits() {
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
     let elf = build_firmware(target, &[]).unwrap();
     let (state_hash, force_hash) = on_desktop();
-    let expected = RunResult {
-        state_hash,
-        force_hash,
-        ticks: TICKS,
-        overruns: 0,
-        faults: 0,
-    };
+    let expected = RunResult { state_hash, force_hash, ticks: TICKS, overruns: 0, faults: 0 };
     for machine in [Machine::An386, Machine::An500] {
-        let outcome = Run {
-            machine,
-            shift: 3,
-            ticks: TICKS,
-            exec_log: None,
-        }
-        .start(&elf)
-        .unwrap();
+        let outcome = Run { machine, shift: 3, ticks: TICKS, exec_log: None }.start(&elf).unwrap();
         assert_eq!(outcome.result().unwrap(), expected, "{machine:?}");
         assert_eq!(outcome.exit_status, Some(0), "{machine:?}");
         let messages = outcome.messages(&std::fs::read(&elf).unwrap());
-        assert_eq!(
-            RunResult::parse(&messages),
-            Some(expected.clone()),
-            "the log says otherwise:\n{messages}"
-        );
+        assert_eq!(RunResult::parse(&messages), Some(expected.clone()), "the log says otherwise:\n{messages}");
     }
 }

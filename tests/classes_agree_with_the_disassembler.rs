@@ -11,26 +11,15 @@ use palpate_tests::{
 fn class_of(mnemonic: &str, operands: &str) -> Class {
     let name = mnemonic.split('.').next().unwrap_or(mnemonic);
     let starts = |names: &[&str]| names.iter().any(|n| name.starts_with(n));
-    let core = |operand: Option<&str>| {
-        operand.is_some_and(|o| o.trim().starts_with(['r', 'l', 'a', 'p']) || o.trim() == "sp")
-    };
+    let core = |operand: Option<&str>| operand.is_some_and(|o| o.trim().starts_with(['r', 'l', 'a', 'p']) || o.trim() == "sp");
     match name {
         _ if starts(&["vldr", "vldm", "vpop"]) => Class::FpLoad,
         _ if starts(&["vstr", "vstm", "vpush"]) => Class::FpStore,
-        _ if starts(&[
-            "vmla", "vmls", "vnmla", "vnmls", "vfma", "vfms", "vfnma", "vfnms",
-        ]) =>
-        {
-            Class::FpMultiplyAdd
-        }
+        _ if starts(&["vmla", "vmls", "vnmla", "vnmls", "vfma", "vfms", "vfnma", "vfnms"]) => Class::FpMultiplyAdd,
         _ if starts(&["vdiv"]) => Class::FpDivide,
         _ if starts(&["vsqrt"]) => Class::FpRoot,
         _ if starts(&["vmrs", "vmsr"]) => Class::FpMove,
-        _ if starts(&["vmov"])
-            && (core(operands.split(',').next()) || core(operands.split(',').nth(1))) =>
-        {
-            Class::FpMove
-        }
+        _ if starts(&["vmov"]) && (core(operands.split(',').next()) || core(operands.split(',').nth(1))) => Class::FpMove,
         _ if name.starts_with('v') => Class::FpOp,
         "pld" | "pli" => Class::System,
         _ if starts(&["ldr", "ldm", "pop"]) => Class::Load,
@@ -38,8 +27,7 @@ fn class_of(mnemonic: &str, operands: &str) -> Class {
         _ if starts(&["sdiv", "udiv"]) => Class::IntegerDivide,
         _ if starts(&["cbz", "cbnz", "tbb", "tbh", "bx", "blx"]) => Class::Branch,
         _ if starts(&[
-            "bkpt", "svc", "udf", "trap", "cps", "dmb", "dsb", "isb", "mrs", "msr", "nop", "wfi",
-            "wfe", "sev", "yield", "clrex",
+            "bkpt", "svc", "udf", "trap", "cps", "dmb", "dsb", "isb", "mrs", "msr", "nop", "wfi", "wfe", "sev", "yield", "clrex",
         ]) =>
         {
             Class::System
@@ -57,19 +45,12 @@ fn classes_agree_with_the_disassembler() {
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
     let elf = build_firmware(target, &[]).unwrap();
     let objdump = std::env::var("OBJDUMP").unwrap_or_else(|_| "llvm-objdump".into());
-    let output = Command::new(objdump)
-        .args(["-d", "--mcpu=cortex-m7"])
-        .arg(&elf)
-        .output()
-        .unwrap();
+    let output = Command::new(objdump).args(["-d", "--mcpu=cortex-m7"]).arg(&elf).output().unwrap();
     let listing = String::from_utf8(output.stdout).unwrap();
     let mut checked = 0;
     for line in listing.lines() {
         // "     43e: ed90 0a00     \tvldr\ts0, [r0]"
-        let Some((codes, text)) = line
-            .split_once(": ")
-            .and_then(|(_, rest)| rest.split_once('\t'))
-        else {
+        let Some((codes, text)) = line.split_once(": ").and_then(|(_, rest)| rest.split_once('\t')) else {
             continue;
         };
         let mut codes = codes.split_whitespace().map(|c| u16::from_str_radix(c, 16));
@@ -81,9 +62,7 @@ fn classes_agree_with_the_disassembler() {
             continue; // data between the code
         }
         let second = second.map(Result::unwrap);
-        let Some(Instruction { class, bytes, .. }) = classify(first, second.unwrap_or(0)) else {
-            panic!("unknown: {line}")
-        };
+        let Some(Instruction { class, bytes, .. }) = classify(first, second.unwrap_or(0)) else { panic!("unknown: {line}") };
         assert_eq!(bytes, if second.is_some() { 4 } else { 2 }, "{line}");
         assert_eq!(class, class_of(mnemonic.trim(), operands), "{line}");
         checked += 1;

@@ -157,6 +157,9 @@ impl Limiters {
     /// The force was longer than `max_force_n`; it was shortened, its direction kept.
     pub const FORCE: Self = Self(4);
 
+    /// The probe started inside the tissue: no force until it has been outside once.
+    pub const BURIED: Self = Self(8);
+
     /// Adds flags.
     pub fn set(&mut self, other: Self) {
         self.0 |= other.0;

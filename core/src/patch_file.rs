@@ -126,11 +126,7 @@ impl<'a> PatchFile<'a> {
             tick_s: header.tick_s,
             region_radius_m: f32::INFINITY,
             probe: Probe { shape, radius_m: header.probe_radius_m, axis: header.probe_axis.into() },
-            terms: Terms {
-                volume: header.terms & 1 != 0,
-                compensation: header.terms & 2 != 0,
-                rim: header.terms & 4 != 0,
-            },
+            terms: Terms { volume: header.terms & 1 != 0, compensation: header.terms & 2 != 0, rim: header.terms & 4 != 0 },
             limits: Limits { max_speed_m_per_s: header.max_speed_m_per_s, max_force_n: header.max_force_n },
         };
         Ok(Self { model, params, site_m: header.site_m.into(), stable_dt_s: header.stable_dt_s })
@@ -171,9 +167,7 @@ impl<'a> PatchFile<'a> {
             probe_axis: params.probe.axis.into(),
             max_speed_m_per_s: params.limits.max_speed_m_per_s,
             max_force_n: params.limits.max_force_n,
-            terms: u32::from(params.terms.volume)
-                | u32::from(params.terms.compensation) << 1
-                | u32::from(params.terms.rim) << 2,
+            terms: u32::from(params.terms.volume) | u32::from(params.terms.compensation) << 1 | u32::from(params.terms.rim) << 2,
         };
         let mut digest = CRC.digest();
         digest.update(&bytemuck::bytes_of(&header)[CHECKED_FROM..]);

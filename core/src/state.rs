@@ -15,11 +15,13 @@ pub struct Node {
     pub(crate) x: Row,
     pub(crate) v: Row,
     pub(crate) f: Row,
+    /// Six times the volume of the node's tets [m^3], then its pressure over E (1).
+    pub(crate) p: f32,
 }
 
 impl Node {
     /// At the origin, at rest: what memory is reserved with.
-    pub const ZERO: Self = Self { x: [0.0; ROW], v: [0.0; ROW], f: [0.0; ROW] };
+    pub const ZERO: Self = Self { x: [0.0; ROW], v: [0.0; ROW], f: [0.0; ROW], p: 0.0 };
 
     /// Position [m].
     #[must_use]
@@ -59,8 +61,6 @@ pub(crate) struct TouchPlane {
 #[derive(Debug)]
 pub struct State<'a> {
     pub(crate) nodes: &'a mut [Node],
-    /// Per node: six times the volume of its tets [m^3], then its pressure over E (1).
-    pub(crate) pressure: &'a mut [f32],
     /// What the volume stage keeps between its passes.
     pub(crate) shapes: &'a mut [TetShapes],
     /// Surface triangles near the probe in this tick.
@@ -70,11 +70,13 @@ pub struct State<'a> {
     /// Probe tip that the patch saw last [m].
     pub(crate) tip_m: Option<Vector3<f32>>,
     pub(crate) touch: Option<TouchPlane>,
+    /// The probe has been outside the tissue since the last reset.
+    pub(crate) been_outside: bool,
     pub(crate) fault: Option<Fault>,
 }
 
 impl<'a> State<'a> {
-    /// A patch at rest in the caller's memory: at least one entry per node (`nodes`, `pressure`) and per surface triangle
+    /// A patch at rest in the caller's memory: at least one entry per node (`nodes`) and per surface triangle
     /// (`candidates`), and [`TetShapes::count`] `shapes` (none on the board).
     ///
     /// # Errors
@@ -82,7 +84,6 @@ impl<'a> State<'a> {
     pub fn new(
         model: &Model,
         nodes: &'a mut [Node],
-        pressure: &'a mut [f32],
         candidates: &'a mut [u16],
         shapes: &'a mut [TetShapes],
     ) -> Result<Self, BuildError> {
@@ -91,17 +92,16 @@ impl<'a> State<'a> {
             false => Err(BuildError::TooLarge { item, need, have }),
         };
         fits("nodes", model.nodes.len(), nodes.len())?;
-        fits("nodes", model.nodes.len(), pressure.len())?;
         fits("surface triangles", model.triangles.len(), candidates.len())?;
         fits("tet shapes", TetShapes::count(model), shapes.len())?;
         let mut state = Self {
             shapes: &mut shapes[..TetShapes::count(model)],
             nodes: &mut nodes[..model.nodes.len()],
-            pressure: &mut pressure[..model.nodes.len()],
             candidates: &mut candidates[..model.triangles.len()],
             near: 0,
             tip_m: None,
             touch: None,
+            been_outside: false,
             fault: None,
         };
         state.reset(model);
@@ -113,10 +113,10 @@ impl<'a> State<'a> {
         for (node, rest) in self.nodes.iter_mut().zip(model.nodes) {
             *node = Node { x: row(rest.rest_m.into()), ..Node::ZERO };
         }
-        self.pressure.fill(0.0);
         self.near = 0;
         self.tip_m = None;
         self.touch = None;
+        self.been_outside = false;
         self.fault = None;
     }
 
@@ -131,6 +131,7 @@ impl<'a> State<'a> {
         self.near = other.near;
         self.tip_m = other.tip_m;
         self.touch = other.touch;
+        self.been_outside = other.been_outside;
         self.fault = other.fault;
     }
 

@@ -10,6 +10,7 @@
 //!
 //! A tick answers one sensed pose with one force. It runs every millisecond from the device's timer and must end before the next one. It
 //! allocates nothing, cannot panic, and whatever goes wrong gives **zero force and a numbered fault**, latched until [`State::reset`].
+//! A probe that starts inside the tissue gets no force before it has been outside.
 
 use crate::fault::Fault;
 use crate::model::Model;
@@ -44,8 +45,8 @@ fn run(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, fix: &i
     if state.nodes.len() != model.nodes.len() || tuned.node_step.len() != model.nodes.len() {
         return Err(Fault::SizeMismatch);
     }
-    let motion = probe::admit(model, tuned, state, pose)?;
-    contact::find(model, tuned, state, &motion);
+    let mut motion = probe::admit(model, tuned, state, pose)?;
+    contact::find(model, tuned, state, &mut motion);
     let region = region::select(tuned, state);
     let mut total = Load::NONE;
     let mut active = 0;

@@ -18,11 +18,7 @@ impl Deadline {
     /// Nothing late yet.
     #[must_use]
     pub const fn new() -> Self {
-        Self {
-            overruns: 0,
-            in_a_row: 0,
-            released: false,
-        }
+        Self { overruns: 0, in_a_row: 0, released: false }
     }
 
     /// Records one finished tick. `periods_late` is 0 when the force was ready within its own period.
@@ -72,9 +68,6 @@ mod tests {
         }
         assert!(deadline.released());
         deadline.close(0);
-        assert!(
-            deadline.released(),
-            "a tick in time must not bring the force back"
-        );
+        assert!(deadline.released(), "a tick in time must not bring the force back");
     }
 }

@@ -21,12 +21,7 @@ impl DacCode {
         let Some(newtons) = I16F16::checked_from_num(limited) else {
             return Self::ZERO;
         };
-        Self(
-            newtons
-                .saturating_mul(Self::PER_N)
-                .saturating_round()
-                .saturating_to_num(),
-        )
+        Self(newtons.saturating_mul(Self::PER_N).saturating_round().saturating_to_num())
     }
 }
 
@@ -66,10 +61,7 @@ mod tests {
             let force_n = step as f32 * 1e-3;
             let back_n = f32::from(DacCode::from_force_n(force_n).0) / 4095.875;
             // half a code, and half a code more at full scale for the 2^-16 N of the fixed-point force
-            assert!(
-                (back_n - force_n).abs() <= 0.57 / 4095.875,
-                "{force_n} N came back as {back_n} N"
-            );
+            assert!((back_n - force_n).abs() <= 0.57 / 4095.875, "{force_n} N came back as {back_n} N");
         }
     }
 }

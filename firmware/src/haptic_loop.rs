@@ -4,9 +4,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, signal::Signal};
 use palpate::Fnv;
-use palpate_firmware::{
-    deadline::Deadline, force_out, patch::Patch, probe_in,
-};
+use palpate_firmware::{deadline::Deadline, force_out, patch::Patch, probe_in};
 
 use crate::{board, telemetry};
 
@@ -74,11 +72,7 @@ pub async fn run(mut patch: Patch, run_ticks: Option<u32>) {
         }
     }
     board::outputs_to_zero();
-    telemetry::finish(telemetry::Result {
-        last: seen,
-        state_hash: patch.state_hash(),
-        force_hash: forces.finish(),
-    });
+    telemetry::finish(telemetry::Result { last: seen, state_hash: patch.state_hash(), force_hash: forces.finish() });
     loop {
         PERIOD.wait().await;
         board::feed_watchdog();

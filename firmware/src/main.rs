@@ -17,15 +17,10 @@ use palpate_firmware::patch;
 fn main() -> ! {
     let patch = match patch::load() {
         Ok(patch) => patch,
-        Err(error) => safety::stop(format_args!(
-            "no patch: {error:?}; pack it again with `palpate mesh pack`"
-        )),
+        Err(error) => safety::stop(format_args!("no patch: {error:?}; pack it again with `palpate mesh pack`")),
     };
     let (haptic, background) = board::start_executors();
-    let (Ok(run), Ok(report)) = (
-        haptic_loop::run(patch, board::run_ticks()),
-        telemetry::report(),
-    ) else {
+    let (Ok(run), Ok(report)) = (haptic_loop::run(patch, board::run_ticks()), telemetry::report()) else {
         safety::stop(format_args!("a task was spawned twice"));
     };
     background.spawn(report);

@@ -23,7 +23,6 @@ static PATCH_FILE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../patches
 /// Everything that the tick writes, and what it reads besides the flash.
 struct Memory {
     nodes: [Node; NODES],
-    pressure: [f32; NODES],
     node_step: [f32; NODES],
     candidates: [u16; TRIANGLES],
     cap_m: [f32; TRIANGLES],
@@ -37,7 +36,6 @@ const _: () = assert!(size_of::<Memory>() <= RAM_FOR_PATCH, "the patch's state m
 
 static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory {
     nodes: [Node::ZERO; NODES],
-    pressure: [0.0; NODES],
     node_step: [0.0; NODES],
     candidates: [0; TRIANGLES],
     cap_m: [0.0; TRIANGLES],
@@ -74,7 +72,7 @@ pub fn load() -> Result<Patch, LoadError> {
     let shapes = &mut memory.shapes[..];
     #[cfg(target_os = "none")]
     let shapes: &mut [TetShapes] = &mut [];
-    let state = State::new(&model, &mut memory.nodes, &mut memory.pressure, &mut memory.candidates, shapes);
+    let state = State::new(&model, &mut memory.nodes, &mut memory.candidates, shapes);
     Ok(Patch { model, tuned, state: state.map_err(LoadError::Patch)? })
 }
 

@@ -54,13 +54,7 @@ pub fn finish(result: Result) {
 pub async fn report() {
     loop {
         match NEWEST.wait().await {
-            Message::Running(Snapshot {
-                ticks,
-                overruns,
-                faults,
-                longest_tick_counts,
-                force_n: [x, y, z],
-            }) => {
+            Message::Running(Snapshot { ticks, overruns, faults, longest_tick_counts, force_n: [x, y, z] }) => {
                 defmt::info!(
                     "ticks={=u32} force_n=[{=f32} {=f32} {=f32}] longest_tick_ns={=u32} overruns={=u32} faults={=u32}",
                     ticks,
@@ -73,13 +67,7 @@ pub async fn report() {
                 );
             }
             Message::Finished(Result { last, state_hash, force_hash }) => {
-                let Snapshot {
-                    ticks,
-                    overruns,
-                    faults,
-                    longest_tick_counts,
-                    ..
-                } = last;
+                let Snapshot { ticks, overruns, faults, longest_tick_counts, .. } = last;
                 let longest_tick_ns = board::counts_to_ns(longest_tick_counts);
                 defmt::info!(
                     "state_hash={=u64:016x} force_hash={=u64:016x} ticks={=u32} overruns={=u32} faults={=u32}",

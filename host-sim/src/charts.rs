@@ -61,9 +61,7 @@ pub enum ChartError {
         what: &'static str,
     },
     /// NaN, infinite, or beyond the size of any tissue experiment.
-    #[error(
-        "{what}[{index}] is {value}, which cannot be drawn: cut the run before it, or find why it diverged"
-    )]
+    #[error("{what}[{index}] is {value}, which cannot be drawn: cut the run before it, or find why it diverged")]
     NotDrawable {
         /// The list that holds the value.
         what: &'static str,

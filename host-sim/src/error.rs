@@ -47,6 +47,9 @@ pub enum Error {
         /// Why not.
         source: std::io::Error,
     },
+    /// Options that do not fit together.
+    #[error("{0}")]
+    Usage(String),
     /// A model that cannot keep 1 kHz.
     #[error("{0}")]
     TooSlow(String),

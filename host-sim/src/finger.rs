@@ -63,11 +63,8 @@ impl Finger {
             Drive::Trace { .. } => return None,
         };
         let ticks = |seconds: f64| (seconds / tick_s).round().max(1.0) as usize;
-        let mut legs: Vec<Leg> = holds
-            .iter()
-            .enumerate()
-            .map(|(n, &target)| Leg { target, wait_ticks: ticks(hold_s), hold: Some(n) })
-            .collect();
+        let mut legs: Vec<Leg> =
+            holds.iter().enumerate().map(|(n, &target)| Leg { target, wait_ticks: ticks(hold_s), hold: Some(n) }).collect();
         legs.push(Leg { target: -clear_m, wait_ticks: ticks(settle_s), hold: None });
         Some(Self {
             kind,

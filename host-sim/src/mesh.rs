@@ -4,7 +4,7 @@ pub mod block;
 mod check;
 mod error;
 mod gmsh;
-mod import;
+pub mod import;
 mod lines;
 mod quality;
 mod raw;
@@ -16,9 +16,9 @@ mod topology;
 mod vtk;
 mod word;
 
-pub use block::{BlockError, BlockSpec, block};
+pub use block::{BlockError, BlockSpec, block, radius_ratio};
 pub use error::{Defect, MeshError};
-pub use import::{ImportReport, Imported, WorstTet, import};
+pub use import::{ImportReport, Imported, WorstTet};
 pub use quality::worst;
 
 /// A tetrahedral mesh in metres. Frame: x to the operator, y to the operator's right, z up.

@@ -7,7 +7,10 @@ mod foundation;
 mod order;
 mod stiffness;
 
-use palpate::{FoundationPoint, Model, Node, NodeRest, Params, PatchFile, RimEdge, RimNode, Spring, State, Tet, TetShapes, Triangle, Tuned, Vector3};
+use palpate::{
+    FoundationPoint, Model, Node, NodeRest, Params, PatchFile, RimEdge, RimNode, Spring, State, Tet, TetShapes, Triangle, Tuned,
+    Vector3,
+};
 
 use crate::mesh::{TetMesh, surface};
 use stiffness::Elastic;
@@ -190,7 +193,8 @@ impl Patch {
     #[must_use]
     pub fn pack(&self, params: &Params, stable_dt_s: f32) -> Vec<u8> {
         let mut bytes = Vec::new();
-        PatchFile { model: self.model(), params: *params, site_m: self.site_m(), stable_dt_s }.write(|b| bytes.extend_from_slice(b));
+        PatchFile { model: self.model(), params: *params, site_m: self.site_m(), stable_dt_s }
+            .write(|b| bytes.extend_from_slice(b));
         bytes
     }
 }
@@ -199,7 +203,6 @@ impl Patch {
 #[derive(Clone, Debug)]
 pub struct Memory {
     nodes: Vec<Node>,
-    pressure: Vec<f32>,
     candidates: Vec<u16>,
     shapes: Vec<TetShapes>,
     node_step: Vec<f32>,
@@ -213,7 +216,6 @@ impl Memory {
         let (nodes, triangles) = (model.nodes.len(), model.triangles.len());
         Self {
             nodes: vec![Node::ZERO; nodes],
-            pressure: vec![0.0; nodes],
             candidates: vec![0; triangles],
             shapes: vec![TetShapes::ZERO; TetShapes::count(model)],
             node_step: vec![0.0; nodes],
@@ -227,7 +229,7 @@ impl Memory {
     /// What [`Params::build`] refuses.
     pub fn start(&mut self, model: &Model, params: &Params) -> Result<(Tuned<'_>, State<'_>), palpate::BuildError> {
         let tuned = params.build(model, &mut self.node_step, &mut self.cap_m)?;
-        let state = State::new(model, &mut self.nodes, &mut self.pressure, &mut self.candidates, &mut self.shapes)?;
+        let state = State::new(model, &mut self.nodes, &mut self.candidates, &mut self.shapes)?;
         Ok((tuned, state))
     }
 }

@@ -88,7 +88,9 @@ impl<'de> Deserialize<'de> for LengthUnit {
             Raw::Metres(metres) => metres,
             Raw::Whole(metres) => metres as f64,
             Raw::Name(name) => {
-                return Err(serde::de::Error::custom(format!("length_unit \"{name}\" is not \"m\", \"mm\" or a number of metres")));
+                return Err(serde::de::Error::custom(format!(
+                    "length_unit \"{name}\" is not \"m\", \"mm\" or a number of metres"
+                )));
             }
         };
         if !(metres.is_finite() && metres > 0.0) {
@@ -267,7 +269,10 @@ impl Scene {
             return bad("tissue.length_unit", "belongs to a mesh file; block_m is in metres: remove it");
         }
         if tissue.mesh.is_some() && tissue.length_unit.is_none() {
-            return bad("tissue.length_unit", "is missing: say \"m\", \"mm\" or the number of metres of one unit of the mesh file");
+            return bad(
+                "tissue.length_unit",
+                "is missing: say \"m\", \"mm\" or the number of metres of one unit of the mesh file",
+            );
         }
         if tissue.mesh.is_some() && tissue.nodes.is_some() {
             return bad("tissue.nodes", "belongs to a block; a mesh file has its own nodes: remove it");

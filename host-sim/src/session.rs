@@ -176,8 +176,7 @@ fn report(patch: &Patch, params: &Params, stable: &StableStep, flipped_tets: usi
     let moved: f64 = (0..model.nodes.len()).filter(moving).filter_map(|n| tuned.mass_kg(n)).map(f64::from).sum();
     let true_mass: f64 = (0..model.nodes.len()).filter(moving).map(lumped).sum();
     let worst_tet = worst(&mesh).unwrap_or(WorstTet { index: 0, quality: 1.0 });
-    let (e, nu, r) =
-        (f64::from(params.youngs_modulus_pa), f64::from(params.poisson_ratio), f64::from(params.probe.radius_m));
+    let (e, nu, r) = (f64::from(params.youngs_modulus_pa), f64::from(params.poisson_ratio), f64::from(params.probe.radius_m));
     let plane_modulus = e / (1.0 - nu * nu);
     let half_space_force_at_1mm_n = match params.probe.shape {
         ProbeShape::Flat => 2.0 * r * plane_modulus * 1e-3,

@@ -91,13 +91,14 @@ pub fn write(folder: &OutputFolder, scene: &Scene, session: &Session, press: &Pr
         state_hash: format!("{:016x}", press.state_hash),
         report: &session.report,
     };
-    let json = serde_json::to_string_pretty(&summary).map_err(|e| Error::Write { path: "summary.json".into(), source: e.into() })?;
+    let json =
+        serde_json::to_string_pretty(&summary).map_err(|e| Error::Write { path: "summary.json".into(), source: e.into() })?;
     folder.write("summary.json", format!("{json}\n").as_bytes())?;
     draw(folder, scene, session, press)
 }
 
 fn limiter_names(limiters: Limiters) -> Vec<&'static str> {
-    [(Limiters::SPEED, "speed"), (Limiters::DEPTH, "depth"), (Limiters::FORCE, "force")]
+    [(Limiters::SPEED, "speed"), (Limiters::DEPTH, "depth"), (Limiters::FORCE, "force"), (Limiters::BURIED, "buried")]
         .into_iter()
         .filter(|(flag, _)| limiters.contains(*flag))
         .map(|(_, name)| name)
@@ -124,8 +125,7 @@ fn draw(folder: &OutputFolder, scene: &Scene, session: &Session, press: &Press) 
         .iter()
         .map(|t| Sample { t_s: t.t_s, depth_m: t.command_m, force_n: f64::from(t.output.force_n.dot(&axis)) })
         .collect();
-    let holds: Vec<Sample> =
-        press.holds.iter().map(|h| Sample { t_s: h.t_s, depth_m: h.depth_m, force_n: h.force_n }).collect();
+    let holds: Vec<Sample> = press.holds.iter().map(|h| Sample { t_s: h.t_s, depth_m: h.depth_m, force_n: h.force_n }).collect();
     // reference points beyond the press would only squeeze the curve
     let deepest = trace.iter().map(|s| s.depth_m).fold(0.0, f64::max);
     let mut reference = crate::reference_values::of(scene);
@@ -154,8 +154,7 @@ fn draw_surface(folder: &OutputFolder, scene: &Scene, session: &Session, hold: &
     let deformed_m: Vec<[f64; 3]> =
         rest_m.iter().zip(&hold.displacement_m).map(|(x, u)| [0, 1, 2].map(|k| x[k] + f64::from(u[k]))).collect();
     let triangles: Vec<[u32; 3]> = model.triangles.iter().map(|t| t.node.map(u32::from)).collect();
-    let caption =
-        format!("{} nodes, {:.2} mm deep, {:.3} N", session.report.nodes, hold.depth_m * 1e3, hold.force_n);
+    let caption = format!("{} nodes, {:.2} mm deep, {:.3} N", session.report.nodes, hold.depth_m * 1e3, hold.force_n);
     let probe = Probe {
         shape: match scene.probe.shape {
             Shape::Hemisphere => ProbeShape::Hemisphere,

@@ -1,7 +1,8 @@
 //! From a scene to a tissue: mesh, what is fixed, where the probe presses.
 
 use crate::error::Error;
-use crate::mesh::{BlockSpec, ImportReport, TetMesh, block, import, surface};
+use crate::mesh::import::import;
+use crate::mesh::{BlockSpec, ImportReport, TetMesh, block, surface};
 use crate::patch::Tissue;
 use crate::scene::{Drive, Inclusion, Scene};
 
@@ -11,6 +12,9 @@ const UNDERSIDE_COSINE: f64 = -0.5;
 const DEPTH_MARGIN: f64 = 1.25;
 /// Deepest press of a force drive or a trace, in probe radii: where the contact law was measured.
 const DEFAULT_DEPTH_RADII: f64 = 0.75;
+
+/// Nodes of a block whose scene does not say.
+pub const DEFAULT_NODES: usize = 410;
 
 /// A tissue with its press direction.
 #[derive(Clone, Debug)]
@@ -38,7 +42,7 @@ pub fn place(scene: &Scene) -> Result<Placed, Error> {
     }
     let size_m = scene.tissue.block_m.unwrap_or_default();
     let [x, y] = scene.probe.position_m.unwrap_or_default();
-    let nodes = scene.tissue.nodes.unwrap_or(410);
+    let nodes = scene.tissue.nodes.unwrap_or(DEFAULT_NODES);
     let mesh = block(&BlockSpec { size_m, nodes, fine_at_m: [x, y], fine_radius_m: scene.probe.radius_m })?;
     // the generator puts the bottom nodes exactly there
     let anchors = anchored(&mesh, |x| x[2] <= -size_m[2] * (1.0 - 1e-9));
@@ -115,7 +119,7 @@ fn nearest_on_surface(mesh: &TetMesh, place: [f64; 3], radius_m: f64) -> ([f64; 
         }
     }
     let (_, site, own) = best;
-    let near = triangles.iter().map(|t| corners(t)).filter(|c| {
+    let near = triangles.iter().map(corners).filter(|c| {
         let d = sub(nearest_on_triangle(*c, site), site);
         dot(d, d) <= radius_m * radius_m
     });

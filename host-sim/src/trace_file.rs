@@ -8,18 +8,8 @@ use crate::press::Press;
 use crate::scene::{Drive, SceneError};
 
 /// Columns, with units.
-const COLUMNS: [&str; 10] = [
-    "t_s",
-    "probe_x_m",
-    "probe_y_m",
-    "probe_z_m",
-    "depth_m",
-    "force_x_n",
-    "force_y_n",
-    "force_z_n",
-    "active_nodes",
-    "tick_us",
-];
+const COLUMNS: [&str; 10] =
+    ["t_s", "probe_x_m", "probe_y_m", "probe_z_m", "depth_m", "force_x_n", "force_y_n", "force_z_n", "active_nodes", "tick_us"];
 
 /// Writes a run. Numbers read back bit for bit.
 ///

@@ -35,7 +35,9 @@ pub fn write(folder: &OutputFolder, session: &Session, k: usize, hold: &Hold) ->
         let _ = writeln!(ratios, "{j}");
     }
     let array = |kind: &str, name: &str, components: usize, data: &str| {
-        format!("<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">\n{data}</DataArray>\n")
+        format!(
+            "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">\n{data}</DataArray>\n"
+        )
     };
     let text = format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n<Points>\n{}</Points>\n<Cells>\n{}{}{}</Cells>\n<PointData Vectors=\"displacement_m\">\n{}</PointData>\n<CellData Scalars=\"volume_ratio\">\n{}</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n",

@@ -87,9 +87,7 @@ pub struct RunResult {
 
 /// Builds the firmware and returns its ELF file. `target` is cargo's target directory; every set of features has its own below it.
 pub fn build_firmware(target: &Path, features: &[&str]) -> Result<PathBuf, EmulatorError> {
-    let target = features
-        .iter()
-        .fold(target.to_owned(), |path, feature| path.join(feature));
+    let target = features.iter().fold(target.to_owned(), |path, feature| path.join(feature));
     let program = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
     let output = Command::new(&program)
         .args(["fw", "--features", &features.join(","), "--target-dir"])
@@ -100,9 +98,7 @@ pub fn build_firmware(target: &Path, features: &[&str]) -> Result<PathBuf, Emula
     if output.status.success() {
         Ok(target.join("thumbv7em-none-eabihf/firmware/palpate-firmware"))
     } else {
-        Err(EmulatorError::NotBuilt(
-            String::from_utf8_lossy(&output.stderr).into_owned(),
-        ))
+        Err(EmulatorError::NotBuilt(String::from_utf8_lossy(&output.stderr).into_owned()))
     }
 }
 
@@ -113,44 +109,21 @@ impl Run<'_> {
             Machine::An500 => ("mps2-an500", "cortex-m7"),
         };
         let mut command = Command::new("qemu-system-arm");
-        command.args([
-            "-machine",
-            machine,
-            "-cpu",
-            cpu,
-            "-nographic",
-            "-monitor",
-            "none",
-            "-serial",
-            "null",
-        ]);
+        command.args(["-machine", machine, "-cpu", cpu, "-nographic", "-monitor", "none", "-serial", "null"]);
         command.arg("-semihosting-config");
-        command.arg(format!(
-            "enable=on,target=native,arg=palpate-firmware,arg={}",
-            self.ticks
-        ));
-        command
-            .arg("-icount")
-            .arg(format!("shift={},sleep=off", self.shift));
+        command.arg(format!("enable=on,target=native,arg=palpate-firmware,arg={}", self.ticks));
+        command.arg("-icount").arg(format!("shift={},sleep=off", self.shift));
         if let Some(log) = self.exec_log {
-            command
-                .args(["-singlestep", "-d", "exec,nochain", "-D"])
-                .arg(log);
+            command.args(["-singlestep", "-d", "exec,nochain", "-D"]).arg(log);
         }
         command.arg("-kernel").arg(elf);
-        command
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped());
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         command
     }
 
     /// Runs an image until it exits.
     pub fn start(&self, elf: &Path) -> Result<Outcome, EmulatorError> {
-        let not_started = |source| EmulatorError::NotStarted {
-            program: "qemu-system-arm".into(),
-            source,
-        };
+        let not_started = |source| EmulatorError::NotStarted { program: "qemu-system-arm".into(), source };
         let mut child = self.command(elf).spawn().map_err(not_started)?;
         let (frames, text) = (drain(child.stdout.take()), drain(child.stderr.take()));
         let begun = Instant::now();
@@ -168,11 +141,7 @@ impl Run<'_> {
         let frames = frames.join().unwrap_or_default();
         let text = String::from_utf8_lossy(&text.join().unwrap_or_default()).into_owned();
         match status {
-            Some(status) => Ok(Outcome {
-                exit_status: status.code(),
-                text,
-                frames,
-            }),
+            Some(status) => Ok(Outcome { exit_status: status.code(), text, frames }),
             None => Err(EmulatorError::TimedOut { last_words: text }),
         }
     }
@@ -245,11 +214,7 @@ impl RunResult {
 
 fn value<'a>(text: &'a str, key: &str) -> Option<&'a str> {
     let mut words = text.split_whitespace().rev();
-    words.find_map(|word| {
-        word.split_once('=')
-            .filter(|(name, _)| *name == key)
-            .map(|(_, value)| value)
-    })
+    words.find_map(|word| word.split_once('=').filter(|(name, _)| *name == key).map(|(_, value)| value))
 }
 
 #[cfg(test)]
@@ -258,14 +223,9 @@ mod tests {
 
     #[test]
     fn the_result_line_is_found_among_others() {
-        let text = "longest_tick_ns=84560\nstate_hash=00000000000000ff force_hash=0000000000000010 ticks=3 overruns=1 faults=0\nbye\n";
-        let expected = RunResult {
-            state_hash: 255,
-            force_hash: 16,
-            ticks: 3,
-            overruns: 1,
-            faults: 0,
-        };
+        let text =
+            "longest_tick_ns=84560\nstate_hash=00000000000000ff force_hash=0000000000000010 ticks=3 overruns=1 faults=0\nbye\n";
+        let expected = RunResult { state_hash: 255, force_hash: 16, ticks: 3, overruns: 1, faults: 0 };
         assert_eq!(RunResult::parse(text), Some(expected));
         assert_eq!(RunResult::parse("ticks=3\n"), None);
     }

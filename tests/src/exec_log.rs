@@ -18,9 +18,7 @@ pub enum LogError {
         source: std::io::Error,
     },
     /// A line of a form this reader does not know.
-    #[error(
-        "execution log, line {line}: no address in `{text}`; was it written with `-d exec,nochain` and `-singlestep`?"
-    )]
+    #[error("execution log, line {line}: no address in `{text}`; was it written with `-d exec,nochain` and `-singlestep`?")]
     Malformed {
         /// Line, from 1.
         line: usize,
@@ -45,12 +43,7 @@ enum Event {
 impl<Input: BufRead> ExecLog<Input> {
     /// Reads from the start of a log; a pipe will do.
     pub const fn new(input: Input) -> Self {
-        Self {
-            input,
-            line: 0,
-            started: None,
-            text: String::new(),
-        }
+        Self { input, line: 0, started: None, text: String::new() }
     }
 
     fn event(&mut self) -> Result<Option<Event>, LogError> {
@@ -62,12 +55,7 @@ impl<Input: BufRead> ExecLog<Input> {
             Ok(_) => {}
             Err(source) => return Err(LogError::Read { line, source }),
         }
-        parse(&self.text)
-            .map(Some)
-            .ok_or_else(|| LogError::Malformed {
-                line,
-                text: self.text.trim_end().to_owned(),
-            })
+        parse(&self.text).map(Some).ok_or_else(|| LogError::Malformed { line, text: self.text.trim_end().to_owned() })
     }
 }
 
@@ -79,9 +67,7 @@ fn parse(text: &str) -> Option<Event> {
     } else if let Some(rest) = text.strip_prefix("cpu_io_recompile: rewound execution of TB to ") {
         Some(Event::Undo(address(rest.trim_end())?))
     } else if text.starts_with("Stopped execution of TB chain before") {
-        Some(Event::Undo(address(
-            text.split_once('[')?.1.split_once(']')?.0,
-        )?))
+        Some(Event::Undo(address(text.split_once('[')?.1.split_once(']')?.0)?))
     } else {
         None
     }

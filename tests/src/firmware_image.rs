@@ -30,14 +30,8 @@ impl FirmwareImage {
     /// Reads a linked ELF file.
     pub fn parse(elf: &[u8]) -> Result<Self, ImageError> {
         let file = object::File::parse(elf)?;
-        let symbols: Vec<String> = file
-            .symbols()
-            .filter_map(|s| {
-                s.name()
-                    .ok()
-                    .map(|n| format!("{:#}", rustc_demangle::demangle(n)))
-            })
-            .collect();
+        let symbols: Vec<String> =
+            file.symbols().filter_map(|s| s.name().ok().map(|n| format!("{:#}", rustc_demangle::demangle(n)))).collect();
         let mut functions: Vec<Function> = file
             .symbols()
             .filter(|s| s.kind() == SymbolKind::Text && s.is_definition())
@@ -59,11 +53,7 @@ impl FirmwareImage {
                 code.push((address, section.data()?.to_vec()));
             }
         }
-        Ok(Self {
-            functions,
-            code,
-            symbols,
-        })
+        Ok(Self { functions, code, symbols })
     }
 
     /// Functions by address.
@@ -75,13 +65,8 @@ impl FirmwareImage {
     /// The function an address lies in.
     #[must_use]
     pub fn function_at(&self, address: u32) -> Option<&Function> {
-        let at = self
-            .functions
-            .partition_point(|f| f.address <= address)
-            .checked_sub(1)?;
-        self.functions
-            .get(at)
-            .filter(|f| f.bytes == 0 || address - f.address < f.bytes)
+        let at = self.functions.partition_point(|f| f.address <= address).checked_sub(1)?;
+        self.functions.get(at).filter(|f| f.bytes == 0 || address - f.address < f.bytes)
     }
 
     /// The only function with this path.
@@ -96,10 +81,7 @@ impl FirmwareImage {
     pub fn halfword_at(&self, address: u32) -> Option<u16> {
         self.code.iter().find_map(|(start, bytes)| {
             let at = usize::try_from(address.checked_sub(*start)?).ok()?;
-            bytes
-                .get(at..)?
-                .first_chunk()
-                .map(|b| u16::from_le_bytes(*b))
+            bytes.get(at..)?.first_chunk().map(|b| u16::from_le_bytes(*b))
         })
     }
 
@@ -108,35 +90,21 @@ impl FirmwareImage {
         // run-time ABI names (Arm IHI 0043), their libgcc aliases, and libm's f64 kernels
         const PREFIXES: [&str; 4] = ["__aeabi_d", "__aeabi_f2d", "__aeabi_i2d", "__aeabi_ui2d"];
         self.symbols.iter().map(String::as_str).filter(|name| {
-            let abi =
-                PREFIXES.iter().any(|p| name.starts_with(p)) && !name.starts_with("__aeabi_div0");
-            let gcc = name.starts_with("__")
-                && name.contains("df")
-                && name.ends_with(['2', '3', 'f', 'i']);
-            abi || gcc
-                || name.contains("float::div::__divdf")
-                || name.contains("libm::math") && name.contains("f64")
+            let abi = PREFIXES.iter().any(|p| name.starts_with(p)) && !name.starts_with("__aeabi_div0");
+            let gcc = name.starts_with("__") && name.contains("df") && name.ends_with(['2', '3', 'f', 'i']);
+            abi || gcc || name.contains("float::div::__divdf") || name.contains("libm::math") && name.contains("f64")
         })
     }
 
     /// Symbols of an allocator: none may be linked, every array is in place before the first tick.
     pub fn allocator_symbols(&self) -> impl Iterator<Item = &str> {
-        const NAMES: [&str; 8] = [
-            "__rust_alloc",
-            "__rust_dealloc",
-            "__rust_realloc",
-            "__rustc::__rust",
-            "__rg_alloc",
-            "malloc",
-            "realloc",
-            "alloc::",
-        ];
+        const NAMES: [&str; 8] =
+            ["__rust_alloc", "__rust_dealloc", "__rust_realloc", "__rustc::__rust", "__rg_alloc", "malloc", "realloc", "alloc::"];
         // `alloc::` is the crate's own path, so it counts at the start of a path or inside a `<`, not within a longer word
-        self.symbols.iter().map(String::as_str).filter(|name| {
-            NAMES
-                .iter()
-                .any(|bad| name.starts_with(bad) || name.contains(&format!("<{bad}")))
-        })
+        self.symbols
+            .iter()
+            .map(String::as_str)
+            .filter(|name| NAMES.iter().any(|bad| name.starts_with(bad) || name.contains(&format!("<{bad}"))))
     }
 }
 
@@ -145,17 +113,9 @@ mod tests {
     use super::{FirmwareImage, Function};
 
     fn image(symbols: &[&str]) -> FirmwareImage {
-        let function = |address, bytes, name: &str| Function {
-            address,
-            bytes,
-            name: name.into(),
-        };
+        let function = |address, bytes, name: &str| Function { address, bytes, name: name.into() };
         FirmwareImage {
-            functions: vec![
-                function(0x100, 8, "a"),
-                function(0x108, 0, "b"),
-                function(0x200, 4, "c"),
-            ],
+            functions: vec![function(0x100, 8, "a"), function(0x108, 0, "b"), function(0x200, 4, "c")],
             code: vec![(0x100, vec![0x70, 0x47, 0x00, 0xBF])],
             symbols: symbols.iter().map(|s| (*s).into()).collect(),
         }
@@ -181,20 +141,9 @@ mod tests {
 
     #[test]
     fn double_precision_is_recognised_and_integer_division_is_not() {
-        let image = image(&[
-            "__aeabi_dadd",
-            "__aeabi_f2d",
-            "__muldf3",
-            "__truncdfsf2",
-            "__aeabi_uidiv",
-            "__udivmoddi4",
-            "sqrtf",
-        ]);
+        let image = image(&["__aeabi_dadd", "__aeabi_f2d", "__muldf3", "__truncdfsf2", "__aeabi_uidiv", "__udivmoddi4", "sqrtf"]);
         let found: Vec<_> = image.double_precision_symbols().collect();
-        assert_eq!(
-            found,
-            ["__aeabi_dadd", "__aeabi_f2d", "__muldf3", "__truncdfsf2"]
-        );
+        assert_eq!(found, ["__aeabi_dadd", "__aeabi_f2d", "__muldf3", "__truncdfsf2"]);
     }
 
     #[test]

@@ -19,14 +19,10 @@ pub enum MixError {
     #[error(transparent)]
     Log(#[from] LogError),
     /// Code that is not in the image.
-    #[error(
-        "executed address {0:#010x} is not in the image; was the log written by this ELF file?"
-    )]
+    #[error("executed address {0:#010x} is not in the image; was the log written by this ELF file?")]
     NoCode(u32),
     /// An opcode the table does not know.
-    #[error(
-        "opcode {first:#06x} {second:#06x} at {address:#010x} is in no class; add it to thumb.rs"
-    )]
+    #[error("opcode {first:#06x} {second:#06x} at {address:#010x} is in no class; add it to thumb.rs")]
     UnknownOpcode {
         /// Where it is.
         address: u32,
@@ -36,9 +32,7 @@ pub enum MixError {
         second: u16,
     },
     /// The function to measure is missing.
-    #[error(
-        "no function `{0}` in the image; build it with the feature `stage-cost`, which keeps the stages apart"
-    )]
+    #[error("no function `{0}` in the image; build it with the feature `stage-cost`, which keeps the stages apart")]
     NoFunction(String),
 }
 
@@ -104,10 +98,7 @@ impl Cost {
     /// Cortex-M4F cycles, estimated as the module's text says.
     #[must_use]
     pub fn cycles(&self) -> f64 {
-        let own: f64 = ALL
-            .iter()
-            .map(|class| self.count(*class) as f64 * cycles(*class))
-            .sum();
+        let own: f64 = ALL.iter().map(|class| self.count(*class) as f64 * cycles(*class)).sum();
         own + self.words as f64 + self.jumps as f64 * REFILL
     }
 
@@ -129,18 +120,10 @@ pub struct InstructionMix {
 
 impl InstructionMix {
     /// Costs by function, in the order of their addresses.
-    pub fn by_function<'a>(
-        &'a self,
-        image: &'a FirmwareImage,
-    ) -> impl Iterator<Item = (&'a str, &'a Cost)> {
-        self.by_address.iter().map(|(address, cost)| {
-            (
-                image
-                    .function_at(*address)
-                    .map_or("(no symbol)", |f| f.name.as_str()),
-                cost,
-            )
-        })
+    pub fn by_function<'a>(&'a self, image: &'a FirmwareImage) -> impl Iterator<Item = (&'a str, &'a Cost)> {
+        self.by_address
+            .iter()
+            .map(|(address, cost)| (image.function_at(*address).map_or("(no symbol)", |f| f.name.as_str()), cost))
     }
 
     /// All functions together.
@@ -152,39 +135,19 @@ impl InstructionMix {
     }
 
     fn of_function(&mut self, image: &FirmwareImage, address: u32) -> &mut Cost {
-        self.by_address
-            .entry(image.function_at(address).map_or(0, |f| f.address))
-            .or_default()
+        self.by_address.entry(image.function_at(address).map_or(0, |f| f.address)).or_default()
     }
 
     /// Whether the instruction before this one jumped is known only now.
-    fn note_jump(
-        &mut self,
-        image: &FirmwareImage,
-        previous: Option<(u32, Instruction)>,
-        address: u32,
-    ) {
-        if let Some((
-            from,
-            Instruction {
-                class: Class::Branch | Class::Load,
-                bytes,
-                ..
-            },
-        )) = previous
+    fn note_jump(&mut self, image: &FirmwareImage, previous: Option<(u32, Instruction)>, address: u32) {
+        if let Some((from, Instruction { class: Class::Branch | Class::Load, bytes, .. })) = previous
             && from + bytes != address
         {
             self.of_function(image, from).jumps += 1;
         }
     }
 
-    fn note(
-        &mut self,
-        image: &FirmwareImage,
-        previous: Option<(u32, Instruction)>,
-        address: u32,
-        instruction: Instruction,
-    ) {
+    fn note(&mut self, image: &FirmwareImage, previous: Option<(u32, Instruction)>, address: u32, instruction: Instruction) {
         let function = image.function_at(address);
         let at_entry = function.is_some_and(|f| f.address == address);
         let from_outside = previous.is_none_or(|(from, _)| image.function_at(from) != function);
@@ -201,10 +164,7 @@ pub fn calls_of(
     image: &FirmwareImage,
     log: impl Iterator<Item = Result<u32, LogError>>,
 ) -> Result<Vec<InstructionMix>, MixError> {
-    let entry = image
-        .function_named(function)
-        .ok_or_else(|| MixError::NoFunction(function.into()))?
-        .address;
+    let entry = image.function_named(function).ok_or_else(|| MixError::NoFunction(function.into()))?.address;
     let mut calls = Vec::new();
     let mut open: Option<(u32, InstructionMix)> = None; // return address
     let mut previous: Option<(u32, Instruction)> = None;
@@ -218,9 +178,7 @@ pub fn calls_of(
             }
         }
         let call = previous.filter(|(_, instruction)| instruction.calls);
-        if let (true, None, Some((caller, Instruction { bytes, .. }))) =
-            (address == entry, &open, call)
-        {
+        if let (true, None, Some((caller, Instruction { bytes, .. }))) = (address == entry, &open, call) {
             open = Some((caller + bytes, InstructionMix::default()));
         }
         if let Some((_, mix)) = &mut open {
@@ -232,15 +190,9 @@ pub fn calls_of(
 }
 
 fn instruction_at(image: &FirmwareImage, address: u32) -> Result<Instruction, MixError> {
-    let first = image
-        .halfword_at(address)
-        .ok_or(MixError::NoCode(address))?;
+    let first = image.halfword_at(address).ok_or(MixError::NoCode(address))?;
     let second = image.halfword_at(address + 2).unwrap_or(0);
-    classify(first, second).ok_or(MixError::UnknownOpcode {
-        address,
-        first,
-        second,
-    })
+    classify(first, second).ok_or(MixError::UnknownOpcode { address, first, second })
 }
 
 #[cfg(test)]
@@ -252,11 +204,7 @@ mod tests {
     fn estimate(codes: &[u32]) -> f64 {
         let mut cost = Cost::default();
         for code in codes {
-            let (first, second) = if *code > 0xFFFF {
-                ((code >> 16) as u16, *code as u16)
-            } else {
-                (*code as u16, 0)
-            };
+            let (first, second) = if *code > 0xFFFF { ((code >> 16) as u16, *code as u16) } else { (*code as u16, 0) };
             let instruction = classify(first, second).unwrap();
             cost.counts[instruction.class as usize] += 1;
             cost.words += u64::from(instruction.words);

@@ -52,12 +52,7 @@ pub struct Instruction {
 
 impl Instruction {
     const fn of(class: Class, words: u32) -> Self {
-        Self {
-            class,
-            bytes: 2,
-            words,
-            calls: false,
-        }
+        Self { class, bytes: 2, words, calls: false }
     }
 }
 
@@ -71,22 +66,11 @@ pub const fn is_wide(first: u16) -> bool {
 #[must_use]
 pub fn classify(first: u16, second: u16) -> Option<Instruction> {
     if is_wide(first) {
-        let instruction = if first & 0xEC00 == 0xEC00 {
-            coprocessor(first, second)
-        } else {
-            wide(first, second)
-        };
-        instruction.map(|i| Instruction {
-            bytes: 4,
-            calls: first >> 11 == 0b11110 && second & 0xD000 == 0xD000,
-            ..i
-        })
+        let instruction = if first & 0xEC00 == 0xEC00 { coprocessor(first, second) } else { wide(first, second) };
+        instruction.map(|i| Instruction { bytes: 4, calls: first >> 11 == 0b11110 && second & 0xD000 == 0xD000, ..i })
     } else {
         // blx register (A7.7.19)
-        Some(Instruction {
-            calls: first & 0xFF80 == 0x4780,
-            ..narrow(first)
-        })
+        Some(Instruction { calls: first & 0xFF80 == 0x4780, ..narrow(first) })
     }
 }
 
@@ -114,14 +98,7 @@ fn narrow(op: u16) -> Instruction {
         0b1010 => Instruction::of(Integer, 0), // adr, add to sp
         0b1011 => miscellaneous(op),
         0b1100 => Instruction::of(load_bit, list),
-        0b1101 => Instruction::of(
-            if op >> 9 & 0b111 == 0b111 {
-                System
-            } else {
-                Branch
-            },
-            0,
-        ), // udf, svc
+        0b1101 => Instruction::of(if op >> 9 & 0b111 == 0b111 { System } else { Branch }, 0), // udf, svc
         _ => Instruction::of(Branch, 0),
     }
 }
@@ -134,7 +111,7 @@ fn miscellaneous(op: u16) -> Instruction {
         0b0001 | 0b0011 | 0b1001 | 0b1011 => Instruction::of(Branch, 0), // cbz, cbnz
         0b0100 | 0b0101 => Instruction::of(Store, list),
         0b1100 | 0b1101 => Instruction::of(Load, list),
-        0b0110 | 0b1110 => Instruction::of(System, 0), // cps, bkpt
+        0b0110 | 0b1110 => Instruction::of(System, 0),         // cps, bkpt
         0b1111 if op & 0xF == 0 => Instruction::of(System, 0), // nop, wfi and other hints
         _ => Instruction::of(Integer, 0),
     }
@@ -147,18 +124,12 @@ fn wide(first: u16, second: u16) -> Option<Instruction> {
     let transfer = if loads { Load } else { Store };
     Some(match first >> 9 {
         // A5.3.5: ldm, stm
-        0b111_0100 if first & 0x0040 == 0 => {
-            Instruction::of(transfer, u32::from(second).count_ones())
-        }
+        0b111_0100 if first & 0x0040 == 0 => Instruction::of(transfer, u32::from(second).count_ones()),
         // A5.3.6: dual, exclusive, table branch
         0b111_0100 => {
             let dual = first & 0x0120 != 0;
             let table = first & 0xFFF0 == 0xE8D0 && second & 0x00E0 == 0;
-            if table {
-                Instruction::of(Branch, 0)
-            } else {
-                Instruction::of(transfer, if dual { 2 } else { 1 })
-            }
+            if table { Instruction::of(Branch, 0) } else { Instruction::of(transfer, if dual { 2 } else { 1 }) }
         }
         // A5.3.11: shifted register; A5.3.1, A5.3.3: immediates
         0b111_0101 => Instruction::of(Integer, 0),
@@ -238,21 +209,9 @@ mod tests {
 
     /// Class, words and length of an instruction written as one number, first halfword on top.
     fn sorted(code: u32) -> (Class, u32, u32) {
-        let halves = if code > 0xFFFF {
-            ((code >> 16) as u16, code as u16)
-        } else {
-            (code as u16, 0)
-        };
+        let halves = if code > 0xFFFF { ((code >> 16) as u16, code as u16) } else { (code as u16, 0) };
         assert_eq!(is_wide(halves.0), code > 0xFFFF);
-        let Some(Instruction {
-            class,
-            bytes,
-            words,
-            ..
-        }) = classify(halves.0, halves.1)
-        else {
-            panic!("{code:#x} is unknown")
-        };
+        let Some(Instruction { class, bytes, words, .. }) = classify(halves.0, halves.1) else { panic!("{code:#x} is unknown") };
         (class, words, bytes)
     }
 

@@ -1,28 +1,29 @@
 //! Broad phase: the surface triangles that the probe can reach in this tick.
 //!
 //! * in: the tip's way, node positions
-//! * out: `state.candidates`, ascending
+//! * out: `state.candidates`, ascending; empty while a probe that started inside the tissue has not been outside
 //! * cost: up to 18 comparisons a triangle, most leave after 3
 //! * may fail: never; a triangle too many costs time only
 
 use nalgebra::Vector3;
 
+use crate::fault::Limiters;
 use crate::model::Model;
 use crate::params::{Probe, ProbeShape, Tuned};
+use crate::path::force::foundation;
 use crate::path::probe::Motion;
 use crate::state::State;
 
 /// Writes the triangles whose box meets the probe's box.
 #[cfg_attr(feature = "stage-cost", inline(never))]
-pub fn find(model: &Model, tuned: &Tuned, state: &mut State, motion: &Motion) {
+pub fn find(model: &Model, tuned: &Tuned, state: &mut State, motion: &mut Motion) {
     let (low, high) = reach(&tuned.probe, model.depth_limit_m, motion);
     let mut near = 0;
     for (index, triangle) in model.triangles.iter().enumerate() {
         let [a, b, c] = triangle.node.map(|n| state.nodes.get(usize::from(n)));
         let (Some(a), Some(b), Some(c)) = (a, b, c) else { continue };
         let apart = (0..3).any(|k| {
-            (a.x[k] < low[k] && b.x[k] < low[k] && c.x[k] < low[k])
-                || (a.x[k] > high[k] && b.x[k] > high[k] && c.x[k] > high[k])
+            (a.x[k] < low[k] && b.x[k] < low[k] && c.x[k] < low[k]) || (a.x[k] > high[k] && b.x[k] > high[k] && c.x[k] > high[k])
         });
         if !apart && let Some(slot) = state.candidates.get_mut(near) {
             *slot = index as u16;
@@ -30,6 +31,13 @@ pub fn find(model: &Model, tuned: &Tuned, state: &mut State, motion: &Motion) {
         }
     }
     state.near = near;
+    if !state.been_outside {
+        state.been_outside = !foundation::touches(model, tuned, state, motion.to_m);
+        if !state.been_outside {
+            state.near = 0;
+            motion.limiters.set(Limiters::BURIED);
+        }
+    }
 }
 
 /// Box around the probe's way [m]. Hemisphere and flat reach along the axis: they carry a cylinder.

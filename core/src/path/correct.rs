@@ -42,9 +42,9 @@ pub struct SpringLength {
 impl Correct for SpringLength {
     fn correct(&self, model: &Model, tuned: &Tuned, state: &mut State) {
         // forces are spent: their rows hold the summed corrections, the pressures the spring counts
-        for (node, count) in state.nodes.iter_mut().zip(state.pressure.iter_mut()) {
+        for node in state.nodes.iter_mut() {
             node.f = [0.0; ROW];
-            *count = 0.0;
+            node.p = 0.0;
         }
         for s in model.springs {
             let [i, j] = [s.i, s.j].map(usize::from);
@@ -59,19 +59,16 @@ impl Correct for SpringLength {
             let move_by = if length > 0.0 { scaled(&d, share * wrong / length) } else { [0.0; ROW] };
             if let Some(node) = state.nodes.get_mut(i) {
                 add(&mut node.f, &move_by);
+                node.p += 1.0;
             }
             if let Some(node) = state.nodes.get_mut(j) {
                 subtract(&mut node.f, &move_by);
-            }
-            for n in [i, j] {
-                if let Some(count) = state.pressure.get_mut(n) {
-                    *count += 1.0;
-                }
+                node.p += 1.0;
             }
         }
-        for ((node, &count), &step) in state.nodes.iter_mut().zip(state.pressure.iter()).zip(tuned.node_step) {
-            if step > 0.0 && count > 0.0 {
-                let fix = scaled(&node.f, 1.0 / count);
+        for (node, &step) in state.nodes.iter_mut().zip(tuned.node_step) {
+            if step > 0.0 && node.p > 0.0 {
+                let fix = scaled(&node.f, 1.0 / node.p);
                 add(&mut node.x, &fix);
             }
         }

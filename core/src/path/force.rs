@@ -25,6 +25,7 @@ use foundation::Load;
 pub fn accumulate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> Load {
     for node in state.nodes.iter_mut() {
         node.f = [0.0; ROW];
+        node.p = 0.0;
     }
     gravity::weigh(model, tuned, state);
     spring::pull(model, tuned, state);

@@ -43,7 +43,7 @@ pub fn advance(model: &Model, tuned: &Tuned, state: &mut State, region: Region) 
             node.x[k] += v * dt;
             square += v * v;
         }
-        // a NaN must not compare away: it is kept by being "not slower"
+        #[expect(clippy::neg_cmp_op_on_partial_ord, reason = "a NaN must not compare away: it is not slower, so it is kept")]
         if !(square <= fastest) {
             fastest = square;
         }

@@ -27,10 +27,9 @@ pub enum Region {
 /// Chooses the region.
 pub fn select(tuned: &Tuned, state: &State) -> Region {
     match state.touch {
-        Some(touch) if tuned.region_radius_m.is_finite() => Region::Ball {
-            centre_m: touch.rest_m,
-            radius_squared_m2: tuned.region_radius_m * tuned.region_radius_m,
-        },
+        Some(touch) if tuned.region_radius_m.is_finite() => {
+            Region::Ball { centre_m: touch.rest_m, radius_squared_m2: tuned.region_radius_m * tuned.region_radius_m }
+        }
         _ => Region::All,
     }
 }

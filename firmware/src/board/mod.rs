@@ -12,13 +12,10 @@
 //! Nothing outside this folder is `unsafe`.
 
 #[cfg(feature = "mps2")]
-#[expect(
-    unsafe_code,
-    reason = "registers, vector table and interrupt entry are the board's to touch"
-)]
+#[expect(unsafe_code, reason = "registers, vector table and interrupt entry are the board's to touch")]
 mod mps2;
 #[cfg(feature = "mps2")]
 pub use mps2::{
-    clock_counts, counts_to_ns, exit, feed_watchdog, outputs_to_zero, print, run_ticks,
-    start_executors, start_tick_timer, write_dac,
+    clock_counts, counts_to_ns, exit, feed_watchdog, outputs_to_zero, print, run_ticks, start_executors, start_tick_timer,
+    write_dac,
 };

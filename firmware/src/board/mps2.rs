@@ -105,10 +105,7 @@ pub fn start_executors() -> (SendSpawner, SendSpawner) {
     for interrupt in [Interrupt::Haptic, Interrupt::Background] {
         set_priority(interrupt);
     }
-    (
-        HAPTIC.start(Interrupt::Haptic),
-        BACKGROUND.start(Interrupt::Background),
-    )
+    (HAPTIC.start(Interrupt::Haptic), BACKGROUND.start(Interrupt::Background))
 }
 
 fn set_priority(interrupt: Interrupt) {
@@ -175,13 +172,7 @@ pub fn outputs_to_zero() {
 pub fn run_ticks() -> Option<u32> {
     let argument = semihosting::experimental::env::args::<128>()
         .ok()
-        .and_then(|arguments| {
-            (&arguments)
-                .filter_map(core::result::Result::ok)
-                .nth(1)?
-                .parse()
-                .ok()
-        });
+        .and_then(|arguments| (&arguments).filter_map(core::result::Result::ok).nth(1)?.parse().ok());
     Some(argument.unwrap_or(DEFAULT_RUN_TICKS))
 }
 
@@ -202,11 +193,7 @@ unsafe fn NonMaskableInt() -> ! {
 
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    safety::stop(format_args!(
-        "hard fault at pc={:#010x} lr={:#010x}",
-        frame.pc(),
-        frame.lr()
-    ))
+    safety::stop(format_args!("hard fault at pc={:#010x} lr={:#010x}", frame.pc(), frame.lr()))
 }
 
 #[exception]

@@ -26,11 +26,7 @@ impl Unit {
             _ => ("N", 1.0),
         };
         // a measured value: its last zero is a digit like any other
-        Self {
-            symbol,
-            per_si,
-            trims: false,
-        }
+        Self { symbol, per_si, trims: false }
     }
 
     /// mm, or µm where the largest of `lengths_m` would show hardly any digits in mm.
@@ -41,11 +37,7 @@ impl Unit {
             _ => ("mm", 1e3),
         };
         // mostly chosen, hence round
-        Self {
-            symbol,
-            per_si,
-            trims: true,
-        }
+        Self { symbol, per_si, trims: true }
     }
 
     /// `si` for running text: three digits.
@@ -58,8 +50,7 @@ impl Unit {
             _ => 3,
         };
         let mut number = format!("{value:.decimals$}");
-        while self.trims && number.ends_with('0') && !number.ends_with(".0") && number.contains('.')
-        {
+        while self.trims && number.ends_with('0') && !number.ends_with(".0") && number.contains('.') {
             number.pop();
         }
         format!("{} {}", minus(&number), self.symbol)
@@ -86,11 +77,7 @@ const SMALLEST_SPAN: f64 = 1e-9;
 impl Axis {
     /// Holds zero and all `values` [display unit], with `headroom` of their span left on top.
     pub fn from_zero(values: impl IntoIterator<Item = f64>, headroom: f64, ticks: usize) -> Self {
-        let (low, high) = values
-            .into_iter()
-            .fold((0.0_f64, 0.0_f64), |(low, high), v| {
-                (low.min(v), high.max(v))
-            });
+        let (low, high) = values.into_iter().fold((0.0_f64, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
         let span = high - low;
         if span < SMALLEST_SPAN {
             return Self::over(0.0..1.0, ticks);
@@ -125,11 +112,7 @@ impl Axis {
             points.iter().all(|p| error(p) < 1e-3 * step)
         };
         let decimals = (0..9).position(shows_all).unwrap_or(9);
-        Self {
-            range,
-            ticks,
-            decimals,
-        }
+        Self { range, ticks, decimals }
     }
 
     /// The label of the tick at `value`.
@@ -155,11 +138,8 @@ mod tests {
     fn tick_labels_differ_and_share_decimals() {
         for span in [3.3e-4, 0.0042, 0.15, 1.0, 7.0, 48.0, 1.3e4] {
             let axis = Axis::from_zero([span], 0.08, 8);
-            let labels: Vec<_> = RangedCoordf64::from(axis.range.clone())
-                .key_points(axis.ticks)
-                .into_iter()
-                .map(|p| axis.label(p))
-                .collect();
+            let labels: Vec<_> =
+                RangedCoordf64::from(axis.range.clone()).key_points(axis.ticks).into_iter().map(|p| axis.label(p)).collect();
             assert!(labels.len() >= 3, "{labels:?}");
             for pair in labels.windows(2) {
                 assert_ne!(pair[0], pair[1]);

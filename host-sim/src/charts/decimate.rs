@@ -25,10 +25,7 @@ pub fn decimate(trace: &[Sample]) -> Vec<Sample> {
         ];
         at.sort_unstable();
         let mut next = 0;
-        for i in at
-            .into_iter()
-            .filter(|&i| std::mem::replace(&mut next, i + 1) <= i)
-        {
+        for i in at.into_iter().filter(|&i| std::mem::replace(&mut next, i + 1) <= i) {
             kept.extend(run.get(i));
         }
     }
@@ -52,13 +49,8 @@ mod tests {
 
     #[test]
     fn extremes_and_order_survive() {
-        let mut trace: Vec<_> = (0..1_000_000)
-            .map(|i| Sample {
-                t_s: f64::from(i) * 1e-3,
-                depth_m: 0.002,
-                force_n: 0.05,
-            })
-            .collect();
+        let mut trace: Vec<_> =
+            (0..1_000_000).map(|i| Sample { t_s: f64::from(i) * 1e-3, depth_m: 0.002, force_n: 0.05 }).collect();
         trace[123_456].force_n = 9.0;
         trace[777_777].depth_m = -0.5;
         let thin = decimate(&trace);

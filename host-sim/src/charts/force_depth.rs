@@ -51,11 +51,8 @@ struct ForceDepth<'a> {
 
 /// The last sample within a thousandth of the deepest, so that a final hold belongs to the press.
 fn turning_point(trace: &[Sample]) -> usize {
-    let (least, most) = trace
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), s| {
-            (least.min(s.depth_m), most.max(s.depth_m))
-        });
+    let (least, most) =
+        trace.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), s| (least.min(s.depth_m), most.max(s.depth_m)));
     let deep = most - 1e-3 * (most - least);
     trace.iter().rposition(|s| s.depth_m >= deep).unwrap_or(0)
 }
@@ -67,10 +64,7 @@ impl ForceDepth<'_> {
 
     fn mark(&self, hold: &Sample) -> Mark {
         let (depth, force) = (self.length.say(hold.depth_m), self.force.say(hold.force_n));
-        Mark {
-            at: self.at(hold.depth_m, hold.force_n),
-            label: format!("{depth}, {force}"),
-        }
+        Mark { at: self.at(hold.depth_m, hold.force_n), label: format!("{depth}, {force}") }
     }
 }
 
@@ -79,20 +73,11 @@ impl Picture for ForceDepth<'_> {
         let press = self.press;
         let top = format!("{}: force against depth", press.scene);
         title(area, &top, &press.summary(self.length, self.force))?;
-        let mut chart =
-            builder(area).build_cartesian_2d(self.x.range.clone(), self.y.range.clone())?;
+        let mut chart = builder(area).build_cartesian_2d(self.x.range.clone(), self.y.range.clone())?;
         axes(
             &mut chart,
-            Labels {
-                title: &format!("depth [{}]", self.length.symbol),
-                ticks: self.x.ticks,
-                of: &|v| self.x.label(*v),
-            },
-            Labels {
-                title: &format!("force [{}]", self.force.symbol),
-                ticks: self.y.ticks,
-                of: &|v| self.y.label(*v),
-            },
+            Labels { title: &format!("depth [{}]", self.length.symbol), ticks: self.x.ticks, of: &|v| self.x.label(*v) },
+            Labels { title: &format!("force [{}]", self.force.symbol), ticks: self.y.ticks, of: &|v| self.y.label(*v) },
         )?;
 
         // the turning point belongs to both, so that they meet

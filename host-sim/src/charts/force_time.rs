@@ -50,13 +50,7 @@ struct Panel {
 }
 
 impl Panel {
-    fn new(
-        quantity: &str,
-        unit: Unit,
-        color: RGBColor,
-        trace: &[Sample],
-        of: fn(&Sample) -> f64,
-    ) -> Self {
+    fn new(quantity: &str, unit: Unit, color: RGBColor, trace: &[Sample], of: fn(&Sample) -> f64) -> Self {
         Self {
             title: format!("{quantity} [{}]", unit.symbol),
             unit,
@@ -72,18 +66,11 @@ impl Panel {
 }
 
 fn time_axis(trace: &[Sample]) -> Axis {
-    let (first, last) = trace
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), s| {
-            (first.min(s.t_s), last.max(s.t_s))
-        });
+    let (first, last) =
+        trace.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), s| (first.min(s.t_s), last.max(s.t_s)));
     // a run of one tick still needs an axis of some length
     let length = if last > first { last - first } else { 1.0 };
-    let first = if first.abs() < 0.01 * length {
-        0.0
-    } else {
-        first
-    };
+    let first = if first.abs() < 0.01 * length { 0.0 } else { first };
     Axis::over(first..first + 1.02 * length, 10)
 }
 
@@ -101,36 +88,19 @@ impl Picture for ForceTime<'_> {
 }
 
 impl ForceTime<'_> {
-    fn panel<DB: DrawingBackend>(
-        &self,
-        area: &Area<DB>,
-        panel: &Panel,
-        top_px: f64,
-        labels_px: f64,
-    ) -> Drawn<DB> {
+    fn panel<DB: DrawingBackend>(&self, area: &Area<DB>, panel: &Panel, top_px: f64, labels_px: f64) -> Drawn<DB> {
         let mut chart = builder(area)
             .margin_top(px(top_px))
             .x_label_area_size(px(labels_px))
             .build_cartesian_2d(self.time.range.clone(), panel.axis.range.clone())?;
         axes(
             &mut chart,
-            Labels {
-                title: "time [s]",
-                ticks: self.time.ticks,
-                of: &|t| self.time.label(*t),
-            },
-            Labels {
-                title: &panel.title,
-                ticks: panel.axis.ticks,
-                of: &|v| panel.axis.label(*v),
-            },
+            Labels { title: "time [s]", ticks: self.time.ticks, of: &|t| self.time.label(*t) },
+            Labels { title: &panel.title, ticks: panel.axis.ticks, of: &|v| panel.axis.label(*v) },
         )?;
         let curve: Vec<_> = self.trace.iter().map(|s| panel.at(s)).collect();
         chart.draw_series(LineSeries::new(curve.clone(), line(panel.color, 2.4)))?;
-        let mark = |hold| Mark {
-            at: panel.at(hold),
-            label: panel.unit.say((panel.of)(hold)),
-        };
+        let mark = |hold| Mark { at: panel.at(hold), label: panel.unit.say((panel.of)(hold)) };
         let marks: Vec<_> = self.press.holds.iter().map(mark).collect();
         holds::draw(area, &mut chart, &marks, &curve, None)
     }

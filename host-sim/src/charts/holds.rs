@@ -33,16 +33,10 @@ where
     Y: Ranged<ValueType = f64>,
 {
     for mark in marks {
-        chart.draw_series([
-            Circle::new(mark.at, px(6.4), INK.filled()),
-            Circle::new(mark.at, px(4.8), WHITE.filled()),
-        ])?;
+        chart.draw_series([Circle::new(mark.at, px(6.4), INK.filled()), Circle::new(mark.at, px(4.8), WHITE.filled())])?;
     }
     let (xs, ys) = chart.plotting_area().get_pixel_range();
-    let mut page = Page::new(Frame {
-        low: (xs.start, ys.start),
-        high: (xs.end, ys.end),
-    });
+    let mut page = Page::new(Frame { low: (xs.start, ys.start), high: (xs.end, ys.end) });
     let dots: Vec<_> = marks.iter().map(|m| chart.backend_coord(&m.at)).collect();
     page.add_curve(curve.iter().map(|p| chart.backend_coord(p)), px(3.0));
     if let Some(taken) = taken {

@@ -138,10 +138,7 @@ where
 {
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::Coordinate(
-            px(LEGEND_PX.0),
-            px(LEGEND_PX.1),
-        ))
+        .position(SeriesLabelPosition::Coordinate(px(LEGEND_PX.0), px(LEGEND_PX.1)))
         .margin(px(9.0))
         .legend_area_size(px(38.0))
         .background_style(WHITE)

@@ -28,10 +28,7 @@ pub fn save(folder: &Path, name: &str, picture: &impl Picture) -> Result<(), Cha
     let png_path = folder.join(format!("{name}.png"));
     let svg = svg(picture).map_err(|message| refused(&svg_path, &message))?;
     let png = png(picture).map_err(|message| refused(&png_path, &message))?;
-    let files = [
-        Staged::write(folder, svg_path, svg.as_bytes())?,
-        Staged::write(folder, png_path, &png)?,
-    ];
+    let files = [Staged::write(folder, svg_path, svg.as_bytes())?, Staged::write(folder, png_path, &png)?];
     for (done, file) in files.iter().enumerate() {
         if let Err(error) = file.publish() {
             // half a pair would pass for a finished picture
@@ -54,11 +51,7 @@ fn svg(picture: &impl Picture) -> Result<String, String> {
         draw_on(picture, &area)?;
     }
     // the back end rounds to whole units: keep its fine units in the view box, show true pixels
-    Ok(text.replacen(
-        &format!(r#"width="{}" height="{}""#, fine.0, fine.1),
-        &format!(r#"width="{width}" height="{height}""#),
-        1,
-    ))
+    Ok(text.replacen(&format!(r#"width="{}" height="{}""#, fine.0, fine.1), &format!(r#"width="{width}" height="{height}""#), 1))
 }
 
 fn png(picture: &impl Picture) -> Result<Vec<u8>, String> {
@@ -79,17 +72,11 @@ fn png(picture: &impl Picture) -> Result<Vec<u8>, String> {
 }
 
 fn draw_on<DB: DrawingBackend>(picture: &impl Picture, area: &Area<DB>) -> Result<(), String> {
-    area.fill(&plotters::style::WHITE)
-        .and_then(|()| picture.draw(area))
-        .and_then(|()| area.present())
-        .map_err(|e| e.to_string())
+    area.fill(&plotters::style::WHITE).and_then(|()| picture.draw(area)).and_then(|()| area.present()).map_err(|e| e.to_string())
 }
 
 fn refused(path: &Path, message: &str) -> ChartError {
-    ChartError::Draw {
-        path: path.to_owned(),
-        message: message.replace('\n', " "),
-    }
+    ChartError::Draw { path: path.to_owned(), message: message.replace('\n', " ") }
 }
 
 /// A file complete under a temporary name in its final folder; dropped unpublished, it is gone.
@@ -103,10 +90,7 @@ impl Staged {
         let mut hidden = std::ffi::OsString::from(".");
         hidden.push(path.file_name().unwrap_or_default());
         hidden.push(".part");
-        let staged = Self {
-            temporary: folder.join(hidden),
-            path,
-        };
+        let staged = Self { temporary: folder.join(hidden), path };
         match std::fs::write(&staged.temporary, bytes) {
             Ok(()) => Ok(staged),
             Err(source) => Err(staged.failed(source)),
@@ -118,10 +102,7 @@ impl Staged {
     }
 
     fn failed(&self, source: std::io::Error) -> ChartError {
-        ChartError::Write {
-            path: self.path.clone(),
-            source,
-        }
+        ChartError::Write { path: self.path.clone(), source }
     }
 }
 

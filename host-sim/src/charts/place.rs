@@ -15,10 +15,7 @@ pub struct Frame {
 impl Frame {
     /// True where the two share area.
     pub fn meets(&self, other: &Self) -> bool {
-        self.low.0 < other.high.0
-            && other.low.0 < self.high.0
-            && self.low.1 < other.high.1
-            && other.low.1 < self.high.1
+        self.low.0 < other.high.0 && other.low.0 < self.high.0 && self.low.1 < other.high.1 && other.low.1 < self.high.1
     }
 
     fn holds(&self, p: BackendCoord) -> bool {
@@ -48,12 +45,7 @@ pub struct Page {
 impl Page {
     /// An empty page whose labels must stay inside `frame`.
     pub fn new(frame: Frame) -> Self {
-        Self {
-            frame,
-            ink: Vec::new(),
-            boxes: Vec::new(),
-            dots: Vec::new(),
-        }
+        Self { frame, ink: Vec::new(), boxes: Vec::new(), dots: Vec::new() }
     }
 
     /// Marks a curve as ink, with marks no further than `step` apart.
@@ -77,20 +69,12 @@ impl Page {
     /// Marks a labelled point of `radius`.
     pub fn add_dot(&mut self, at: BackendCoord, radius: i32) {
         self.dots.push(at);
-        self.boxes.push(Frame {
-            low: (at.0 - radius, at.1 - radius),
-            high: (at.0 + radius, at.1 + radius),
-        });
+        self.boxes.push(Frame { low: (at.0 - radius, at.1 - radius), high: (at.0 + radius, at.1 + radius) });
     }
 
     /// Takes a free box of `size`, `gap` away from `at`, and returns its anchor; `None` if every
     /// side is taken, because an unlabelled point reads better than two labels on each other.
-    pub fn place(
-        &mut self,
-        at: BackendCoord,
-        size: (i32, i32),
-        gap: i32,
-    ) -> Option<(BackendCoord, (HPos, VPos))> {
+    pub fn place(&mut self, at: BackendCoord, size: (i32, i32), gap: i32) -> Option<(BackendCoord, (HPos, VPos))> {
         let (w, h) = size;
         // above left first: a press curve bends upward and leaves that side free
         let mut sides = [gap, 2 * gap, 4 * gap].into_iter().flat_map(|gap| {
@@ -104,10 +88,7 @@ impl Page {
             ]
         });
         sides.find_map(|(anchor, low)| {
-            let spot = Frame {
-                low,
-                high: (low.0 + w, low.1 + h),
-            };
+            let spot = Frame { low, high: (low.0 + w, low.1 + h) };
             let free = self.frame.encloses(&spot)
                 && !self.boxes.iter().any(|b| b.meets(&spot))
                 && !self.ink.iter().any(|p| spot.holds(*p))
@@ -131,17 +112,11 @@ mod tests {
 
     #[test]
     fn labels_keep_off_each_other_the_curve_and_the_frame() {
-        let frame = Frame {
-            low: (0, 0),
-            high: (400, 400),
-        };
+        let frame = Frame { low: (0, 0), high: (400, 400) };
         let mut page = Page::new(frame);
         page.add_curve((0..=40).map(|i| (i * 10, 400 - i * i / 4)), 4);
         let points: Vec<_> = (0..=40).map(|i| (i * 10, 400 - i * i / 4)).collect();
-        let placed = points
-            .iter()
-            .filter_map(|p| page.place(*p, (60, 16), 6))
-            .count();
+        let placed = points.iter().filter_map(|p| page.place(*p, (60, 16), 6)).count();
         assert!(placed >= 5 && placed < points.len(), "{placed}");
         for (i, a) in page.boxes.iter().enumerate() {
             assert!(frame.encloses(a));

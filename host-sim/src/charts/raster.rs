@@ -7,9 +7,7 @@ mod glyphs;
 
 use std::convert::Infallible;
 
-use plotters_backend::{
-    BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind,
-};
+use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingBackend, DrawingErrorKind};
 
 use super::style::FINE;
 
@@ -34,8 +32,7 @@ impl<'a> Raster<'a> {
         if x >= self.width {
             return None;
         }
-        self.rgb
-            .get_mut(y as usize * self.width as usize + x as usize)
+        self.rgb.get_mut(y as usize * self.width as usize + x as usize)
     }
 
     /// Lays `color` over one fine pixel, weighted by `coverage` (0 to 1).
@@ -85,18 +82,12 @@ impl<'a> Raster<'a> {
         let reach = radius.ceil() as i32;
         let (dx, dy) = (f64::from(to.0 - from.0), f64::from(to.1 - from.1));
         let length2 = dx * dx + dy * dy;
-        let clip = |low: i32, high: i32, size: u32| {
-            (low - reach).max(0)..(high + reach + 1).min(size.cast_signed())
-        };
+        let clip = |low: i32, high: i32, size: u32| (low - reach).max(0)..(high + reach + 1).min(size.cast_signed());
         for y in clip(from.1.min(to.1), from.1.max(to.1), self.height) {
             let qy = f64::from(y - from.1);
             for x in clip(from.0.min(to.0), from.0.max(to.0), self.width) {
                 let qx = f64::from(x - from.0);
-                let along = if length2 > 0.0 {
-                    ((qx * dx + qy * dy) / length2).clamp(0.0, 1.0)
-                } else {
-                    0.0
-                };
+                let along = if length2 > 0.0 { ((qx * dx + qy * dy) / length2).clamp(0.0, 1.0) } else { 0.0 };
                 let (ex, ey) = (qx - along * dx, qy - along * dy);
                 if ex * ex + ey * ey <= radius * radius {
                     self.blend((x, y), color, 1.0);
@@ -126,23 +117,12 @@ impl DrawingBackend for Raster<'_> {
         Ok(())
     }
 
-    fn draw_line<S: BackendStyle>(
-        &mut self,
-        from: BackendCoord,
-        to: BackendCoord,
-        style: &S,
-    ) -> Done {
+    fn draw_line<S: BackendStyle>(&mut self, from: BackendCoord, to: BackendCoord, style: &S) -> Done {
         self.stroke(from, to, style.color(), style.stroke_width());
         Ok(())
     }
 
-    fn draw_rect<S: BackendStyle>(
-        &mut self,
-        low: BackendCoord,
-        high: BackendCoord,
-        style: &S,
-        fill: bool,
-    ) -> Done {
+    fn draw_rect<S: BackendStyle>(&mut self, low: BackendCoord, high: BackendCoord, style: &S, fill: bool) -> Done {
         if fill {
             for y in low.1.max(0)..high.1.min(self.height.cast_signed()) {
                 self.span(y, low.0, high.0, style.color());
@@ -153,11 +133,7 @@ impl DrawingBackend for Raster<'_> {
         self.draw_path(corners, style)
     }
 
-    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
-        &mut self,
-        path: I,
-        style: &S,
-    ) -> Done {
+    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(&mut self, path: I, style: &S) -> Done {
         let mut last = None;
         for to in path {
             let from = last.replace(to).unwrap_or(to);

@@ -2,9 +2,7 @@
 
 use ab_glyph::FontRef;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{
-    Color, FontDesc, FontFamily, FontStyle, RGBColor, ShapeStyle, TextStyle, register_font,
-};
+use plotters::style::{Color, FontDesc, FontFamily, FontStyle, RGBColor, ShapeStyle, TextStyle, register_font};
 
 /// Canvas units per picture pixel. The plotting library rounds to whole units; a quarter of a
 /// pixel hides that, and averages to 17 levels of edge smoothing.
@@ -62,12 +60,7 @@ pub fn heading(size_px: f64, color: RGBColor) -> TextStyle<'static> {
     styled(size_px, FontStyle::Bold, color, (HPos::Left, VPos::Top))
 }
 
-fn styled(
-    size_px: f64,
-    style: FontStyle,
-    color: RGBColor,
-    (h, v): (HPos, VPos),
-) -> TextStyle<'static> {
+fn styled(size_px: f64, style: FontStyle, color: RGBColor, (h, v): (HPos, VPos)) -> TextStyle<'static> {
     let size = size_px * f64::from(FINE) / EM_PER_SIZE;
     let mut text = TextStyle::from(FontDesc::new(FontFamily::Name(FAMILY), size, style));
     text.color = color.to_backend_color();

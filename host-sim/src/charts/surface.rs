@@ -45,20 +45,12 @@ pub struct Surface<'a> {
 /// that cannot be written.
 pub fn surface(folder: &Path, name: &str, surface: &Surface) -> Result<(), ChartError> {
     surface.check()?;
-    let moved_m: Vec<f64> = (surface.rest_m.iter().zip(surface.deformed_m))
-        .map(|(a, b)| length([b[0] - a[0], b[1] - a[1], b[2] - a[2]]))
-        .collect();
+    let moved_m: Vec<f64> =
+        (surface.rest_m.iter().zip(surface.deformed_m)).map(|(a, b)| length([b[0] - a[0], b[1] - a[1], b[2] - a[2]])).collect();
     let used = surface.triangles.iter().flatten();
-    let most_m = used
-        .filter_map(|n| moved_m.get(*n as usize))
-        .fold(0.0, |most: f64, m| most.max(*m));
+    let most_m = used.filter_map(|n| moved_m.get(*n as usize)).fold(0.0, |most: f64, m| most.max(*m));
     let unit = Unit::of_length([most_m]);
-    let picture = SurfacePicture {
-        surface,
-        moved_m,
-        unit,
-        scale: Axis::to_a_tick(most_m * unit.per_si, 6),
-    };
+    let picture = SurfacePicture { surface, moved_m, unit, scale: Axis::to_a_tick(most_m * unit.per_si, 6) };
     save(folder, name, &picture)
 }
 
@@ -70,21 +62,11 @@ impl Surface<'_> {
         let node_count = self.rest_m.len().min(self.deformed_m.len());
         for (triangle, nodes) in self.triangles.iter().enumerate() {
             if let Some(&node) = nodes.iter().find(|n| **n as usize >= node_count) {
-                return Err(ChartError::NoSuchNode {
-                    triangle,
-                    node,
-                    node_count,
-                });
+                return Err(ChartError::NoSuchNode { triangle, node, node_count });
             }
         }
-        check(
-            "rest_m (x, y, z in turn)",
-            self.rest_m.iter().flatten().copied(),
-        )?;
-        check(
-            "deformed_m (x, y, z in turn)",
-            self.deformed_m.iter().flatten().copied(),
-        )?;
+        check("rest_m (x, y, z in turn)", self.rest_m.iter().flatten().copied())?;
+        check("deformed_m (x, y, z in turn)", self.deformed_m.iter().flatten().copied())?;
         check("probe tip_m", self.probe.tip_m)?;
         check("probe axis", self.probe.axis)?;
         check("probe radius_m", [self.probe.radius_m])
@@ -104,17 +86,13 @@ impl SurfacePicture<'_> {
     fn view<DB: DrawingBackend>(&self, area: &Area<DB>) -> View {
         let probe = &self.surface.probe;
         let axis = probe.direction();
-        let used = (self.surface.triangles.iter().flatten())
-            .filter_map(|n| self.surface.deformed_m.get(*n as usize).copied());
+        let used = (self.surface.triangles.iter().flatten()).filter_map(|n| self.surface.deformed_m.get(*n as usize).copied());
         let (width, height) = area.dim_in_pixel();
         let frame = super::place::Frame {
             low: (px(MARGIN_PX + 10.0), px(TITLE_HEIGHT_PX + 6.0)),
-            high: (
-                width.cast_signed() - px(BAR_PX + MARGIN_PX + 20.0),
-                height.cast_signed() - px(60.0),
-            ),
+            high: (width.cast_signed() - px(BAR_PX + MARGIN_PX + 20.0), height.cast_signed() - px(60.0)),
         };
-        View::onto(axis, used.chain(probe.hull()), frame)
+        View::onto(axis, &used.chain(probe.hull()), frame)
     }
 
     fn paint<DB: DrawingBackend>(&self, area: &Area<DB>, face: &Face) -> Drawn<DB> {

@@ -43,11 +43,9 @@ pub fn tick_time(folder: &Path, name: &str, times: &TickTimes) -> Result<(), Cha
         return Err(ChartError::NotDrawable { what, index, value });
     }
     sorted_us.sort_unstable_by(f64::total_cmp);
-    let (Some(p50), Some(p99), Some(max)) = (
-        percentile(&sorted_us, 0.50),
-        percentile(&sorted_us, 0.99),
-        sorted_us.last().copied(),
-    ) else {
+    let (Some(p50), Some(p99), Some(max)) =
+        (percentile(&sorted_us, 0.50), percentile(&sorted_us, 0.99), sorted_us.last().copied())
+    else {
         return Err(ChartError::Empty { what: "tick_us" });
     };
     let x = time_range(&sorted_us, max);
@@ -73,10 +71,7 @@ struct TickTime<'a> {
 /// A number without trailing zeros.
 fn plain(value: f64) -> String {
     let digits = format!("{value:.6}");
-    digits
-        .trim_end_matches('0')
-        .trim_end_matches('.')
-        .to_owned()
+    digits.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// A time to three digits [us].
@@ -91,11 +86,7 @@ impl TickTime<'_> {
         format!(
             "{} nodes, {ticks} ticks, {} over the budget of 1000 µs; {}",
             self.times.node_count,
-            if self.over == 0 {
-                "none".to_owned()
-            } else {
-                self.over.to_string()
-            },
+            if self.over == 0 { "none".to_owned() } else { self.over.to_string() },
             self.times.machine,
         )
     }
@@ -119,28 +110,18 @@ impl Picture for TickTime<'_> {
         )?;
         axes(
             &mut chart,
-            Labels {
-                title: "time of a tick [µs]",
-                ticks: 12,
-                of: &|t| plain(*t),
-            },
-            Labels {
-                title: "ticks (log scale)",
-                ticks: 9,
-                of: &|n| plain(*n),
-            },
+            Labels { title: "time of a tick [µs]", ticks: 12, of: &|t| plain(*t) },
+            Labels { title: "ticks (log scale)", ticks: 9, of: &|n| plain(*n) },
         )?;
 
-        let edge =
-            |bar: usize| self.x.start * (self.x.end / self.x.start).powf(bar as f64 / BARS as f64);
-        chart.draw_series(self.bars.iter().enumerate().filter(|(_, n)| **n > 0).map(
-            |(bar, n)| {
-                Rectangle::new(
-                    [(edge(bar), *n as f64), (edge(bar + 1), floor)],
-                    BAR.filled(),
-                )
-            },
-        ))?;
+        let edge = |bar: usize| self.x.start * (self.x.end / self.x.start).powf(bar as f64 / BARS as f64);
+        chart.draw_series(
+            self.bars
+                .iter()
+                .enumerate()
+                .filter(|(_, n)| **n > 0)
+                .map(|(bar, n)| Rectangle::new([(edge(bar), *n as f64), (edge(bar + 1), floor)], BAR.filled())),
+        )?;
 
         let budget = self.x.contains(&BUDGET_US);
         let budget = budget.then_some(("budget", BUDGET_US, WARN));
@@ -155,11 +136,7 @@ impl Picture for TickTime<'_> {
             let top = (foot.0, y - px(8.0));
             area.draw(&PathElement::new([foot, top], line(color, 1.6)))?;
             let style = text(LABEL_PX, color, (HPos::Left, VPos::Center));
-            area.draw_text(
-                &format!("{name} {}", micros(t)),
-                &style,
-                (foot.0 + px(7.0), y),
-            )?;
+            area.draw_text(&format!("{name} {}", micros(t)), &style, (foot.0 + px(7.0), y))?;
         }
         Ok(())
     }

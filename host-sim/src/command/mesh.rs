@@ -5,12 +5,18 @@ use std::path::PathBuf;
 use clap::Subcommand;
 
 use super::Common;
-use crate::budget::{MACHINES, Machine, triangles_in_reach};
+use crate::budget::{Cost, MACHINES, Machine, triangles_in_reach};
 use crate::error::Error;
-use crate::mesh::import;
+use crate::mesh::import::import;
 use crate::output::OutputFolder;
 use crate::scene::Scene;
 use crate::session::Session;
+use crate::tissue::DEFAULT_NODES;
+
+/// Fewest nodes that the block generator meshes.
+const LEAST_NODES: usize = 30;
+/// Counts tried beyond the bisection's answer.
+const LOOK_AHEAD: usize = 4;
 
 #[derive(Clone, Debug, Subcommand)]
 pub(super) enum MeshCommand {
@@ -29,7 +35,7 @@ pub(super) enum MeshCommand {
         /// Board whose cycle budget the patch must meet: desktop, m4f-168 or m7-480.
         #[arg(long, default_value = "m4f-168")]
         board: String,
-        /// Nodes of the block's mesh, in place of the scene's.
+        /// Nodes of the block's mesh [default: the most that fit the board, up to the scene's].
         #[arg(long)]
         nodes: Option<usize>,
     },
@@ -60,15 +66,25 @@ fn check(file: &std::path::Path, unit_m: f64) -> Result<(), Error> {
 fn pack(common: &Common, board: &str, nodes: Option<usize>) -> Result<(), Error> {
     let Some(machine) = Machine::named(board) else {
         let names = MACHINES.map(|m| m.name).join(", ");
-        return Err(Error::TooSlow(format!("no board \"{board}\": choose one of {names}")));
+        return Err(Error::Usage(format!("no board \"{board}\": choose one of {names}")));
     };
-    let mut scene = Scene::load(&common.scene)?;
-    scene.tissue.nodes = nodes.or(scene.tissue.nodes);
+    let scene = Scene::load(&common.scene)?;
+    if nodes.is_some() && scene.tissue.block_m.is_none() {
+        return Err(Error::Usage(format!("--nodes is for a block; scene {} brings its own mesh: leave it out", scene.name)));
+    }
     let folder = OutputFolder::open(&common.folder("mesh-pack"))?;
-    let session = Session::prepare(&scene)?;
+    let sized = |n: usize| {
+        let mut scene = scene.clone();
+        scene.tissue.nodes = Some(n);
+        Packed::of(&scene, machine)
+    };
+    let packed = match (nodes, scene.tissue.block_m) {
+        (Some(n), _) => sized(n)?,
+        (None, Some(_)) => largest(sized, scene.tissue.nodes.unwrap_or(DEFAULT_NODES))?,
+        (None, None) => Packed::of(&scene, machine)?,
+    };
+    let Packed { session, cost, touched } = packed;
     let model = session.patch.model();
-    let touched = triangles_in_reach(&model, session.patch.site_m().into(), session.params.probe.radius_m);
-    let cost = machine.cost(&model, touched, session.params.substeps);
     if cost.units > cost.budget {
         return Err(Error::TooSlow(format!(
             "{} nodes take about {:.0} {} a tick, {:.0} fit on {}: take fewer nodes or a faster board",
@@ -83,7 +99,7 @@ fn pack(common: &Common, board: &str, nodes: Option<usize>) -> Result<(), Error>
     let name = format!("{}-{}.patch", scene.name, machine.name);
     folder.write(&name, &bytes)?;
     println!(
-        "{}: {} nodes, {} springs, {} tets, {} bytes; about {:.0} of {:.0} {} a tick on {} (estimate)",
+        "{}: {} nodes, {} springs, {} tets, {touched} triangles in reach, {} bytes; about {:.0} of {:.0} {} a tick on {} (estimate)",
         folder.path().join(name).display(),
         model.nodes.len(),
         model.springs.len(),
@@ -95,4 +111,36 @@ fn pack(common: &Common, board: &str, nodes: Option<usize>) -> Result<(), Error>
         machine.name
     );
     Ok(())
+}
+
+/// A patch with its cost on a machine.
+struct Packed {
+    session: Session,
+    cost: Cost,
+    touched: usize,
+}
+
+impl Packed {
+    fn of(scene: &Scene, machine: &Machine) -> Result<Self, Error> {
+        let session = Session::prepare(scene)?;
+        let model = session.patch.model();
+        let touched = triangles_in_reach(&model, session.patch.site_m().into(), session.params.probe.radius_m);
+        let cost = machine.cost(&model, touched, session.params.substeps);
+        Ok(Self { session, cost, touched })
+    }
+}
+
+/// The most nodes, up to the scene's own, that fit the machine. Cost grows with the nodes but for a few percent of scatter between meshes, so
+/// the bisection is followed by a look at the next few counts.
+fn largest(sized: impl Fn(usize) -> Result<Packed, Error>, most: usize) -> Result<Packed, Error> {
+    let fits = |n: usize| sized(n).ok().filter(|p| p.cost.units <= p.cost.budget);
+    if let Some(packed) = fits(most) {
+        return Ok(packed);
+    }
+    let (mut low, mut high) = (LEAST_NODES, most);
+    while high - low > 1 {
+        let middle = low.midpoint(high);
+        if fits(middle).is_some() { low = middle } else { high = middle }
+    }
+    (low..(low + LOOK_AHEAD).min(most)).rev().find_map(fits).map_or_else(|| sized(LEAST_NODES), Ok)
 }

@@ -50,7 +50,9 @@ fn with_progress<T>(run: impl FnOnce(&mut dyn FnMut(usize)) -> T) -> T {
     let result = run(&mut |ticks| {
         if ticks % 64 == 0 && started.elapsed().as_millis() > QUIET_MS {
             let bar = bar.get_or_insert_with(|| {
-                ProgressBar::new_spinner().with_style(ProgressStyle::with_template("{spinner} {msg}").unwrap_or_else(|_| ProgressStyle::default_spinner()))
+                ProgressBar::new_spinner().with_style(
+                    ProgressStyle::with_template("{spinner} {msg}").unwrap_or_else(|_| ProgressStyle::default_spinner()),
+                )
             });
             bar.set_message(format!("{:.1} s of tissue time", ticks as f64 * 1e-3));
             bar.tick();
@@ -65,7 +67,13 @@ fn with_progress<T>(run: impl FnOnce(&mut dyn FnMut(usize)) -> T) -> T {
 fn print_report(scene: &Scene, session: &Session) {
     let r = &session.report;
     let [x, y, z] = r.size_mm;
-    println!("scene {}: {x:.1} x {y:.1} x {z:.1} mm, {:.0} g, E {:.4} kPa, nu {}", scene.name, r.mass_g, scene.tissue.youngs_modulus_pa * 1e-3, scene.tissue.poisson_ratio);
+    println!(
+        "scene {}: {x:.1} x {y:.1} x {z:.1} mm, {:.0} g, E {:.4} kPa, nu {}",
+        scene.name,
+        r.mass_g,
+        scene.tissue.youngs_modulus_pa * 1e-3,
+        scene.tissue.poisson_ratio
+    );
     println!(
         "  mesh      {} nodes ({} fixed), {} springs, {} tets, {} surface triangles; {:.1} mm elements under the probe",
         r.nodes, r.anchors, r.springs, r.tets, r.triangles, r.element_mm

@@ -12,11 +12,11 @@ mod sliver;
 mod vector;
 
 use self::grading::Grading;
+pub use self::radius_ratio::radius_ratio;
 use self::relax::relax;
 use self::seed::{Cloud, seed};
 use self::sliver::remove_slivers;
 use super::TetMesh;
-use self::radius_ratio::radius_ratio;
 use thiserror::Error;
 
 /// Longest over shortest side that is meshed.

@@ -36,17 +36,8 @@ pub(super) fn check(solid: &mut Solid, unit_m: f64) -> Result<Findings, MeshErro
     let flipped_tets = orient(solid);
     topology::check(solid)?;
     let mesh = &solid.mesh;
-    let six_times: f64 = mesh
-        .tets
-        .iter()
-        .map(|&tet| six_volumes(corners(&mesh.nodes_m, tet)))
-        .sum();
-    Ok(Findings {
-        flipped_tets,
-        size_m,
-        volume_m3: six_times / 6.0,
-        worst,
-    })
+    let six_times: f64 = mesh.tets.iter().map(|&tet| six_volumes(corners(&mesh.nodes_m, tet))).sum();
+    Ok(Findings { flipped_tets, size_m, volume_m3: six_times / 6.0, worst })
 }
 
 fn size(solid: &Solid, unit_m: f64) -> Result<[f64; 3], MeshError> {
@@ -101,10 +92,7 @@ fn no_coincident_nodes(solid: &Solid) -> Result<(), MeshError> {
     let place = |index: usize| nodes_m[index].map(|x| x + 0.0);
     order.sort_unstable_by(|&i, &j| {
         let ([ax, ay, az], [bx, by, bz]) = (place(i), place(j));
-        ax.total_cmp(&bx)
-            .then(ay.total_cmp(&by))
-            .then(az.total_cmp(&bz))
-            .then(i.cmp(&j))
+        ax.total_cmp(&bx).then(ay.total_cmp(&by)).then(az.total_cmp(&bz)).then(i.cmp(&j))
     });
     let pairs = order.windows(2).filter_map(|pair| match *pair {
         [first, second] if place(first) == place(second) => Some((second, first)),
@@ -154,14 +142,7 @@ fn no_flat_tets(solid: &Solid) -> Result<(usize, f64), MeshError> {
         let quality = quality(corners(&mesh.nodes_m, tet));
         if quality.is_nan() || quality < MIN_QUALITY {
             let tet = solid.tet(index).number;
-            return Err(solid.error_at_tet(
-                index,
-                Defect::Flat {
-                    tet,
-                    quality,
-                    least: MIN_QUALITY,
-                },
-            ));
+            return Err(solid.error_at_tet(index, Defect::Flat { tet, quality, least: MIN_QUALITY }));
         }
         if quality < worst.1 {
             worst = (index, quality);

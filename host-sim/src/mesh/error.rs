@@ -48,11 +48,7 @@ pub enum Defect {
     #[error("binary {format} is not read: export as ASCII")]
     Binary { format: &'static str },
     #[error("{format} version `{found}` is not read: export as {supported}")]
-    Version {
-        format: &'static str,
-        found: String,
-        supported: &'static str,
-    },
+    Version { format: &'static str, found: String, supported: &'static str },
     #[error("a partitioned mesh is not read: export it as one partition")]
     Partitioned,
     #[error("VTK data set `{found}` is not read: export as UNSTRUCTURED_GRID")]
@@ -71,24 +67,11 @@ pub enum Defect {
     #[error("{what} is `{found}`, not a finite number: re-export the mesh")]
     NotFinite { what: &'static str, found: String },
     #[error("{section} announces {announced} {items} but holds {found}: re-export the mesh")]
-    TooFew {
-        section: &'static str,
-        items: &'static str,
-        announced: u64,
-        found: u64,
-    },
+    TooFew { section: &'static str, items: &'static str, announced: u64, found: u64 },
     #[error("{section} announces {announced} {items} but goes on: re-export the mesh")]
-    TooMany {
-        section: &'static str,
-        items: &'static str,
-        announced: u64,
-    },
+    TooMany { section: &'static str, items: &'static str, announced: u64 },
     #[error("{what} says {says}, but the file holds {found}: re-export the mesh")]
-    Disagree {
-        what: &'static str,
-        says: u64,
-        found: u64,
-    },
+    Disagree { what: &'static str, says: u64, found: u64 },
     #[error("second {section}: keep one")]
     RepeatedSection { section: &'static str },
     #[error("no {section}: re-export the mesh with its nodes and tets")]
@@ -117,49 +100,23 @@ pub enum Defect {
 
     #[error("the mesh is {size_mm} mm, outside 1 mm to 2 m: {hint}")]
     Size { size_mm: String, hint: String },
-    #[error(
-        "node {node} is exactly where node {first} is (line {first_line}): merge duplicate nodes"
-    )]
-    CoincidentNodes {
-        node: u64,
-        first: u64,
-        first_line: usize,
-    },
+    #[error("node {node} is exactly where node {first} is (line {first_line}): merge duplicate nodes")]
+    CoincidentNodes { node: u64, first: u64, first_line: usize },
     #[error("tet {tet} has the same nodes as tet {first} (line {first_line}): remove one")]
-    DuplicateTet {
-        tet: u64,
-        first: u64,
-        first_line: usize,
-    },
-    #[error(
-        "tet {tet} is flat (quality {quality:.1e}, regular 1, least {least:.0e}): optimise the mesh to remove slivers"
-    )]
+    DuplicateTet { tet: u64, first: u64, first_line: usize },
+    #[error("tet {tet} is flat (quality {quality:.1e}, regular 1, least {least:.0e}): optimise the mesh to remove slivers")]
     Flat { tet: u64, quality: f64, least: f64 },
     #[error(
         "the face of nodes {}, {}, {} belongs to {tets} tets, this is tet {tet}: a face has at most 2, remove the others",
         face[0], face[1], face[2]
     )]
-    CrowdedFace {
-        tet: u64,
-        face: [u64; 3],
-        tets: usize,
-    },
+    CrowdedFace { tet: u64, face: [u64; 3], tets: usize },
     #[error(
         "tets {tet} and {first} (line {first_line}) overlap, both on one side of their common face: a node is out of place, untangle the mesh"
     )]
-    FoldedFace {
-        tet: u64,
-        first: u64,
-        first_line: usize,
-    },
-    #[error(
-        "the tets form {parts} parts that share no face ({sizes}; tet {tet} begins the smallest): keep one connected piece"
-    )]
-    Parts {
-        parts: usize,
-        sizes: String,
-        tet: u64,
-    },
+    FoldedFace { tet: u64, first: u64, first_line: usize },
+    #[error("the tets form {parts} parts that share no face ({sizes}; tet {tet} begins the smallest): keep one connected piece")]
+    Parts { parts: usize, sizes: String, tet: u64 },
 }
 
 /// Says why there is no `node`: past the last of a gapless numbering, or merely not defined.

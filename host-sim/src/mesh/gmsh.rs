@@ -102,18 +102,10 @@ fn format(lines: &mut Lines) -> Result<(Version, &'static str), MeshError> {
 }
 
 /// Format 1 and 2 alike: the number of nodes, then `number x y z` each.
-fn numbered_nodes(
-    lines: &mut Lines,
-    mesh: &mut RawMesh,
-    section: &'static str,
-) -> Result<(), MeshError> {
+fn numbered_nodes(lines: &mut Lines, mesh: &mut RawMesh, section: &'static str) -> Result<(), MeshError> {
     let count = lone_count(lines, "the number of nodes")?;
     lines.rows(section, "nodes", count, |mut line| {
-        mesh.nodes.push(RawNode {
-            number: line.whole("a node number")?,
-            line: line.at.line,
-            position: line.position()?,
-        });
+        mesh.nodes.push(RawNode { number: line.whole("a node number")?, line: line.at.line, position: line.position()? });
         line.finish()
     })?;
     section_end(lines, section, "nodes", count)
@@ -127,12 +119,7 @@ fn lone_count(lines: &mut Lines, what: &'static str) -> Result<u64, MeshError> {
 }
 
 /// The line that ends a section of `count` records.
-fn section_end(
-    lines: &mut Lines,
-    section: &'static str,
-    items: &'static str,
-    count: u64,
-) -> Result<(), MeshError> {
+fn section_end(lines: &mut Lines, section: &'static str, items: &'static str, count: u64) -> Result<(), MeshError> {
     let line = lines.required("the end of the section")?;
     let (at, text) = (line.at, line.text);
     if ended_section(text).is_some() {
@@ -141,11 +128,7 @@ fn section_end(
     if text.starts_with('$') {
         return Err(Word { at, text }.unexpected("the end of the section"));
     }
-    Err(at.error(Defect::TooMany {
-        section,
-        items,
-        announced: count,
-    }))
+    Err(at.error(Defect::TooMany { section, items, announced: count }))
 }
 
 /// The line `tag`, which ends a section without records.
@@ -167,15 +150,12 @@ fn skip_section(lines: &mut Lines, start: &Line) -> Result<(), MeshError> {
     if lines.any(|line| ended_section(line.text) == Some(name)) {
         return Ok(());
     }
-    Err(at.error(Defect::Truncated {
-        what: "this section ends",
-    }))
+    Err(at.error(Defect::Truncated { what: "this section ends" }))
 }
 
 /// The name after `$End`, or after `$END` in format 1.
 fn ended_section(text: &str) -> Option<&str> {
-    text.strip_prefix("$End")
-        .or_else(|| text.strip_prefix("$END"))
+    text.strip_prefix("$End").or_else(|| text.strip_prefix("$END"))
 }
 
 /// A physical group as a region. Gmsh signs a group to turn its elements over, which says nothing

@@ -5,6 +5,7 @@ use std::ffi::OsStr;
 use std::path::Path;
 use std::{fs, io};
 
+pub use super::check::MIN_QUALITY;
 use super::check::check;
 use super::error::{Defect, MeshError, printable, quoted};
 use super::raw::RawMesh;
@@ -108,16 +109,7 @@ fn read(path: &Path) -> Result<RawMesh, MeshError> {
 
 fn read_tetgen_pair(path: &Path) -> Result<RawMesh, MeshError> {
     let (node, ele) = (path.with_extension("node"), path.with_extension("ele"));
-    tetgen::read(
-        &Source {
-            file: &name(&node),
-            text: &text(&node)?,
-        },
-        &Source {
-            file: &name(&ele),
-            text: &text(&ele)?,
-        },
-    )
+    tetgen::read(&Source { file: &name(&node), text: &text(&node)? }, &Source { file: &name(&ele), text: &text(&ele)? })
 }
 
 /// The file as text. Bytes that are not text stay visible as replacement characters: harmless in
@@ -147,9 +139,5 @@ fn name(path: &Path) -> String {
 }
 
 fn whole_file(path: &Path, defect: Defect) -> MeshError {
-    MeshError {
-        file: name(path),
-        line: None,
-        defect,
-    }
+    MeshError { file: name(path), line: None, defect }
 }

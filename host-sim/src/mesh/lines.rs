@@ -16,8 +16,7 @@ pub(super) struct Line<'a> {
 
 impl<'a> Line<'a> {
     pub fn word(&mut self, what: &'static str) -> Result<Word<'a>, MeshError> {
-        self.next()
-            .ok_or_else(|| self.at.error(Defect::Missing { what }))
+        self.next().ok_or_else(|| self.at.error(Defect::Missing { what }))
     }
 
     pub fn whole(&mut self, what: &'static str) -> Result<u64, MeshError> {
@@ -52,9 +51,7 @@ impl<'a> Line<'a> {
     pub fn finish(mut self) -> Result<(), MeshError> {
         match self.next() {
             None => Ok(()),
-            Some(word) => Err(self.at.error(Defect::Surplus {
-                found: quoted(word.text),
-            })),
+            Some(word) => Err(self.at.error(Defect::Surplus { found: quoted(word.text) })),
         }
     }
 }
@@ -78,12 +75,7 @@ pub(super) struct Lines<'a> {
 
 impl<'a> Lines<'a> {
     pub fn new(file: &'a str, text: &'a str) -> Self {
-        Self {
-            file,
-            numbered: text.lines().enumerate(),
-            comment: None,
-            reached: 0,
-        }
+        Self { file, numbered: text.lines().enumerate(), comment: None, reached: 0 }
     }
 
     /// From `mark` to the end of a line is comment.
@@ -94,10 +86,7 @@ impl<'a> Lines<'a> {
 
     /// The line read last.
     pub fn at(&self) -> At<'a> {
-        At {
-            file: self.file,
-            line: self.reached.max(1),
-        }
+        At { file: self.file, line: self.reached.max(1) }
     }
 
     /// The next line even if it is blank.
@@ -108,17 +97,12 @@ impl<'a> Lines<'a> {
             Some(mark) => line.split(mark).next().unwrap_or(line),
             None => line,
         };
-        Some(Line {
-            at: self.at(),
-            text: code.trim(),
-            words: code.split_whitespace(),
-        })
+        Some(Line { at: self.at(), text: code.trim(), words: code.split_whitespace() })
     }
 
     /// The next line, which the format requires.
     pub fn required(&mut self, what: &'static str) -> Result<Line<'a>, MeshError> {
-        self.next()
-            .ok_or_else(|| self.at().error(Defect::Truncated { what }))
+        self.next().ok_or_else(|| self.at().error(Defect::Truncated { what }))
     }
 
     /// Gives the next `count` lines to `read`. A line that starts with `$` ends a Gmsh section,
@@ -134,12 +118,7 @@ impl<'a> Lines<'a> {
             match self.next() {
                 Some(line) if !line.text.starts_with('$') => read(line)?,
                 _ => {
-                    return Err(self.at().error(Defect::TooFew {
-                        section,
-                        items,
-                        announced: count,
-                        found,
-                    }));
+                    return Err(self.at().error(Defect::TooFew { section, items, announced: count, found }));
                 }
             }
         }

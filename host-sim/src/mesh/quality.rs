@@ -10,9 +10,7 @@ pub(super) fn corners(nodes_m: &[[f64; 3]], tet: [u32; 4]) -> [[f64; 3]; 4] {
 /// Six times the volume [m^3]: `(b-a) x (c-a) . (d-a)`, positive for a positively oriented tet.
 pub(super) fn six_volumes([a, b, c, d]: [[f64; 3]; 4]) -> f64 {
     let (u, v, w) = (minus(b, a), minus(c, a), minus(d, a));
-    (u[1] * v[2] - u[2] * v[1]) * w[0]
-        + (u[2] * v[0] - u[0] * v[2]) * w[1]
-        + (u[0] * v[1] - u[1] * v[0]) * w[2]
+    (u[1] * v[2] - u[2] * v[1]) * w[0] + (u[2] * v[0] - u[0] * v[2]) * w[1] + (u[0] * v[1] - u[1] * v[0]) * w[2]
 }
 
 /// Volume over the cube of the longest edge, scaled to 1 for the regular tet; 0 is flat.
@@ -46,12 +44,7 @@ fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    const REGULAR: [[f64; 3]; 4] = [
-        [1.0, 1.0, 1.0],
-        [1.0, -1.0, -1.0],
-        [-1.0, 1.0, -1.0],
-        [-1.0, -1.0, 1.0],
-    ];
+    const REGULAR: [[f64; 3]; 4] = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
 
     #[test]
     fn the_regular_tet_has_quality_one_at_every_scale() {

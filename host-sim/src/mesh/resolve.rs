@@ -20,10 +20,7 @@ pub(super) fn resolve(raw: &RawMesh, unit_m: f64) -> Result<Solid, MeshError> {
         return Err(MeshError {
             file: raw.node_file.clone(),
             line: None,
-            defect: Defect::TooManyNodes {
-                nodes,
-                limit: MAX_NODES,
-            },
+            defect: Defect::TooManyNodes { nodes, limit: MAX_NODES },
         });
     }
     let mut new_index = vec![0_u32; raw.nodes.len()];
@@ -34,25 +31,14 @@ pub(super) fn resolve(raw: &RawMesh, unit_m: f64) -> Result<Solid, MeshError> {
     let kept = || raw.nodes.iter().zip(&in_use).filter(|(_, used)| **used);
     Ok(Solid {
         mesh: TetMesh {
-            nodes_m: kept()
-                .map(|(node, _)| node.position.map(|x| x * unit_m))
-                .collect(),
+            nodes_m: kept().map(|(node, _)| node.position.map(|x| x * unit_m)).collect(),
             tets: tets.iter().map(|tet| tet.map(|i| new_index[i])).collect(),
             regions: raw.tets.iter().map(|tet| tet.region).collect(),
         },
         node_file: raw.node_file.clone(),
         tet_file: raw.tet_file.clone(),
-        node_origins: kept()
-            .map(|(&RawNode { number, line, .. }, _)| Origin { number, line })
-            .collect(),
-        tet_origins: raw
-            .tets
-            .iter()
-            .map(|tet| Origin {
-                number: tet.number,
-                line: tet.line,
-            })
-            .collect(),
+        node_origins: kept().map(|(&RawNode { number, line, .. }, _)| Origin { number, line }).collect(),
+        tet_origins: raw.tets.iter().map(|tet| Origin { number: tet.number, line: tet.line }).collect(),
         unused_nodes: raw.nodes.len() - nodes,
     })
 }
@@ -66,32 +52,18 @@ fn tet_indices(raw: &RawMesh) -> Result<Vec<[usize; 4]>, MeshError> {
     let last = by_number.last().map_or(0, |&(number, _)| number);
     let mut tets = Vec::with_capacity(raw.tets.len());
     for tet in &raw.tets {
-        let error = |defect| MeshError {
-            file: raw.tet_file.clone(),
-            line: Some(tet.line),
-            defect,
-        };
+        let error = |defect| MeshError { file: raw.tet_file.clone(), line: Some(tet.line), defect };
         let mut indices = [0; 4];
         for (place, (index, &node)) in indices.iter_mut().zip(&tet.nodes).enumerate() {
             if tet.nodes.iter().take(place).any(|&before| before == node) {
-                return Err(error(Defect::RepeatedNode {
-                    tet: tet.number,
-                    node,
-                }));
+                return Err(error(Defect::RepeatedNode { tet: tet.number, node }));
             }
             *index = by_number
                 .binary_search_by_key(&node, |&(number, _)| number)
                 .ok()
                 .and_then(|found| by_number.get(found))
                 .map(|&(_, index)| index)
-                .ok_or_else(|| {
-                    error(Defect::UnknownNode {
-                        tet: tet.number,
-                        node,
-                        nodes: raw.nodes.len(),
-                        last,
-                    })
-                })?;
+                .ok_or_else(|| error(Defect::UnknownNode { tet: tet.number, node, nodes: raw.nodes.len(), last }))?;
         }
         tets.push(indices);
     }
@@ -100,12 +72,7 @@ fn tet_indices(raw: &RawMesh) -> Result<Vec<[usize; 4]>, MeshError> {
 
 /// Number and place of every node, in rising order of the numbers.
 fn nodes_by_number(raw: &RawMesh) -> Result<Vec<(u64, usize)>, MeshError> {
-    let mut by_number: Vec<_> = raw
-        .nodes
-        .iter()
-        .enumerate()
-        .map(|(index, node)| (node.number, index))
-        .collect();
+    let mut by_number: Vec<_> = raw.nodes.iter().enumerate().map(|(index, node)| (node.number, index)).collect();
     by_number.sort_unstable();
     for pair in by_number.windows(2) {
         if let &[(number, first), (same, second)] = pair
@@ -114,10 +81,7 @@ fn nodes_by_number(raw: &RawMesh) -> Result<Vec<(u64, usize)>, MeshError> {
             return Err(MeshError {
                 file: raw.node_file.clone(),
                 line: Some(raw.nodes[second].line),
-                defect: Defect::RepeatedNodeNumber {
-                    node: number,
-                    first_line: raw.nodes[first].line,
-                },
+                defect: Defect::RepeatedNodeNumber { node: number, first_line: raw.nodes[first].line },
             });
         }
     }
@@ -125,18 +89,10 @@ fn nodes_by_number(raw: &RawMesh) -> Result<Vec<(u64, usize)>, MeshError> {
 }
 
 fn no_tets(raw: &RawMesh) -> MeshError {
-    let kinds: Vec<_> = raw
-        .ignored
-        .iter()
-        .map(|(kind, count)| format!("{count} {kind}"))
-        .collect();
+    let kinds: Vec<_> = raw.ignored.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
     let ignored = match kinds.as_slice() {
         [] => String::new(),
         kinds => format!(", only {}", kinds.join(", ")),
     };
-    MeshError {
-        file: raw.tet_file.clone(),
-        line: None,
-        defect: Defect::NoTets { ignored },
-    }
+    MeshError { file: raw.tet_file.clone(), line: None, defect: Defect::NoTets { ignored } }
 }

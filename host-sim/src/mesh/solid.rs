@@ -35,26 +35,14 @@ impl Solid {
     }
 
     pub fn error_at_node(&self, index: usize, defect: Defect) -> MeshError {
-        MeshError {
-            file: self.node_file.clone(),
-            line: Some(self.node(index).line),
-            defect,
-        }
+        MeshError { file: self.node_file.clone(), line: Some(self.node(index).line), defect }
     }
 
     pub fn error_at_tet(&self, index: usize, defect: Defect) -> MeshError {
-        MeshError {
-            file: self.tet_file.clone(),
-            line: Some(self.tet(index).line),
-            defect,
-        }
+        MeshError { file: self.tet_file.clone(), line: Some(self.tet(index).line), defect }
     }
 
     pub fn error(&self, defect: Defect) -> MeshError {
-        MeshError {
-            file: self.tet_file.clone(),
-            line: None,
-            defect,
-        }
+        MeshError { file: self.tet_file.clone(), line: None, defect }
     }
 }

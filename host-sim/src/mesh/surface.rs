@@ -22,12 +22,7 @@ pub(super) fn face_sides(tets: &[[u32; 4]]) -> Vec<FaceSide> {
             let corners = corners.map(|corner| nodes[corner]);
             let mut key = corners;
             key.sort_unstable();
-            sides.push(FaceSide {
-                key,
-                tet,
-                face,
-                corners,
-            });
+            sides.push(FaceSide { key, tet, face, corners });
         }
     }
     sides.sort_unstable_by_key(|side| (side.key, side.tet, side.face));
@@ -70,10 +65,7 @@ mod tests {
     #[test]
     fn a_lone_tet_shows_its_four_faces_outward() {
         // Seen along -x, -y, -z and from (1, 1, 1) on the corner of the unit cube.
-        assert_eq!(
-            surface(&[[0, 1, 2, 3]]),
-            [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]
-        );
+        assert_eq!(surface(&[[0, 1, 2, 3]]), [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]);
     }
 
     #[test]
@@ -91,17 +83,7 @@ mod tests {
     fn edges_rise_and_are_unique() {
         assert_eq!(
             edges(&[[3, 1, 2, 0], [4, 3, 2, 1]]),
-            [
-                [0, 1],
-                [0, 2],
-                [0, 3],
-                [1, 2],
-                [1, 3],
-                [1, 4],
-                [2, 3],
-                [2, 4],
-                [3, 4]
-            ]
+            [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [1, 4], [2, 3], [2, 4], [3, 4]]
         );
     }
 

@@ -38,11 +38,7 @@ fn nodes(source: &Source, mesh: &mut RawMesh) -> Result<(), MeshError> {
     }
     header.finish()?;
     lines.rows(".node", "nodes", count, |mut line| {
-        mesh.nodes.push(RawNode {
-            number: line.whole("a node number")?,
-            line: line.at.line,
-            position: line.position()?,
-        });
+        mesh.nodes.push(RawNode { number: line.whole("a node number")?, line: line.at.line, position: line.position()? });
         line.skip_words(extra, "the last attribute or marker")?;
         line.finish()
     })?;
@@ -73,29 +69,15 @@ fn tets(source: &Source, mesh: &mut RawMesh) -> Result<(), MeshError> {
             0 => 0,
             _ => line.word("the region attribute")?.region()?,
         };
-        mesh.tets.push(RawTet {
-            number,
-            line: line.at.line,
-            nodes,
-            region,
-        });
+        mesh.tets.push(RawTet { number, line: line.at.line, nodes, region });
         line.finish()
     })?;
     nothing_follows(lines, ".ele", "tets", count)
 }
 
-fn nothing_follows(
-    mut lines: Lines,
-    section: &'static str,
-    items: &'static str,
-    announced: u64,
-) -> Result<(), MeshError> {
+fn nothing_follows(mut lines: Lines, section: &'static str, items: &'static str, announced: u64) -> Result<(), MeshError> {
     match lines.next() {
         None => Ok(()),
-        Some(line) => Err(line.at.error(Defect::TooMany {
-            section,
-            items,
-            announced,
-        })),
+        Some(line) => Err(line.at.error(Defect::TooMany { section, items, announced })),
     }
 }

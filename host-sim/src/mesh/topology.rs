@@ -28,11 +28,8 @@ fn is_even([a, b, c]: [u32; 3]) -> bool {
 }
 
 fn folded(solid: &Solid, a: &FaceSide, b: &FaceSide) -> MeshError {
-    let defect = Defect::FoldedFace {
-        tet: solid.tet(b.tet).number,
-        first: solid.tet(a.tet).number,
-        first_line: solid.tet(a.tet).line,
-    };
+    let defect =
+        Defect::FoldedFace { tet: solid.tet(b.tet).number, first: solid.tet(a.tet).number, first_line: solid.tet(a.tet).line };
     solid.error_at_tet(b.tet, defect)
 }
 
@@ -54,11 +51,7 @@ fn one_piece(solid: &Solid, parts: &mut Parts) -> Result<(), MeshError> {
     }
     found.sort_unstable_by_key(|&(first, size)| (std::cmp::Reverse(size), first));
     let largest: Vec<_> = found.iter().take(4).map(|(_, n)| n.to_string()).collect();
-    let more = if found.len() > largest.len() {
-        ", ..."
-    } else {
-        ""
-    };
+    let more = if found.len() > largest.len() { ", ..." } else { "" };
     let smallest = found.last().map_or(0, |&(first, _)| first);
     Err(solid.error_at_tet(
         smallest,
@@ -77,9 +70,7 @@ struct Parts {
 
 impl Parts {
     fn new(tets: usize) -> Self {
-        Self {
-            parent: (0..tets).collect(),
-        }
+        Self { parent: (0..tets).collect() }
     }
 
     fn first(&mut self, mut tet: usize) -> usize {
@@ -101,10 +92,7 @@ impl Parts {
         for tet in 0..self.parent.len() {
             size[self.first(tet)] += 1;
         }
-        size.into_iter()
-            .enumerate()
-            .filter(|&(_, n)| n > 0)
-            .collect()
+        size.into_iter().enumerate().filter(|&(_, n)| n > 0).collect()
     }
 }
 

@@ -42,11 +42,7 @@ pub(super) fn read(file: &str, text: &str) -> Result<RawMesh, MeshError> {
             _ => break,
         }
     }
-    for (found, section) in [
-        (!mesh.nodes.is_empty(), "POINTS"),
-        (cells.is_some(), "CELLS"),
-        (has_types, "CELL_TYPES"),
-    ] {
+    for (found, section) in [(!mesh.nodes.is_empty(), "POINTS"), (cells.is_some(), "CELLS"), (has_types, "CELL_TYPES")] {
         if !found {
             return Err(words.at().error(Defect::MissingSection { section }));
         }
@@ -76,9 +72,7 @@ fn header(lines: &mut Lines) -> Result<(), MeshError> {
     let encoding = line.word("the word ASCII")?;
     match encoding.text.to_ascii_uppercase().as_str() {
         "ASCII" => line.finish(),
-        "BINARY" => Err(line.at.error(Defect::Binary {
-            format: "legacy VTK",
-        })),
+        "BINARY" => Err(line.at.error(Defect::Binary { format: "legacy VTK" })),
         _ => Err(encoding.unexpected("the word ASCII")),
     }
 }
@@ -92,9 +86,7 @@ fn data_set(words: &mut Words) -> Result<(), MeshError> {
     if kind.text.eq_ignore_ascii_case("UNSTRUCTURED_GRID") {
         return Ok(());
     }
-    Err(kind.at.error(Defect::DataSet {
-        found: quoted(kind.text),
-    }))
+    Err(kind.at.error(Defect::DataSet { found: quoted(kind.text) }))
 }
 
 /// `POINTS n float|double`, then 3 n coordinates.
@@ -111,12 +103,8 @@ fn points(words: &mut Words, mesh: &mut RawMesh) -> Result<(), MeshError> {
             line: first.at.line,
             position: [
                 first.coordinate()?,
-                words
-                    .value("POINTS", "points", count, number)?
-                    .coordinate()?,
-                words
-                    .value("POINTS", "points", count, number)?
-                    .coordinate()?,
+                words.value("POINTS", "points", count, number)?.coordinate()?,
+                words.value("POINTS", "points", count, number)?.coordinate()?,
             ],
         });
     }

@@ -12,11 +12,7 @@ pub(super) struct At<'a> {
 
 impl At<'_> {
     pub fn error(self, defect: Defect) -> MeshError {
-        MeshError {
-            file: self.file.to_owned(),
-            line: Some(self.line),
-            defect,
-        }
+        MeshError { file: self.file.to_owned(), line: Some(self.line), defect }
     }
 }
 
@@ -39,18 +35,13 @@ impl Word<'_> {
             Some((whole, fraction)) if fraction.bytes().all(|digit| digit == b'0') => whole,
             _ => self.text,
         };
-        whole
-            .parse()
-            .map_err(|_| self.unexpected("a region number (whole, from 0)"))
+        whole.parse().map_err(|_| self.unexpected("a region number (whole, from 0)"))
     }
 
     /// The word as a finite coordinate, in file units.
     pub fn coordinate(self) -> Result<f64, MeshError> {
         let what = "a coordinate";
-        let value = self
-            .text
-            .parse::<f64>()
-            .map_err(|_| self.unexpected(what))?;
+        let value = self.text.parse::<f64>().map_err(|_| self.unexpected(what))?;
         if value.is_finite() {
             Ok(value)
         } else {

@@ -46,8 +46,7 @@ impl Elastic {
             }
         }
         let node_multiplier = |n: usize| multipliers.map_or(1.0, |m| m.node[n]);
-        let node_kappa: Vec<f64> =
-            (0..around.len()).map(|n| kappa * stiff_volume[n] / around[n] * node_multiplier(n)).collect();
+        let node_kappa: Vec<f64> = (0..around.len()).map(|n| kappa * stiff_volume[n] / around[n] * node_multiplier(n)).collect();
 
         let springs = springs(tissue, &volumes, nu, multipliers);
         let share = material.per_tet_share;

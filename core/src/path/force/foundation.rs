@@ -17,7 +17,7 @@ use nalgebra::Vector3;
 use crate::lanes::{add, row, sqrt, vector};
 use crate::model::Model;
 use crate::params::{Probe, ProbeShape, Tuned};
-use crate::state::State;
+use crate::state::{State, node};
 
 /// Barycentric weights of the four points: the centroids of the four halves-of-sides triangles.
 pub const POINT_WEIGHTS: [[f32; 3]; 4] = [
@@ -60,10 +60,7 @@ const ZERO: Vector3<f32> = Vector3::new(0.0, 0.0, 0.0);
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> Load {
     let probe = &tuned.probe;
-    let centre = match probe.shape {
-        ProbeShape::Flat => tip_m,
-        ProbeShape::Hemisphere | ProbeShape::Sphere => tip_m + probe.axis * probe.radius_m,
-    };
+    let centre = centre_m(probe, tip_m);
     let mut load = Load::NONE;
     for &index in state.candidates.iter().take(state.near) {
         let index = usize::from(index);
@@ -113,6 +110,25 @@ pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32
     // points were summed relative to the probe's centre
     load.point += centre * load.push;
     load
+}
+
+/// Whether any foundation point is inside the probe.
+pub(crate) fn touches(model: &Model, tuned: &Tuned, state: &State, tip_m: Vector3<f32>) -> bool {
+    let centre = centre_m(&tuned.probe, tip_m);
+    let near = state.candidates.iter().take(state.near).filter_map(|&index| model.triangles.get(usize::from(index)));
+    near.flat_map(|triangle| {
+        let [a, b, c] = triangle.node.map(|n| vector(&node(state.nodes, n).x) - centre);
+        POINT_WEIGHTS.map(|[wa, wb, wc]| a * wa + b * wb + c * wc)
+    })
+    .any(|d| penetration(&tuned.probe, d).is_some())
+}
+
+/// Centre of the sphere, or of the flat end [m].
+fn centre_m(probe: &Probe, tip_m: Vector3<f32>) -> Vector3<f32> {
+    match probe.shape {
+        ProbeShape::Flat => tip_m,
+        ProbeShape::Hemisphere | ProbeShape::Sphere => tip_m + probe.axis * probe.radius_m,
+    }
 }
 
 /// How far a point is inside the probe [m] and the unit vector that leads it out; `d` is the point relative to the probe's centre [m].

@@ -30,11 +30,7 @@ pub fn hold(model: &Model, state: &mut State) {
         let [xx, yy, zz, xy, xz, yz] = rim.block_m;
         let n = rim.node as usize;
         let u = moved(state, n);
-        let f = Vector3::new(
-            xx * u.x + xy * u.y + xz * u.z,
-            xy * u.x + yy * u.y + yz * u.z,
-            xz * u.x + yz * u.y + zz * u.z,
-        );
+        let f = Vector3::new(xx * u.x + xy * u.y + xz * u.z, xy * u.x + yy * u.y + yz * u.z, xz * u.x + yz * u.y + zz * u.z);
         pull(state, n, f);
     }
     for edge in model.rim_edges {

@@ -1,6 +1,6 @@
 //! Springs along the edges (paper 000, eq 4), with compression compensation and damping fused into the same loop.
 //!
-//! Per spring, d = x_j - x_i and l = |d|: `u = k l0 / l`, `q = k - u` (+ compensation), `f_i += q d`, `f_j -= q d`. That is eq 4 written with
+//! Per spring, `d = x_j - x_i` and `l = |d|`: `u = k l0 / l`, `q = k - u` (+ compensation), `f_i += q d`, `f_j -= q d`. That is eq 4 written with
 //! one square root and one division. The order of additions *at each node* is the patch's order whatever the loop, hence the same bits.
 //!
 //! * in: positions (velocities, when spring damping is on)

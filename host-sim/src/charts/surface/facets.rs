@@ -86,38 +86,22 @@ struct Corner {
 
 fn split(corners: [Corner; 3], scale_m: f64, view: &View) -> Vec<Facet> {
     let range = |of: fn(&Corner) -> f64| {
-        let (low, high) = corners
-            .iter()
-            .map(of)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-                (low.min(v), high.max(v))
-            });
+        let (low, high) =
+            corners.iter().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         high - low
     };
     let colour = range(|c| c.moved_m) / scale_m;
     let [a, b, c] = corners.map(|c| c.at);
-    let side = length(sub(b, a))
-        .max(length(sub(c, b)))
-        .max(length(sub(a, c)));
+    let side = length(sub(b, a)).max(length(sub(c, b))).max(length(sub(a, c)));
     let room = view.scale * side / (SMALLEST_PX * f64::from(FINE));
-    let parts = (SHADES * colour.max(range(|c| c.light)))
-        .min(room)
-        .ceil()
-        .clamp(1.0, 64.0) as u32;
+    let parts = (SHADES * colour.max(range(|c| c.light))).min(room).ceil().clamp(1.0, 64.0) as u32;
 
     let mix = |i: u32, j: u32| {
-        let (u, v) = (
-            f64::from(i) / f64::from(parts),
-            f64::from(j) / f64::from(parts),
-        );
+        let (u, v) = (f64::from(i) / f64::from(parts), f64::from(j) / f64::from(parts));
         let lerp = |a: f64, b: f64, c: f64| a + u * (b - a) + v * (c - a);
         let [a, b, c] = &corners;
         Corner {
-            at: [
-                lerp(a.at[0], b.at[0], c.at[0]),
-                lerp(a.at[1], b.at[1], c.at[1]),
-                lerp(a.at[2], b.at[2], c.at[2]),
-            ],
+            at: [lerp(a.at[0], b.at[0], c.at[0]), lerp(a.at[1], b.at[1], c.at[1]), lerp(a.at[2], b.at[2], c.at[2])],
             moved_m: lerp(a.moved_m, b.moved_m, c.moved_m),
             light: lerp(a.light, b.light, c.light),
         }
@@ -130,10 +114,7 @@ fn split(corners: [Corner; 3], scale_m: f64, view: &View) -> Vec<Facet> {
         for j in 0..parts - i {
             facets.push(facet([mix(i, j), mix(i + 1, j), mix(i, j + 1)], view));
             if i + j + 1 < parts {
-                facets.push(facet(
-                    [mix(i + 1, j), mix(i + 1, j + 1), mix(i, j + 1)],
-                    view,
-                ));
+                facets.push(facet([mix(i + 1, j), mix(i + 1, j + 1), mix(i, j + 1)], view));
             }
         }
     }
@@ -142,25 +123,14 @@ fn split(corners: [Corner; 3], scale_m: f64, view: &View) -> Vec<Facet> {
 
 fn facet(corners: [Corner; 3], view: &View) -> Facet {
     let mean = |of: fn(&Corner) -> f64| corners.iter().map(of).sum::<f64>() / 3.0;
-    Facet {
-        corners: corners.map(|c| view.at(c.at)),
-        moved_m: mean(|c| c.moved_m),
-        light: mean(|c| c.light),
-    }
+    Facet { corners: corners.map(|c| view.at(c.at)), moved_m: mean(|c| c.moved_m), light: mean(|c| c.light) }
 }
 
 /// Unit normals at the three corners of every triangle, smooth over bends, split at creases.
 fn corner_normals(surface: &Surface) -> Vec<[V3; 3]> {
-    let place = |node: u32| {
-        surface
-            .deformed_m
-            .get(node as usize)
-            .copied()
-            .unwrap_or_default()
-    };
-    let faces: Vec<V3> = (surface.triangles.iter())
-        .map(|t| cross(sub(place(t[1]), place(t[0])), sub(place(t[2]), place(t[0]))))
-        .collect();
+    let place = |node: u32| surface.deformed_m.get(node as usize).copied().unwrap_or_default();
+    let faces: Vec<V3> =
+        (surface.triangles.iter()).map(|t| cross(sub(place(t[1]), place(t[0])), sub(place(t[2]), place(t[0])))).collect();
     let mut around = vec![Vec::new(); surface.deformed_m.len()];
     for (face, triangle) in faces.iter().zip(surface.triangles) {
         for node in triangle {
@@ -178,7 +148,5 @@ fn corner_normals(surface: &Surface) -> Vec<[V3; 3]> {
         }
         unit(sum).unwrap_or_default()
     };
-    (faces.iter().zip(surface.triangles))
-        .map(|(own, triangle)| triangle.map(|node| normal(*own, node)))
-        .collect()
+    (faces.iter().zip(surface.triangles)).map(|(own, triangle)| triangle.map(|node| normal(*own, node))).collect()
 }

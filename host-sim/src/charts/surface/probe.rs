@@ -36,9 +36,7 @@ pub struct Wire {
 
 /// Cosine and sine of 96 directions around a circle, closed.
 fn circle() -> impl Iterator<Item = (f64, f64)> + Clone {
-    (0..=96)
-        .map(|k| (f64::from(k) * std::f64::consts::TAU / 96.0).sin_cos())
-        .map(|(s, c)| (c, s))
+    (0..=96).map(|k| (f64::from(k) * std::f64::consts::TAU / 96.0).sin_cos()).map(|(s, c)| (c, s))
 }
 
 impl Probe {
@@ -62,8 +60,7 @@ impl Probe {
         let v = cross(axis, u);
         [0.0, self.height_m()].into_iter().flat_map(move |height| {
             let center = add(tip, height, axis);
-            [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
-                .map(|(a, b)| add(add(center, a * radius, u), b * radius, v))
+            [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)].map(|(a, b)| add(add(center, a * radius, u), b * radius, v))
         })
     }
 
@@ -105,22 +102,17 @@ impl Probe {
         }
         for (c, s) in circle().step_by(16).take(3) {
             let across = add(add([0.0; 3], c, u), s, v);
-            let meridian =
-                circle().map(|(c, s)| add(add(center, radius * c, axis), radius * s, across));
+            let meridian = circle().map(|(c, s)| add(add(center, radius * c, axis), radius * s, across));
             wires.extend(runs(meridian, |p| faces_eye(p) && present(p), false));
         }
-        let limb =
-            circle().map(|(c, s)| add(add(center, radius * c, view.right), radius * s, view.up));
+        let limb = circle().map(|(c, s)| add(add(center, radius * c, view.right), radius * s, view.up));
         wires.extend(runs(limb, present, true));
         wires
     }
 }
 
 fn outline(points: Vec<V3>) -> Wire {
-    Wire {
-        points,
-        outline: true,
-    }
+    Wire { points, outline: true }
 }
 
 /// The unbroken pieces of a line on which `keep` holds.
@@ -131,17 +123,11 @@ fn runs(points: impl Iterator<Item = V3>, keep: impl Fn(&V3) -> bool, outline: b
         if keep(&point) {
             piece.push(point);
         } else if !piece.is_empty() {
-            wires.push(Wire {
-                points: std::mem::take(&mut piece),
-                outline,
-            });
+            wires.push(Wire { points: std::mem::take(&mut piece), outline });
         }
     }
     if !piece.is_empty() {
-        wires.push(Wire {
-            points: piece,
-            outline,
-        });
+        wires.push(Wire { points: piece, outline });
     }
     wires
 }

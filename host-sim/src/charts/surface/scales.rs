@@ -47,10 +47,7 @@ pub fn colour_bar<DB: DrawingBackend>(area: &Area<DB>, scale: &Axis, unit: Unit)
     chart.draw_series((0..strips).map(|k| {
         let color = colour(f64::from(k) / f64::from(strips - 1));
         // one strip higher than its share, so that no seam shows below the next
-        Rectangle::new(
-            [(0.0, level(k)), (1.0, level((k + 2).min(strips)))],
-            color.filled(),
-        )
+        Rectangle::new([(0.0, level(k)), (1.0, level((k + 2).min(strips)))], color.filled())
     }))?;
     chart
         .configure_mesh()
@@ -70,29 +67,15 @@ pub fn colour_bar<DB: DrawingBackend>(area: &Area<DB>, scale: &Axis, unit: Unit)
 pub fn scale_bar<DB: DrawingBackend>(area: &Area<DB>, view: &View) -> Drawn<DB> {
     let wish_m = f64::from(area.dim_in_pixel().0) / 6.0 / view.scale;
     let decade = 10_f64.powf(wish_m.log10().floor());
-    let length_m = [5.0, 2.0, 1.0]
-        .into_iter()
-        .map(|k| k * decade)
-        .find(|l| *l <= wish_m)
-        .unwrap_or(decade);
-    let (left, y) = (
-        px(MARGIN_PX),
-        area.dim_in_pixel().1.cast_signed() - px(34.0),
-    );
+    let length_m = [5.0, 2.0, 1.0].into_iter().map(|k| k * decade).find(|l| *l <= wish_m).unwrap_or(decade);
+    let (left, y) = (px(MARGIN_PX), area.dim_in_pixel().1.cast_signed() - px(34.0));
     let right = left + (length_m * view.scale).round() as i32;
     area.draw(&PathElement::new([(left, y), (right, y)], line(INK, 2.0)))?;
     for x in [left, right] {
-        area.draw(&PathElement::new(
-            [(x, y - px(5.0)), (x, y + px(5.0))],
-            line(INK, 2.0),
-        ))?;
+        area.draw(&PathElement::new([(x, y - px(5.0)), (x, y + px(5.0))], line(INK, 2.0)))?;
     }
     let unit = Unit::of_length([length_m]);
-    let label = format!(
-        "{} {}",
-        (length_m * unit.per_si * 1e6).round() / 1e6,
-        unit.symbol
-    );
+    let label = format!("{} {}", (length_m * unit.per_si * 1e6).round() / 1e6, unit.symbol);
     let style = text(LABEL_PX, MUTED, (HPos::Left, VPos::Center));
     area.draw_text(&label, &style, (right + px(10.0), y))
 }

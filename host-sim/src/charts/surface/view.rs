@@ -18,11 +18,7 @@ pub fn dot(a: V3, b: V3) -> f64 {
 }
 
 pub fn cross(a: V3, b: V3) -> V3 {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 pub fn length(a: V3) -> f64 {
@@ -68,7 +64,7 @@ const EYE: [f64; 3] = [0.545, 0.747, 0.381];
 impl View {
     /// Looks at the side of the body that `axis` (unit, out of the body) points from, with
     /// everything in `points` inside `frame`.
-    pub fn onto(axis: V3, points: impl Iterator<Item = V3> + Clone, frame: Frame) -> Self {
+    pub fn onto(axis: V3, points: &(impl Iterator<Item = V3> + Clone), frame: Frame) -> Self {
         let front = across(axis, [1.0, 0.0, 0.0]);
         let side = cross(axis, front);
         let eye = add(add([0.0; 3], EYE[0], axis), EYE[1], front);
@@ -77,21 +73,12 @@ impl View {
         let up = cross(eye, right);
         let extent = |along: V3| {
             let all = points.clone().map(|p| dot(p, along));
-            all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-                (low.min(v), high.max(v))
-            })
+            all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
         };
         let (x, y) = (extent(right), extent(up));
-        let room = (
-            f64::from(frame.high.0 - frame.low.0),
-            f64::from(frame.high.1 - frame.low.1),
-        );
+        let room = (f64::from(frame.high.0 - frame.low.0), f64::from(frame.high.1 - frame.low.1));
         let (wide, tall) = (x.1 - x.0, y.1 - y.0);
-        let scale = if wide * room.1 > tall * room.0 {
-            room.0 / wide
-        } else {
-            room.1 / tall
-        };
+        let scale = if wide * room.1 > tall * room.0 { room.0 / wide } else { room.1 / tall };
         // a single point has no size to fill the frame with
         let scale = if scale.is_finite() { scale } else { 1.0 };
         let middle = |low: i32, high: i32| f64::midpoint(f64::from(low), f64::from(high));
@@ -109,10 +96,7 @@ impl View {
 
     /// Place of a point [m] on the canvas [canvas units], y down.
     pub fn at(&self, p: V3) -> (f64, f64) {
-        (
-            self.shift.0 + self.scale * dot(p, self.right),
-            self.shift.1 - self.scale * dot(p, self.up),
-        )
+        (self.shift.0 + self.scale * dot(p, self.right), self.shift.1 - self.scale * dot(p, self.up))
     }
 
     /// The same in whole canvas units.

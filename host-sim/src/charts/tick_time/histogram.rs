@@ -20,11 +20,7 @@ pub fn time_range(sorted_us: &[f64], max: f64) -> Range<f64> {
     // at the first time of a nanosecond or more, and the first bar holds what is less
     let least = sorted_us.iter().copied().find(|t| *t >= 1e-3);
     let least = least.unwrap_or(1.0);
-    let (least, most) = if max > 0.4 * BUDGET_US {
-        (least.min(BUDGET_US), max.max(BUDGET_US))
-    } else {
-        (least, max.max(least))
-    };
+    let (least, most) = if max > 0.4 * BUDGET_US { (least.min(BUDGET_US), max.max(BUDGET_US)) } else { (least, max.max(least)) };
     let start = least / 1.3;
     // a sixth of the axis stays free for the label of the worst tick
     start..most * (most / start).powf(0.19).max(1.3)
@@ -54,10 +50,7 @@ pub fn round_points(range: &Range<f64>, most: usize) -> Vec<f64> {
     ];
     let within = |steps: &[f64]| -> Vec<f64> {
         let decades = range.start.log10().floor() as i32..=range.end.log10().ceil() as i32;
-        decades
-            .flat_map(|d| steps.iter().map(move |s| s * 10_f64.powi(d)))
-            .filter(|p| range.contains(p))
-            .collect()
+        decades.flat_map(|d| steps.iter().map(move |s| s * 10_f64.powi(d))).filter(|p| range.contains(p)).collect()
     };
     let mut finest_first = steps.iter().map(|s| within(s));
     finest_first.find(|p| p.len() <= most).unwrap_or_default()
@@ -69,12 +62,7 @@ mod tests {
 
     #[test]
     fn every_tick_is_in_one_bar_and_every_mark_on_the_axis() {
-        for times in [
-            &[0.0, 0.0][..],
-            &[21.5],
-            &[0.3, 2.0, 900.0, 90_000.0],
-            &[4000.0],
-        ] {
+        for times in [&[0.0, 0.0][..], &[21.5], &[0.3, 2.0, 900.0, 90_000.0], &[4000.0]] {
             let max = times.last().copied().unwrap_or_default();
             let x = time_range(times, max);
             assert_eq!(count(times, &x).iter().sum::<usize>(), times.len());

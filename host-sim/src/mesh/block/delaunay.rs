@@ -178,7 +178,7 @@ fn away_from(tet: [u32; 4], i: usize, j: usize) -> [u32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::vector::{cross, dot, sub};
+    use crate::mesh::block::vector::{cross, dot, sub};
 
     fn corners() -> Vec<Vec3> {
         (0..8).map(|i| [f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)]).collect()

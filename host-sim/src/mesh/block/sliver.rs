@@ -77,8 +77,8 @@ mod tests {
     use super::super::grading::Grading;
     use super::super::seed::seed;
     use super::*;
+    use crate::mesh::block::vector::{cross, dot, sub};
     use crate::mesh::radius_ratio;
-    use crate::mesh::vector::{cross, dot, sub};
 
     #[test]
     fn worst_tet_rises_and_the_volume_stays() {

@@ -23,11 +23,7 @@ pub(super) fn regions(lines: &mut Lines) -> Result<Regions, MeshError> {
     let volumes = line.whole("the number of volumes")?;
     line.finish()?;
     let mut regions = Regions::new();
-    for (items, count) in [
-        ("points", points),
-        ("curves", curves),
-        ("surfaces", surfaces),
-    ] {
+    for (items, count) in [("points", points), ("curves", curves), ("surfaces", surfaces)] {
         lines.rows("$Entities", items, count, |_| Ok(()))?;
     }
     lines.rows("$Entities", "volumes", volumes, |mut line| {
@@ -69,11 +65,7 @@ pub(super) fn nodes(lines: &mut Lines, mesh: &mut RawMesh) -> Result<(), MeshErr
         let mut numbers = numbers.into_iter();
         lines.rows("a block of $Nodes", "positions", in_block, |mut line| {
             let position = line.position()?;
-            mesh.nodes.extend(numbers.next().map(|number| RawNode {
-                number,
-                line: line.at.line,
-                position,
-            }));
+            mesh.nodes.extend(numbers.next().map(|number| RawNode { number, line: line.at.line, position }));
             if may_have_parameters {
                 return Ok(());
             }
@@ -85,11 +77,7 @@ pub(super) fn nodes(lines: &mut Lines, mesh: &mut RawMesh) -> Result<(), MeshErr
 
 /// `blocks elements min-tag max-tag`, then blocks: `dimension entity type count`,
 /// that many `number nodes...`.
-pub(super) fn elements(
-    lines: &mut Lines,
-    mesh: &mut RawMesh,
-    regions: Option<&Regions>,
-) -> Result<(), MeshError> {
+pub(super) fn elements(lines: &mut Lines, mesh: &mut RawMesh, regions: Option<&Regions>) -> Result<(), MeshError> {
     let (blocks, count) = header(lines, "elements")?;
     let mut found = 0_u64;
     for _ in 0..blocks {
@@ -113,12 +101,7 @@ pub(super) fn elements(
                     Ok(())
                 }
                 Kind::Tet => {
-                    mesh.tets.push(RawTet {
-                        number,
-                        line: line.at.line,
-                        nodes: line.tet_nodes()?,
-                        region,
-                    });
+                    mesh.tets.push(RawTet { number, line: line.at.line, nodes: line.tet_nodes()?, region });
                     line.finish()
                 }
             }
@@ -132,10 +115,7 @@ fn region_of(entity: Word, regions: Option<&Regions>) -> Result<u32, MeshError> 
     let volume = entity.whole("a volume tag")?;
     match regions {
         None => Ok(0),
-        Some(regions) => regions
-            .get(&volume)
-            .copied()
-            .ok_or_else(|| entity.unexpected("a volume listed in $Entities")),
+        Some(regions) => regions.get(&volume).copied().ok_or_else(|| entity.unexpected("a volume listed in $Entities")),
     }
 }
 
@@ -150,28 +130,13 @@ fn header(lines: &mut Lines, items: &'static str) -> Result<(u64, u64), MeshErro
 }
 
 /// The section ends here and holds as many entries as its header says.
-fn agree(
-    lines: &mut Lines,
-    section: &'static str,
-    items: &'static str,
-    announced: u64,
-    found: u64,
-) -> Result<(), MeshError> {
+fn agree(lines: &mut Lines, section: &'static str, items: &'static str, announced: u64, found: u64) -> Result<(), MeshError> {
     section_end(lines, section, items, announced)?;
     if found < announced {
-        return Err(lines.at().error(Defect::TooFew {
-            section,
-            items,
-            announced,
-            found,
-        }));
+        return Err(lines.at().error(Defect::TooFew { section, items, announced, found }));
     }
     if found > announced {
-        return Err(lines.at().error(Defect::TooMany {
-            section,
-            items,
-            announced,
-        }));
+        return Err(lines.at().error(Defect::TooMany { section, items, announced }));
     }
     Ok(())
 }

@@ -24,20 +24,13 @@ impl Cells {
         let count = words.whole("the number of cells")?;
         let size = words.whole("the size of the cell list")?;
         match words.next() {
-            Some(word) if word.text.eq_ignore_ascii_case("OFFSETS") => {
-                Self::with_offsets(words, count, size)
-            }
+            Some(word) if word.text.eq_ignore_ascii_case("OFFSETS") => Self::with_offsets(words, count, size),
             first => Self::with_counts(words, first, count, size),
         }
     }
 
     /// Up to version 4: `n` times `count nodes...`, `size` numbers in all.
-    fn with_counts(
-        words: &mut Words,
-        mut first: Option<Word>,
-        count: u64,
-        size: u64,
-    ) -> Result<Self, MeshError> {
+    fn with_counts(words: &mut Words, mut first: Option<Word>, count: u64, size: u64) -> Result<Self, MeshError> {
         let mut cells = Self::default();
         for found in 0..count {
             let word = match first.take() {
@@ -49,21 +42,13 @@ impl Cells {
                 let node = words.value("CELLS", "cells", count, found)?;
                 cells.nodes.push(node.whole("a point number")?);
             }
-            cells.cells.push(Cell {
-                line: word.at.line,
-                first,
-                end: cells.nodes.len(),
-            });
+            cells.cells.push(Cell { line: word.at.line, first, end: cells.nodes.len() });
         }
         let total = (cells.nodes.len() as u64).saturating_add(count);
         if total == size {
             return Ok(cells);
         }
-        Err(words.at().error(Defect::Disagree {
-            what: "CELLS size",
-            says: size,
-            found: total,
-        }))
+        Err(words.at().error(Defect::Disagree { what: "CELLS size", says: size, found: total }))
     }
 
     /// From version 5.1: `n` offsets, the last one the end, then `size` nodes.
@@ -103,9 +88,7 @@ impl Cells {
             return Err(word.unexpected("the first offset 0"));
         }
         match end {
-            Some(&(word, end)) if end != size => {
-                Err(word.unexpected("the last offset to be the size of CONNECTIVITY"))
-            }
+            Some(&(word, end)) if end != size => Err(word.unexpected("the last offset to be the size of CONNECTIVITY")),
             _ => Ok(Self { nodes, cells }),
         }
     }
@@ -123,12 +106,7 @@ impl Cells {
         for (number, cell) in (0..).zip(&self.cells) {
             let code = words.value("CELL_TYPES", "types", announced, number)?;
             match code.whole("a cell type")? {
-                TET => mesh.tets.push(RawTet {
-                    number,
-                    line: cell.line,
-                    nodes: self.corners(*cell, code)?,
-                    region: 0,
-                }),
+                TET => mesh.tets.push(RawTet { number, line: cell.line, nodes: self.corners(*cell, code)?, region: 0 }),
                 24 | 71 | 78 => return Err(code.at.error(Defect::HigherOrder)),
                 other => mesh.ignore(kind(other)),
             }

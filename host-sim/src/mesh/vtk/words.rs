@@ -23,8 +23,7 @@ impl<'a> Words<'a> {
     }
 
     pub fn required(&mut self, what: &'static str) -> Result<Word<'a>, MeshError> {
-        self.next()
-            .ok_or_else(|| self.at().error(Defect::Truncated { what }))
+        self.next().ok_or_else(|| self.at().error(Defect::Truncated { what }))
     }
 
     pub fn whole(&mut self, what: &'static str) -> Result<u64, MeshError> {
@@ -42,12 +41,7 @@ impl<'a> Words<'a> {
     ) -> Result<Word<'a>, MeshError> {
         match self.next() {
             Some(word) if !is_keyword(word.text) => Ok(word),
-            _ => Err(self.at().error(Defect::TooFew {
-                section,
-                items,
-                announced,
-                found,
-            })),
+            _ => Err(self.at().error(Defect::TooFew { section, items, announced, found })),
         }
     }
 
@@ -85,8 +79,5 @@ fn is_section(text: &str) -> bool {
 }
 
 fn is_keyword(text: &str) -> bool {
-    is_section(text)
-        || ["FIELD", "METADATA", "OFFSETS", "CONNECTIVITY"]
-            .iter()
-            .any(|name| text.eq_ignore_ascii_case(name))
+    is_section(text) || ["FIELD", "METADATA", "OFFSETS", "CONNECTIVITY"].iter().any(|name| text.eq_ignore_ascii_case(name))
 }

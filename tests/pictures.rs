@@ -6,18 +6,13 @@ use std::io::BufReader;
 use std::path::Path;
 
 use palpate_sim::charts::{
-    ChartError, Press, Probe, ProbeShape, Sample, Surface, TickTimes, force_depth, force_time,
-    surface, tick_time,
+    ChartError, Press, Probe, ProbeShape, Sample, Surface, TickTimes, force_depth, force_time, surface, tick_time,
 };
 
 type Checked = Result<(), Box<dyn Error>>;
 type Draw<'a> = &'a dyn Fn(&Path, &str) -> Result<(), ChartError>;
 
-const HOLD: Sample = Sample {
-    t_s: 0.2,
-    depth_m: 0.004,
-    force_n: 0.139,
-};
+const HOLD: Sample = Sample { t_s: 0.2, depth_m: 0.004, force_n: 0.139 };
 
 fn trace(force_n: f64) -> Vec<Sample> {
     let at = |i: i32, share: f64| Sample {
@@ -26,33 +21,15 @@ fn trace(force_n: f64) -> Vec<Sample> {
         force_n: force_n * (1.25 * share - 0.25).max(0.0),
     };
     let press = (0..=200).map(|i| at(i, f64::from(i) / 200.0));
-    press
-        .chain((201..=400).map(|i| at(i, f64::from(400 - i) / 200.0)))
-        .collect()
+    press.chain((201..=400).map(|i| at(i, f64::from(400 - i) / 200.0))).collect()
 }
 
 fn press(trace: &[Sample]) -> Press<'_> {
-    Press {
-        scene: "gel & bone",
-        node_count: 410,
-        trace,
-        holds: &[HOLD],
-        reference: &[(0.002, 0.049)],
-    }
+    Press { scene: "gel & bone", node_count: 410, trace, holds: &[HOLD], reference: &[(0.002, 0.049)] }
 }
 
-const TET: [[f64; 3]; 4] = [
-    [0.0; 3],
-    [0.03, 0.0, 0.0],
-    [0.0, 0.03, 0.0],
-    [0.0, 0.0, 0.03],
-];
-const PUSHED: [[f64; 3]; 4] = [
-    [0.0; 3],
-    [0.03, 0.0, 0.0],
-    [0.0, 0.03, 0.0],
-    [0.0, 0.0, 0.026],
-];
+const TET: [[f64; 3]; 4] = [[0.0; 3], [0.03, 0.0, 0.0], [0.0, 0.03, 0.0], [0.0, 0.0, 0.03]];
+const PUSHED: [[f64; 3]; 4] = [[0.0; 3], [0.03, 0.0, 0.0], [0.0, 0.03, 0.0], [0.0, 0.0, 0.026]];
 const TET_SIDES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 
 fn tet() -> Surface<'static> {
@@ -62,22 +39,12 @@ fn tet() -> Surface<'static> {
         rest_m: &TET,
         deformed_m: &PUSHED,
         triangles: &TET_SIDES,
-        probe: Probe {
-            shape: ProbeShape::Hemisphere,
-            radius_m: 0.008,
-            tip_m: [0.0, 0.0, 0.026],
-            axis: [0.0, 0.0, 2.0],
-        },
+        probe: Probe { shape: ProbeShape::Hemisphere, radius_m: 0.008, tip_m: [0.0, 0.0, 0.026], axis: [0.0, 0.0, 2.0] },
     }
 }
 
 fn times(tick_us: &[f32]) -> TickTimes<'_> {
-    TickTimes {
-        scene: "block",
-        node_count: 410,
-        machine: "test machine",
-        tick_us,
-    }
+    TickTimes { scene: "block", node_count: 410, machine: "test machine", tick_us }
 }
 
 /// Red, green and blue of every pixel, after checking the size.
@@ -111,27 +78,13 @@ fn pictures_are_whole_and_labelled() -> Checked {
                 "FEM reference",
             ],
         ),
-        (
-            "force_time",
-            &|f, n| force_time(f, n, &press(&run)),
-            &["time [s]", "depth [mm]", "force [N]", "4.0 mm", "0.139 N"],
-        ),
+        ("force_time", &|f, n| force_time(f, n, &press(&run)), &["time [s]", "depth [mm]", "force [N]", "4.0 mm", "0.139 N"]),
         (
             "tick_time",
             &|f, n| tick_time(f, n, &times(&[20.0, 21.0, 22.0, 300.0])),
-            &[
-                "time of a tick [µs]",
-                "p50 21.0 µs",
-                "max 300 µs",
-                "none over",
-                "test machine",
-            ],
+            &["time of a tick [µs]", "p50 21.0 µs", "max 300 µs", "none over", "test machine"],
         ),
-        (
-            "surface_1.5",
-            &|f, n| surface(f, n, &tet()),
-            &["tet at hold 1", "4 nodes", "displacement [mm]", "10 mm"],
-        ),
+        ("surface_1.5", &|f, n| surface(f, n, &tet()), &["tet at hold 1", "4 nodes", "displacement [mm]", "10 mm"]),
     ];
     for (name, draw, labels) in cases {
         draw(folder.path(), name)?;
@@ -146,11 +99,7 @@ fn pictures_are_whole_and_labelled() -> Checked {
         assert!(dark_pixels(&rgb) > 1000, "{name}");
         assert!(rgb.starts_with(&[255; 300]), "{name}: ink at the edge");
     }
-    assert_eq!(
-        fs::read_dir(folder.path())?.count(),
-        8,
-        "temporary files are left"
-    );
+    assert_eq!(fs::read_dir(folder.path())?.count(), 8, "temporary files are left");
     Ok(())
 }
 
@@ -171,14 +120,7 @@ fn the_same_data_gives_the_same_bytes() -> Checked {
 fn a_dent_shows_in_the_colours() -> Checked {
     let folder = tempfile::tempdir()?;
     surface(folder.path(), "pressed", &tet())?;
-    surface(
-        folder.path(),
-        "rest",
-        &Surface {
-            deformed_m: &TET,
-            ..tet()
-        },
-    )?;
+    surface(folder.path(), "rest", &Surface { deformed_m: &TET, ..tet() })?;
     // yellow, the end of the scale: outside the colour bar only where tissue has moved
     let yellow = |name: &str| -> Result<usize, Box<dyn Error>> {
         let rgb = pixels(&folder.path().join(format!("{name}.png")))?;
@@ -201,10 +143,7 @@ fn a_folder_that_cannot_be_written_gives_one_line_and_no_file() -> Checked {
             return Err("wrote into nowhere".into());
         };
         let line = error.to_string();
-        assert!(
-            line.contains("x.svg") && line.contains("choose a folder"),
-            "{line}"
-        );
+        assert!(line.contains("x.svg") && line.contains("choose a folder"), "{line}");
         assert!(!line.contains('\n'), "{line}");
     }
     assert_eq!(fs::read_dir(folder.path())?.count(), 1);
@@ -231,57 +170,15 @@ fn what_cannot_be_drawn_is_refused_by_place_and_leaves_nothing() -> Checked {
     run[7].force_n = f64::NAN;
     let broken = [TET[0], TET[1], TET[2], [0.0, f64::INFINITY, 0.0]];
     let refusals = [
-        (
-            force_depth(folder, "x", &press(&run)),
-            "trace force_n[7] is NaN",
-        ),
-        (
-            force_time(folder, "x", &press(&run)),
-            "trace force_n[7] is NaN",
-        ),
+        (force_depth(folder, "x", &press(&run)), "trace force_n[7] is NaN"),
+        (force_time(folder, "x", &press(&run)), "trace force_n[7] is NaN"),
         (force_depth(folder, "x", &press(&[])), "trace is empty"),
         (tick_time(folder, "x", &times(&[])), "tick_us is empty"),
-        (
-            tick_time(folder, "x", &times(&[1.0, f32::NAN])),
-            "tick_us[1] is NaN",
-        ),
-        (
-            tick_time(folder, "x", &times(&[1.0, -2.0])),
-            "tick_us[1] is -2",
-        ),
-        (
-            surface(
-                folder,
-                "x",
-                &Surface {
-                    deformed_m: &broken,
-                    ..tet()
-                },
-            ),
-            "[10] is inf",
-        ),
-        (
-            surface(
-                folder,
-                "x",
-                &Surface {
-                    triangles: &[[0, 1, 4]],
-                    ..tet()
-                },
-            ),
-            "triangles[0] names node 4",
-        ),
-        (
-            surface(
-                folder,
-                "x",
-                &Surface {
-                    triangles: &[],
-                    ..tet()
-                },
-            ),
-            "triangles is empty",
-        ),
+        (tick_time(folder, "x", &times(&[1.0, f32::NAN])), "tick_us[1] is NaN"),
+        (tick_time(folder, "x", &times(&[1.0, -2.0])), "tick_us[1] is -2"),
+        (surface(folder, "x", &Surface { deformed_m: &broken, ..tet() }), "[10] is inf"),
+        (surface(folder, "x", &Surface { triangles: &[[0, 1, 4]], ..tet() }), "triangles[0] names node 4"),
+        (surface(folder, "x", &Surface { triangles: &[], ..tet() }), "triangles is empty"),
     ];
     for (result, start) in refusals {
         let line = result.err().ok_or(start)?.to_string();
@@ -297,19 +194,12 @@ fn extreme_data_draws() -> Checked {
     let folder = folder.path();
     for force_n in [0.0, 1e-300, -3.0, 1e11] {
         let run = trace(force_n);
-        let bare = Press {
-            holds: &[],
-            reference: &[],
-            ..press(&run)
-        };
+        let bare = Press { holds: &[], reference: &[], ..press(&run) };
         force_depth(folder, "x", &bare)?;
         force_time(folder, "x", &bare)?;
     }
     let run = trace(0.1);
-    let single = Press {
-        trace: &run[..1],
-        ..press(&run)
-    };
+    let single = Press { trace: &run[..1], ..press(&run) };
     force_depth(folder, "x", &single)?;
     force_time(folder, "x", &single)?;
     for tick_us in [&[0.0_f32; 3][..], &[21.5], &[1e-6, 1e9]] {
@@ -322,18 +212,8 @@ fn extreme_data_draws() -> Checked {
         (ProbeShape::Flat, [0.0, 3.0, -4.0], 1e-6),
     ];
     for (shape, axis, radius_m) in probes {
-        let probe = Probe {
-            shape,
-            radius_m,
-            axis,
-            ..tet().probe
-        };
-        let collapsed = Surface {
-            rest_m: &point,
-            deformed_m: &point,
-            probe,
-            ..tet()
-        };
+        let probe = Probe { shape, radius_m, axis, ..tet().probe };
+        let collapsed = Surface { rest_m: &point, deformed_m: &point, probe, ..tet() };
         surface(folder, "x", &Surface { probe, ..tet() })?;
         surface(folder, "x", &collapsed)?;
     }

@@ -7,14 +7,7 @@ use proptest::prelude::*;
 pub const STEP_M: f64 = 0.01;
 
 /// Paths from one corner of a cube to the opposite one; each spans a tet with the diagonal.
-const PATHS: [[usize; 3]; 6] = [
-    [0, 1, 2],
-    [1, 2, 0],
-    [2, 0, 1],
-    [0, 2, 1],
-    [2, 1, 0],
-    [1, 0, 2],
-];
+const PATHS: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
 
 /// `cells` cubes along each axis, no node moved.
 pub fn regular(cells: [usize; 3]) -> TetMesh {
@@ -46,11 +39,7 @@ pub fn regular(cells: [usize; 3]) -> TetMesh {
         }
     }
     let regions = vec![0; tets.len()];
-    TetMesh {
-        nodes_m,
-        tets,
-        regions,
-    }
+    TetMesh { nodes_m, tets, regions }
 }
 
 /// Up to 2 x 2 x 2 cubes; nodes moved, nodes and tets shuffled, regions drawn.
@@ -69,18 +58,11 @@ pub fn any() -> impl Strategy<Value = TetMesh> {
             .prop_map(move |(shifts, node_order, tet_order, regions)| {
                 let mut nodes_m = mesh.nodes_m.clone();
                 for (old, &new) in node_order.iter().enumerate() {
-                    let shifted =
-                        |axis: usize| mesh.nodes_m[old][axis] + STEP_M * shifts[old][axis];
+                    let shifted = |axis: usize| mesh.nodes_m[old][axis] + STEP_M * shifts[old][axis];
                     nodes_m[new] = [shifted(0), shifted(1), shifted(2)];
                 }
-                let renumbered = |tet: [u32; 4]| {
-                    tet.map(|node| u32::try_from(node_order[node as usize]).unwrap())
-                };
-                TetMesh {
-                    nodes_m,
-                    tets: (tet_order.iter().map(|&old| renumbered(mesh.tets[old]))).collect(),
-                    regions,
-                }
+                let renumbered = |tet: [u32; 4]| tet.map(|node| u32::try_from(node_order[node as usize]).unwrap());
+                TetMesh { nodes_m, tets: (tet_order.iter().map(|&old| renumbered(mesh.tets[old]))).collect(), regions }
             })
     })
 }
@@ -94,7 +76,5 @@ pub fn six_volumes(mesh: &TetMesh, tet: [u32; 4]) -> f64 {
 
 /// `u x v . w`.
 pub fn triple(u: [f64; 3], v: [f64; 3], w: [f64; 3]) -> f64 {
-    w[0] * (u[1] * v[2] - u[2] * v[1])
-        + w[1] * (u[2] * v[0] - u[0] * v[2])
-        + w[2] * (u[0] * v[1] - u[1] * v[0])
+    w[0] * (u[1] * v[2] - u[2] * v[1]) + w[1] * (u[2] * v[0] - u[0] * v[2]) + w[2] * (u[0] * v[1] - u[1] * v[0])
 }

@@ -26,26 +26,10 @@ fn each_defect_of_the_mesh_has_its_own_line() {
             "17 4 1 1 4 2 3 4 999",
             "a.msh:13: tet 17 names node 999, but none of the file's 6 nodes has that number: fix the element or re-export the mesh",
         ),
-        (
-            last,
-            "17 4 1 1 4 2 3 4 4",
-            "a.msh:13: tet 17 names node 4 twice: remove the element",
-        ),
-        (
-            last,
-            "17 4 1 1 4 4 2 1 3",
-            "a.msh:13: tet 17 has the same nodes as tet 1 (line 12): remove one",
-        ),
-        (
-            "5 1 1 1\n",
-            "4 1 1 1\n",
-            "a.msh:7: node 4 is already on line 6: renumber the nodes",
-        ),
-        (
-            "5 1 1 1\n",
-            "5 0 -0 0\n",
-            "a.msh:7: node 5 is exactly where node 1 is (line 3): merge duplicate nodes",
-        ),
+        (last, "17 4 1 1 4 2 3 4 4", "a.msh:13: tet 17 names node 4 twice: remove the element"),
+        (last, "17 4 1 1 4 4 2 1 3", "a.msh:13: tet 17 has the same nodes as tet 1 (line 12): remove one"),
+        ("5 1 1 1\n", "4 1 1 1\n", "a.msh:7: node 4 is already on line 6: renumber the nodes"),
+        ("5 1 1 1\n", "5 0 -0 0\n", "a.msh:7: node 5 is exactly where node 1 is (line 3): merge duplicate nodes"),
         (
             "5 1 1 1\n",
             "5 0.25 0.5 0.25\n",
@@ -61,21 +45,9 @@ fn each_defect_of_the_mesh_has_its_own_line() {
             "5 -1 -1 -1\n",
             "a.msh:13: tets 17 and 1 (line 12) overlap, both on one side of their common face: a node is out of place, untangle the mesh",
         ),
-        (
-            "5 1 1 1\n",
-            "5 1 1 nan\n",
-            "a.msh:7: a coordinate is `nan`, not a finite number: re-export the mesh",
-        ),
-        (
-            "5 1 1 1\n",
-            "5 -inf 1 1\n",
-            "a.msh:7: a coordinate is `-inf`, not a finite number: re-export the mesh",
-        ),
-        (
-            "5 1 1 1\n",
-            "5 1e999 1 1\n",
-            "a.msh:7: a coordinate is `1e999`, not a finite number: re-export the mesh",
-        ),
+        ("5 1 1 1\n", "5 1 1 nan\n", "a.msh:7: a coordinate is `nan`, not a finite number: re-export the mesh"),
+        ("5 1 1 1\n", "5 -inf 1 1\n", "a.msh:7: a coordinate is `-inf`, not a finite number: re-export the mesh"),
+        ("5 1 1 1\n", "5 1e999 1 1\n", "a.msh:7: a coordinate is `1e999`, not a finite number: re-export the mesh"),
     ] {
         assert_eq!(message(import_text("a.msh", &edited(from, to))), expected);
     }
@@ -83,9 +55,7 @@ fn each_defect_of_the_mesh_has_its_own_line() {
 
 #[test]
 fn a_gapless_numbering_is_answered_with_its_last_number() {
-    let text = edited("6\n1 0", "5\n1 0")
-        .replace("9 0 0 0\n", "")
-        .replace("4 5\n$ENDELM", "4 999\n$ENDELM");
+    let text = edited("6\n1 0", "5\n1 0").replace("9 0 0 0\n", "").replace("4 5\n$ENDELM", "4 999\n$ENDELM");
     assert_eq!(
         message(import_text("liver.msh", &text)),
         "liver.msh:12: tet 17 names node 999, but the file has 5 nodes: fix the element or re-export the mesh"
@@ -108,19 +78,12 @@ fn a_wrong_unit_is_answered_with_the_size_and_the_remedy() {
         "a.msh: the mesh is 0.1 x 0.1 x 0.1 mm, outside 1 mm to 2 m: a file unit is taken as 0.1 mm, set length_unit to \"m\", \"mm\" or the metres in a file unit (\"m\" would make it 1000 mm)"
     );
     assert!(import(1e-3).is_ok() && import(2.0).is_ok());
-    assert!(
-        import(0.99e-3).is_err()
-            && import(2.01).is_err()
-            && import(1e300).is_err()
-            && import(1e-300).is_err()
-    );
+    assert!(import(0.99e-3).is_err() && import(2.01).is_err() && import(1e300).is_err() && import(1e-300).is_err());
 }
 
 #[test]
 fn a_third_tet_on_a_face_is_refused() {
-    let text = edited("$ELM\n2\n", "$ELM\n3\n")
-        .replace("$ENDELM", "20 4 1 1 4 2 3 4 6\n$ENDELM")
-        .replace("9 0 0 0", "6 2 2 2");
+    let text = edited("$ELM\n2\n", "$ELM\n3\n").replace("$ENDELM", "20 4 1 1 4 2 3 4 6\n$ENDELM").replace("9 0 0 0", "6 2 2 2");
     assert_eq!(
         message(import_text("a.msh", &text)),
         "a.msh:14: the face of nodes 2, 3, 4 belongs to 3 tets, this is tet 20: a face has at most 2, remove the others"
@@ -142,14 +105,9 @@ fn parts_that_share_no_face_are_refused_with_their_sizes() {
 
 #[test]
 fn a_surface_mesh_is_told_from_an_empty_one() {
-    let none =
-        edited("$ELM\n2\n", "$ELM\n0\n").replace("1 4 1 1 4 1 2 3 4\n17 4 1 1 4 2 3 4 5\n", "");
-    assert_eq!(
-        message(import_text("a.msh", &none)),
-        "a.msh: no tets: mesh the volume, not only its surface, and re-export"
-    );
-    let shell = edited("1 4 1 1 4 1 2 3 4", "1 2 1 1 3 1 2 3")
-        .replace("17 4 1 1 4 2 3 4 5", "2 1 1 1 2 1 2");
+    let none = edited("$ELM\n2\n", "$ELM\n0\n").replace("1 4 1 1 4 1 2 3 4\n17 4 1 1 4 2 3 4 5\n", "");
+    assert_eq!(message(import_text("a.msh", &none)), "a.msh: no tets: mesh the volume, not only its surface, and re-export");
+    let shell = edited("1 4 1 1 4 1 2 3 4", "1 2 1 1 3 1 2 3").replace("17 4 1 1 4 2 3 4 5", "2 1 1 1 2 1 2");
     assert_eq!(
         message(import_text("a.msh", &shell)),
         "a.msh: no tets, only 1 line, 1 triangle: mesh the volume, not only its surface, and re-export"

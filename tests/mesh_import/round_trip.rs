@@ -8,10 +8,7 @@ use crate::{block, import_files};
 
 fn through_a_file(format: Format, mesh: &TetMesh, stride: u64) -> palpate_sim::mesh::import::Imported {
     let files = write(format, mesh, stride);
-    let files: Vec<_> = files
-        .iter()
-        .map(|(name, text)| (*name, text.as_bytes()))
-        .collect();
+    let files: Vec<_> = files.iter().map(|(name, text)| (*name, text.as_bytes())).collect();
     import_files(&files).unwrap_or_else(|error| panic!("{format:?}: {error}"))
 }
 

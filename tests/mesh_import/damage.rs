@@ -62,12 +62,7 @@ fn apply(bytes: &mut Vec<u8>, damage: &Damage) {
         let from = at.index(size);
         from..size.min(from + length)
     };
-    let lines = || {
-        bytes
-            .split_inclusive(|&byte| byte == b'\n')
-            .map(<[u8]>::to_vec)
-            .collect::<Vec<_>>()
-    };
+    let lines = || bytes.split_inclusive(|&byte| byte == b'\n').map(<[u8]>::to_vec).collect::<Vec<_>>();
     match damage {
         Damage::Byte(at, byte) => {
             let at = at.index(bytes.len());
@@ -94,14 +89,8 @@ fn apply(bytes: &mut Vec<u8>, damage: &Damage) {
         Damage::Word(at, word) => {
             let from = at.index(bytes.len());
             let is_space = |byte: &u8| byte.is_ascii_whitespace();
-            let start = bytes[..from]
-                .iter()
-                .rposition(is_space)
-                .map_or(0, |space| space + 1);
-            let end = bytes[from..]
-                .iter()
-                .position(is_space)
-                .map_or(bytes.len(), |space| from + space);
+            let start = bytes[..from].iter().rposition(is_space).map_or(0, |space| space + 1);
+            let end = bytes[from..].iter().position(is_space).map_or(bytes.len(), |space| from + space);
             bytes.splice(start.min(end)..end, word.bytes());
         }
     }
