@@ -12,7 +12,7 @@ fn run(shift: u32) -> Outcome {
 
 #[test]
 fn three_late_ticks_in_a_row_release_the_force_for_good() {
-    let outcome = run(8); // 2.7 ms a tick
+    let outcome = run(5); // 2 ms a tick
     let result = outcome.result().unwrap();
     assert_eq!(result.overruns, 3, "late ticks until the release");
     assert_eq!(result.faults, 98, "the third late tick and all after it");
@@ -21,7 +21,7 @@ fn three_late_ticks_in_a_row_release_the_force_for_good() {
 
 #[test]
 fn a_tick_without_end_meets_the_watchdog() {
-    let outcome = run(10); // 10.8 ms a tick, past the watchdog's 10 ms
+    let outcome = run(8); // 16 ms a tick, past the watchdog's 10 ms
     assert!(outcome.text.contains("watchdog"), "{}", outcome.text);
     assert_eq!(outcome.exit_status, Some(1));
 }

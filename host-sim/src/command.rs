@@ -32,7 +32,7 @@ enum Command {
 /// What most commands take.
 #[derive(Args, Clone, Debug)]
 struct Common {
-    /// A preset (block, block-20kpa, nodule, liver) or the path of a scene file.
+    /// A preset (block, block-deep, block-20kpa, nodule, liver) or the path of a scene file.
     #[arg(long, default_value = "block")]
     scene: String,
     /// Output folder [default: out/<command>].

@@ -9,8 +9,9 @@ use serde::Deserialize;
 pub use error::SceneError;
 
 /// The presets, by name.
-pub const PRESETS: [(&str, &str); 4] = [
+pub const PRESETS: [(&str, &str); 5] = [
     ("block", include_str!("../scenes/block.toml")),
+    ("block-deep", include_str!("../scenes/block-deep.toml")),
     ("block-20kpa", include_str!("../scenes/block-20kpa.toml")),
     ("liver", include_str!("../scenes/liver.toml")),
     ("nodule", include_str!("../scenes/nodule.toml")),

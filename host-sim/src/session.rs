@@ -2,12 +2,12 @@
 
 use palpate::{Params, PatchFile, Probe, ProbeShape, Terms, Vector3};
 
-use crate::budget::{Machine, triangles_in_reach};
+use crate::budget::{MACHINES, Machine, triangles_in_reach};
 use crate::error::Error;
 use crate::mesh::{WorstTet, worst};
 use crate::patch::{Material, Patch};
 use crate::scene::{Method, Scene, Shape};
-use crate::stable_step::{MARGIN, StableStep};
+use crate::stable_step::{MARGIN, StableStep, substeps_for_taps};
 use crate::tissue::place;
 
 /// The device's tick [s].
@@ -94,16 +94,19 @@ impl Session {
         let site_m = patch.site_m();
         let measured = StableStep::measure(&model, &params, site_m)?;
         let depth_mm = f64::from(model.depth_limit_m) * 1e3;
-        let Some(stable) = measured else {
-            return Err(Error::TooSlow(format!(
-                "the model does not survive a tap to {depth_mm:.1} mm even with the smallest substeps tried: press less deep or take another mesh"
-            )));
+        let does_not_survive = || {
+            Error::TooSlow(format!(
+                "the model does not survive a press to {depth_mm:.1} mm even with the smallest substeps tried: press less deep or take another mesh"
+            ))
         };
+        let stable = measured.ok_or_else(does_not_survive)?;
         let wanted = stable.substeps(TICK_S);
         let touched = triangles_in_reach(&model, site_m.into(), params.probe.radius_m);
-        let desktop = &crate::budget::MACHINES[0];
-        let params = Params { substeps: wanted.min(1000.0) as u16, ..params };
-        refuse_if_too_slow(desktop, &model, touched, wanted, &stable, depth_mm)?;
+        let fits = |substeps: f64| refuse_if_too_slow(&MACHINES[0], &model, touched, substeps, &stable);
+        fits(wanted)?;
+        let substeps = substeps_for_taps(&model, &params, site_m, wanted as u16)?.ok_or_else(does_not_survive)?;
+        fits(f64::from(substeps))?;
+        let params = Params { substeps, ..params };
         let report = report(&patch, &params, &stable, flipped_tets)?;
         Ok(Self { patch, params, stable, report })
     }
@@ -121,8 +124,8 @@ fn refuse_if_too_slow(
     touched: usize,
     substeps: f64,
     stable: &StableStep,
-    depth_mm: f64,
 ) -> Result<(), Error> {
+    let depth_mm = f64::from(model.depth_limit_m) * 1e3;
     let cost = machine.cost(model, touched, substeps.min(f64::from(u16::MAX)) as u16);
     if cost.units <= cost.budget {
         return Ok(());

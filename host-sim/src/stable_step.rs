@@ -1,22 +1,29 @@
 //! How long a substep may be: measured on the *pressed* patch, not at rest.
 //!
-//! Tissue stiffens under the probe: the limit there is 2-5 times below the limit at rest. So the patch is tapped at 0.5 m/s down to its depth
-//! limit with safely small substeps, and on the way the highest frequency of its tangent stiffness is found by power iteration.
-//! Symplectic Euler is stable while `dt^2 w^2 + 2 dt c < 4`; the foundation's damping takes `2 dt c <= 2 zeta eta` of it.
+//! Tissue stiffens under the probe: the limit there is well below the limit at rest. So the patch is pressed to its depth limit with safely
+//! small substeps, and on the way the highest frequency of its tangent stiffness is found by power iteration. Symplectic Euler is stable while
+//! `dt^2 w^2 + 2 dt c < 4`; the foundation's damping takes `2 dt c <= 2 zeta eta` of it. A tap squeezes harder for a few milliseconds, so the
+//! substeps that this bound asks for are then tried on a tap, and one is added until the patch comes to rest in it and after it.
 
 use palpate::path::force;
 use palpate::{BuildError, Limits, Model, Params, ProbePose, State, Tuned, Vector3, tick};
 
 use crate::patch::Memory;
 
-/// Substeps of the measuring run: four times what the worst useful patch needs.
+/// Substeps of the measuring run: far below the limit of any patch that is worth running.
 const CAREFUL_SUBSTEPS: u16 = 16;
+/// Speed of the measuring press [m/s]: slow enough that inertia does not squeeze the tissue.
+const PRESS_M_PER_S: f32 = 0.1;
 /// Speed of the tap [m/s]: the upper end of what a hand does on tissue.
 const TAP_M_PER_S: f32 = 0.5;
-/// Ticks that the patch is held at the limit: the rebound of the tap is over.
-const HOLD_TICKS: usize = 40;
-/// A sample every so many ticks.
-const SAMPLE_EVERY: usize = 4;
+/// A sample of the press every so many ticks.
+const SAMPLE_EVERY: usize = 5;
+/// Ticks that a patch gets to come to rest after a tap and after its release.
+const REST_TICKS: usize = 400;
+/// It rests when no node is faster than this share of the tap.
+const REST_SHARE: f32 = 0.01;
+/// Substeps tried on a tap beyond those of the bound.
+const MOST_ADDED: u16 = 4;
 const ITERATIONS: usize = 30;
 /// Share of the limit that is used.
 pub const MARGIN: f64 = 0.9;
@@ -26,7 +33,7 @@ pub const MARGIN: f64 = 0.9;
 pub struct StableStep {
     /// At rest [s].
     pub rest_s: f64,
-    /// On the way down to the depth limit and held there [s]: the one that counts.
+    /// On the way down to the depth limit [s]: the one that counts.
     pub pressed_s: f64,
 }
 
@@ -37,7 +44,7 @@ impl StableStep {
         (tick_s / (MARGIN * self.pressed_s)).ceil()
     }
 
-    /// Measures a patch. `None` when the patch does not even survive the measuring run.
+    /// Measures a patch. `None` when the patch does not even survive the measuring press.
     ///
     /// # Errors
     /// What [`Params::build`] refuses.
@@ -47,27 +54,58 @@ impl StableStep {
         let mut scratch = Memory::for_model(model);
         let (tuned, mut state) = memory.start(model, &careful)?;
         let (_, mut trial) = scratch.start(model, &careful)?;
-
-        let mut shape = Shape::seeded(model.nodes.len());
-        let at_depth = |depth_m: f32| site_m - params.probe.axis * depth_m;
         let limit = |w2: f64| {
             let room = 4.0 - 2.0 * f64::from(params.contact_damping * params.contact_cap);
             (room.max(1.0) / w2).sqrt()
         };
-        let rest = shape.highest_square(model, &tuned, &state, &mut trial, at_depth(0.0));
+        let mut shape = Shape::seeded(model.nodes.len());
+        let rest = shape.highest_square(model, &tuned, &state, &mut trial, site_m);
         let mut highest = rest;
-        let down = (model.depth_limit_m / (TAP_M_PER_S * params.tick_s)).ceil() as usize;
-        for n in 1..=down + HOLD_TICKS {
-            let tip_m = at_depth((n.min(down) as f32 / down as f32) * model.depth_limit_m);
+        for (n, depth_m) in way_down(model, params, PRESS_M_PER_S).enumerate() {
+            let tip_m = site_m - params.probe.axis * depth_m;
             if tick(model, &tuned, &mut state, ProbePose { tip_m }).fault.is_some() {
                 return Ok(None);
             }
-            if n % SAMPLE_EVERY == 0 {
+            if n % SAMPLE_EVERY == 0 || depth_m == model.depth_limit_m {
                 highest = highest.max(shape.highest_square(model, &tuned, &state, &mut trial, tip_m));
             }
         }
         Ok(highest.is_finite().then(|| Self { rest_s: limit(rest), pressed_s: limit(highest) }))
     }
+}
+
+/// The fewest substeps, from `least` on, with which a patch taken to its depth limit in a tap comes to rest there and after the release.
+///
+/// # Errors
+/// What [`Params::build`] refuses.
+pub fn substeps_for_taps(model: &Model, params: &Params, site_m: Vector3<f32>, least: u16) -> Result<Option<u16>, BuildError> {
+    for substeps in least..=least.saturating_add(MOST_ADDED) {
+        let params = Params { substeps, limits: Limits::HIGHEST, ..*params };
+        let mut memory = Memory::for_model(model);
+        let (tuned, mut state) = memory.start(model, &params)?;
+        let hold = std::iter::repeat_n(model.depth_limit_m, REST_TICKS);
+        let away = std::iter::repeat_n(-params.probe.radius_m, REST_TICKS);
+        let mut rests = |depths_m: Vec<f32>| {
+            let fault = depths_m.into_iter().find_map(|depth_m| {
+                let tip_m = site_m - params.probe.axis * depth_m;
+                tick(model, &tuned, &mut state, ProbePose { tip_m }).fault
+            });
+            let fastest = state.nodes().iter().map(|n| n.velocity_m_per_s().norm()).fold(0.0, f32::max);
+            fault.is_none() && fastest <= REST_SHARE * TAP_M_PER_S
+        };
+        if rests(way_down(model, &params, TAP_M_PER_S).chain(hold).collect()) && rests(away.collect()) {
+            return Ok(Some(substeps));
+        }
+    }
+    Ok(None)
+}
+
+/// Tip depths [m] from just outside to the depth limit, tick by tick. From outside: a probe that starts inside gets no force.
+fn way_down(model: &Model, params: &Params, speed_m_per_s: f32) -> impl Iterator<Item = f32> {
+    let step_m = speed_m_per_s * params.tick_s;
+    let (start_m, end_m) = (-2.0 * step_m, model.depth_limit_m);
+    let ticks = ((end_m - start_m) / step_m).ceil() as usize;
+    (0..=ticks).map(move |n| (start_m + n as f32 * step_m).min(end_m))
 }
 
 /// The shape of the highest mode, kept from sample to sample.

@@ -65,6 +65,9 @@ fn measure(tets: &[Tet], state: &mut State) {
     let tets = {
         let (fours, rest) = tets.as_chunks::<4>();
         for (group, shapes) in fours.iter().zip(state.shapes.iter_mut()) {
+            if !in_range(group, state.nodes) {
+                return;
+            }
             let (gradients, six_volume) = gradients(state.nodes, group);
             *shapes = TetShapes { gradients, six_volume };
             gather_volume(group, six_volume, state.nodes);
@@ -107,6 +110,9 @@ fn push<const BARRIER: bool>(tets: &[Tet], state: &mut State) {
     let tets = {
         let (fours, rest) = tets.as_chunks::<4>();
         for (group, shapes) in fours.iter().zip(state.shapes.iter()) {
+            if !in_range(group, state.nodes) {
+                return;
+            }
             push_group::<_, 4, BARRIER>(group, shapes.gradients, shapes.six_volume, state.nodes);
         }
         rest
@@ -151,8 +157,8 @@ fn push_group<L: Lanes<W>, const W: usize, const BARRIER: bool>(
 
 /// Always true for a checked model; said once a tet, it spares the optimiser a check at every access.
 #[inline(always)]
-fn in_range([tet]: &[Tet; 1], nodes: &[Node]) -> bool {
-    tet.node.iter().all(|&n| usize::from(n) < nodes.len())
+fn in_range<const W: usize>(group: &[Tet; W], nodes: &[Node]) -> bool {
+    group.iter().flat_map(|tet| &tet.node).all(|&n| usize::from(n) < nodes.len())
 }
 
 /// Gradients of six times the volume with respect to corners b, c, d [m^2], and six times the volume [m^3].
