@@ -62,6 +62,7 @@ pub(crate) struct TouchPlane {
 pub struct State<'a> {
     pub(crate) nodes: &'a mut [Node],
     /// What the volume stage keeps between its passes.
+    #[cfg_attr(target_os = "none", expect(dead_code, reason = "the board computes it twice"))]
     pub(crate) shapes: &'a mut [TetShapes],
     /// Surface triangles near the probe in this tick.
     pub(crate) candidates: &'a mut [u16],

@@ -19,7 +19,7 @@ use crate::model::Model;
 use crate::params::{Probe, ProbeShape, Tuned};
 use crate::state::{State, node};
 
-/// Barycentric weights of the four points, as [`points`] places them: the centroid, and the middles between it and the corners.
+/// Barycentric weights of the four points, corner by corner: the centroid last, before it the middles between it and the corners.
 pub const POINT_WEIGHTS: [[f32; 3]; 4] = [
     [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0],
     [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0],
@@ -82,7 +82,9 @@ pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32
         let speeds = if tuned.contact_damping_s > 0.0 { points(moving) } else { [ZERO; 4] };
         let mut push = [0.0; 4];
         let mut force = [ZERO; 4];
-        for (((inside, point), v), (push, force)) in inside.iter().zip(points_law).zip(&speeds).zip(push.iter_mut().zip(&mut force)) {
+        for (((inside, point), v), (push, force)) in
+            inside.iter().zip(points_law).zip(&speeds).zip(push.iter_mut().zip(&mut force))
+        {
             let Some((pen, out)) = *inside else { continue };
             let cap = if cap > point.k { cap } else { point.k };
             let knee = (cap - point.k) * point.bend;
@@ -115,7 +117,8 @@ pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32
 pub(crate) fn touches(model: &Model, tuned: &Tuned, state: &State, tip_m: Vector3<f32>) -> bool {
     let centre = centre_m(&tuned.probe, tip_m);
     let near = state.candidates.iter().take(state.near).filter_map(|&index| model.triangles.get(usize::from(index)));
-    near.flat_map(|triangle| points(triangle.node.map(|n| vector(&node(state.nodes, n).x) - centre))).any(|d| penetration(&tuned.probe, d).is_some())
+    near.flat_map(|triangle| points(triangle.node.map(|n| vector(&node(state.nodes, n).x) - centre)))
+        .any(|d| penetration(&tuned.probe, d).is_some())
 }
 
 /// A quantity at the four points, from its values at the corners: [`POINT_WEIGHTS`] with fewer operations.

@@ -8,13 +8,16 @@
 //! * cost (M4F, estimated from exact instruction counts): about 90 cycles a spring; `palpate-tests`' `board_cost` prints it
 //! * may fail: never; a spring of length zero gives a non-finite force, which `integrate` turns into a fault
 
+#[cfg(not(target_os = "none"))]
+mod groups;
+
 use nalgebra::Vector3;
 
 use super::compensation;
-use crate::lanes::{Lanes, Row, add, difference, row, scaled, subtract, vector};
-use crate::model::{Model, Spring};
+use crate::lanes::{Lanes, row, vector};
+use crate::model::Model;
 use crate::params::Tuned;
-use crate::state::{Node, State, node};
+use crate::state::{Node, State};
 
 /// Adds the spring forces over E [N/Pa].
 #[cfg_attr(feature = "stage-cost", inline(never))]
@@ -38,12 +41,12 @@ fn run<const COMPENSATED: bool, const DAMPED: bool>(model: &Model, tuned: &Tuned
 #[inline(always)]
 fn run<const COMPENSATED: bool, const DAMPED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {
     let (fours, rest) = model.springs.as_chunks::<4>();
-    by_groups::<wide::f32x4, 4, COMPENSATED, DAMPED>(fours, tuned, nodes);
-    by_groups::<f32, 1, COMPENSATED, DAMPED>(rest.as_chunks().0, tuned, nodes);
+    groups::by_groups::<wide::f32x4, 4, COMPENSATED, DAMPED>(fours, tuned, nodes);
+    groups::by_groups::<f32, 1, COMPENSATED, DAMPED>(rest.as_chunks().0, tuned, nodes);
 }
 
 /// Springs of one node at a time, that node's sum in registers: least loads and stores, for the board.
-#[cfg_attr(not(target_os = "none"), allow(dead_code))] // reason: the desktop runs it in tests only
+#[cfg_attr(not(any(target_os = "none", test)), expect(dead_code, reason = "the desktop runs it in tests only"))]
 pub(crate) fn by_rows<const COMPENSATED: bool, const DAMPED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {
     let mut springs = model.springs;
     for (i, &count) in model.spring_rows.iter().enumerate() {
@@ -68,44 +71,6 @@ pub(crate) fn by_rows<const COMPENSATED: bool, const DAMPED: bool>(model: &Model
     }
 }
 
-/// `W` springs at a time, whatever nodes they join.
-#[inline(always)]
-pub(crate) fn by_groups<L: Lanes<W>, const W: usize, const COMPENSATED: bool, const DAMPED: bool>(
-    groups: &[[Spring; W]],
-    tuned: &Tuned,
-    nodes: &mut [Node],
-) {
-    for group in groups {
-        // always so for a checked model; said once, it spares the optimiser a check at every access
-        if !group.iter().flat_map(|s| [s.i, s.j]).all(|n| usize::from(n) < nodes.len()) {
-            return;
-        }
-        let along = group.each_ref().map(|s| between(nodes, s, |n| &n.x));
-        let d = L::from_rows(along);
-        let k = L::from_array(group.each_ref().map(|s| s.k));
-        let k_rest = L::from_array(group.each_ref().map(|s| s.k_rest));
-        let mut q = force_per_length::<L, W, COMPENSATED>(d, k, k_rest, tuned);
-        if DAMPED {
-            let dv = L::from_rows(group.each_ref().map(|s| between(nodes, s, |n| &n.v)));
-            q += damping::<L, W>(d, dv, k, tuned);
-        }
-        for ((s, d), q) in group.iter().zip(&along).zip(q.to_array()) {
-            let f = scaled(d, q);
-            if let Some(node) = nodes.get_mut(usize::from(s.i)) {
-                add(&mut node.f, &f);
-            }
-            if let Some(node) = nodes.get_mut(usize::from(s.j)) {
-                subtract(&mut node.f, &f);
-            }
-        }
-    }
-}
-
-#[inline(always)]
-fn between(nodes: &[Node], s: &Spring, quantity: impl Fn(&Node) -> &Row) -> Row {
-    difference(quantity(node(nodes, s.j)), quantity(node(nodes, s.i)))
-}
-
 /// Spring force over E divided by the length [N/Pa/m], positive when it pulls (000 eq 4).
 #[inline(always)]
 fn force_per_length<L: Lanes<W>, const W: usize, const COMPENSATED: bool>(d: Vector3<L>, k: L, k_rest: L, tuned: &Tuned) -> L {
@@ -127,7 +92,9 @@ fn damping<L: Lanes<W>, const W: usize>(d: Vector3<L>, dv: Vector3<L>, k: L, tun
 
 #[cfg(test)]
 mod tests {
+    use super::groups::by_groups;
     use super::*;
+    use crate::model::Spring;
     use crate::{Limits, Params};
 
     #[test]
