@@ -84,10 +84,11 @@ fn median_us(group: &str, nodes: usize) -> Option<f64> {
 
 fn print_table() {
     println!("\n{}, one thread, medians", palpate_sim::summary::machine());
-    println!("{:>6} {:>12} {:>18} {:>7}", "nodes", "tick us", "plain springs us", "ratio");
+    println!("{:>6} {:>9} {:>12} {:>18} {:>7}", "nodes", "substeps", "tick us", "plain springs us", "ratio");
     for nodes in SIZES {
+        let substeps = session(nodes).params.substeps;
         if let (Some(tick), Some(plain)) = (median_us("tick", nodes), median_us("plain springs", nodes)) {
-            println!("{nodes:>6} {tick:>12.2} {plain:>18.2} {:>7.2}", tick / plain);
+            println!("{nodes:>6} {substeps:>9} {tick:>12.2} {plain:>18.2} {:>7.2}", tick / plain);
         }
     }
 }
