@@ -1,9 +1,9 @@
 //! Every instruction of the firmware is in the class its mnemonic belongs to.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 
 use palpate_tests::{
+    disassembly,
     emulator::build_firmware,
     thumb::{Class, Instruction, classify},
 };
@@ -40,24 +40,11 @@ fn class_of(mnemonic: &str, operands: &str) -> Class {
     }
 }
 
-/// The disassembler of the toolchain's own `llvm-tools`.
-fn objdump() -> PathBuf {
-    let rustc = |what: &[&str]| {
-        let output = Command::new("rustc").args(what).output().unwrap();
-        String::from_utf8(output.stdout).unwrap()
-    };
-    let version = rustc(&["-vV"]);
-    let host = version.lines().find_map(|line| line.strip_prefix("host: ")).unwrap();
-    Path::new(rustc(&["--print", "sysroot"]).trim()).join(format!("lib/rustlib/{host}/bin/llvm-objdump"))
-}
-
 #[test]
 fn classes_agree_with_the_disassembler() {
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
     let elf = build_firmware(target, &[]).unwrap();
-    let objdump = objdump();
-    let output = Command::new(objdump).args(["-d", "--mcpu=cortex-m7"]).arg(&elf).output().unwrap();
-    let listing = String::from_utf8(output.stdout).unwrap();
+    let listing = disassembly::of(&elf);
     let mut checked = 0;
     for line in listing.lines() {
         // "     43e: ed90 0a00     \tvldr\ts0, [r0]"

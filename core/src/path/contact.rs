@@ -53,8 +53,8 @@ fn reach(probe: &Probe, depth_limit_m: f32, motion: &Motion) -> (Vector3<f32>, V
         let (from, to) = (motion.from_m[k], motion.to_m[k]);
         let (first, last) = if from < to { (from, to) } else { (to, from) };
         let along = probe.axis[k] * length;
-        low[k] = first - r + along.clamp(-length, 0.0);
-        high[k] = last + r + along.clamp(0.0, length);
+        low[k] = first - r + if along < 0.0 { along } else { 0.0 };
+        high[k] = last + r + if along > 0.0 { along } else { 0.0 };
     }
     (low, high)
 }

@@ -110,7 +110,9 @@ fn print_holds(scene: &Scene, session: &Session, press: &Press) {
             Drive::Force { .. } => hold.target,
             _ => hold.target * 1e3,
         };
-        let fem = reference.iter().find(|(depth, _)| matches!(scene.drive, Drive::Depth { .. }) && (depth - hold.target).abs() < 1e-6 * depth);
+        let fem = reference
+            .iter()
+            .find(|(depth, _)| matches!(scene.drive, Drive::Depth { .. }) && (depth - hold.target).abs() < 1e-6 * depth);
         let fem = fem.map_or("-".into(), |(_, f)| format!("{f:.4} ({:+.1} %)", (hold.force_n / f - 1.0) * 100.0));
         println!(
             "{shown:>10.3} {:>9.3} {:>10.5} {:>8.3} {:>+9.3} {fem:>18}",

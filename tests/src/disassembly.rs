@@ -1,0 +1,25 @@
+//! The image in assembly, by the toolchain's own disassembler.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// `llvm-objdump` of the toolchain's `llvm-tools`.
+fn objdump() -> PathBuf {
+    let rustc = |what: &[&str]| {
+        let output = Command::new("rustc").args(what).output().expect("rustc runs");
+        String::from_utf8(output.stdout).expect("rustc prints text")
+    };
+    let version = rustc(&["-vV"]);
+    let host = version.lines().find_map(|line| line.strip_prefix("host: ")).expect("rustc names its host");
+    Path::new(rustc(&["--print", "sysroot"]).trim()).join(format!("lib/rustlib/{host}/bin/llvm-objdump"))
+}
+
+/// The listing of an image's code, names demangled.
+///
+/// # Panics
+/// When the toolchain has no `llvm-tools`; `rust-toolchain.toml` asks for it.
+#[must_use]
+pub fn of(elf: &Path) -> String {
+    let output = Command::new(objdump()).args(["-d", "-C", "--mcpu=cortex-m7"]).arg(elf).output().expect("llvm-objdump runs");
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}

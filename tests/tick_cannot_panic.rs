@@ -1,0 +1,46 @@
+//! No function on the tick's path calls a panic: read off the board's image, where every stage is a function of its own.
+
+use std::path::Path;
+
+use palpate_tests::disassembly;
+use palpate_tests::emulator::build_firmware;
+
+/// Functions of the path, as they are named in the image.
+const PATH: [&str; 2] = ["palpate::tick::", "palpate::path::"];
+
+#[test]
+fn no_function_of_the_path_calls_a_panic() {
+    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
+    let elf = build_firmware(target, &["stage-cost"]).unwrap();
+    let listing = disassembly::of(&elf);
+    let mut function = String::new();
+    let (mut seen, mut bad) = (Vec::new(), Vec::new());
+    for line in listing.lines() {
+        // "0000b35c <palpate::path::force::spring::pull>:"
+        if let Some(name) = line.split_once(" <").and_then(|(_, rest)| rest.strip_suffix(">:")) {
+            function = name.trim_start_matches('<').to_string();
+            if PATH.iter().any(|p| function.starts_with(p)) {
+                seen.push(function.clone());
+            }
+        } else if PATH.iter().any(|p| function.starts_with(p)) && line.contains("panic") {
+            bad.push(format!("{function}: {}", line.trim()));
+        }
+    }
+    for stage in [
+        "tick::tick",
+        "probe::admit",
+        "contact::find",
+        "spring::pull",
+        "volume::push",
+        "foundation::press",
+        "integrate::advance",
+        "output::read",
+    ] {
+        assert!(
+            seen.iter().any(|name| name.contains(&format!("{stage}::h"))),
+            "{stage} is not in the image: nothing was proved; found {seen:?}"
+        );
+    }
+    assert_eq!(bad, [""; 0]);
+    assert!(listing.contains("panic"), "an image without any panic would prove nothing about where they are");
+}
