@@ -25,8 +25,7 @@
 //! 3. Everything elastic is per pascal of Young's modulus: one packed patch serves every stiffness.
 //! 4. One arithmetic, `+ - * / sqrt` never fused: the desktop is the board's bit-exact oracle.
 #![no_std]
-#![warn(clippy::default_numeric_fallback)]
-#![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+#![cfg_attr(not(test), warn(clippy::default_numeric_fallback, clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod fault;
 mod lanes;
