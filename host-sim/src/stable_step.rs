@@ -56,9 +56,11 @@ impl StableStep {
         };
         let rest = shape.highest_square(model, &tuned, &state, &mut trial, at_depth(0.0));
         let mut highest = rest;
-        let down = (model.depth_limit_m / (TAP_M_PER_S * params.tick_s)).ceil() as usize;
-        for n in 1..=down + HOLD_TICKS {
-            let tip_m = at_depth((n.min(down) as f32 / down as f32) * model.depth_limit_m);
+        // from a radius above: a probe that starts inside is not felt
+        let way_m = params.probe.radius_m + model.depth_limit_m;
+        let down = (way_m / (TAP_M_PER_S * params.tick_s)).ceil() as usize;
+        for n in 0..=down + HOLD_TICKS {
+            let tip_m = at_depth((n.min(down) as f32 / down as f32) * way_m - params.probe.radius_m);
             if tick(model, &tuned, &mut state, ProbePose { tip_m }).fault.is_some() {
                 return Ok(None);
             }
