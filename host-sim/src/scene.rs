@@ -174,6 +174,10 @@ pub enum Drive {
     Trace {
         /// The file, relative to the scene file.
         trace: PathBuf,
+        /// Deepest press that the patch answers [m]. It decides the substeps, so a run has the recorded one's bits only with its limit
+        /// (`report.depth_limit_mm` in its summary.json); without this key a quarter more than the trace's deepest, as for a press to a depth.
+        #[serde(default)]
+        depth_limit_m: Option<f64>,
     },
 }
 
@@ -250,7 +254,7 @@ impl Scene {
         let mut resolve = |path: &mut PathBuf| *path = folder.join(&*path);
         self.tissue.mesh.as_mut().map(&mut resolve);
         self.solver.patch.as_mut().map(&mut resolve);
-        if let Drive::Trace { trace } = &mut self.drive {
+        if let Drive::Trace { trace, .. } = &mut self.drive {
             resolve(trace);
         }
     }
@@ -313,7 +317,15 @@ impl Drive {
                 ("drive.holds_m", holds_m, *ramp_m_per_s, *hold_s)
             }
             Self::Force { holds_n, ramp_m_per_s, hold_s } => ("drive.holds_n", holds_n, *ramp_m_per_s, *hold_s),
-            Self::Trace { .. } => return Ok(()),
+            Self::Trace { depth_limit_m, .. } => {
+                return match depth_limit_m {
+                    Some(limit_m) if !(limit_m.is_finite() && *limit_m > 0.0) => {
+                        let why = format!("= {limit_m} must be above zero and finite");
+                        Err(SceneError::value(file, "drive.depth_limit_m", &why))
+                    }
+                    _ => Ok(()),
+                };
+            }
         };
         let bad = |key: &str, why: String| Err(SceneError::value(file, key, &why));
         if holds.is_empty() {

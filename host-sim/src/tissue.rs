@@ -5,12 +5,13 @@ use crate::mesh::import::import;
 use crate::mesh::{BlockSpec, ImportReport, TetMesh, block, surface};
 use crate::patch::Tissue;
 use crate::scene::{Drive, Inclusion, Scene};
+use crate::trace_file::read_tips;
 
 /// A mesh rests on its underside: surface triangles whose outward normal has less than this cosine with the press axis are fixed.
 const UNDERSIDE_COSINE: f64 = -0.5;
 /// The patch answers presses this much deeper than the deepest hold.
 const DEPTH_MARGIN: f64 = 1.25;
-/// Deepest press of a force drive or a trace, in probe radii: where the contact law was measured.
+/// Deepest press of a force drive, in probe radii: where the contact law was measured.
 const DEFAULT_DEPTH_RADII: f64 = 0.75;
 
 /// Nodes of a block whose scene does not say.
@@ -32,11 +33,11 @@ pub struct Placed {
 /// # Errors
 /// What the generator or the import refuses.
 pub fn place(scene: &Scene) -> Result<Placed, Error> {
-    let depth_limit_m = depth_limit_m(scene);
     if let (Some(path), Some(unit), Some(site)) = (&scene.tissue.mesh, scene.tissue.length_unit, scene.probe.site) {
         let imported = import(path, unit.metres)?;
         let (site_m, axis) = nearest_on_surface(&imported.mesh, site, scene.probe.radius_m);
         let anchors = underside(&imported.mesh, axis);
+        let depth_limit_m = depth_limit_m(scene, site_m, axis)?;
         let tissue = finish(scene, imported.mesh, anchors, site_m, depth_limit_m);
         return Ok(Placed { tissue, axis, import: Some(imported.report) });
     }
@@ -46,17 +47,25 @@ pub fn place(scene: &Scene) -> Result<Placed, Error> {
     let mesh = block(&BlockSpec { size_m, nodes, fine_at_m: [x, y], fine_radius_m: scene.probe.radius_m })?;
     // the generator puts the bottom nodes exactly there
     let anchors = anchored(&mesh, |x| x[2] <= -size_m[2] * (1.0 - 1e-9));
-    let tissue = finish(scene, mesh, anchors, [x, y, 0.0], depth_limit_m);
-    Ok(Placed { tissue, axis: [0.0, 0.0, 1.0], import: None })
+    let (site_m, axis) = ([x, y, 0.0], [0.0, 0.0, 1.0]);
+    let tissue = finish(scene, mesh, anchors, site_m, depth_limit_m(scene, site_m, axis)?);
+    Ok(Placed { tissue, axis, import: None })
 }
 
 /// Deepest press the patch must answer [m].
-fn depth_limit_m(scene: &Scene) -> f64 {
+fn depth_limit_m(scene: &Scene, site_m: [f64; 3], axis: [f64; 3]) -> Result<f64, Error> {
+    let unknown = DEFAULT_DEPTH_RADII * scene.probe.radius_m;
     let deepest = match &scene.drive {
         Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } => holds_m.iter().copied().fold(0.0, f64::max),
-        Drive::Force { .. } | Drive::Trace { .. } => DEFAULT_DEPTH_RADII * scene.probe.radius_m,
+        Drive::Force { .. } => unknown,
+        Drive::Trace { depth_limit_m: Some(limit_m), .. } => return Ok(*limit_m),
+        Drive::Trace { .. } => {
+            let depths = read_tips(&scene.drive)?.into_iter().map(|tip| dot(sub(site_m, tip.map(f64::from)), axis));
+            let deepest = depths.fold(0.0, f64::max);
+            if deepest > 0.0 { deepest } else { unknown }
+        }
     };
-    DEPTH_MARGIN * deepest
+    Ok(DEPTH_MARGIN * deepest)
 }
 
 fn finish(scene: &Scene, mesh: TetMesh, anchors: Vec<u32>, site_m: [f64; 3], depth_limit_m: f64) -> Tissue {

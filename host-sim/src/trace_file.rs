@@ -29,7 +29,7 @@ pub fn write(folder: &OutputFolder, press: &Press) -> Result<(), Error> {
 /// # Errors
 /// The file cannot be read, a column is missing, a number does not parse.
 pub fn read_tips(drive: &Drive) -> Result<Vec<[f32; 3]>, Error> {
-    let Drive::Trace { trace } = drive else { return Ok(Vec::new()) };
+    let Drive::Trace { trace, .. } = drive else { return Ok(Vec::new()) };
     let text = std::fs::read_to_string(trace).map_err(|source| Error::Read { path: trace.clone(), source })?;
     parse_tips(trace, &text)
 }

@@ -1,0 +1,142 @@
+//! Blocks of tissue under a probe, and states of them that no press would reach.
+
+use palpate::{Model, Params, Vector3};
+use palpate_sim::mesh::{BlockSpec, block};
+use palpate_sim::patch::{Material, Memory, Patch, Tissue};
+
+/// Sides of the default block [m].
+const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
+/// Radius of the default probe [m].
+const RADIUS_M: f64 = 8e-3;
+/// A quarter more than the default scene's deepest hold [m].
+const DEPTH_LIMIT_M: f64 = 5e-3;
+
+/// A patch with its parameters.
+#[derive(Clone, Debug)]
+pub struct Bench {
+    /// The patch.
+    pub patch: Patch,
+    /// Its parameters.
+    pub params: Params,
+}
+
+impl Bench {
+    /// The default block: 80 x 80 x 40 mm of 3.5 kPa, its bottom fixed, a hemisphere of 8 mm over the centre of its top (the origin).
+    ///
+    /// # Panics
+    /// A node count that the block generator refuses.
+    #[must_use]
+    pub fn block(nodes: usize) -> Self {
+        Self::build(nodes, 1.0, true)
+    }
+
+    /// The default block with every length, the probe's too, times `scale`.
+    #[must_use]
+    pub fn scaled(nodes: usize, scale: f64) -> Self {
+        Self::build(nodes, scale, true)
+    }
+
+    /// The default block with nothing fixed.
+    #[must_use]
+    pub fn floating(nodes: usize) -> Self {
+        Self::build(nodes, 1.0, false)
+    }
+
+    fn build(nodes: usize, scale: f64, fixed: bool) -> Self {
+        let size_m = BLOCK_M.map(|side| side * scale);
+        let spec = BlockSpec { size_m, nodes, fine_at_m: [0.0; 2], fine_radius_m: RADIUS_M * scale };
+        let mesh = block(&spec).expect("a block that can be meshed");
+        let on_bottom = |x: &[f64; 3]| x[2] < -size_m[2] * (1.0 - 1e-9);
+        let anchors = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| fixed && on_bottom(x)).map(|(n, _)| n).collect();
+        let stiffness_ratio = vec![1.0; mesh.tets.len()];
+        let tissue = Tissue { mesh, stiffness_ratio, anchors, site_m: [0.0; 3], depth_limit_m: DEPTH_LIMIT_M * scale };
+        let mut params = Params::default();
+        params.probe.radius_m = (RADIUS_M * scale) as f32;
+        Self { patch: Patch::build(&tissue, &Material::default(), None), params }
+    }
+
+    /// The same block with other parameters.
+    #[must_use]
+    pub fn with(mut self, change: impl FnOnce(&mut Params)) -> Self {
+        change(&mut self.params);
+        self
+    }
+
+    /// Memory to run it in.
+    #[must_use]
+    pub fn memory(&self) -> Memory {
+        Memory::for_model(&self.patch.wide_model())
+    }
+}
+
+/// Tip at this depth below the centre of the block's top [m].
+#[must_use]
+pub fn at_depth(depth_m: f32) -> Vector3<f32> {
+    Vector3::new(0.0, 0.0, -depth_m)
+}
+
+/// Numbers that look random and are the same on every machine.
+#[derive(Clone, Debug)]
+pub struct Noise(u64);
+
+impl Noise {
+    /// Starts a sequence.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// Uniform in -1 .. 1 (splitmix64).
+    pub fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^= z >> 31;
+        (z >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    /// Three of them.
+    pub fn vector(&mut self) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| self.uniform())
+    }
+}
+
+/// A strain of the whole patch with jitter of every node on top.
+#[derive(Clone, Copy, Debug)]
+pub struct Deformation {
+    /// Start of the noise.
+    pub seed: u64,
+    /// Largest entry of the displacement gradient (1).
+    pub strain: f64,
+    /// Largest jitter of a coordinate, as a share of the node's shortest edge (1).
+    pub jitter: f64,
+}
+
+impl Deformation {
+    /// Node positions [m], anchors moved too.
+    #[must_use]
+    pub fn of(&self, model: &Model) -> Vec<Vector3<f32>> {
+        let mut noise = Noise::new(self.seed);
+        let gradient = [noise.vector(), noise.vector(), noise.vector()];
+        let shortest = shortest_edges_m(model);
+        let moved = model.nodes.iter().zip(shortest).map(|(node, edge_m)| {
+            let x = Vector3::from(node.rest_m).cast::<f64>();
+            let strained = Vector3::from_fn(|k, _| x[k] + self.strain * gradient[k].dot(&x));
+            (strained + noise.vector() * (self.jitter * edge_m)).cast()
+        });
+        moved.collect()
+    }
+}
+
+/// Length of the shortest spring at every node [m].
+fn shortest_edges_m(model: &Model) -> Vec<f64> {
+    let mut shortest = vec![f64::INFINITY; model.nodes.len()];
+    for s in model.springs {
+        let length_m = f64::from(s.k_rest) / f64::from(s.k);
+        for n in [s.i, s.j].map(usize::from) {
+            shortest[n] = shortest[n].min(length_m);
+        }
+    }
+    shortest
+}

@@ -1,0 +1,119 @@
+//! The energies of the model, as documented, over Young's modulus [J/Pa = m^3].
+
+use palpate::{Params, ProbeShape, RimEdge, RimNode, Spring, Tet};
+
+use super::number::Number;
+
+/// A point or a vector.
+pub type Point<N> = [N; 3];
+
+/// Springs: `k/2 (l - l0)^2`, and once shorter than `(1 - tau) l0` also `chi k/2 (l - (1 - tau) l0)^2`.
+pub fn of_spring<N: Number>(spring: &Spring, params: &Params, a: Point<N>, b: Point<N>) -> N {
+    let (k, k_rest) = (f64::from(spring.k), f64::from(spring.k_rest));
+    let rest_m = k_rest / k;
+    let d = minus(b, a);
+    let length = dot(d, d).root();
+    let stretch = length - N::of(rest_m);
+    let mut energy = N::of(0.5 * k) * stretch * stretch;
+    let onset_m = (1.0 - f64::from(params.compensation_threshold)) * rest_m;
+    if params.terms.compensation && length.value() < onset_m {
+        let squeeze = length - N::of(onset_m);
+        energy = energy + N::of(0.5 * f64::from(params.compensation) * k) * squeeze * squeeze;
+    }
+    energy
+}
+
+/// A tet's own volume energy `beta kappa V/2 (J - 1)^2` and its barrier, whose pressure is `3 mu (0.4/J - 1)` below J = 0.4 and
+/// `3 mu (0.4 - J)/0.05` below J = 0.05.
+pub fn of_tet<N: Number>(tet: &Tet, params: &Params, corners: [Point<N>; 4]) -> N {
+    let volume_m3 = 1.0 / (6.0 * f64::from(tet.six_volume_reciprocal));
+    let (beta_kappa, mu) = (6.0 * f64::from(tet.bulk), 2.0 * f64::from(tet.barrier));
+    let j = six_volume(corners) / N::of(6.0 * volume_m3);
+    let mut density = N::of(0.5 * beta_kappa) * (j - N::of(1.0)) * (j - N::of(1.0));
+    let (below, stop) = (0.4, 0.05);
+    if params.terms.compensation && j.value() < below {
+        let opened = |j: N| N::of(below) * (N::of(below) / j).log() - (N::of(below) - j);
+        let lack = N::of(below) - j;
+        let barrier = match j.value() > stop {
+            true => opened(j),
+            false => opened(N::of(stop)) + (lack * lack - N::of((below - stop) * (below - stop))) * N::of(0.5 / stop),
+        };
+        density = density + N::of(3.0 * mu) * barrier;
+    }
+    N::of(volume_m3) * density
+}
+
+/// Volume energy of a node with `(1 - beta) kappa` and the volume it stands for: `-2 ln J + 4 ln((J + 1)/2)`, J the volume ratio of all its tets.
+/// Straight below J = 0.1.
+pub fn of_node<N: Number>(kappa: f64, volume_m3: f64, j: N) -> N {
+    let density = |j: N| N::of(-2.0) * j.log() + N::of(4.0) * ((j + N::of(1.0)) * N::of(0.5)).log();
+    let least = 0.1;
+    let density = match j.value() > least {
+        true => density(j),
+        false => density(N::of(least)) + N::of(4.0 / (least + 1.0) - 2.0 / least) * (j - N::of(least)),
+    };
+    N::of(kappa * volume_m3) * density
+}
+
+/// Rim spring to the ground: `u . M u / 2`.
+pub fn of_rim_node<N: Number>(rim: &RimNode, u: Point<N>) -> N {
+    let [xx, yy, zz, xy, xz, yz] = rim.block_m.map(|c| N::of(f64::from(c)));
+    let squares = xx * u[0] * u[0] + yy * u[1] * u[1] + zz * u[2] * u[2];
+    N::of(0.5) * squares + xy * u[0] * u[1] + xz * u[0] * u[2] + yz * u[1] * u[2]
+}
+
+/// Rim spring between two nodes: `u_i . B u_j`.
+pub fn of_rim_edge<N: Number>(rim: &RimEdge, ui: Point<N>, uj: Point<N>) -> N {
+    let row = |k: usize| [0, 1, 2].map(|m| N::of(f64::from(rim.block_m[3 * k + m])));
+    dot(ui, [dot(row(0), uj), dot(row(1), uj), dot(row(2), uj)])
+}
+
+/// Foundation point: its stiffness k grows by `2 k s` a metre until it reaches the cap, from there it is the cap.
+pub fn of_foundation<N: Number>(k: f64, stiffening_per_m: f64, cap: f64, depth: N) -> N {
+    let soft = |d: N| N::of(0.5 * k) * d * d + N::of(k * stiffening_per_m / 3.0) * d * d * d;
+    let cap = cap.max(k);
+    let knee_m = (cap - k) / (2.0 * k * stiffening_per_m);
+    if depth.value() <= knee_m {
+        return soft(depth);
+    }
+    let at_knee = k * knee_m * (1.0 + stiffening_per_m * knee_m);
+    let beyond = depth - N::of(knee_m);
+    soft(N::of(knee_m)) + N::of(at_knee) * beyond + N::of(0.5 * cap) * beyond * beyond
+}
+
+/// How far a point is inside the probe [m]; `None` outside.
+pub fn depth_inside<N: Number>(params: &Params, tip: Point<f64>, point: Point<N>) -> Option<N> {
+    let probe = &params.probe;
+    let r = f64::from(probe.radius_m);
+    let axis = [0, 1, 2].map(|k| N::of(f64::from(probe.axis[k])));
+    let from_tip = minus(point, tip.map(N::of));
+    let above_tip = dot(from_tip, axis);
+    let from_centre = match probe.shape {
+        ProbeShape::Flat => {
+            let off_axis = dot(from_tip, from_tip) - above_tip * above_tip;
+            return (above_tip.value() > 0.0 && off_axis.value() < r * r).then_some(above_tip);
+        }
+        // a cylinder stands on the half-sphere: there only the distance from the axis counts
+        ProbeShape::Hemisphere if above_tip.value() > r => minus(from_tip, axis.map(|c| c * above_tip)),
+        ProbeShape::Hemisphere | ProbeShape::Sphere => minus(from_tip, axis.map(|c| c * N::of(r))),
+    };
+    let depth = N::of(r) - dot(from_centre, from_centre).root();
+    (depth.value() > 0.0).then_some(depth)
+}
+
+/// Six times the volume of a tet [m^3].
+pub fn six_volume<N: Number>([a, b, c, d]: [Point<N>; 4]) -> N {
+    let (u, v, w) = (minus(b, a), minus(c, a), minus(d, a));
+    let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    dot(cross, w)
+}
+
+/// `a - b`.
+pub fn minus<N: Number>(a: Point<N>, b: Point<N>) -> Point<N> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// Scalar product.
+pub fn dot<N: Number>(a: Point<N>, b: Point<N>) -> N {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}

@@ -1,0 +1,123 @@
+//! How far single precision may be off: a bound on the rounding of each node's force, from the sizes of what is summed.
+//!
+//! `u = 2^-24` is the largest relative error of one operation. Roundings are taken as independent, so n of them are `sqrt(n) u` and not `n u` (Higham &
+//! Mary 2019, "A new approach to probabilistic rounding error analysis"); [`SIGMAS`] of that are allowed. Components are bounded by lengths.
+
+use palpate::{Model, Params, Vector3};
+
+/// Largest relative error of one operation in `f32`.
+pub const UNIT: f64 = 1.0 / (1 << 24) as f64;
+
+/// How many standard deviations are allowed.
+pub const SIGMAS: f64 = 6.0;
+/// Operations from a coordinate to a spring's force: subtraction, squares and sums, root, division, compensation, product.
+const SPRING_OPERATIONS: f64 = 16.0;
+/// From a coordinate to six times a tet's volume: two products of edges with their sums, and one more with its sum.
+const VOLUME_OPERATIONS: f64 = 16.0;
+/// From a pressure and two edges to a corner's force; the first corner takes the sum of the other three.
+const CORNER_OPERATIONS: f64 = 12.0;
+
+/// Bound on the rounding of the internal force at each node, without rim and contact [N].
+///
+/// Spring: `q = k - k l0/l` cancels, so its error is that of `k` and `k l0/l`, times `l`. Tet: the error of the volume ratio is that of the product
+/// of three edges over the rest volume, times the slope of the pressure, times the area of a face.
+#[must_use]
+pub fn of_forces_n(model: &Model, params: &Params, x: &[Vector3<f64>], v: &[Vector3<f64>]) -> Vec<f64> {
+    let mut count = vec![0.0; x.len()];
+    let mut sizes = vec![0.0; x.len()]; // of the terms: what the additions round
+    let mut squares = vec![0.0; x.len()]; // of the terms' own errors
+    for s in model.springs {
+        let (i, j) = (usize::from(s.i), usize::from(s.j));
+        let d = x[j] - x[i];
+        let (k, pulled, rest) = (f64::from(s.k), f64::from(s.k) * d.norm(), f64::from(s.k_rest));
+        let stiffer = 1.0 + f64::from(params.compensation);
+        let damping = f64::from(params.spring_damping_s) * k * (v[j] - v[i]).norm();
+        for n in [i, j] {
+            count[n] += 1.0;
+            sizes[n] += (pulled - rest).abs() * stiffer + damping;
+            squares[n] += SPRING_OPERATIONS * (UNIT * ((pulled + rest) * stiffer + damping)).powi(2);
+        }
+    }
+    let shapes: Vec<Shape> = model.tets.iter().map(|t| Shape::of(t.node.map(|n| x[usize::from(n)]))).collect();
+    let mut star = vec![Star::default(); x.len()];
+    for (t, shape) in model.tets.iter().zip(&shapes) {
+        for n in t.node.map(usize::from) {
+            star[n].six_volume += shape.six_volume;
+            star[n].cubes += shape.edge_m.powi(3);
+            star[n].tets += 1.0;
+        }
+    }
+    let nodal: Vec<Pressure> = model.nodes.iter().zip(&star).map(|(n, s)| s.pressure(n)).collect();
+    for (t, shape) in model.tets.iter().zip(&shapes) {
+        let reciprocal = f64::from(t.six_volume_reciprocal);
+        let j = shape.six_volume * reciprocal;
+        let j_error = VOLUME_OPERATIONS.sqrt() * UNIT * shape.edge_m.powi(3) * reciprocal;
+        let mut p = t.node.iter().fold(Pressure::default(), |sum, &n| sum.plus(nodal[usize::from(n)]));
+        let bulk = f64::from(t.bulk);
+        p = p.plus(Pressure { size: bulk * (j - 1.0).abs(), square: (bulk * j_error).powi(2) });
+        if j < 0.4 {
+            let barrier = f64::from(t.barrier);
+            let floored = j.max(0.05);
+            let slope = 0.4 / (floored * floored) + 20.0;
+            p = p.plus(Pressure { size: barrier * (0.4 - j) / floored, square: (barrier * slope * j_error).powi(2) });
+        }
+        let area_m2 = 3.0 * shape.edge_m.powi(2);
+        for n in t.node.map(usize::from) {
+            count[n] += 1.0;
+            sizes[n] += area_m2 * p.size;
+            squares[n] += area_m2.powi(2) * (p.square + CORNER_OPERATIONS * (UNIT * p.size).powi(2));
+        }
+    }
+    let e = f64::from(params.youngs_modulus_pa);
+    (0..x.len()).map(|n| SIGMAS * e * (squares[n] + count[n] * (UNIT * sizes[n]).powi(2)).sqrt()).collect()
+}
+
+struct Shape {
+    six_volume: f64,
+    /// Longest edge [m].
+    edge_m: f64,
+}
+
+impl Shape {
+    fn of([a, b, c, d]: [Vector3<f64>; 4]) -> Self {
+        let edges = [b - a, c - a, d - a, c - b, d - b, d - c];
+        Self { six_volume: edges[0].cross(&edges[1]).dot(&edges[2]), edge_m: edges.iter().map(|e| e.norm()).fold(0.0, f64::max) }
+    }
+}
+
+#[derive(Clone, Copy, Default)]
+struct Star {
+    six_volume: f64,
+    cubes: f64,
+    tets: f64,
+}
+
+impl Star {
+    fn pressure(&self, node: &palpate::NodeRest) -> Pressure {
+        let reciprocal = f64::from(node.six_volume_reciprocal);
+        let j = (self.six_volume * reciprocal).max(0.1);
+        let j_error = (VOLUME_OPERATIONS + self.tets).sqrt() * UNIT * self.cubes * reciprocal;
+        let stiffness = f64::from(node.pressure);
+        // of (J - 1) / (J (J + 1)): the difference rounds at the size of J and 1
+        let slope = (1.0 + 2.0 * j - j * j).abs() / (j * j * (j + 1.0) * (j + 1.0));
+        Pressure { size: stiffness * (j - 1.0).abs() / (j * (j + 1.0)), square: (stiffness * slope * j_error).powi(2) }
+    }
+}
+
+#[derive(Clone, Copy, Default)]
+struct Pressure {
+    size: f64,
+    /// Of its error.
+    square: f64,
+}
+
+impl Pressure {
+    fn plus(self, other: Self) -> Self {
+        Self { size: self.size + other.size, square: self.square + other.square }
+    }
+}
+
+/// Size of a sum of vectors whose roundings are independent.
+pub fn together(bounds: impl IntoIterator<Item = f64>) -> f64 {
+    bounds.into_iter().map(|b| b * b).sum::<f64>().sqrt()
+}
