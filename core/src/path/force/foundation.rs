@@ -27,6 +27,10 @@ pub const POINT_WEIGHTS: [[f32; 3]; 4] = [
     [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0],
 ];
 
+/// Radius of the flat probe's rounded edge, as a share of its own: with a sharp one the force jumps when a point slips over it, and the tissue
+/// never comes to rest.
+pub const FLAT_EDGE: f32 = 1.0 / 16.0;
+
 /// What the tissue bears.
 #[derive(Clone, Copy, Debug)]
 pub struct Load {
@@ -153,8 +157,22 @@ fn penetration(probe: &Probe, mut d: Vector3<f32>) -> Option<(f32, Vector3<f32>)
     let along = d.dot(&probe.axis);
     match probe.shape {
         ProbeShape::Flat => {
-            let off_axis = d.dot(&d) - along * along;
-            return (along > 0.0 && off_axis < r * r).then_some((along, -probe.axis));
+            let edge = FLAT_EDGE * r;
+            let off_axis = d - probe.axis * along;
+            let square = off_axis.dot(&off_axis);
+            if along <= 0.0 || square >= r * r {
+                return None;
+            }
+            let inner = r - edge;
+            if square <= inner * inner {
+                return Some((along, -probe.axis));
+            }
+            // on the rounded edge: as of a ring of radius `inner`, `edge` above the face
+            let off = sqrt(square);
+            let below = if along < edge { edge - along } else { 0.0 };
+            let arm = off_axis * ((off - inner) / off) - probe.axis * below;
+            let length = sqrt(arm.dot(&arm));
+            return (length < edge).then(|| (edge - length, if length > 0.0 { arm * (1.0 / length) } else { -probe.axis }));
         }
         // above the half-sphere stands a cylinder
         ProbeShape::Hemisphere if along > 0.0 => d -= probe.axis * along,
