@@ -4,8 +4,6 @@ use super::{Hold, Press};
 use crate::error::Error;
 use crate::scene::Drive;
 
-/// A hold keeps at least this share of the largest force on the way to it. Tissue relaxes by a tenth; a surface that slips off the probe loses all.
-const KEPT: f64 = 0.5;
 /// How far a hold of a force drive may be from its target, as a share of it.
 const FORCE_TOLERANCE: f64 = 0.02;
 
@@ -27,7 +25,12 @@ impl Press {
             return broken(format!("a tet is inverted at {:.2} mm (J = {:.3})", hold.command_m * 1e3, hold.min_j));
         }
         for hold in &self.holds {
-            self.check_kept(hold)?;
+            if hold.force_n <= 0.0 {
+                let depth_mm = hold.command_m * 1e3;
+                return broken(format!(
+                    "no force at {depth_mm:.2} mm: the probe misses the tissue or has slipped through its surface; press where there is tissue, less deep, or refine the mesh there"
+                ));
+            }
             if matches!(drive, Drive::Force { .. }) && (hold.force_n / hold.target - 1.0).abs() > FORCE_TOLERANCE {
                 let (force_n, target, depth_mm) = (hold.force_n, hold.target, hold.command_m * 1e3);
                 return broken(format!(
@@ -41,24 +44,6 @@ impl Press {
         if let Some(pair) = by_depth.windows(2).find(falls) {
             let [a, b] = [pair[0], pair[1]].map(|h| format!("{:.4} N at {:.2} mm", h.force_n, h.command_m * 1e3));
             return broken(format!("the force does not rise with depth: {a}, {b}"));
-        }
-        Ok(())
-    }
-
-    fn check_kept(&self, hold: &Hold) -> Result<(), Error> {
-        let depth_mm = hold.command_m * 1e3;
-        if hold.force_n <= 0.0 {
-            return Err(Error::Check(format!(
-                "no force at {depth_mm:.2} mm: the probe misses the tissue or has slipped through its surface; press where there is tissue, less deep, or refine the mesh there"
-            )));
-        }
-        let on_the_way = self.ticks.iter().filter(|t| t.t_s <= hold.t_s && t.command_m <= hold.command_m);
-        let largest_n = on_the_way.map(|t| f64::from(t.output.force_n.norm())).fold(0.0, f64::max);
-        if hold.force_n < KEPT * largest_n {
-            return Err(Error::Check(format!(
-                "{:.4} N at {depth_mm:.2} mm after {largest_n:.4} N on the way: the surface slips off the probe; press less deep or refine the mesh there",
-                hold.force_n
-            )));
         }
         Ok(())
     }
