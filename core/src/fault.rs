@@ -99,6 +99,9 @@ impl fmt::Display for BuildError {
             Self::Degenerate { item, index } => write!(f, "{item} {index} is degenerate or misplaced: pack the patch again"),
             Self::LengthMismatch { item, need, have } => write!(f, "{item}: {have} entries where the model needs {need}"),
             Self::TooLarge { item, need, have } => write!(f, "{item}: the model has {need}, {have} fit: take a smaller mesh"),
+            Self::OutOfRange { parameter, value, min: f32::MIN_POSITIVE, max } => {
+                write!(f, "{parameter} = {value} must be above zero and at most {max}: choose a value in that range")
+            }
             Self::OutOfRange { parameter, value, min, max } => {
                 write!(f, "{parameter} = {value} is outside {min} .. {max}: choose a value in that range")
             }

@@ -11,10 +11,9 @@ use crate::error::Error;
 
 /// Soft tissue for haptic devices: press it, measure it, pack it for a board.
 ///
-/// Without a command: presses the default block. Every command writes summary.json, CSV tables and pictures (SVG and PNG) into its output
-/// folder, and exits with 0 if what it promises held, 1 if a check failed, 2 on bad input.
+/// Without a command, presses the default block and writes the results to out/press.
 #[derive(Debug, Parser)]
-#[command(name = "palpate", version, max_term_width = 110)]
+#[command(name = "palpate", version, max_term_width = 110, after_help = EXIT_CODES)]
 pub struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -23,20 +22,25 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Press a scene at 1 kHz in virtual time: force-depth curve, tick times, trace, picture of the dent.
+    ///
+    /// Writes summary.json, trace.csv (one row a tick), surface_<k>.csv (the surface at the end of hold k) and pictures as SVG and PNG. Fails
+    /// a check (exit code 1) on a fault, a tick over 1 ms, an inverted tet, or a force that is lost or does not rise with depth.
     Press(press::PressArgs),
     /// Check a mesh file, or pack a scene's patch for a board.
     #[command(subcommand)]
     Mesh(mesh::MeshCommand),
 }
 
+const EXIT_CODES: &str = "Exit code: 0 if what the command promises held, 1 if a check failed, 2 on bad input.";
+
 /// What most commands take.
 #[derive(Args, Clone, Debug)]
 struct Common {
-    /// A preset (block, block-deep, block-20kpa, nodule, liver) or the path of a scene file.
-    #[arg(long, default_value = "block")]
+    /// A preset (block, block-deep, block-20kpa, nodule, liver) or the path of a scene file (.toml, see host-sim/scenes).
+    #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     scene: String,
-    /// Output folder [default: out/<command>].
-    #[arg(long)]
+    /// Output folder, made if it is not there [default: out/press, out/mesh-pack].
+    #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
 

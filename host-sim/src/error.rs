@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::charts::ChartError;
-use crate::mesh::{BlockError, MeshError};
+use crate::mesh::MeshError;
 
 /// Why a command did not do what it promises.
 #[derive(Debug, thiserror::Error)]
@@ -14,9 +14,6 @@ pub enum Error {
     /// A mesh that cannot be used.
     #[error("{0}")]
     Mesh(#[from] MeshError),
-    /// A block that cannot be meshed.
-    #[error("[tissue] {0}")]
-    Block(#[from] BlockError),
     /// Parameters or a model that the core refuses.
     #[error("{0}")]
     Build(#[from] palpate::BuildError),

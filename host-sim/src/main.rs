@@ -9,7 +9,8 @@ fn main() -> ExitCode {
     match Cli::parse().run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("palpate: {error}");
+            // a name in the message may hold a line end; the message stays one line
+            eprintln!("palpate: {}", error.to_string().replace(char::is_control, "\u{fffd}"));
             ExitCode::from(error.exit_code())
         }
     }

@@ -2,6 +2,8 @@
 //!
 //! One tick follows the other without waiting; the tick's own CPU time is what is held against the millisecond.
 
+mod promise;
+
 use palpate::{Fault, Limiters, Output, ProbePose, State, Vector3, tick};
 
 use crate::clock::thread_time;
@@ -43,7 +45,9 @@ pub struct TickRow {
 pub struct Hold {
     /// Depth [m], force [N] or hand target [m], as the drive's kind says.
     pub target: f64,
-    /// Depth reached [m].
+    /// Depth of the tip along the press, as commanded [m].
+    pub command_m: f64,
+    /// Depth reached, along the contact normal [m].
     pub depth_m: f64,
     /// Force along the press [N], positive out of the tissue.
     pub force_n: f64,
@@ -87,7 +91,7 @@ enum Tips {
 /// Runs a scene.
 ///
 /// # Errors
-/// A recorded trace that cannot be read; what the core refuses to build.
+/// What the core refuses to build.
 pub fn run(scene: &Scene, session: &Session, mut progress: impl FnMut(usize)) -> Result<Press, Error> {
     let model = session.patch.wide_model();
     let mut memory = Memory::for_model(&model);
@@ -96,7 +100,7 @@ pub fn run(scene: &Scene, session: &Session, mut progress: impl FnMut(usize)) ->
     let clear_m = CLEAR_RADII * f64::from(session.params.probe.radius_m);
     let mut tips = match Finger::new(&scene.drive, clear_m, TICK_S, SETTLE_S) {
         Some(finger) => Tips::Finger(finger),
-        None => Tips::Recorded(crate::trace_file::read_tips(&scene.drive)?.into_iter()),
+        None => Tips::Recorded(session.tips_m.clone().into_iter()),
     };
     let targets = scene.drive.targets();
 
@@ -142,12 +146,13 @@ pub fn run(scene: &Scene, session: &Session, mut progress: impl FnMut(usize)) ->
         force_n = f64::from(output.force_n.dot(&axis));
         let t_s = press.ticks.len() as f64 * TICK_S;
         let command_m = f64::from((session.patch.site_m() - tip_m).dot(&axis));
-        press.ticks.push(TickRow { t_s, tip_m, command_m, output, tick_us });
+        let row = TickRow { t_s, tip_m, command_m, output, tick_us };
+        press.ticks.push(row);
         press.deadline_misses += usize::from(tick_us > BUDGET_US);
         press.limiters.set(output.limiters);
         press.fault = output.fault;
         if let Some(n) = hold_ends {
-            press.holds.push(hold(&model, &state, targets[n], &output, force_n, t_s, tip_m));
+            press.holds.push(hold(&model, &state, targets[n], force_n, &row));
         }
         progress(press.ticks.len());
     }
@@ -156,54 +161,22 @@ pub fn run(scene: &Scene, session: &Session, mut progress: impl FnMut(usize)) ->
     Ok(press)
 }
 
-fn hold(
-    model: &palpate::Model,
-    state: &State,
-    target: f64,
-    output: &Output,
-    force_n: f64,
-    t_s: f64,
-    tip_m: Vector3<f32>,
-) -> Hold {
+fn hold(model: &palpate::Model, state: &State, target: f64, force_n: f64, row: &TickRow) -> Hold {
     let (min_j, volume_change_pct) = measure::volumes(model, state);
     Hold {
         target,
-        depth_m: f64::from(output.depth_m),
+        command_m: row.command_m,
+        depth_m: f64::from(row.output.depth_m),
         force_n,
         min_j,
         volume_change_pct,
-        t_s,
-        tip_m,
+        t_s: row.t_s,
+        tip_m: row.tip_m,
         displacement_m: measure::displacements(model, state),
     }
 }
 
 impl Press {
-    /// What `press` promises: no fault, no deadline miss, no inverted tet, force rising with depth.
-    ///
-    /// # Errors
-    /// The first promise that did not hold.
-    pub fn check(&self) -> Result<(), Error> {
-        if let Some(fault) = self.fault {
-            let t_s = self.ticks.last().map_or(0.0, |t| t.t_s);
-            return Err(Error::Check(format!("{fault} at {t_s:.3} s; the force is zero from there on")));
-        }
-        if self.deadline_misses > 0 {
-            return Err(Error::Check(format!("{} of {} ticks took longer than 1 ms", self.deadline_misses, self.ticks.len())));
-        }
-        if let Some(hold) = self.holds.iter().find(|h| h.min_j <= 0.0) {
-            return Err(Error::Check(format!("a tet is inverted at {:.2} mm (J = {:.3})", hold.depth_m * 1e3, hold.min_j)));
-        }
-        let mut by_depth: Vec<&Hold> = self.holds.iter().collect();
-        by_depth.sort_by(|a, b| a.depth_m.total_cmp(&b.depth_m));
-        let falls = |pair: &&[&Hold]| pair[0].depth_m < pair[1].depth_m && pair[0].force_n >= pair[1].force_n;
-        if let Some(pair) = by_depth.windows(2).find(falls) {
-            let [a, b] = [pair[0], pair[1]].map(|h| format!("{:.4} N at {:.2} mm", h.force_n, h.depth_m * 1e3));
-            return Err(Error::Check(format!("the force does not rise with depth: {a}, {b}")));
-        }
-        Ok(())
-    }
-
     /// Tick times [us]: median, 99th percentile, largest.
     #[must_use]
     pub fn tick_us(&self) -> [f32; 3] {

@@ -12,6 +12,7 @@ pub fn of(scene: &Scene) -> Vec<(f64, f64)> {
     let tissue = &scene.tissue;
     let standard = tissue.block_m == Some([0.08, 0.08, 0.04])
         && tissue.inclusion.is_empty()
+        && tissue.gravity_m_per_s2 == [0.0; 3]
         && tissue.poisson_ratio == 0.45
         && scene.probe.shape == Shape::Hemisphere
         && scene.probe.radius_m == 0.008

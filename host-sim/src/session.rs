@@ -1,14 +1,17 @@
 //! A scene made ready to run: patch, parameters, stable step, start-up report.
 
-use palpate::{Params, PatchFile, Probe, ProbeShape, Terms, Vector3};
+mod packed;
+
+use palpate::{Params, ProbeShape, Vector3};
 
 use crate::budget::{MACHINES, Machine, triangles_in_reach};
 use crate::error::Error;
 use crate::mesh::{WorstTet, worst};
 use crate::patch::{Material, Patch};
-use crate::scene::{Method, Scene, Shape};
+use crate::scene::Scene;
 use crate::stable_step::{MARGIN, StableStep, substeps_for_taps};
 use crate::tissue::place;
+use crate::trace_file::read_tips;
 
 /// The device's tick [s].
 pub const TICK_S: f64 = 1e-3;
@@ -22,6 +25,8 @@ pub struct Session {
     pub params: Params,
     /// Its limits.
     pub stable: StableStep,
+    /// Probe tips of a recorded trace [m]; empty for a finger.
+    pub tips_m: Vec<[f32; 3]>,
     /// What a user should see before anything moves.
     pub report: Report,
 }
@@ -71,25 +76,19 @@ impl Session {
     /// # Errors
     /// Bad input, or a model that cannot keep 1 kHz: with the numbers.
     pub fn prepare(scene: &Scene) -> Result<Self, Error> {
+        let tips_m = read_tips(&scene.drive)?;
         if let Some(path) = &scene.solver.patch {
-            let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.clone(), source })?;
-            let in_file = |cause| Error::Patch { path: path.clone(), cause };
-            let mut words = vec![0_u32; bytes.len().div_ceil(4)];
-            bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(&bytes);
-            let file = PatchFile::open(&bytemuck::cast_slice(&words)[..bytes.len()]).map_err(in_file)?;
-            file.model.check().map_err(in_file)?;
-            let params = params_of(scene, file.params.probe.axis.map(f64::from).into());
-            return Self::of_patch(Patch::of_file(&file), params, 0);
+            let (patch, axis) = packed::open(scene, path)?;
+            return Self::of_patch(patch, scene.params(axis), tips_m, 0);
         }
-        let placed = place(scene)?;
-        let params = params_of(scene, placed.axis);
-        params.check()?;
+        let placed = place(scene, &tips_m)?;
+        let params = scene.params(placed.axis);
         let material = Material { poisson_ratio: f64::from(params.poisson_ratio), ..Material::default() };
         let flipped = placed.import.as_ref().map_or(0, |i| i.flipped_tets);
-        Self::of_patch(Patch::build(&placed.tissue, &material, None), params, flipped)
+        Self::of_patch(Patch::build(&placed.tissue, &material, None), params, tips_m, flipped)
     }
 
-    fn of_patch(patch: Patch, params: Params, flipped_tets: usize) -> Result<Self, Error> {
+    fn of_patch(patch: Patch, params: Params, tips_m: Vec<[f32; 3]>, flipped_tets: usize) -> Result<Self, Error> {
         let model = patch.wide_model();
         let site_m = patch.site_m();
         let measured = StableStep::measure(&model, &params, site_m)?;
@@ -108,7 +107,7 @@ impl Session {
         fits(f64::from(substeps))?;
         let params = Params { substeps, ..params };
         let report = report(&patch, &params, &stable, flipped_tets)?;
-        Ok(Self { patch, params, stable, report })
+        Ok(Self { patch, params, stable, tips_m, report })
     }
 
     /// Tip position for a depth along the press [m].
@@ -138,32 +137,6 @@ fn refuse_if_too_slow(
         cost.units * 1e-3,
         cost.budget * 1e-3,
     )))
-}
-
-fn params_of(scene: &Scene, axis: [f64; 3]) -> Params {
-    let tissue = &scene.tissue;
-    Params {
-        youngs_modulus_pa: tissue.youngs_modulus_pa as f32,
-        poisson_ratio: tissue.poisson_ratio as f32,
-        density_kg_per_m3: tissue.density_kg_per_m3 as f32,
-        node_damping_per_s: tissue.node_damping_per_s as f32,
-        gravity_m_per_s2: tissue.gravity_m_per_s2.map(|g| g as f32),
-        tick_s: TICK_S as f32,
-        probe: Probe {
-            shape: match scene.probe.shape {
-                Shape::Hemisphere => ProbeShape::Hemisphere,
-                Shape::Sphere => ProbeShape::Sphere,
-                Shape::Flat => ProbeShape::Flat,
-            },
-            radius_m: scene.probe.radius_m as f32,
-            axis: axis.map(|c| c as f32).into(),
-        },
-        terms: match scene.solver.method {
-            Method::Palpate => Terms::ALL,
-            Method::Springs => Terms::SPRINGS_ONLY,
-        },
-        ..Params::default()
-    }
 }
 
 fn report(patch: &Patch, params: &Params, stable: &StableStep, flipped_tets: usize) -> Result<Report, Error> {

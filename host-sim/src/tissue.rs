@@ -2,16 +2,15 @@
 
 use crate::error::Error;
 use crate::mesh::import::import;
-use crate::mesh::{BlockSpec, ImportReport, TetMesh, block, surface};
+use crate::mesh::{BlockError, BlockSpec, ImportReport, TetMesh, block, surface};
 use crate::patch::Tissue;
-use crate::scene::{Drive, Inclusion, Scene};
-use crate::trace_file::read_tips;
+use crate::scene::{Drive, Inclusion, PRESETS, Scene, SceneError};
 
 /// A mesh rests on its underside: surface triangles whose outward normal has less than this cosine with the press axis are fixed.
 const UNDERSIDE_COSINE: f64 = -0.5;
 /// The patch answers presses this much deeper than the deepest hold.
 const DEPTH_MARGIN: f64 = 1.25;
-/// Deepest press of a force drive, in probe radii: where the contact law was measured.
+/// Deepest press of a force drive, and least of a trace, in probe radii: where the contact law was measured.
 const DEFAULT_DEPTH_RADII: f64 = 0.75;
 
 /// Nodes of a block whose scene does not say.
@@ -31,46 +30,74 @@ pub struct Placed {
 /// Meshes or imports the tissue of a scene.
 ///
 /// # Errors
-/// What the generator or the import refuses.
-pub fn place(scene: &Scene) -> Result<Placed, Error> {
+/// What the generator or the import refuses; a place or a press outside the tissue.
+pub fn place(scene: &Scene, tips_m: &[[f32; 3]]) -> Result<Placed, Error> {
     if let (Some(path), Some(unit), Some(site)) = (&scene.tissue.mesh, scene.tissue.length_unit, scene.probe.site) {
+        if !path.is_file() && PRESETS.iter().any(|(name, _)| *name == scene.file) {
+            let why = format!(
+                "= {} is looked for from the working directory and is not there: start from the repository's root, or give your own mesh in a copy of host-sim/scenes/{}.toml",
+                path.display(),
+                scene.file
+            );
+            return Err(SceneError::value(&scene.file, "tissue.mesh", &why).into());
+        }
         let imported = import(path, unit.metres)?;
         let (site_m, axis) = nearest_on_surface(&imported.mesh, site, scene.probe.radius_m);
+        let (away, long) = (sub(site, site_m), imported.report.size_m.into_iter().fold(0.0, f64::max));
+        if dot(away, away) > long * long {
+            let why =
+                format!("= {site:?} is further from the mesh than that is long ({long:.4} m): give metres, in the mesh's frame");
+            return Err(SceneError::value(&scene.file, "probe.site", &why).into());
+        }
         let anchors = underside(&imported.mesh, axis);
-        let depth_limit_m = depth_limit_m(scene, site_m, axis)?;
-        let tissue = finish(scene, imported.mesh, anchors, site_m, depth_limit_m);
+        let tissue = finish(scene, tips_m, imported.mesh, anchors, site_m, axis)?;
         return Ok(Placed { tissue, axis, import: Some(imported.report) });
     }
     let size_m = scene.tissue.block_m.unwrap_or_default();
     let [x, y] = scene.probe.position_m.unwrap_or_default();
     let nodes = scene.tissue.nodes.unwrap_or(DEFAULT_NODES);
-    let mesh = block(&BlockSpec { size_m, nodes, fine_at_m: [x, y], fine_radius_m: scene.probe.radius_m })?;
+    let mesh = block(&BlockSpec { size_m, nodes, fine_at_m: [x, y], fine_radius_m: scene.probe.radius_m })
+        .map_err(|cause| not_meshed(scene, cause))?;
     // the generator puts the bottom nodes exactly there
     let anchors = anchored(&mesh, |x| x[2] <= -size_m[2] * (1.0 - 1e-9));
-    let (site_m, axis) = ([x, y, 0.0], [0.0, 0.0, 1.0]);
-    let tissue = finish(scene, mesh, anchors, site_m, depth_limit_m(scene, site_m, axis)?);
+    let axis = [0.0, 0.0, 1.0];
+    let tissue = finish(scene, tips_m, mesh, anchors, [x, y, 0.0], axis)?;
     Ok(Placed { tissue, axis, import: None })
 }
 
-/// Deepest press the patch must answer [m].
-fn depth_limit_m(scene: &Scene, site_m: [f64; 3], axis: [f64; 3]) -> Result<f64, Error> {
-    let unknown = DEFAULT_DEPTH_RADII * scene.probe.radius_m;
-    let deepest = match &scene.drive {
-        Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } => holds_m.iter().copied().fold(0.0, f64::max),
-        Drive::Force { .. } => unknown,
-        Drive::Trace { depth_limit_m: Some(limit_m), .. } => return Ok(*limit_m),
-        Drive::Trace { .. } => {
-            let depths = read_tips(&scene.drive)?.into_iter().map(|tip| dot(sub(site_m, tip.map(f64::from)), axis));
-            let deepest = depths.fold(0.0, f64::max);
-            if deepest > 0.0 { deepest } else { unknown }
-        }
-    };
-    Ok(DEPTH_MARGIN * deepest)
+fn not_meshed(scene: &Scene, cause: BlockError) -> SceneError {
+    let key = if matches!(cause, BlockError::Aspect { .. }) { "tissue.block_m:" } else { "tissue.nodes:" };
+    SceneError::value(&scene.file, key, &cause.to_string())
 }
 
-fn finish(scene: &Scene, mesh: TetMesh, anchors: Vec<u32>, site_m: [f64; 3], depth_limit_m: f64) -> Tissue {
+/// Deepest press the patch must answer [m].
+fn depth_limit_m(scene: &Scene, tips_m: &[[f32; 3]], site_m: [f64; 3], axis: [f64; 3]) -> f64 {
+    let deepest = match &scene.drive {
+        Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } => holds_m.iter().copied().fold(0.0, f64::max),
+        Drive::Force { .. } => DEFAULT_DEPTH_RADII * scene.probe.radius_m,
+        Drive::Trace { depth_limit_m: Some(limit_m), .. } => return *limit_m,
+        Drive::Trace { .. } => {
+            let depths = tips_m.iter().map(|tip| dot(sub(site_m, tip.map(f64::from)), axis));
+            depths.fold(DEFAULT_DEPTH_RADII * scene.probe.radius_m, f64::max)
+        }
+    };
+    DEPTH_MARGIN * deepest
+}
+
+fn finish(
+    scene: &Scene,
+    tips_m: &[[f32; 3]],
+    mesh: TetMesh,
+    anchors: Vec<u32>,
+    site_m: [f64; 3],
+    axis: [f64; 3],
+) -> Result<Tissue, SceneError> {
+    let heights = mesh.nodes_m.iter().map(|x| dot(*x, axis));
+    let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
+    scene.refuse_deeper_than(high - low, "the tissue is thick")?;
+    let depth_limit_m = depth_limit_m(scene, tips_m, site_m, axis);
     let stiffness_ratio = mesh.tets.iter().map(|tet| ratio_of(&mesh, tet, &scene.tissue.inclusion)).collect();
-    Tissue { mesh, stiffness_ratio, anchors, site_m, depth_limit_m }
+    Ok(Tissue { mesh, stiffness_ratio, anchors, site_m, depth_limit_m })
 }
 
 fn anchored(mesh: &TetMesh, fixed: impl Fn(&[f64; 3]) -> bool) -> Vec<u32> {

@@ -49,7 +49,8 @@ fn parse_tips(path: &Path, text: &str) -> Result<Vec<[f32; 3]>, Error> {
         let mut tip = [0.0_f32; 3];
         for (value, column) in tip.iter_mut().zip(columns) {
             let cell = cells.get(column).copied().unwrap_or_default();
-            *value = cell.parse().map_err(|_| bad(n + 2, format!("\"{cell}\" is not a number: use a trace.csv of `press`")))?;
+            let number = cell.parse().ok().filter(|v: &f32| v.is_finite());
+            *value = number.ok_or_else(|| bad(n + 2, format!("\"{cell}\" is not a number: use a trace.csv of `press`")))?;
         }
         tips.push(tip);
     }

@@ -1,13 +1,16 @@
-//! What the tests share. On the board: running the firmware in the emulator, reading its image, counting what it executed. Physics: blocks of
-//! tissue, an oracle of their forces in double precision, and how far single precision may be off it.
+//! What the tests share. The command: running it, reading what it wrote. On the board: running the firmware in the emulator, reading its image,
+//! counting what it executed. Physics: blocks of tissue, an oracle of their forces in double precision, and how far single precision may be off it.
 #![forbid(unsafe_code)]
 
 pub mod bench;
+pub mod cube_mesh;
 pub mod disassembly;
 pub mod emulator;
 pub mod exec_log;
 pub mod firmware_image;
 pub mod instruction_mix;
 pub mod oracle;
+pub mod palpate_command;
+pub mod press_run;
 pub mod rounding;
 pub mod thumb;

@@ -20,23 +20,27 @@ const LOOK_AHEAD: usize = 4;
 
 #[derive(Clone, Debug, Subcommand)]
 pub(super) enum MeshCommand {
-    /// Import a mesh file and report what was found: Gmsh 1, 2.2, 4.1 ASCII; TetGen .node/.ele; legacy ASCII VTK.
+    /// Import a mesh file and report what was found.
+    ///
+    /// Reads Gmsh 1, 2.2 and 4.1 ASCII, TetGen .node/.ele and legacy ASCII VTK. Writes nothing.
     Check {
         /// The mesh file.
         file: PathBuf,
         /// Metres in one unit of the file: 1 for metres, 0.001 for millimetres.
-        #[arg(long, default_value_t = 1.0)]
+        #[arg(long, value_name = "METRES", default_value_t = 1.0)]
         unit_m: f64,
     },
     /// Build a scene's patch and write it as a patch file for a board.
+    ///
+    /// Writes <scene>-<board>.patch. The firmware takes it in, and a scene presses it with patch = "FILE" under [solver].
     Pack {
         #[command(flatten)]
         common: Common,
-        /// Board whose cycle budget the patch must meet: desktop, m4f-168 or m7-480.
-        #[arg(long, default_value = "m4f-168")]
+        /// Board whose budget a tick of the patch must meet: m4f-168 (Cortex-M4F, 168 MHz), m7-480 (Cortex-M7, 480 MHz) or desktop.
+        #[arg(long, value_name = "BOARD", default_value = "m4f-168")]
         board: String,
         /// Nodes of the block's mesh [default: the most that fit the board, up to the scene's].
-        #[arg(long)]
+        #[arg(long, value_name = "COUNT")]
         nodes: Option<usize>,
     },
 }
@@ -72,7 +76,6 @@ fn pack(common: &Common, board: &str, nodes: Option<usize>) -> Result<(), Error>
     if nodes.is_some() && scene.tissue.block_m.is_none() {
         return Err(Error::Usage(format!("--nodes is for a block; scene {} brings its own mesh: leave it out", scene.name)));
     }
-    let folder = OutputFolder::open(&common.folder("mesh-pack"))?;
     let sized = |n: usize| {
         let mut scene = scene.clone();
         scene.tissue.nodes = Some(n);
@@ -95,6 +98,7 @@ fn pack(common: &Common, board: &str, nodes: Option<usize>) -> Result<(), Error>
             machine.name
         )));
     }
+    let folder = OutputFolder::open(&common.folder("mesh-pack"))?;
     let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
     let name = format!("{}-{}.patch", scene.name, machine.name);
     folder.write(&name, &bytes)?;

@@ -19,7 +19,7 @@ const QUIET_MS: u128 = 2000;
 pub(super) struct PressArgs {
     #[command(flatten)]
     common: Common,
-    /// Also write a ParaView file (.vtu) at the end of each hold.
+    /// Also write press_<k>.vtu for ParaView: the tissue at the end of hold k.
     #[arg(long)]
     vtu: bool,
 }
@@ -33,14 +33,15 @@ impl Default for PressArgs {
 impl PressArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let scene = Scene::load(&self.common.scene)?;
-        let folder = OutputFolder::open(&self.common.folder("press"))?;
         let session = Session::prepare(&scene)?;
+        // not before the scene is known to be good: bad input leaves nothing behind
+        let folder = OutputFolder::open(&self.common.folder("press"))?;
         print_report(&scene, &session);
         let press = with_progress(|progress| press::run(&scene, &session, progress))?;
         summary::write(&folder, &scene, &session, &press, self.vtu)?;
-        print_holds(&scene, &session, &press);
+        print_holds(&scene, &press);
         println!("\nwrote {}: summary.json, trace.csv, surface_*.csv, pictures as SVG and PNG", folder.path().display());
-        press.check()
+        press.check(&scene.drive)
     }
 }
 
@@ -98,13 +99,15 @@ fn print_report(scene: &Scene, session: &Session) {
     println!("  model     uncalibrated: constants from formulas alone");
 }
 
-fn print_holds(scene: &Scene, session: &Session, press: &Press) {
+fn print_holds(scene: &Scene, press: &Press) {
     let reference = reference_values::of(scene);
     let target = match scene.drive {
         Drive::Force { .. } => "target N",
         _ => "target mm",
     };
-    println!("\n{target:>10} {:>9} {:>10} {:>8} {:>9} {:>12}", "depth mm", "force N", "min J", "volume %", "FEM force");
+    if !press.holds.is_empty() {
+        println!("\n{target:>10} {:>9} {:>9} {:>8} {:>9} {:>18}", "depth mm", "force N", "min J", "volume %", "FEM force N");
+    }
     for hold in &press.holds {
         let shown = match scene.drive {
             Drive::Force { .. } => hold.target,
@@ -115,7 +118,7 @@ fn print_holds(scene: &Scene, session: &Session, press: &Press) {
             .find(|(depth, _)| matches!(scene.drive, Drive::Depth { .. }) && (depth - hold.target).abs() < 1e-6 * depth);
         let fem = fem.map_or("-".into(), |(_, f)| format!("{f:.4} ({:+.1} %)", (hold.force_n / f - 1.0) * 100.0));
         println!(
-            "{shown:>10.3} {:>9.3} {:>10.5} {:>8.3} {:>+9.3} {fem:>18}",
+            "{shown:>10.3} {:>9.3} {:>9.4} {:>8.3} {:>+9.3} {fem:>18}",
             hold.depth_m * 1e3,
             hold.force_n,
             hold.min_j,
@@ -135,5 +138,4 @@ fn print_holds(scene: &Scene, session: &Session, press: &Press) {
         press.state_hash,
         f64::from(max) * 0.1
     );
-    let _ = session;
 }

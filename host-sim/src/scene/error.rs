@@ -33,6 +33,16 @@ pub enum SceneError {
         /// What is wrong and how to fix it.
         what: String,
     },
+    /// A parameter that the core refuses.
+    #[error("{file}: {table}{cause}")]
+    Parameter {
+        /// The file.
+        file: String,
+        /// Its table, with the dot, where the core's name has none.
+        table: &'static str,
+        /// Name, value, range.
+        cause: palpate::BuildError,
+    },
     /// A value that cannot be.
     #[error("{file}: {key} {why}")]
     Value {
@@ -60,22 +70,50 @@ impl SceneError {
     }
 
     pub(super) fn of_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
-        let line = error.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
+        let mut line = error.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
+        let at = text.lines().nth(line - 1).unwrap_or_default();
         let message = error.message().lines().collect::<Vec<_>>().join(" ");
-        let what = match unknown_key(&message) {
-            Some((key, Some(known))) => format!("unknown key \"{key}\": did you mean \"{known}\"?"),
-            Some((key, None)) => format!("unknown key \"{key}\": remove it"),
-            None => format!("{message}: see the presets under host-sim/scenes for the form"),
+        let what = if let Some((key, near)) = unknown(&message, "unknown field `") {
+            // serde points at the table
+            line += text.lines().skip(line - 1).position(|l| key_of(l) == Some(key)).unwrap_or(0);
+            near.map_or(format!("unknown key \"{key}\": remove it"), |near| {
+                format!("unknown key \"{key}\": did you mean \"{near}\"?")
+            })
+        } else if let Some((word, near)) = unknown(&message, "unknown variant `") {
+            format!("\"{word}\" is not known here: did you mean \"{}\"?", near.unwrap_or_default())
+        } else if let Some(key) = message.strip_prefix("missing field `").and_then(|rest| rest.strip_suffix('`')) {
+            let table = if at.trim_start().starts_with('[') { at.trim() } else { "the file" };
+            format!("key \"{key}\" is missing in {table}: add it, as in the presets under host-sim/scenes")
+        } else {
+            let key = key_of(at).map_or(String::new(), |key| format!("{key}: "));
+            format!("{key}{}: see the presets under host-sim/scenes for the form", in_toml_words(&message))
         };
         Self::Toml { file: file.into(), line, what }
     }
 }
 
-/// The key that serde does not know, and the known one spelled most like it.
-fn unknown_key(message: &str) -> Option<(&str, Option<&str>)> {
-    let rest = message.strip_prefix("unknown field `").or_else(|| message.strip_prefix("unknown variant `"))?;
-    let (key, expected) = rest.split_once('`')?;
-    Some((key, nearest(key, expected.split('`').skip(1).step_by(2))))
+/// The key that a line sets.
+fn key_of(line: &str) -> Option<&str> {
+    line.split_once('=').map(|(key, _)| key.trim())
+}
+
+/// What serde calls by Rust's names.
+fn in_toml_words(message: &str) -> String {
+    [
+        ("expected f64", "expected a number"),
+        ("expected usize", "expected a whole number from 0"),
+        ("expected a sequence", "expected a list [..]"),
+        ("invalid type: sequence", "invalid type: a list"),
+        ("expected an array of length", "expected a list of length"),
+    ]
+    .iter()
+    .fold(message.to_owned(), |text, (rust, toml)| text.replace(rust, toml))
+}
+
+/// The word that serde does not know, and the known one spelled most like it.
+fn unknown<'a>(message: &'a str, prefix: &str) -> Option<(&'a str, Option<&'a str>)> {
+    let (word, expected) = message.strip_prefix(prefix)?.split_once('`')?;
+    Some((word, nearest(word, expected.split('`').skip(1).step_by(2))))
 }
 
 fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {

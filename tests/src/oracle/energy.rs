@@ -1,5 +1,6 @@
 //! The energies of the model, as documented, over Young's modulus [J/Pa = m^3].
 
+use palpate::path::force::foundation::FLAT_EDGE;
 use palpate::{Params, ProbeShape, RimEdge, RimNode, Spring, Tet};
 
 use super::number::Number;
@@ -90,8 +91,22 @@ pub fn depth_inside<N: Number>(params: &Params, tip: Point<f64>, point: Point<N>
     let above_tip = dot(from_tip, axis);
     let from_centre = match probe.shape {
         ProbeShape::Flat => {
-            let off_axis = dot(from_tip, from_tip) - above_tip * above_tip;
-            return (above_tip.value() > 0.0 && off_axis.value() < r * r).then_some(above_tip);
+            // a disc swept by a ball of the edge's radius, with a cylinder above it
+            let edge = r * f64::from(FLAT_EDGE);
+            let off_axis = minus(from_tip, axis.map(|c| c * above_tip));
+            let beyond_disc = dot(off_axis, off_axis).root() - N::of(r - edge);
+            if above_tip.value() <= 0.0 || beyond_disc.value() >= edge {
+                return None;
+            }
+            if beyond_disc.value() <= 0.0 {
+                return Some(above_tip);
+            }
+            let below_ring = N::of(edge) - above_tip;
+            let from_ring = match below_ring.value() > 0.0 {
+                true => (beyond_disc * beyond_disc + below_ring * below_ring).root(),
+                false => beyond_disc,
+            };
+            return (from_ring.value() < edge).then(|| N::of(edge) - from_ring);
         }
         // a cylinder stands on the half-sphere: there only the distance from the axis counts
         ProbeShape::Hemisphere if above_tip.value() > r => minus(from_tip, axis.map(|c| c * above_tip)),

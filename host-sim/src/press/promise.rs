@@ -1,0 +1,50 @@
+//! What `press` promises. A run that breaks a promise writes its files all the same and exits with 1.
+
+use super::{Hold, Press};
+use crate::error::Error;
+use crate::scene::Drive;
+
+/// How far a hold of a force drive may be from its target, as a share of it.
+const FORCE_TOLERANCE: f64 = 0.02;
+
+impl Press {
+    /// No fault, no deadline miss, no inverted tet, a force at every hold that rises with depth and, for a force drive, is the one asked for.
+    ///
+    /// # Errors
+    /// The first promise that did not hold.
+    pub fn check(&self, drive: &Drive) -> Result<(), Error> {
+        let broken = |what: String| Err(Error::Check(what));
+        if let Some(fault) = self.fault {
+            let t_s = self.ticks.last().map_or(0.0, |t| t.t_s);
+            return broken(format!("{fault} at {t_s:.3} s; the force is zero from there on"));
+        }
+        if self.deadline_misses > 0 {
+            return broken(format!("{} of {} ticks took longer than 1 ms", self.deadline_misses, self.ticks.len()));
+        }
+        if let Some(hold) = self.holds.iter().find(|h| h.min_j <= 0.0) {
+            return broken(format!("a tet is inverted at {:.2} mm (J = {:.3})", hold.command_m * 1e3, hold.min_j));
+        }
+        for hold in &self.holds {
+            if hold.force_n <= 0.0 {
+                let depth_mm = hold.command_m * 1e3;
+                return broken(format!(
+                    "no force at {depth_mm:.2} mm: the probe misses the tissue or has slipped through its surface; press where there is tissue, less deep, or refine the mesh there"
+                ));
+            }
+            if matches!(drive, Drive::Force { .. }) && (hold.force_n / hold.target - 1.0).abs() > FORCE_TOLERANCE {
+                let (force_n, target, depth_mm) = (hold.force_n, hold.target, hold.command_m * 1e3);
+                return broken(format!(
+                    "{force_n:.4} N of {target} N at the end of a hold, {depth_mm:.2} mm deep: hold longer or ask for less force"
+                ));
+            }
+        }
+        let mut by_depth: Vec<&Hold> = self.holds.iter().collect();
+        by_depth.sort_by(|a, b| a.command_m.total_cmp(&b.command_m));
+        let falls = |pair: &&[&Hold]| pair[0].command_m < pair[1].command_m && pair[0].force_n >= pair[1].force_n;
+        if let Some(pair) = by_depth.windows(2).find(falls) {
+            let [a, b] = [pair[0], pair[1]].map(|h| format!("{:.4} N at {:.2} mm", h.force_n, h.command_m * 1e3));
+            return broken(format!("the force does not rise with depth: {a}, {b}"));
+        }
+        Ok(())
+    }
+}

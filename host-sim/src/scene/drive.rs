@@ -1,0 +1,114 @@
+//! How the scene is pressed.
+
+use std::path::PathBuf;
+
+use serde::Deserialize;
+
+/// The press.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(try_from = "Table")]
+pub enum Drive {
+    /// The tip goes to each depth and waits there.
+    Depth {
+        /// Depths [m].
+        holds_m: Vec<f64>,
+        /// Speed between them [m/s].
+        ramp_m_per_s: f64,
+        /// Time at each [s].
+        hold_s: f64,
+    },
+    /// A finger pushes with each force and waits.
+    Force {
+        /// Forces [N].
+        holds_n: Vec<f64>,
+        /// Fastest approach [m/s].
+        ramp_m_per_s: f64,
+        /// Time at each [s].
+        hold_s: f64,
+    },
+    /// A compliant finger whose hand goes to each depth.
+    Hand {
+        /// Depths of the hand's target [m].
+        holds_m: Vec<f64>,
+        /// Speed of the target [m/s].
+        ramp_m_per_s: f64,
+        /// Time at each [s].
+        hold_s: f64,
+    },
+    /// The tip repeats the probe columns of a `trace.csv`.
+    Trace {
+        /// The file, relative to the scene file.
+        trace: PathBuf,
+        /// Deepest press that the patch answers [m]. It decides the substeps, so a run has the recorded one's bits only with its limit
+        /// (`report.depth_limit_mm` in its summary.json); without this key it follows from the trace's deepest tip.
+        depth_limit_m: Option<f64>,
+    },
+}
+
+impl Drive {
+    /// What the holds aim at: depths [m], forces [N] or hand targets [m].
+    #[must_use]
+    pub fn targets(&self) -> &[f64] {
+        match self {
+            Self::Depth { holds_m, .. } | Self::Hand { holds_m, .. } => holds_m,
+            Self::Force { holds_n, .. } => holds_n,
+            Self::Trace { .. } => &[],
+        }
+    }
+}
+
+/// `[drive]` as it is written. A tagged enum would lose the line of a value of the wrong type.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Table {
+    kind: Kind,
+    holds_m: Option<Vec<f64>>,
+    holds_n: Option<Vec<f64>>,
+    ramp_m_per_s: Option<f64>,
+    hold_s: Option<f64>,
+    trace: Option<PathBuf>,
+    depth_limit_m: Option<f64>,
+}
+
+#[derive(Clone, Copy, Deserialize, PartialEq)]
+#[serde(rename_all = "lowercase")]
+enum Kind {
+    Depth,
+    Force,
+    Hand,
+    Trace,
+}
+
+impl TryFrom<Table> for Drive {
+    type Error = String;
+
+    fn try_from(table: Table) -> Result<Self, String> {
+        let Table { kind, holds_m, holds_n, ramp_m_per_s, hold_s, trace, depth_limit_m } = table;
+        // (key, whether it is there, kinds that take it)
+        let keys = [
+            ("holds_m", holds_m.is_some(), [Kind::Depth, Kind::Hand].as_slice()),
+            ("holds_n", holds_n.is_some(), &[Kind::Force]),
+            ("ramp_m_per_s", ramp_m_per_s.is_some(), &[Kind::Depth, Kind::Hand, Kind::Force]),
+            ("hold_s", hold_s.is_some(), &[Kind::Depth, Kind::Hand, Kind::Force]),
+            ("trace", trace.is_some(), &[Kind::Trace]),
+            ("depth_limit_m", depth_limit_m.is_some(), &[Kind::Trace]),
+        ];
+        let of_this_kind = || keys.iter().filter(|(.., kinds)| kinds.contains(&kind)).map(|(key, ..)| format!("`{key}`"));
+        if let Some((key, ..)) = keys.iter().find(|(_, there, kinds)| *there && !kinds.contains(&kind)) {
+            let known = of_this_kind().collect::<Vec<_>>().join(", ");
+            return Err(format!("unknown field `{key}`, expected {known}"));
+        }
+        let missing = |key: &str| format!("missing field `{key}`");
+        let ramp = || ramp_m_per_s.ok_or_else(|| missing("ramp_m_per_s"));
+        let hold = || hold_s.ok_or_else(|| missing("hold_s"));
+        let depths = || holds_m.clone().ok_or_else(|| missing("holds_m"));
+        Ok(match kind {
+            Kind::Depth => Self::Depth { holds_m: depths()?, ramp_m_per_s: ramp()?, hold_s: hold()? },
+            Kind::Hand => Self::Hand { holds_m: depths()?, ramp_m_per_s: ramp()?, hold_s: hold()? },
+            Kind::Force => {
+                Self::Force { holds_n: holds_n.ok_or_else(|| missing("holds_n"))?, ramp_m_per_s: ramp()?, hold_s: hold()? }
+            }
+            Kind::Trace => Self::Trace { trace: trace.ok_or_else(|| missing("trace"))?, depth_limit_m },
+        })
+    }
+}

@@ -1,0 +1,52 @@
+//! A packed patch in place of a built one: it must be what the scene says.
+
+use std::path::Path;
+
+use palpate::PatchFile;
+
+use crate::error::Error;
+use crate::patch::Patch;
+use crate::scene::{Scene, SceneError};
+
+/// How far the packed tissue may be from the scene's, as a share of the block's side or of the probe's radius: well above single precision.
+const ROUNDING: f64 = 1e-4;
+
+/// Reads the patch and its axis, from the tip to the handle.
+pub(super) fn open(scene: &Scene, path: &Path) -> Result<(Patch, [f64; 3]), Error> {
+    let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    let in_file = |cause| Error::Patch { path: path.into(), cause };
+    // the core reads it in place, on a 4-byte boundary
+    let mut words = vec![0_u32; bytes.len().div_ceil(4)];
+    bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(&bytes);
+    let file = PatchFile::open(&bytemuck::cast_slice(&words)[..bytes.len()]).map_err(in_file)?;
+    file.model.check().map_err(in_file)?;
+    agree(scene, path, &file)?;
+    Ok((Patch::of_file(&file), file.params.probe.axis.map(f64::from).into()))
+}
+
+/// What is packed and also in the scene must be the same in both.
+fn agree(scene: &Scene, path: &Path, file: &PatchFile) -> Result<(), SceneError> {
+    let path = path.display();
+    let packed = file.model.poisson_ratio;
+    if scene.tissue.poisson_ratio as f32 != packed {
+        let why = format!("= {}, but {path} was packed for {packed}: use that or pack it again", scene.tissue.poisson_ratio);
+        return scene.bad("tissue.poisson_ratio", &why);
+    }
+    for (axis, side) in scene.tissue.block_m.iter().flatten().enumerate() {
+        let (low, high) =
+            file.model.nodes.iter().fold((f32::MAX, f32::MIN), |(l, h), n| (l.min(n.rest_m[axis]), h.max(n.rest_m[axis])));
+        let packed = f64::from(high - low);
+        if (packed - side).abs() > ROUNDING * side {
+            let why = format!("= {side}, but {path} is {packed:.6} there: use that or pack it again");
+            return scene.bad(&format!("tissue.block_m[{axis}]"), &why);
+        }
+    }
+    for (axis, place) in scene.probe.position_m.iter().flatten().enumerate() {
+        let packed = f64::from(file.site_m[axis]);
+        if (packed - place).abs() > ROUNDING * scene.probe.radius_m {
+            let why = format!("= {place}, but {path} is made for {packed:.6} there: use that or pack it again");
+            return scene.bad(&format!("probe.position_m[{axis}]"), &why);
+        }
+    }
+    scene.refuse_deeper_than(f64::from(file.model.depth_limit_m), &format!("{path} answers"))
+}

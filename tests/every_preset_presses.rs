@@ -1,0 +1,63 @@
+//! Every preset presses, and what it shows is so: stiffness scales the force, a nodule is felt, an organ answers.
+
+use palpate_tests::palpate_command::repository;
+use palpate_tests::press_run::{PressRun, press, press_preset};
+
+const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
+
+/// Finite, upright, rising with depth, and back at rest afterwards.
+#[track_caller]
+fn sound(run: &PressRun) {
+    let holds = run.holds();
+    assert_eq!(holds.iter().map(|h| h.target).collect::<Vec<_>>(), [0.001, 0.002, 0.004]);
+    assert!(holds.iter().all(|h| h.force_n.is_finite() && h.depth_m.is_finite() && h.min_j > 0.0), "{holds:?}");
+    let forces = run.forces_n();
+    assert!(forces[0] > 0.0 && forces.is_sorted_by(|a, b| a < b), "{forces:?}");
+    assert!(run.number("/residual_m") < 0.05e-3, "{} m left", run.number("/residual_m"));
+    assert!(run.summary["fault"].is_null() && run.number("/deadline_misses") == 0.0);
+    println!("{}: {forces:.4?} N, {} m left", run.summary["scene"], run.number("/residual_m"));
+}
+
+#[test]
+fn block_presses_and_20_kpa_is_as_much_stiffer_as_its_modulus() {
+    let (soft, firm) = (press_preset(SCRATCH, "block"), press_preset(SCRATCH, "block-20kpa"));
+    sound(&soft);
+    sound(&firm);
+    for (soft, firm) in soft.forces_n().into_iter().zip(firm.forces_n()) {
+        // statics is linear in E; what is left after 0.3 s of hold is far below 1 %
+        let ratio = firm / soft / (20_000.0 / 3_500.0);
+        assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+    }
+}
+
+#[test]
+fn nodule_is_felt_at_every_depth() {
+    let nodule = press_preset(SCRATCH, "nodule");
+    sound(&nodule);
+    let text = std::fs::read_to_string(repository().join("host-sim/scenes/nodule.toml")).unwrap();
+    let (from, to) = (text.find("[[tissue.inclusion]]").unwrap(), text.find("[probe]").unwrap());
+    let plain = press(SCRATCH, &format!("{}{}", &text[..from], &text[to..]));
+    sound(&plain);
+    assert_eq!(plain.summary["nodes"], nodule.summary["nodes"]);
+    assert_eq!(plain.summary["tets"], nodule.summary["tets"]);
+    let felt: Vec<f64> = nodule.forces_n().iter().zip(plain.forces_n()).map(|(with, without)| with / without).collect();
+    println!("with over without nodule: {felt:.4?}");
+    // fingers tell forces apart that differ by 7 %
+    assert!(felt.iter().all(|ratio| *ratio > 1.07), "{felt:?}");
+    let extra_n: Vec<f64> = nodule.forces_n().iter().zip(plain.forces_n()).map(|(with, without)| with - without).collect();
+    assert!(extra_n.is_sorted_by(|a, b| a < b), "{extra_n:?}");
+}
+
+#[test]
+fn liver_presses_if_its_mesh_is_there() {
+    let mesh = repository().join("../shared/data/liver.msh");
+    if !mesh.is_file() {
+        println!("skipped: {} is not there", mesh.display());
+        return;
+    }
+    let liver = press_preset(SCRATCH, "liver");
+    sound(&liver);
+    // 181 nodes of a liver 162 mm long
+    assert_eq!(liver.number("/nodes"), 181.0);
+    assert!((liver.summary["report"]["size_mm"][0].as_f64().unwrap() - 162.1).abs() < 0.1);
+}

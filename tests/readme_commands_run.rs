@@ -1,0 +1,84 @@
+//! Every command that the README shows runs.
+
+use std::path::Path;
+use std::process::Command;
+
+use palpate_tests::palpate_command::repository;
+
+/// Commands of the fenced `sh` blocks: lines that call cargo or a script of the repository, with their continuation lines.
+/// `./test` runs all tests and would run this one; nothing that fetches or changes the repository starts with these words.
+fn commands(text: &str) -> Vec<String> {
+    let (mut found, mut in_sh, mut whole) = (Vec::new(), false, String::new());
+    for line in text.lines().map(str::trim) {
+        if let Some(language) = line.strip_prefix("```") {
+            in_sh = !in_sh && ["sh", "bash", "console"].contains(&language.split([',', ' ']).next().unwrap_or_default());
+            continue;
+        }
+        if !in_sh {
+            continue;
+        }
+        let line = line.strip_prefix("$ ").unwrap_or(line);
+        if let Some(begun) = line.strip_suffix('\\') {
+            whole.push_str(begun);
+            continue;
+        }
+        whole.push_str(line);
+        let command = std::mem::take(&mut whole);
+        if command.starts_with("cargo ") || command.starts_with("./") && command.split([' ', '#']).next() != Some("./test") {
+            found.push(command);
+        }
+    }
+    found
+}
+
+/// The command as it is run here: what it writes stays out of the repository unless it says where itself, what takes long is quick.
+fn as_run(command: &str, out: &Path) -> String {
+    // a trailing comment would swallow the option
+    let command = command.split(" #").next().unwrap_or(command).trim_end();
+    if command.starts_with("cargo bench") && !command.contains(" -- ") {
+        // seconds instead of minutes: same code, fewer samples
+        return format!("{command} -- --quick");
+    }
+    let writes =
+        ["press", "mesh pack"].iter().any(|c| command.contains(&format!("-- {c}"))) || command.ends_with("cargo run --release");
+    let told = command.contains("--out");
+    match (writes && !told, command.contains(" -- ")) {
+        (false, _) => command.to_owned(),
+        (true, true) => format!("{command} --out '{}'", out.display()),
+        (true, false) => format!("{command} -- press --out '{}'", out.display()),
+    }
+}
+
+#[test]
+fn every_command_of_the_readme_exits_with_0() {
+    let path = repository().join("README.md");
+    let Ok(text) = std::fs::read_to_string(&path) else {
+        println!("skipped: there is no README.md yet");
+        return;
+    };
+    let commands = commands(&text);
+    assert!(!commands.is_empty(), "README.md shows no command");
+    let out = tempfile::tempdir().unwrap();
+    let mut failed = Vec::new();
+    for (n, command) in commands.iter().enumerate() {
+        let line = as_run(command, &out.path().join(n.to_string()));
+        println!("$ {line}");
+        let run = Command::new("sh").args(["-c", &line]).current_dir(repository()).output().expect("sh starts");
+        if !run.status.success() {
+            failed.push(format!("$ {line}\n{}\n{}", run.status, String::from_utf8_lossy(&run.stderr)));
+        }
+    }
+    assert!(failed.is_empty(), "{}", failed.join("\n"));
+}
+
+#[test]
+fn commands_are_found_in_sh_blocks_only() {
+    let text = "cargo no\n```sh\n# words\ncargo run --release\n$ cargo run -- press \\\n  --scene nodule   # longer\n./test\ngit clone x\n./.ci/run\n```\n```toml\ncargo = 1\n```\n";
+    assert_eq!(commands(text), ["cargo run --release", "cargo run -- press --scene nodule   # longer", "./.ci/run"]);
+    let out = Path::new("/o");
+    assert_eq!(as_run("cargo run --release", out), "cargo run --release -- press --out '/o'");
+    assert_eq!(as_run("cargo run -- press --vtu  # words", out), "cargo run -- press --vtu --out '/o'");
+    assert_eq!(as_run("cargo run -- press --out mine", out), "cargo run -- press --out mine");
+    assert_eq!(as_run("cargo test", out), "cargo test");
+    assert_eq!(as_run("cargo bench -p x", out), "cargo bench -p x -- --quick");
+}

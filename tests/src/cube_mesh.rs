@@ -1,0 +1,33 @@
+//! A cube as a mesh file.
+
+use std::fmt::Write;
+
+/// A cube from the origin to (`side`, `side`, `side`) as Gmsh 1 text: `n`^3 nodes, six tets a cell (Kuhn).
+///
+/// # Panics
+/// Never: writing to a string does not fail.
+#[must_use]
+pub fn cube(n: usize, side: f64) -> String {
+    let node = |[x, y, z]: [usize; 3]| 1 + x + n * (y + n * z);
+    let all = |m: usize| (0..m * m * m).map(move |i| [i % m, i / m % m, i / m / m]);
+    let mut text = format!("$NOD\n{}\n", n * n * n);
+    for at in all(n) {
+        let [x, y, z] = at.map(|c| side * c as f64 / (n - 1) as f64);
+        writeln!(text, "{} {x} {y} {z}", node(at)).unwrap();
+    }
+    writeln!(text, "$ENDNOD\n$ELM\n{}", 6 * (n - 1).pow(3)).unwrap();
+    let mut tet = 0;
+    for at in all(n - 1) {
+        for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+            let mut corner = at;
+            let mut nodes = node(corner).to_string();
+            for axis in order {
+                corner[axis] += 1;
+                write!(nodes, " {}", node(corner)).unwrap();
+            }
+            tet += 1;
+            writeln!(text, "{tet} 4 1 1 4 {nodes}").unwrap();
+        }
+    }
+    text + "$ENDELM\n"
+}

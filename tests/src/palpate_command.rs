@@ -1,0 +1,84 @@
+//! The built `palpate`, run as a stranger would: from some folder, by its command line, judged by what it prints and leaves behind.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+/// Where a stranger stands: an empty folder that goes away with the test.
+#[derive(Debug)]
+pub struct Desk(tempfile::TempDir);
+
+/// What a command printed and how it ended.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Exit code; `None` after a signal.
+    pub code: Option<i32>,
+    /// Standard output.
+    pub stdout: String,
+    /// Standard error.
+    pub stderr: String,
+}
+
+/// Repository root.
+#[must_use]
+pub fn repository() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+/// Cargo's target directory of this test run; `scratch` is the test's `CARGO_TARGET_TMPDIR`.
+fn binary(scratch: &str) -> &'static Path {
+    static BUILT: OnceLock<PathBuf> = OnceLock::new();
+    BUILT.get_or_init(|| {
+        let target = Path::new(scratch).parent().expect("cargo keeps its scratch folder in the target directory");
+        let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+        let build = Command::new(cargo)
+            .args(["build", "--release", "--package", "palpate-sim", "--bin", "palpate", "--target-dir"])
+            .arg(target)
+            .current_dir(repository())
+            .output()
+            .expect("cargo runs this test, so it starts");
+        assert!(build.status.success(), "palpate was not built:\n{}", String::from_utf8_lossy(&build.stderr));
+        target.join("release/palpate")
+    })
+}
+
+/// Runs `palpate` in a folder. `scratch` is `env!("CARGO_TARGET_TMPDIR")`.
+#[must_use]
+pub fn palpate(scratch: &str, folder: &Path, arguments: &[&str]) -> Outcome {
+    let output = Command::new(binary(scratch))
+        .args(arguments)
+        .current_dir(folder)
+        .env("RUST_BACKTRACE", "1")
+        .output()
+        .expect("palpate was just built");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    Outcome { code: output.status.code(), stdout: text(&output.stdout), stderr: text(&output.stderr) }
+}
+
+impl Default for Desk {
+    fn default() -> Self {
+        Self(tempfile::tempdir().expect("the system has a temporary folder"))
+    }
+}
+
+impl Desk {
+    /// The folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// Puts a file there.
+    pub fn put(&self, name: &str, content: impl AsRef<[u8]>) {
+        std::fs::write(self.0.path().join(name), content).expect("a temporary folder can be written");
+    }
+
+    /// Names of everything there, sorted.
+    #[must_use]
+    pub fn listing(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.0.path()).expect("a temporary folder can be read");
+        let mut names: Vec<_> = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+}
