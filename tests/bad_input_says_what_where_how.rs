@@ -412,9 +412,9 @@ fn a_failed_command_leaves_an_earlier_run_as_it_was() {
 #[test]
 fn a_model_too_large_for_its_millisecond_with_the_numbers() {
     let desk = Desk::default();
-    desk.put("a.msh", cube(26, 1.0));
-    let scene = mesh_scene("0.075", "[0.0375, 0.0375, 0.075]");
-    refused_scene(&desk, &scene, &["17576 nodes", "substeps a tick", "ms", "us of the 1000 us", "fewer nodes"]);
+    desk.put("a.msh", cube(32, 1.0));
+    let scene = mesh_scene("0.093", "[0.0465, 0.0465, 0.093]");
+    refused_scene(&desk, &scene, &["32768 nodes", "substeps a tick", "ms", "us of the 1000 us", "fewer nodes"]);
 
     desk.put("scene.toml", SMALL_BLOCK);
     let pack = ["mesh", "pack", "--scene", "scene.toml", "--nodes", "1000", "--out", "out"];

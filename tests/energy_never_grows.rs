@@ -80,7 +80,7 @@ fn damped_tissue_loses_energy_from_window_to_window() {
             for pair in most.windows(2) {
                 assert!(pair[1] < pair[0] || pair[1] < 1e-6 * most[0], "{nodes} nodes, {start:?}: {pair:?} of {most:?}");
             }
-            // exp(-40/s) of a second, with room for the slow half of the modes
+            // exp(-40) of it would be left in exact numbers, rounding leaves more
             assert!(most[19] < 1e-6 * most[0], "{nodes} nodes, {start:?}: {most:?}");
         }
     }
@@ -100,6 +100,7 @@ fn undamped_tissue_keeps_its_energy() {
             (low / first - 1.0) * 100.0,
             (high / first - 1.0) * 100.0
         );
-        assert!(high < 1.05 * first && low > 0.95 * first, "{nodes} nodes, {start:?}: {first} J became {low} .. {high} J");
+        // measured within 0.7 %; a growth of one part in a million a tick would be 0.5 %, and more with every second
+        assert!(high < 1.02 * first && low > 0.98 * first, "{nodes} nodes, {start:?}: {first} J became {low} .. {high} J");
     }
 }

@@ -150,6 +150,12 @@ fn a_teleport_is_walked_at_the_speed_limit() {
             assert!(output.force_n.norm() <= bench.params.limits.max_force_n * 1.000_001, "{output:?}");
         }
     }
+    // farther than a number reaches
+    state.reset(&model);
+    for far in [3e38, -3e38] {
+        let output = tick(&model, &tuned, &mut state, pose(Vector3::repeat(far)));
+        assert!(output.fault.is_none() && output.point_m == Vector3::repeat(3e38), "{output:?}");
+    }
     // one tick of the limit is 1 mm; without contact the point is the tip, whose sum rounds at its own size
     state.reset(&model);
     tick(&model, &tuned, &mut state, pose(at_depth(-0.1)));

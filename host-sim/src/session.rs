@@ -95,7 +95,7 @@ impl Session {
         let depth_mm = f64::from(model.depth_limit_m) * 1e3;
         let does_not_survive = || {
             Error::TooSlow(format!(
-                "the tissue does not come to rest in a press to {depth_mm:.1} mm, even with the smallest substeps tried: press less deep, or take another mesh or probe"
+                "the tissue does not survive a press to {depth_mm:.1} mm, even with the smallest substeps tried: press less deep, or take another mesh or probe"
             ))
         };
         let stable = measured.ok_or_else(does_not_survive)?;

@@ -74,11 +74,13 @@ impl StableStep {
     }
 }
 
-/// The fewest substeps, from `least` on, with which a patch taken to its depth limit in a tap comes to rest there and after the release.
+/// The fewest substeps, from `least` on, with which a patch taken to its depth limit in a tap comes to rest there and after the release; where none
+/// brings rest (tissue that sags slowly, a press beyond what it bears), the fewest that give no fault. `None` when all do.
 ///
 /// # Errors
 /// What [`Params::build`] refuses.
 pub fn substeps_for_taps(model: &Model, params: &Params, site_m: Vector3<f32>, least: u16) -> Result<Option<u16>, BuildError> {
+    let mut without_fault = None;
     for substeps in least..=least.saturating_add(MOST_ADDED) {
         let params = Params { substeps, limits: Limits::HIGHEST, ..*params };
         let mut memory = Memory::for_model(model);
@@ -91,13 +93,17 @@ pub fn substeps_for_taps(model: &Model, params: &Params, site_m: Vector3<f32>, l
                 tick(model, &tuned, &mut state, ProbePose { tip_m }).fault
             });
             let fastest = state.nodes().iter().map(|n| n.velocity_m_per_s().norm()).fold(0.0, f32::max);
-            fault.is_none() && fastest <= REST_SHARE * TAP_M_PER_S
+            (fault.is_none(), fastest <= REST_SHARE * TAP_M_PER_S)
         };
-        if rests(way_down(model, &params, TAP_M_PER_S).chain(hold).collect()) && rests(away.collect()) {
-            return Ok(Some(substeps));
+        let (held, released) = (rests(way_down(model, &params, TAP_M_PER_S).chain(hold).collect()), rests(away.collect()));
+        if held.0 && released.0 {
+            without_fault = without_fault.or(Some(substeps));
+            if held.1 && released.1 {
+                return Ok(Some(substeps));
+            }
         }
     }
-    Ok(None)
+    Ok(without_fault)
 }
 
 /// Tip depths [m] from just outside to the depth limit, tick by tick. From outside: a probe that starts inside gets no force.

@@ -8,7 +8,7 @@ use crate::lanes::Lanes;
 
 /// Below this share of its rest volume a tet is pushed open.
 pub const BARRIER_BELOW: f32 = 0.4;
-/// The barrier force stops growing here, so that an inverted tet still gets a finite push.
+/// From here down the barrier grows only linearly, so that an inverted tet still gets a finite push.
 const BARRIER_STOP: f32 = 0.05;
 
 /// Extra force per length over E of a spring shorter than `onset` times its rest length: `chi k (1 - onset l0 / l)`, zero otherwise.
