@@ -155,7 +155,12 @@ fn sphere_is_a_hemisphere_without_the_handle() {
         let scene = edited(&scene, "position_m = [0.0, 0.0]", "position_m = [0.04, 0.0]");
         let desk = Desk::default();
         desk.put("t.csv", &trace);
-        let run = press_at(SCRATCH, desk, &format!("{scene}[drive]\nkind = \"trace\"\ntrace = \"t.csv\"\ndepth_limit_m = 0.004\n"), &[]);
+        let run = press_at(
+            SCRATCH,
+            desk,
+            &format!("{scene}[drive]\nkind = \"trace\"\ntrace = \"t.csv\"\ndepth_limit_m = 0.004\n"),
+            &[],
+        );
         *run.trace.column("force_x_n").last().unwrap()
     };
     let (sphere_n, hemisphere_n) = (last_n("sphere"), last_n("hemisphere"));
