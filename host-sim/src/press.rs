@@ -97,7 +97,9 @@ pub fn run(scene: &Scene, session: &Session, mut progress: impl FnMut(usize)) ->
     let mut memory = Memory::for_model(&model);
     let (tuned, mut state) = memory.start(&model, &session.params)?;
     let axis = session.params.probe.axis;
-    let clear_m = CLEAR_RADII * f64::from(session.params.probe.radius_m);
+    // at least two steps of the ramp: the first pose must be outside, or the probe counts as started inside the tissue
+    let ramp_step_m = scene.drive.ramp_m_per_s().unwrap_or(0.0) * TICK_S;
+    let clear_m = (CLEAR_RADII * f64::from(session.params.probe.radius_m)).max(2.0 * ramp_step_m);
     let mut tips = match Finger::new(&scene.drive, clear_m, TICK_S, SETTLE_S) {
         Some(finger) => Tips::Finger(finger),
         None => Tips::Recorded(session.tips_m.clone().into_iter()),

@@ -1,5 +1,7 @@
 //! What `press` promises. A run that breaks a promise writes its files all the same and exits with 1.
 
+use palpate::Limiters;
+
 use super::{Hold, Press};
 use crate::error::Error;
 use crate::scene::Drive;
@@ -17,6 +19,11 @@ impl Press {
         if let Some(fault) = self.fault {
             let t_s = self.ticks.last().map_or(0.0, |t| t.t_s);
             return broken(format!("{fault} at {t_s:.3} s; the force is zero from there on"));
+        }
+        if self.ticks.last().is_some_and(|t| t.output.limiters.contains(Limiters::BURIED)) {
+            return broken(
+                "the probe started inside the tissue and was never outside, so there was no force: start it outside".into(),
+            );
         }
         if self.deadline_misses > 0 {
             return broken(format!("{} of {} ticks took longer than 1 ms", self.deadline_misses, self.ticks.len()));

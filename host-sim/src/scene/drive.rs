@@ -46,6 +46,17 @@ pub enum Drive {
 }
 
 impl Drive {
+    /// Speed between holds [m/s]; `None` for a trace.
+    #[must_use]
+    pub fn ramp_m_per_s(&self) -> Option<f64> {
+        match self {
+            Self::Depth { ramp_m_per_s, .. } | Self::Force { ramp_m_per_s, .. } | Self::Hand { ramp_m_per_s, .. } => {
+                Some(*ramp_m_per_s)
+            }
+            Self::Trace { .. } => None,
+        }
+    }
+
     /// What the holds aim at: depths [m], forces [N] or hand targets [m].
     #[must_use]
     pub fn targets(&self) -> &[f64] {
