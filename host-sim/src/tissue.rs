@@ -10,7 +10,7 @@ use crate::scene::{Drive, Inclusion, PRESETS, Scene, SceneError};
 const UNDERSIDE_COSINE: f64 = -0.5;
 /// The patch answers presses this much deeper than the deepest hold.
 const DEPTH_MARGIN: f64 = 1.25;
-/// Deepest press of a force drive, and least of a trace, in probe radii: where the contact law was measured.
+/// Deepest press of a force drive, and of a trace that never touches, in probe radii: where the contact law was measured.
 const DEFAULT_DEPTH_RADII: f64 = 0.75;
 
 /// Nodes of a block whose scene does not say.
@@ -78,7 +78,8 @@ fn depth_limit_m(scene: &Scene, tips_m: &[[f32; 3]], site_m: [f64; 3], axis: [f6
         Drive::Trace { depth_limit_m: Some(limit_m), .. } => return *limit_m,
         Drive::Trace { .. } => {
             let depths = tips_m.iter().map(|tip| dot(sub(site_m, tip.map(f64::from)), axis));
-            depths.fold(DEFAULT_DEPTH_RADII * scene.probe.radius_m, f64::max)
+            let deepest = depths.fold(0.0, f64::max);
+            if deepest > 0.0 { deepest } else { DEFAULT_DEPTH_RADII * scene.probe.radius_m }
         }
     };
     DEPTH_MARGIN * deepest
