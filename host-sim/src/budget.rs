@@ -29,6 +29,21 @@ pub struct Machine {
     pub load: f64,
 }
 
+const M4F_168: Machine = Machine {
+    name: "m4f-168",
+    unit: "cycles",
+    spring: 95.0,
+    tet: 291.0,
+    node: 101.0,
+    touched: 840.0,
+    passed: 61.0,
+    rim_node: 76.0,
+    rim_edge: 145.0,
+    tick: 2300.0,
+    per_ms: 168e3,
+    load: 0.65,
+};
+
 /// Machines that `mesh pack --board` and the press budget know.
 pub const MACHINES: [Machine; 3] = [
     Machine {
@@ -45,34 +60,9 @@ pub const MACHINES: [Machine; 3] = [
         per_ms: 1e6,
         load: 1.0,
     },
-    Machine {
-        name: "m4f-168",
-        unit: "cycles",
-        spring: 95.0,
-        tet: 291.0,
-        node: 101.0,
-        touched: 840.0,
-        passed: 61.0,
-        rim_node: 76.0,
-        rim_edge: 145.0,
-        tick: 2300.0,
-        per_ms: 168e3,
-        load: 0.65,
-    },
-    Machine {
-        name: "m7-480",
-        unit: "cycles",
-        spring: 95.0,
-        tet: 291.0,
-        node: 101.0,
-        touched: 840.0,
-        passed: 61.0,
-        rim_node: 76.0,
-        rim_edge: 145.0,
-        tick: 2300.0,
-        per_ms: 480e3,
-        load: 0.65,
-    },
+    M4F_168,
+    // the M4F's cycle table for want of a public one: dual issue can only make it faster
+    Machine { name: "m7-480", per_ms: 480e3, ..M4F_168 },
 ];
 
 /// What a tick of a patch costs at worst.
