@@ -4,6 +4,7 @@
 //! [`press`] runs it tick by tick with a [`finger`]; [`summary`] writes what came out.
 
 pub mod budget;
+pub mod calibrate;
 pub mod charts;
 pub mod clock;
 pub mod command;
@@ -18,6 +19,7 @@ pub mod reference_values;
 pub mod scene;
 pub mod session;
 pub mod stable_step;
+pub mod statics;
 pub mod summary;
 pub mod tissue;
 pub mod trace_file;

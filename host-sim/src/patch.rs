@@ -1,7 +1,7 @@
 //! From a tet mesh to a patch: rest data per pascal of Young's modulus, in `f64` until the last rounding.
 //!
 //! Springs (paper 000, eq 11) times `1/(0.8 (1 + nu))`, so that their shear modulus is the tissue's; nodal and per-tet volume stiffness for the
-//! rest; foundation points on the surface; masses. Multipliers for each edge, node and surface node are what calibration fits.
+//! rest; foundation points on the surface; masses. Multipliers for each edge, node and foundation point are what calibration fits.
 
 mod foundation;
 mod order;
@@ -22,8 +22,12 @@ pub struct Multipliers {
     pub edge: Vec<f64>,
     /// On each node's volume stiffness, shape \[nodes\].
     pub node: Vec<f64>,
-    /// On the foundation at each surface node, shape \[nodes\] (inner nodes unused).
-    pub surface_node: Vec<f64>,
+    /// On each foundation point, shape [surface triangles][4], in the order of [`surface::surface`].
+    pub point: Vec<[f64; 4]>,
+    /// On the volume stiffness that acts per tet.
+    pub bulk: f64,
+    /// On the stiffening of the foundation.
+    pub stiffening: f64,
 }
 
 /// Constants of the material model that do not scale with E.

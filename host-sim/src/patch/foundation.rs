@@ -31,7 +31,7 @@ pub(super) fn of(tissue: &Tissue, material: &Material, multipliers: Option<&Mult
         distance_squared(centroid(corners(s)), tissue.site_m).total_cmp(&distance_squared(centroid(corners(t)), tissue.site_m))
     });
     let element_m = nearest.map_or(1.0, |(_, &a)| element_size(a));
-    let stiffening = material.foundation_stiffening / element_m;
+    let stiffening = material.foundation_stiffening / element_m * multipliers.map_or(1.0, |m| m.stiffening);
 
     let mut contact = vec![0.0; nodes.len()];
     let mut triangles = Vec::with_capacity(surface.len());
@@ -39,12 +39,9 @@ pub(super) fn of(tissue: &Tissue, material: &Material, multipliers: Option<&Mult
     for (t, &a) in surface.iter().zip(&areas) {
         let h = element_size(a);
         let per_point = material.foundation_stiffness / h * a / POINT_WEIGHTS.len() as f64;
+        let mut fitted = multipliers.map_or([1.0; 4], |m| m.point[points.len()]).into_iter();
         points.push(POINT_WEIGHTS.map(|weights| {
-            let q = multipliers.map_or(1.0, |m| {
-                // the law of the calibration: exp of the mean of the logarithms
-                t.iter().zip(weights).map(|(&n, w)| m.surface_node[n as usize].ln() * f64::from(w)).sum::<f64>().exp()
-            });
-            let k = per_point * q;
+            let k = per_point * fitted.next().unwrap_or(1.0);
             let slope = k * (1.0 + 2.0 * stiffening * TYPICAL_PENETRATION * h);
             t.iter().zip(weights).for_each(|(&n, w)| contact[n as usize] += f64::from(w) * slope);
             FoundationPoint { k: k as f32, bend: (1.0 / (2.0 * k * stiffening)) as f32 }

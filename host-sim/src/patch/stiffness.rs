@@ -23,6 +23,8 @@ pub(super) struct Elastic {
     /// Mean diagonal stiffness over E of each node [m].
     diagonal_m: Vec<f64>,
     per_tet_share: f64,
+    /// Share that acts per tet, with its multiplier.
+    bulk_share: f64,
 }
 
 /// Edges of a tet by its corners.
@@ -50,18 +52,19 @@ impl Elastic {
 
         let springs = springs(tissue, &volumes, nu, multipliers);
         let share = material.per_tet_share;
+        let bulk = share * multipliers.map_or(1.0, |m| m.bulk);
         let mut tets = Vec::with_capacity(mesh.tets.len());
         for ((tet, v), ratio) in mesh.tets.iter().zip(&volumes).zip(&tissue.stiffness_ratio) {
             let tet_kappa = kappa * ratio;
             tets.push(Tet {
                 node: tet.map(|n| n as u16),
                 six_volume_reciprocal: (1.0 / (6.0 * v)) as f32,
-                bulk: (share * tet_kappa / 6.0) as f32,
+                bulk: (bulk * tet_kappa / 6.0) as f32,
                 barrier: (3.0 * mu * ratio / 6.0) as f32,
             });
         }
         let mut elastic =
-            Self { springs, tets, around_m3: around, kappa: node_kappa, diagonal_m: Vec::new(), per_tet_share: share };
+            Self { springs, tets, around_m3: around, kappa: node_kappa, diagonal_m: Vec::new(), per_tet_share: share, bulk_share: bulk };
         elastic.diagonal_m = elastic.diagonal(tissue, &volumes, kappa);
         elastic
     }
@@ -79,7 +82,7 @@ impl Elastic {
             let gradients = volume_gradients(mesh, tet);
             for (&i, g) in tet.iter().zip(&gradients) {
                 let square: f64 = g.iter().map(|c| c * c).sum();
-                trace[i as usize] += self.per_tet_share * kappa * ratio * square / v;
+                trace[i as usize] += self.bulk_share * kappa * ratio * square / v;
                 for &n in tet {
                     let sum = slopes.entry((n, i)).or_default();
                     sum.iter_mut().zip(g).for_each(|(s, c)| *s += c);

@@ -1,0 +1,105 @@
+//! Calibration: the constants of a patch are fitted to a finite-element reference.
+//!
+//! Unknown are a positive multiplier on every spring, every node's volume stiffness and every foundation point under the probe, and five scalars. Measured
+//! are the force on the probe over a disc of places at several depths, and the shape of the dent at the centre. Every simulation is the *nonlinear* static solution of
+//! the model that the tick runs ([`crate::statics`]), with its adjoint: one tangent factor gives a force and its slopes along thousands of unknowns.
+//! [`gauss_newton`] does the fitting; [`descent`] (L-BFGS) and [`annealing`] (paper 004) minimise the same objective and are there to be compared with.
+
+pub mod annealing;
+pub mod descent;
+pub mod gauss_newton;
+mod measurement;
+pub mod places;
+mod sweep;
+pub mod targets;
+mod unknowns;
+
+pub use measurement::Measurement;
+pub use sweep::{Objective, Sweep};
+pub use targets::{DentTarget, ForceTarget, Targets};
+pub use unknowns::Unknowns;
+
+use palpate::Params;
+use thiserror::Error;
+
+use crate::patch::{Material, Multipliers, Patch, Tissue};
+use crate::statics::{Statics, Unbalanced};
+
+/// Why a calibration ended without a result.
+#[derive(Debug, Error)]
+pub enum CalibrateError {
+    /// The patch as built.
+    #[error("the patch cannot be built: {0}")]
+    Build(#[from] palpate::BuildError),
+    /// The first press.
+    #[error("the uncalibrated patch cannot be pressed: {0}")]
+    Press(#[from] Unbalanced),
+    /// The reference.
+    #[error("the reference has no press at the centre deep enough: run `palpate reference` with these depths")]
+    Targets,
+}
+
+/// How much of the fit is done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Places over the disc, the centre not counted.
+    pub places: usize,
+    /// Rounds of the fit at most.
+    pub rounds: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { places: 80, rounds: 6 }
+    }
+}
+
+/// One round of a fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Round {
+    /// Evaluations of the objective so far, each the solution of all presses.
+    pub evaluations: usize,
+    /// The objective: squared errors in units of their tolerance, plus squared unknowns in units of theirs.
+    pub cost: f64,
+    /// Root mean square of the force errors over all places and depths [%].
+    pub force_rms_pct: f64,
+    /// Mean distance of the surface nodes from the reference, over the depths of the dents [mm].
+    pub dent_mean_mm: f64,
+    /// Time since the start [s].
+    pub elapsed_s: f64,
+}
+
+/// A calibrated patch.
+#[derive(Clone, Debug)]
+pub struct Calibration {
+    /// What was fitted.
+    pub multipliers: Multipliers,
+    /// The parameters with the fitted scalars.
+    pub params: Params,
+    /// The patch built with them.
+    pub patch: Patch,
+    /// Every round.
+    pub rounds: Vec<Round>,
+}
+
+/// Fits a tissue's patch to `targets`.
+///
+/// # Errors
+/// [`CalibrateError`].
+pub fn calibrate(
+    tissue: &Tissue,
+    material: &Material,
+    params: &Params,
+    targets: &Targets,
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Round),
+) -> Result<Calibration, CalibrateError> {
+    let patch = Patch::build(tissue, material, None);
+    let statics = Statics::of(&patch.model(), params)?;
+    let unknowns = Unknowns::of(&statics, tissue, targets.reach_m());
+    let mut objective = Objective::new(statics, unknowns, targets)?;
+    let rounds = gauss_newton::fit(&mut objective, settings.rounds, progress)?;
+    let (multipliers, params) = objective.unknowns().result(objective.statics(), objective.place(), params);
+    let patch = Patch::build(tissue, material, Some(&multipliers));
+    Ok(Calibration { multipliers, params, patch, rounds })
+}

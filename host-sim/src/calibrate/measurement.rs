@@ -1,0 +1,40 @@
+//! How far a patch is from its targets.
+
+use super::Round;
+
+/// Errors of one evaluation.
+#[derive(Clone, Debug, Default)]
+pub struct Measurement {
+    /// Force over its target minus one, place by place, shallow first (1).
+    pub forces: Vec<Vec<f64>>,
+    /// Distances of the surface nodes from the reference [m], one list a dent.
+    pub dents_m: Vec<Vec<f64>>,
+    /// Squared errors in units of their tolerance.
+    pub misfit: f64,
+}
+
+impl Measurement {
+    /// Root mean square of all force errors [%].
+    #[must_use]
+    pub fn force_rms_pct(&self) -> f64 {
+        let all: Vec<f64> = self.forces.iter().flatten().copied().collect();
+        100.0 * (all.iter().map(|e| e * e).sum::<f64>() / all.len().max(1) as f64).sqrt()
+    }
+
+    /// Mean distance of the surface nodes from the reference [mm], mean over the dents.
+    #[must_use]
+    pub fn dent_mean_mm(&self) -> f64 {
+        let mean = |d: &Vec<f64>| d.iter().sum::<f64>() / d.len().max(1) as f64;
+        1e3 * self.dents_m.iter().map(mean).sum::<f64>() / self.dents_m.len().max(1) as f64
+    }
+
+    pub(super) fn round(&self, evaluations: usize, ridge: f64, elapsed_s: f64) -> Round {
+        Round {
+            evaluations,
+            cost: self.misfit + ridge,
+            force_rms_pct: self.force_rms_pct(),
+            dent_mean_mm: self.dent_mean_mm(),
+            elapsed_s,
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! One evaluation of the objective: every press of every place, and, if asked, how each result changes with every unknown.
+
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::targets::{PlaceTarget, Targets};
+use super::{Measurement, Round, Unknowns};
+use crate::statics::{Balance, Solver, Statics, Unbalanced, Vector};
+
+/// The probe starts this far above the surface [m].
+const CLEAR_M: f64 = 1e-4;
+
+/// Errors in units of their tolerance, one a measured number, and their slopes along the unknowns, row by row.
+#[derive(Clone, Debug, Default)]
+pub struct Sweep {
+    /// Errors.
+    pub residuals: Vec<f64>,
+    /// Slopes, shape \[residuals\] [unknowns]; empty if not asked for.
+    pub rows: Vec<Vec<f64>>,
+    /// The same errors in plain units.
+    pub measurement: Measurement,
+}
+
+/// The objective of a calibration, with its count of evaluations and the solutions found so far as starting points for the next.
+#[derive(Debug)]
+pub struct Objective<'a> {
+    base: Statics,
+    unknowns: Unknowns,
+    targets: &'a Targets,
+    solver: Solver,
+    /// Node positions of every press at the last accepted unknowns.
+    last: Vec<Vec<Vec<Vector>>>,
+    z: Vec<f64>,
+    evaluations: usize,
+    started: Instant,
+}
+
+/// What one place adds.
+struct PlaceSweep {
+    positions: Vec<Vec<Vector>>,
+    sweep: Sweep,
+    forces: Vec<f64>,
+    dents_m: Vec<Vec<f64>>,
+}
+
+impl<'a> Objective<'a> {
+    /// Starts at the uncalibrated patch.
+    ///
+    /// # Errors
+    /// The rest stiffness is not positive.
+    pub fn new(base: Statics, unknowns: Unknowns, targets: &'a Targets) -> Result<Self, Unbalanced> {
+        // one factor a core; each is too small to share
+        faer::set_global_parallelism(faer::Par::Seq);
+        let solver = Solver::of(&base).ok_or(Unbalanced { depth_mm: 0.0, steps: 0 })?;
+        let z = vec![0.0; unknowns.len()];
+        let last = vec![Vec::new(); targets.places.len()];
+        Ok(Self { base, unknowns, targets, solver, last, z, evaluations: 0, started: Instant::now() })
+    }
+
+    /// The unknowns' layout.
+    #[must_use]
+    pub fn unknowns(&self) -> &Unknowns {
+        &self.unknowns
+    }
+
+    /// The uncalibrated patch.
+    #[must_use]
+    pub fn statics(&self) -> &Statics {
+        &self.base
+    }
+
+    /// The accepted unknowns.
+    #[must_use]
+    pub fn place(&self) -> &[f64] {
+        &self.z
+    }
+
+    /// Evaluations so far.
+    #[must_use]
+    pub fn evaluations(&self) -> usize {
+        self.evaluations
+    }
+
+    /// Accepts unknowns: later evaluations start from the solutions found there.
+    pub fn accept(&mut self, z: Vec<f64>, found: Found) {
+        self.z = z;
+        self.last = found.0;
+    }
+
+    /// Errors, and slopes if `with_slopes`, at `z`.
+    ///
+    /// # Errors
+    /// A press that finds no balance.
+    pub fn evaluate(&mut self, z: &[f64], with_slopes: bool) -> Result<(Sweep, Found), Unbalanced> {
+        self.evaluations += 1;
+        let statics = self.unknowns.apply(&self.base, z);
+        let rest = self.solver.rest(&statics, self.targets.centre_m, CLEAR_M)?;
+        let places: Vec<PlaceSweep> = self
+            .targets
+            .places
+            .par_iter()
+            .zip(&self.last)
+            .map(|(place, last)| self.place_sweep(&statics, &rest, place, last, with_slopes))
+            .collect::<Result<_, _>>()?;
+        let (mut sweep, mut found) = (Sweep::default(), Vec::new());
+        for place in places {
+            sweep.residuals.extend(place.sweep.residuals);
+            sweep.rows.extend(place.sweep.rows);
+            sweep.measurement.forces.push(place.forces);
+            sweep.measurement.dents_m.extend(place.dents_m);
+            found.push(place.positions);
+        }
+        sweep.measurement.misfit = sweep.residuals.iter().map(|r| r * r).sum();
+        Ok((sweep, Found(found)))
+    }
+
+    fn place_sweep(
+        &self,
+        statics: &Statics,
+        rest: &Balance,
+        place: &PlaceTarget,
+        last: &[Vec<Vector>],
+        with_slopes: bool,
+    ) -> Result<PlaceSweep, Unbalanced> {
+        let mut out = PlaceSweep { positions: Vec::new(), sweep: Sweep::default(), forces: Vec::new(), dents_m: Vec::new() };
+        let row = || vec![0.0; self.unknowns.len()];
+        let mut here = rest.with_tip(place.place_m + statics.axis() * CLEAR_M);
+        for (n, target) in place.forces.iter().enumerate() {
+            let tip_m = place.place_m - statics.axis() * target.depth_m;
+            let again = last.get(n).and_then(|x| self.solver.balance(statics, x.clone(), tip_m, target.depth_m).ok());
+            here = match again {
+                Some(balance) => balance,
+                None => self.solver.press(statics, &here, tip_m, target.depth_m)?,
+            };
+            let error = here.force / target.force - 1.0;
+            out.forces.push(error);
+            out.sweep.residuals.push(error / target.tolerance);
+            if with_slopes {
+                let mut slopes = row();
+                let scale = 1.0 / (target.force * target.tolerance);
+                self.unknowns.slopes(statics, &here.force_gradient(statics), scale, &mut slopes);
+                out.sweep.rows.push(slopes);
+            }
+            for dent in place.dents.iter().filter(|d| d.depth_m == target.depth_m) {
+                let mut distances = Vec::new();
+                for &(node, wanted) in &dent.nodes {
+                    let off = here.surface_m(statics, node) - statics.rest_m[node] - wanted;
+                    distances.push(off.norm());
+                    for k in 0..3 {
+                        out.sweep.residuals.push(off[k] / dent.tolerance_m);
+                        if with_slopes {
+                            let mut slopes = row();
+                            let along = Vector::from_fn(|c, _| f64::from(u8::from(c == k)));
+                            let gradient = here.surface_gradient(statics, node, along);
+                            self.unknowns.slopes(statics, &gradient, 1.0 / dent.tolerance_m, &mut slopes);
+                            out.sweep.rows.push(slopes);
+                        }
+                    }
+                }
+                out.dents_m.push(distances);
+            }
+            out.positions.push(here.x_m.clone());
+        }
+        Ok(out)
+    }
+
+    /// A round's entry in the record.
+    #[must_use]
+    pub fn round(&self, sweep: &Sweep, z: &[f64]) -> Round {
+        let ridge = z.iter().map(|z| z * z).sum();
+        sweep.measurement.round(self.evaluations, ridge, self.started.elapsed().as_secs_f64())
+    }
+}
+
+/// Node positions of every press of an evaluation.
+#[derive(Debug)]
+pub struct Found(Vec<Vec<Vec<Vector>>>);

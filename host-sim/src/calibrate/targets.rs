@@ -1,0 +1,121 @@
+//! What a calibration aims at: forces over a disc of places, and dents at its centre.
+
+use super::places::sunflower;
+use crate::statics::Vector;
+
+/// Radius of the disc over which places are spread [probe radii]: a little more than the 1.5 over which the force is held to its tolerance.
+const DISC_RADII: f64 = 1.65;
+/// Depths of the presses at every place [probe radii].
+const DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 0.875];
+/// Depths of the presses at the centre [probe radii].
+const CENTRE_DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 1.0];
+/// Depths of the dents [probe radii].
+const DENT_DEPTHS_RADII: [f64; 2] = [0.25, 0.5];
+/// Radius around the centre in which a dent is measured [probe radii].
+const DENT_RADII: f64 = 2.5;
+
+/// Force at one depth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForceTarget {
+    /// Depth of the tip [m].
+    pub depth_m: f64,
+    /// Force along the press over E [m^2].
+    pub force: f64,
+    /// How far off counts as one unit of error (1).
+    pub tolerance: f64,
+}
+
+/// The dent at one depth: displacement of surface nodes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DentTarget {
+    /// Depth of the tip [m].
+    pub depth_m: f64,
+    /// Node and its displacement [m].
+    pub nodes: Vec<(usize, Vector)>,
+    /// How far off counts as one unit of error [m].
+    pub tolerance_m: f64,
+}
+
+/// The presses at one place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaceTarget {
+    /// Place on the rest surface [m].
+    pub place_m: Vector,
+    /// Forces, shallow first.
+    pub forces: Vec<ForceTarget>,
+    /// Dents; their depths are among those of the forces.
+    pub dents: Vec<DentTarget>,
+}
+
+/// Everything a patch is fitted to. The first place is the centre.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Targets {
+    /// Places.
+    pub places: Vec<PlaceTarget>,
+    /// The centre [m].
+    pub centre_m: Vector,
+    /// Radius of the probe [m].
+    pub radius_m: f64,
+}
+
+/// What the reference is asked: force over E [m^2] at a place [m] and a depth [m], and the displacement of the surface at an offset from the centre
+/// [m] under a centred press; `None` where it does not know.
+pub trait Reference {
+    /// Force over E [m^2].
+    fn force(&self, place_m: Vector, depth_m: f64) -> Option<f64>;
+    /// Displacement [m].
+    fn displacement_m(&self, depth_m: f64, offset_m: [f64; 2]) -> Option<[f64; 3]>;
+}
+
+impl Targets {
+    /// Presses at the centre and at `places` more, on a flat top (normal along z).
+    #[must_use]
+    pub fn over_a_disc(
+        reference: &impl Reference,
+        surface: &[(usize, Vector)],
+        centre_m: Vector,
+        radius_m: f64,
+        places: usize,
+    ) -> Option<Self> {
+        let forces = |place_m: Vector, depths: &[f64]| {
+            let at = |depth: &f64| {
+                let depth_m = depth * radius_m;
+                let force = reference.force(place_m, depth_m)?;
+                Some(ForceTarget { depth_m, force, tolerance: tolerance(*depth) })
+            };
+            depths.iter().map(at).collect::<Option<Vec<_>>>()
+        };
+        let dent = |depth: &f64| {
+            let depth_m = depth * radius_m;
+            let near = surface.iter().filter(|(_, x)| (x - centre_m).norm() <= DENT_RADII * radius_m);
+            let nodes = near.map(|(n, x)| {
+                let offset = x - centre_m;
+                reference.displacement_m(depth_m, [offset.x, offset.y]).map(|u| (*n, Vector::from(u)))
+            });
+            Some(DentTarget { depth_m, nodes: nodes.collect::<Option<Vec<_>>>()?, tolerance_m: DENT_TOLERANCE * depth_m })
+        };
+        let dents = DENT_DEPTHS_RADII.iter().map(dent).collect::<Option<Vec<_>>>()?;
+        let mut all = vec![PlaceTarget { place_m: centre_m, forces: forces(centre_m, &CENTRE_DEPTHS_RADII)?, dents }];
+        for [x, y] in sunflower(places, DISC_RADII * radius_m) {
+            let place_m = centre_m + Vector::new(x, y, 0.0);
+            all.push(PlaceTarget { place_m, forces: forces(place_m, &DEPTHS_RADII)?, dents: Vec::new() });
+        }
+        Some(Self { places: all, centre_m, radius_m })
+    }
+
+    /// Radius around the centre that any press touches [m].
+    #[must_use]
+    pub fn reach_m(&self) -> f64 {
+        (DISC_RADII + 1.0) * self.radius_m
+    }
+}
+
+/// A force this far off counts as one unit of error (1).
+const FORCE_TOLERANCE: f64 = 0.005;
+/// A surface node this share of the depth off counts as one unit of error (1).
+const DENT_TOLERANCE: f64 = 0.02;
+
+/// Shallow presses, smaller than an element, may be further off.
+fn tolerance(depth_radii: f64) -> f64 {
+    if depth_radii < 0.1 { 2.0 * FORCE_TOLERANCE } else { FORCE_TOLERANCE }
+}

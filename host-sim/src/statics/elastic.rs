@@ -1,0 +1,114 @@
+//! Springs and volume: slopes of the energy over E, and its curvature.
+
+use nalgebra::Matrix3;
+
+use super::{StaticSpring, StaticTet, Statics, Vector};
+
+/// As in the tick: below this a node's pressure stops growing.
+const LEAST_RATIO: f64 = 0.1;
+/// As in the tick: where the barrier of a tet begins, and from where on it is linear.
+const BARRIER_BELOW: f64 = 0.4;
+const BARRIER_STOP: f64 = 0.05;
+
+/// A spring at work: unit vector from i to j, length [m], tension over E [m^2], its slope over E [m].
+pub(super) struct Pull {
+    pub along: Vector,
+    pub length_m: f64,
+    pub tension: f64,
+    pub slope: f64,
+    /// How far it is compressed beyond the threshold [m], zero or negative.
+    pub squeeze_m: f64,
+}
+
+impl Statics {
+    pub(super) fn pull(&self, s: &StaticSpring, x: &[Vector]) -> Pull {
+        let d = x[s.node[1]] - x[s.node[0]];
+        let length_m = d.norm();
+        let onset_m = (1.0 - self.compensation_threshold) * s.rest_m;
+        let squeeze_m = if self.compensation_acts { (length_m - onset_m).min(0.0) } else { 0.0 };
+        let extra = if squeeze_m < 0.0 { self.compensation * s.k } else { 0.0 };
+        Pull {
+            along: d / length_m,
+            length_m,
+            tension: s.k * (length_m - s.rest_m) + extra * squeeze_m,
+            slope: s.k + extra,
+            squeeze_m,
+        }
+    }
+}
+
+impl Pull {
+    /// Curvature of the energy along the difference of the ends [m].
+    pub fn curvature(&self) -> Matrix3<f64> {
+        let nn = self.along * self.along.transpose();
+        nn * self.slope + (Matrix3::identity() - nn) * (self.tension / self.length_m)
+    }
+}
+
+/// A tet at work: slopes of six times its volume [m^2] and its volume ratio (1).
+pub(super) struct Shape {
+    pub gradient: [Vector; 4],
+    pub edges: [Vector; 3],
+    pub six_volume: f64,
+}
+
+pub(super) fn shape(t: &StaticTet, x: &[Vector]) -> Shape {
+    let [a, b, c, d] = t.node.map(|n| x[n]);
+    let edges = [b - a, c - a, d - a];
+    let [e1, e2, e3] = edges;
+    let (g1, g2, g3) = (e2.cross(&e3), e3.cross(&e1), e1.cross(&e2));
+    Shape { gradient: [-(g1 + g2 + g3), g1, g2, g3], edges, six_volume: e1.dot(&g1) }
+}
+
+impl Shape {
+    /// Second derivatives of six times the volume [m], rows and columns corners; `between(i, j)` is the transpose of `between(j, i)`.
+    pub fn between(&self) -> [[Matrix3<f64>; 4]; 4] {
+        let [e1, e2, e3] = self.edges.map(|e| e.cross_matrix());
+        // d g1 = de2 x e3 + e2 x de3 and so on round
+        let inner = [[Matrix3::zeros(), -e3, e2], [e3, Matrix3::zeros(), -e1], [-e2, e1, Matrix3::zeros()]];
+        let mut all = [[Matrix3::zeros(); 4]; 4];
+        for i in 0..3 {
+            for j in 0..3 {
+                all[i + 1][j + 1] = inner[i][j];
+                all[0][j + 1] -= inner[i][j];
+                all[i + 1][0] -= inner[i][j];
+                all[0][0] += inner[i][j];
+            }
+        }
+        all
+    }
+}
+
+/// Pressure of a tet's own volume energy and barrier over E and its slope with the volume ratio.
+pub(super) fn own_pressure(t: &StaticTet, six_volume: f64, barrier: bool) -> (f64, f64) {
+    let j = six_volume * t.six_volume_reciprocal;
+    let (mut p, mut slope) = (t.bulk * (j - 1.0), t.bulk);
+    if barrier && j < BARRIER_BELOW {
+        let lack = BARRIER_BELOW - j;
+        if j > BARRIER_STOP {
+            p -= t.barrier * lack / j;
+            slope += t.barrier * BARRIER_BELOW / (j * j);
+        } else {
+            p -= t.barrier * lack / BARRIER_STOP;
+            slope += t.barrier / BARRIER_STOP;
+        }
+    }
+    (p, slope * t.six_volume_reciprocal)
+}
+
+impl Statics {
+    /// Pressure of each node over E and its slope with six times the node's volume.
+    pub(super) fn node_pressures(&self, around: &[f64]) -> Vec<(f64, f64)> {
+        let law = |n: usize| {
+            let (c, r) = (self.pressure[n], self.six_volume_reciprocal[n]);
+            let j = around[n] * r;
+            if j < LEAST_RATIO {
+                let j = LEAST_RATIO;
+                return (c * (j - 1.0) / (j * (j + 1.0)), 0.0);
+            }
+            let below = j * (j + 1.0);
+            (c * (j - 1.0) / below, c * r * (1.0 + 2.0 * j - j * j) / (below * below))
+        };
+        (0..around.len()).map(law).collect()
+    }
+}

@@ -1,0 +1,200 @@
+//! Newton's iteration to the equilibrium of a pressed patch.
+
+use thiserror::Error;
+
+use super::tangent::{Factor, Pattern};
+use super::{Statics, Vector, elastic};
+
+/// It balances when the forces left on the nodes are this share of the probe's force.
+const TOLERANCE: f64 = 1e-7;
+const MOST_STEPS: usize = 60;
+/// A factor is used again while each step with it leaves at most this share of the imbalance.
+const STILL_GOOD: f64 = 0.25;
+/// A factor made at most this far away [m] from the balance serves its derivatives.
+const NEAR_M: f64 = 2e-6;
+/// Shares of the diagonal that are added when the tangent is not positive.
+const SHIFTS: [f64; 6] = [0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0];
+/// The tip's way is cut in at most this many pieces.
+const FINEST_WAY: f64 = 1.0 / 64.0;
+
+/// No equilibrium was found.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[error("no equilibrium {depth_mm:.2} mm deep after {steps} steps: press less deep or in smaller steps")]
+pub struct Unbalanced {
+    /// Depth of the tip along the press [mm].
+    pub depth_mm: f64,
+    /// Newton steps made.
+    pub steps: usize,
+}
+
+/// A pressed patch in balance.
+#[derive(Clone, Debug)]
+pub struct Balance {
+    /// Node positions [m], shape \[nodes\].
+    pub x_m: Vec<Vector>,
+    /// Tip [m].
+    pub tip_m: Vector,
+    /// Force on the probe along its axis over E [m^2], positive out of the tissue.
+    pub force: f64,
+    /// Factored tangent, at `x_m` or within `NEAR_M` of it.
+    pub(super) factor: Factor,
+}
+
+/// What solving needs again and again for one mesh.
+#[derive(Clone, Debug)]
+pub struct Solver {
+    pub(super) pattern: Pattern,
+}
+
+impl Solver {
+    /// Analyses a mesh. `None` if it is too large to be analysed.
+    #[must_use]
+    pub fn of(statics: &Statics) -> Option<Self> {
+        Pattern::of(statics).map(|pattern| Self { pattern })
+    }
+
+    /// The patch at rest, the probe `clear_m` above the site `site_m` [m].
+    ///
+    /// # Errors
+    /// [`Unbalanced`] if even the rest stiffness is not positive.
+    pub fn rest(&self, statics: &Statics, site_m: Vector, clear_m: f64) -> Result<Balance, Unbalanced> {
+        let tip_m = site_m + statics.axis() * clear_m;
+        let failed = |_| Unbalanced { depth_mm: 0.0, steps: 0 };
+        let factor = statics.factor(&self.pattern, &statics.rest_m, None, 0.0).map_err(failed)?;
+        Ok(Balance { x_m: statics.rest_m.clone(), tip_m, force: 0.0, factor })
+    }
+
+    /// Moves the tip of a pressed patch to `tip_m`, `depth_m` deep, in as many pieces as it takes.
+    ///
+    /// # Errors
+    /// [`Unbalanced`] where Newton's iteration does not get there.
+    pub fn press(&self, statics: &Statics, from: &Balance, tip_m: Vector, depth_m: f64) -> Result<Balance, Unbalanced> {
+        let (mut here, mut gone, mut piece) = (from.clone(), 0.0, 1.0_f64);
+        while gone < 1.0 {
+            let to = (gone + piece).min(1.0);
+            let tip = from.tip_m + (tip_m - from.tip_m) * to;
+            match self.balance(statics, here.follow(statics, tip), tip, depth_m) {
+                Ok(next) => (here, gone) = (next, to),
+                Err(error) if piece <= FINEST_WAY => return Err(error),
+                Err(_) => piece *= 0.5,
+            }
+        }
+        Ok(here)
+    }
+
+    /// Finds the balance under a tip at `tip_m`, starting from the positions `x_m`.
+    ///
+    /// # Errors
+    /// [`Unbalanced`] where Newton's iteration does not get there.
+    pub fn balance(&self, statics: &Statics, mut x_m: Vec<Vector>, tip_m: Vector, depth_m: f64) -> Result<Balance, Unbalanced> {
+        let failed = |steps| Unbalanced { depth_mm: depth_m * 1e3, steps };
+        let mut factor: Option<Factor> = None;
+        let mut factored_at = Vec::new();
+        let (mut slope, mut force) = statics.slope(&x_m, tip_m);
+        for step in 0..MOST_STEPS {
+            let left = norm(&slope);
+            if left <= TOLERANCE * force.max(1e-12) {
+                let near = x_m.iter().zip(&factored_at).all(|(x, at): (&Vector, &Vector)| (x - at).norm_squared() <= NEAR_M * NEAR_M);
+                let factor = match factor.take().filter(|_| near) {
+                    Some(factor) => factor,
+                    None => statics.factor(&self.pattern, &x_m, Some(tip_m), 0.0).map_err(|_| failed(step))?,
+                };
+                return Ok(Balance { x_m, tip_m, force, factor });
+            }
+            let fresh = factor.is_none();
+            let used = match factor.take() {
+                Some(f) => f,
+                None => {
+                    factored_at.clone_from(&x_m);
+                    SHIFTS
+                        .iter()
+                        .find_map(|&shift| statics.factor(&self.pattern, &x_m, Some(tip_m), shift).ok())
+                        .ok_or_else(|| failed(step))?
+                }
+            };
+            let way = used.solve_nodes(statics, &slope);
+            let downhill: f64 = way.iter().zip(&slope).map(|(w, s)| w.dot(s)).sum();
+            let mut share = 1.0;
+            let (next, next_slope, next_force) = loop {
+                let next: Vec<Vector> = x_m.iter().zip(&way).map(|(x, w)| x - w * share).collect();
+                let (slope, force) = statics.slope(&next, tip_m);
+                let after: f64 = way.iter().zip(&slope).map(|(w, s)| w.dot(s)).sum();
+                if (after.abs() <= 0.9 * downhill && norm(&slope).is_finite()) || share < 1e-3 {
+                    break (next, slope, force);
+                }
+                share *= 0.5;
+            };
+            let gained = norm(&next_slope) / left;
+            if !gained.is_finite() {
+                return Err(failed(step));
+            }
+            if !fresh && gained > 1.0 {
+                continue; // an old factor led astray: try again from here with a new one
+            }
+            (x_m, slope, force) = (next, next_slope, next_force);
+            let balanced = norm(&slope) <= TOLERANCE * force.max(1e-12);
+            factor = (balanced || gained <= STILL_GOOD).then_some(used);
+        }
+        Err(failed(MOST_STEPS))
+    }
+}
+
+impl Balance {
+    /// The same patch at rest, its untouching probe elsewhere.
+    #[must_use]
+    pub fn with_tip(&self, tip_m: Vector) -> Self {
+        Self { tip_m, ..self.clone() }
+    }
+
+    /// Where the nodes would be with the tip at `tip_m`, to first order.
+    fn follow(&self, statics: &Statics, tip_m: Vector) -> Vec<Vector> {
+        let way = tip_m - self.tip_m;
+        let mut pull = vec![Vector::zeros(); self.x_m.len()];
+        for push in statics.pushes(&self.x_m, self.tip_m) {
+            let along = push.curvature * way;
+            let node = statics.triangles[push.triangle].node;
+            node.iter().zip(push.weights).for_each(|(&n, w)| pull[n] += along * w);
+        }
+        self.x_m.iter().zip(self.factor.solve_nodes(statics, &pull)).map(|(x, u)| x + u).collect()
+    }
+}
+
+fn norm(v: &[Vector]) -> f64 {
+    v.iter().map(Vector::norm_squared).sum::<f64>().sqrt()
+}
+
+impl Statics {
+    /// Slope of the energy over E along every node [m^2] (zero at anchors), and the force on the probe along its axis over E [m^2].
+    #[must_use]
+    pub fn slope(&self, x: &[Vector], tip_m: Vector) -> (Vec<Vector>, f64) {
+        let mut slope = vec![Vector::zeros(); x.len()];
+        for s in &self.springs {
+            let pull = self.pull(s, x);
+            let f = pull.along * pull.tension;
+            slope[s.node[1]] += f;
+            slope[s.node[0]] -= f;
+        }
+        if self.volume_acts {
+            let shapes: Vec<elastic::Shape> = self.tets.iter().map(|t| elastic::shape(t, x)).collect();
+            let mut around = vec![0.0; x.len()];
+            for (t, shape) in self.tets.iter().zip(&shapes) {
+                t.node.iter().for_each(|&n| around[n] += shape.six_volume);
+            }
+            let nodal = self.node_pressures(&around);
+            for (t, shape) in self.tets.iter().zip(&shapes) {
+                let own = elastic::own_pressure(t, shape.six_volume, self.compensation_acts).0;
+                let pressure = own + t.node.iter().map(|&n| nodal[n].0).sum::<f64>();
+                t.node.iter().zip(&shape.gradient).for_each(|(&n, g)| slope[n] += g * pressure);
+            }
+        }
+        let mut force = 0.0;
+        for push in self.pushes(x, tip_m) {
+            let f = push.out * push.force;
+            let node = self.triangles[push.triangle].node;
+            node.iter().zip(push.weights).for_each(|(&n, w)| slope[n] -= f * w);
+            force -= f.dot(&self.axis());
+        }
+        slope.iter_mut().zip(&self.free).filter(|(_, f)| f.is_none()).for_each(|(s, _)| *s = Vector::zeros());
+        (slope, force)
+    }
+}

@@ -1,0 +1,167 @@
+//! The tangent stiffness over E as a sparse matrix, and its Cholesky factor.
+
+use std::collections::BTreeSet;
+
+use faer::sparse::linalg::LltError;
+use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
+use faer::{Mat, MatMut, Side};
+use nalgebra::Matrix3;
+
+use super::{Statics, Vector, elastic};
+
+/// Where the blocks of the free nodes lie in the matrix: lower triangle, column by column.
+#[derive(Clone, Debug)]
+pub(super) struct Pattern {
+    symbolic: SymbolicSparseColMat<usize>,
+    factor: SymbolicLlt<usize>,
+    /// Rows (free nodes, from the diagonal down) of every column of blocks.
+    rows: Vec<Vec<usize>>,
+    /// First value of every column of blocks.
+    start: Vec<usize>,
+    /// Nodes around each node, itself included.
+    stars: Vec<Vec<usize>>,
+}
+
+impl Pattern {
+    /// Every two nodes that share a node's surroundings: what the nodal volume couples.
+    pub fn of(statics: &Statics) -> Option<Self> {
+        let mut stars: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); statics.rest_m.len()];
+        for t in &statics.tets {
+            t.node.iter().for_each(|&n| stars[n].extend(t.node));
+        }
+        let mut below: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); statics.free_nodes()];
+        for star in &stars {
+            let free: Vec<usize> = star.iter().filter_map(|&n| statics.free[n]).collect();
+            for &a in &free {
+                below[a].extend(free.iter().filter(|&&b| b >= a));
+            }
+        }
+        let rows: Vec<Vec<usize>> = below.into_iter().map(|r| r.into_iter().collect()).collect();
+        let mut start = Vec::with_capacity(rows.len());
+        let (mut columns, mut indices) = (vec![0], Vec::new());
+        for column in &rows {
+            start.push(indices.len());
+            for _ in 0..3 {
+                indices.extend(column.iter().flat_map(|&i| [3 * i, 3 * i + 1, 3 * i + 2]));
+                columns.push(indices.len());
+            }
+        }
+        let size = 3 * rows.len();
+        let symbolic = SymbolicSparseColMat::new_checked(size, size, columns, None, indices);
+        let factor = SymbolicLlt::try_new(symbolic.as_ref(), Side::Lower).ok()?;
+        Some(Self { symbolic, factor, rows, start, stars: stars.into_iter().map(|s| s.into_iter().collect()).collect() })
+    }
+
+    /// Adds a block at row `i`, column `j` (free nodes); what lies above the diagonal is left to its mirror.
+    fn add(&self, values: &mut [f64], i: usize, j: usize, block: &Matrix3<f64>) {
+        if i < j {
+            return;
+        }
+        let rows = &self.rows[j];
+        let Ok(at) = rows.binary_search(&i) else { return };
+        for c in 0..3 {
+            let first = self.start[j] + 3 * (c * rows.len() + at);
+            values[first..first + 3].iter_mut().zip(block.column(c).iter()).for_each(|(v, b)| *v += b);
+        }
+    }
+}
+
+/// A factored tangent.
+#[derive(Clone, Debug)]
+pub(super) struct Factor(Llt<usize, f64>);
+
+impl Factor {
+    /// Solves in place for free degrees of freedom.
+    pub fn solve(&self, right: MatMut<f64>) {
+        use faer::linalg::solvers::SolveCore;
+        self.0.solve_in_place_with_conj(faer::Conj::No, right);
+    }
+
+    /// Solves for vectors on all nodes; anchors get zero.
+    pub fn solve_nodes(&self, statics: &Statics, right: &[Vector]) -> Vec<Vector> {
+        let mut column = Mat::zeros(3 * statics.free_nodes(), 1);
+        for (slot, v) in statics.free.iter().zip(right) {
+            if let Some(at) = slot {
+                (0..3).for_each(|k| column[(3 * at + k, 0)] = v[k]);
+            }
+        }
+        self.solve(column.as_mut());
+        let on = |slot: &Option<usize>| slot.map_or(Vector::zeros(), |at| Vector::from_fn(|k, _| column[(3 * at + k, 0)]));
+        statics.free.iter().map(on).collect()
+    }
+}
+
+impl Statics {
+    /// Curvature of the energy over E at `x`, probe included; `shift` is added to the diagonal as a share of itself.
+    pub(super) fn factor(&self, pattern: &Pattern, x: &[Vector], tip_m: Option<Vector>, shift: f64) -> Result<Factor, LltError> {
+        let mut values = vec![0.0; pattern.symbolic.as_ref().row_idx().len()];
+        let add = |values: &mut [f64], a: usize, b: usize, block: &Matrix3<f64>| {
+            if let (Some(i), Some(j)) = (self.free[a], self.free[b]) {
+                pattern.add(values, i, j, block);
+            }
+        };
+        for s in &self.springs {
+            let block = self.pull(s, x).curvature();
+            let [a, b] = s.node;
+            add(&mut values, a, a, &block);
+            add(&mut values, b, b, &block);
+            add(&mut values, a, b, &-block);
+            add(&mut values, b, a, &-block);
+        }
+        if self.volume_acts {
+            self.add_volume(pattern, x, &mut |a, b, block| add(&mut values, a, b, block));
+        }
+        if let Some(tip_m) = tip_m {
+            for push in self.pushes(x, tip_m) {
+                let node = self.triangles[push.triangle].node;
+                for (a, wa) in node.iter().zip(push.weights) {
+                    for (b, wb) in node.iter().zip(push.weights) {
+                        add(&mut values, *a, *b, &(push.curvature * (wa * wb)));
+                    }
+                }
+            }
+        }
+        if shift > 0.0 {
+            for (j, rows) in pattern.rows.iter().enumerate() {
+                (0..3).for_each(|c| values[pattern.start[j] + 3 * c * rows.len() + c] *= 1.0 + shift);
+            }
+        }
+        let matrix = SparseColMatRef::new(pattern.symbolic.as_ref(), &values);
+        Llt::try_new_with_symbolic(pattern.factor.clone(), matrix, Side::Lower).map(Factor)
+    }
+
+    fn add_volume(&self, pattern: &Pattern, x: &[Vector], add: &mut impl FnMut(usize, usize, &Matrix3<f64>)) {
+        let shapes: Vec<elastic::Shape> = self.tets.iter().map(|t| elastic::shape(t, x)).collect();
+        let mut around = vec![0.0; x.len()];
+        for (t, shape) in self.tets.iter().zip(&shapes) {
+            t.node.iter().for_each(|&n| around[n] += shape.six_volume);
+        }
+        let nodal = self.node_pressures(&around);
+        // slopes of each node's volume along the nodes around it
+        let mut slopes: Vec<Vec<Vector>> = pattern.stars.iter().map(|s| vec![Vector::zeros(); s.len()]).collect();
+        for (t, shape) in self.tets.iter().zip(&shapes) {
+            let (own, own_slope) = elastic::own_pressure(t, shape.six_volume, self.compensation_acts);
+            let pressure = own + t.node.iter().map(|&n| nodal[n].0).sum::<f64>();
+            let between = shape.between();
+            for (i, &a) in t.node.iter().enumerate() {
+                for (j, &b) in t.node.iter().enumerate() {
+                    let outer = shape.gradient[i] * shape.gradient[j].transpose();
+                    add(a, b, &(between[i][j] * pressure + outer * own_slope));
+                    if let Ok(at) = pattern.stars[a].binary_search(&b) {
+                        slopes[a][at] += shape.gradient[j];
+                    }
+                }
+            }
+        }
+        for (n, (star, slopes)) in pattern.stars.iter().zip(&slopes).enumerate() {
+            for (&a, ga) in star.iter().zip(slopes) {
+                for (&b, gb) in star.iter().zip(slopes) {
+                    if self.free[a] >= self.free[b] {
+                        add(a, b, &(ga * gb.transpose() * nodal[n].1));
+                    }
+                }
+            }
+        }
+    }
+}
