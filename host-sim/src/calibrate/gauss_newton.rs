@@ -10,8 +10,10 @@ use super::{CalibrateError, Objective, Round, Sweep};
 
 /// A round that gains less than this share of the cost is the last.
 const LEAST_GAIN: f64 = 0.01;
-/// Shares of a step that are tried when the whole step does not pay.
-const SHARES: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+/// Weight with which a round's unknowns are held to the last round's, in units of their prior; ten times less after a round that paid, ten times more
+/// after one that did not.
+const FIRST_HOLD: f64 = 100.0;
+const MOST_TRIES: usize = 6;
 
 /// Fits the unknowns; returns a record of every round, the uncalibrated patch first.
 ///
@@ -23,12 +25,12 @@ pub fn fit(objective: &mut Objective, most: usize, progress: &mut dyn FnMut(&Rou
     objective.accept(z.clone(), found);
     let mut rounds = vec![objective.round(&sweep, &z)];
     progress(&rounds[0]);
+    let mut hold = FIRST_HOLD;
     for n in 0..most {
-        let Some(step) = step(&sweep, &z) else { break };
         let before = rounds[n].cost;
         let mut better = None;
-        for share in SHARES {
-            let there: Vec<f64> = z.iter().zip(&step).map(|(z, s)| z + share * s).collect();
+        for _ in 0..MOST_TRIES {
+            let Some(there) = step(&sweep, &z, hold) else { break };
             // a press that finds no balance is a step too far
             if let Ok((sweep, found)) = objective.evaluate(&there, true) {
                 let round = objective.round(&sweep, &there);
@@ -37,8 +39,10 @@ pub fn fit(objective: &mut Objective, most: usize, progress: &mut dyn FnMut(&Rou
                     break;
                 }
             }
+            hold *= 4.0;
         }
         let Some((there, next, found, round)) = better else { break };
+        hold *= 0.2;
         z.clone_from(&there);
         objective.accept(there, found);
         sweep = next;
@@ -51,13 +55,16 @@ pub fn fit(objective: &mut Objective, most: usize, progress: &mut dyn FnMut(&Rou
     Ok(rounds)
 }
 
-fn step(sweep: &Sweep, z: &[f64]) -> Option<Vec<f64>> {
+/// Where the linear model is best when every unknown is also held to its present value with `hold` times the weight of its prior.
+fn step(sweep: &Sweep, z: &[f64], hold: f64) -> Option<Vec<f64>> {
     let (m, n) = (sweep.rows.len(), z.len());
     let j = Mat::from_fn(m, n, |r, c| sweep.rows[r][c]);
     let mut normal = &j * j.transpose();
-    (0..m).for_each(|k| normal[(k, k)] += 1.0);
-    let right = Mat::from_fn(m, 1, |r, _| sweep.rows[r].iter().zip(z).map(|(j, z)| j * z).sum::<f64>() - sweep.residuals[r]);
-    let weights = normal.llt(Side::Lower).ok()?.solve(&right);
+    (0..m).for_each(|k| normal[(k, k)] += 1.0 + hold);
+    // prior at zero and hold at z are one prior in between
+    let between = hold / (1.0 + hold);
+    let right = |r: usize| sweep.rows[r].iter().zip(z).map(|(j, z)| j * z * (1.0 - between)).sum::<f64>() - sweep.residuals[r];
+    let weights = normal.llt(Side::Lower).ok()?.solve(&Mat::from_fn(m, 1, |r, _| right(r)));
     let there = j.transpose() * weights;
-    Some((0..n).map(|k| there[(k, 0)] - z[k]).collect())
+    Some((0..n).map(|k| between * z[k] + there[(k, 0)]).collect())
 }

@@ -135,10 +135,11 @@ impl<'a> Objective<'a> {
             };
             let error = here.force / target.force - 1.0;
             out.forces.push(error);
-            out.sweep.residuals.push(error / target.tolerance);
+            // the logarithm: closer to linear in the logarithms of the constants
+            out.sweep.residuals.push((here.force / target.force).ln() / target.tolerance);
             if with_slopes {
                 let mut slopes = row();
-                let scale = 1.0 / (target.force * target.tolerance);
+                let scale = 1.0 / (here.force * target.tolerance);
                 self.unknowns.slopes(statics, &here.force_gradient(statics), scale, &mut slopes);
                 out.sweep.rows.push(slopes);
             }

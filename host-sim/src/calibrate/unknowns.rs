@@ -13,13 +13,13 @@ const SPRING: f64 = 0.2;
 const NODE: f64 = 0.3;
 const POINT: f64 = 0.4;
 /// Scalars that all springs, all nodes or all points share.
-const SHARED: f64 = 0.5;
+const SHARED: f64 = 0.25;
 /// Prior widths of chi and of `tau_c`, and how far `tau_c` may go.
 const COMPENSATION: f64 = 0.5;
 const THRESHOLD: f64 = 0.03;
 const THRESHOLD_MOST: f64 = 0.3;
 /// A multiplier stays within this factor of one.
-const MOST: f64 = 5.0;
+const MOST: f64 = 30.0;
 
 /// Where each kind of unknown lies.
 #[derive(Clone, Debug)]
@@ -138,11 +138,8 @@ impl Unknowns {
             bulk: at.tets.iter().zip(&base.tets).map(|(a, b)| a.bulk / b.bulk).next().unwrap_or(1.0),
             stiffening: at.stiffening_per_m / base.stiffening_per_m,
         };
-        let params = Params {
-            compensation: at.compensation as f32,
-            compensation_threshold: at.compensation_threshold as f32,
-            ..*params
-        };
+        let params =
+            Params { compensation: at.compensation as f32, compensation_threshold: at.compensation_threshold as f32, ..*params };
         (multipliers, params)
     }
 }
