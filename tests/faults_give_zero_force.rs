@@ -222,7 +222,7 @@ fn nothing_raises_the_limits() {
                 true => (highest.max_speed_m_per_s * bad, highest.max_force_n),
                 false => (highest.max_speed_m_per_s, highest.max_force_n * bad),
             };
-            let params = Params { limits: Limits { max_speed_m_per_s, max_force_n }, ..bench.params };
+            let params = Params { limits: Limits { max_speed_m_per_s, max_force_n, ..highest }, ..bench.params };
             let refused = memory.start(&model, &params).map(|_| ()).unwrap_err();
             let wanted = if speed { "limits.max_speed_m_per_s" } else { "limits.max_force_n" };
             assert!(matches!(refused, BuildError::OutOfRange { parameter, .. } if parameter == wanted), "{refused}");

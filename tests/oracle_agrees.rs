@@ -135,8 +135,8 @@ fn inner_forces_are_slopes_of_the_energies() {
                 (b - a).cross(&(c - a)).dot(&(d - a)) * f64::from(t.six_volume_reciprocal)
             })
             .collect();
-        barred += ratios.iter().filter(|j| (0.05..0.4).contains(*j)).count();
-        inverted += ratios.iter().filter(|j| **j < 0.05).count();
+        barred += ratios.iter().filter(|j| (0.0..0.4).contains(*j)).count();
+        inverted += ratios.iter().filter(|j| **j < 0.0).count();
         flattened += usize::from(measure::volumes(&model, &state).0 < 0.0);
     }
     println!(

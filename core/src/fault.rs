@@ -153,7 +153,7 @@ pub struct Limiters(u8);
 impl Limiters {
     /// Nothing was clamped.
     pub const DEFAULT: Self = Self(0);
-    /// The probe moved faster than `max_speed_m_per_s`; the patch saw it move at that speed.
+    /// The probe moved faster than `max_speed_m_per_s`, or into the tissue faster than `max_sink_m_per_s`; the patch saw it move at that speed.
     pub const SPEED: Self = Self(1);
     /// The probe was deeper than the patch answers; it was held at the limit.
     pub const DEPTH: Self = Self(2);

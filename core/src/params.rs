@@ -50,13 +50,16 @@ impl Terms {
 pub struct Limits {
     /// Fastest probe the patch is shown [m/s].
     pub max_speed_m_per_s: f32,
+    /// Fastest it is shown going *into* tissue that it touches [m/s]: faster than the waves of floored masses, it would crush the first elements
+    /// before the next ones move. `palpate_sim::stable_step::limits` says how fast a patch's elements allow.
+    pub max_sink_m_per_s: f32,
     /// Longest force that leaves the tick [N].
     pub max_force_n: f32,
 }
 
 impl Limits {
     /// 1 m/s is the fastest tap of a hand holding a stylus; 12 N is the peak force of the strongest desktop devices (omega.3 class).
-    pub const HIGHEST: Self = Self { max_speed_m_per_s: 1.0, max_force_n: 12.0 };
+    pub const HIGHEST: Self = Self { max_speed_m_per_s: 1.0, max_sink_m_per_s: 1.0, max_force_n: 12.0 };
 }
 
 /// Everything a user may set, in SI.
@@ -112,8 +115,8 @@ impl Default for Params {
             gravity_m_per_s2: [0.0; 3],
             compensation: 1.13,
             compensation_threshold: 0.073,
-            mass_floor: 6.0,
-            contact_mass: 1.0,
+            mass_floor: 4.0,
+            contact_mass: 5.0,
             contact_damping: 0.3,
             contact_cap: 1.0,
             substeps: 1,
@@ -273,6 +276,7 @@ impl Params {
             ("contact_cap", self.contact_cap, 1e-3, 4.0),
             ("probe.radius_m", self.probe.radius_m, f32::MIN_POSITIVE, 1.0),
             ("limits.max_speed_m_per_s", self.limits.max_speed_m_per_s, f32::MIN_POSITIVE, highest.max_speed_m_per_s),
+            ("limits.max_sink_m_per_s", self.limits.max_sink_m_per_s, f32::MIN_POSITIVE, highest.max_sink_m_per_s),
             ("limits.max_force_n", self.limits.max_force_n, 0.0, highest.max_force_n),
             ("gravity_m_per_s2[0]", self.gravity_m_per_s2[0], -100.0, 100.0),
             ("gravity_m_per_s2[1]", self.gravity_m_per_s2[1], -100.0, 100.0),

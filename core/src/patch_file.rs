@@ -13,7 +13,7 @@ use crate::model::Model;
 use crate::params::{Limits, Params, Probe, ProbeShape, Terms};
 
 const MAGIC: [u8; 8] = *b"PALPATE\n";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -48,6 +48,7 @@ struct Header {
     probe_radius_m: f32,
     probe_axis: [f32; 3],
     max_speed_m_per_s: f32,
+    max_sink_m_per_s: f32,
     max_force_n: f32,
     /// Bit 0 volume, 1 compensation, 2 rim.
     terms: u32,
@@ -127,7 +128,11 @@ impl<'a> PatchFile<'a> {
             region_radius_m: f32::INFINITY,
             probe: Probe { shape, radius_m: header.probe_radius_m, axis: header.probe_axis.into() },
             terms: Terms { volume: header.terms & 1 != 0, compensation: header.terms & 2 != 0, rim: header.terms & 4 != 0 },
-            limits: Limits { max_speed_m_per_s: header.max_speed_m_per_s, max_force_n: header.max_force_n },
+            limits: Limits {
+                max_speed_m_per_s: header.max_speed_m_per_s,
+                max_sink_m_per_s: header.max_sink_m_per_s,
+                max_force_n: header.max_force_n,
+            },
         };
         Ok(Self { model, params, site_m: header.site_m.into(), stable_dt_s: header.stable_dt_s })
     }
@@ -166,6 +171,7 @@ impl<'a> PatchFile<'a> {
             probe_radius_m: params.probe.radius_m,
             probe_axis: params.probe.axis.into(),
             max_speed_m_per_s: params.limits.max_speed_m_per_s,
+            max_sink_m_per_s: params.limits.max_sink_m_per_s,
             max_force_n: params.limits.max_force_n,
             terms: u32::from(params.terms.volume) | u32::from(params.terms.compensation) << 1 | u32::from(params.terms.rim) << 2,
         };

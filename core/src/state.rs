@@ -71,6 +71,8 @@ pub struct State<'a> {
     /// Probe tip that the patch saw last [m].
     pub(crate) tip_m: Option<Vector3<f32>>,
     pub(crate) touch: Option<TouchPlane>,
+    /// The last touch, kept while the tip is below the rest surface there: tissue thrown off the probe loses contact for a tick or two.
+    pub(crate) pressed: Option<TouchPlane>,
     /// The probe has been outside the tissue since the last reset.
     pub(crate) been_outside: bool,
     pub(crate) fault: Option<Fault>,
@@ -102,6 +104,7 @@ impl<'a> State<'a> {
             near: 0,
             tip_m: None,
             touch: None,
+            pressed: None,
             been_outside: false,
             fault: None,
         };
@@ -117,6 +120,7 @@ impl<'a> State<'a> {
         self.near = 0;
         self.tip_m = None;
         self.touch = None;
+        self.pressed = None;
         self.been_outside = false;
         self.fault = None;
     }
@@ -132,6 +136,7 @@ impl<'a> State<'a> {
         self.near = other.near;
         self.tip_m = other.tip_m;
         self.touch = other.touch;
+        self.pressed = other.pressed;
         self.been_outside = other.been_outside;
         self.fault = other.fault;
     }

@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::mesh::{WorstTet, worst};
 use crate::patch::{Material, Patch};
 use crate::scene::Scene;
-use crate::stable_step::{MARGIN, StableStep, substeps_for_taps};
+use crate::stable_step::{MARGIN, StableStep, limits, substeps_for_taps};
 use crate::tissue::place;
 use crate::trace_file::read_tips;
 
@@ -89,6 +89,7 @@ impl Session {
     }
 
     fn of_patch(patch: Patch, params: Params, tips_m: Vec<[f32; 3]>, flipped_tets: usize) -> Result<Self, Error> {
+        let params = Params { limits: limits(&patch, TICK_S), ..params };
         let model = patch.wide_model();
         let site_m = patch.site_m();
         let measured = StableStep::measure(&model, &params, site_m)?;

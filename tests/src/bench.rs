@@ -3,6 +3,7 @@
 use palpate::{Model, Params, Vector3};
 use palpate_sim::mesh::{BlockSpec, block};
 use palpate_sim::patch::{Material, Memory, Patch, Tissue};
+use palpate_sim::stable_step::limits;
 
 /// Sides of the default block [m].
 const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
@@ -52,7 +53,9 @@ impl Bench {
         let tissue = Tissue { mesh, stiffness_ratio, anchors, site_m: [0.0; 3], depth_limit_m: DEPTH_LIMIT_M * scale };
         let mut params = Params::default();
         params.probe.radius_m = (RADIUS_M * scale) as f32;
-        Self { patch: Patch::build(&tissue, &Material::default(), None), params }
+        let patch = Patch::build(&tissue, &Material::default(), None);
+        params.limits = limits(&patch, f64::from(params.tick_s));
+        Self { patch, params }
     }
 
     /// The same block with other parameters.

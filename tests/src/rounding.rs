@@ -57,9 +57,7 @@ pub fn of_forces_n(model: &Model, params: &Params, x: &[Vector3<f64>], v: &[Vect
         p = p.plus(Pressure { size: bulk * (j - 1.0).abs(), square: (bulk * j_error).powi(2) });
         if j < 0.4 {
             let barrier = f64::from(t.barrier);
-            let floored = j.max(0.05);
-            let slope = 0.4 / (floored * floored) + 20.0;
-            p = p.plus(Pressure { size: barrier * (0.4 - j) / floored, square: (barrier * slope * j_error).powi(2) });
+            p = p.plus(Pressure { size: barrier * (1.0 - j / 0.4), square: (barrier / 0.4 * j_error).powi(2) });
         }
         let area_m2 = 3.0 * shape.edge_m.powi(2);
         for n in t.node.map(usize::from) {
@@ -95,12 +93,14 @@ struct Star {
 impl Star {
     fn pressure(&self, node: &palpate::NodeRest) -> Pressure {
         let reciprocal = f64::from(node.six_volume_reciprocal);
-        let j = (self.six_volume * reciprocal).max(0.1);
+        let ratio = self.six_volume * reciprocal;
+        let j = ratio.max(0.8);
         let j_error = (VOLUME_OPERATIONS + self.tets).sqrt() * UNIT * self.cubes * reciprocal;
         let stiffness = f64::from(node.pressure);
         // of (J - 1) / (J (J + 1)): the difference rounds at the size of J and 1
         let slope = (1.0 + 2.0 * j - j * j).abs() / (j * j * (j + 1.0) * (j + 1.0));
-        Pressure { size: stiffness * (j - 1.0).abs() / (j * (j + 1.0)), square: (stiffness * slope * j_error).powi(2) }
+        let size = (j - 1.0).abs() / (j * (j + 1.0)) + slope * (j - ratio);
+        Pressure { size: stiffness * size, square: (stiffness * slope * j_error).powi(2) }
     }
 }
 

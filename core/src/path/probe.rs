@@ -1,8 +1,11 @@
 //! Guard: what the device says becomes what the patch is shown.
 //!
+//! Into tissue the tip goes at most `Limits::max_sink_m_per_s`, out of it at any speed: a fast tap arrives late and weaker, and what the limit takes
+//! from the way in is never given back on the way out.
+//!
 //! * in: tip position as sensed, [m], patch frame
 //! * out: the straight way the tip moves in this tick, speed and depth clamped
-//! * cost: about 60 instructions
+//! * cost: about 80 instructions
 //! * may fail: [`Fault::PoseNotFinite`]
 
 use nalgebra::Vector3;
@@ -41,7 +44,7 @@ impl Motion {
     }
 }
 
-/// Admits a pose: finite, no faster than the speed limit, no deeper than the patch answers.
+/// Admits a pose: finite, no faster than the speed limits, no deeper than the patch answers.
 ///
 /// # Errors
 /// [`Fault::PoseNotFinite`]; nothing changes then.
@@ -60,6 +63,16 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
         // too far for the square to be finite: the limit holds all the same, in the direction that is left
         step = if square.is_finite() { step * (longest / sqrt(square)) } else { Vector3::zeros() };
         limiters.set(Limiters::SPEED);
+    }
+    state.pressed = state.touch.or(state.pressed).filter(|at| state.near > 0 && (at.rest_m - from_m).dot(&at.normal) >= 0.0);
+    if let Some(at) = state.pressed {
+        let sink_m = -step.dot(&at.normal);
+        let most_m = tuned.limits.max_sink_m_per_s * tuned.substep_s * f32::from(tuned.substeps);
+        if sink_m > most_m {
+            // along its own way: along the normal of a tilted contact it would slip deeper, or aside
+            step *= most_m / sink_m;
+            limiters.set(Limiters::SPEED);
+        }
     }
     let mut to_m = from_m + step;
 

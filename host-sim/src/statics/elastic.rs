@@ -4,11 +4,10 @@ use nalgebra::Matrix3;
 
 use super::{StaticSpring, StaticTet, Statics, Vector};
 
-/// As in the tick: below this a node's pressure stops growing.
-const LEAST_RATIO: f64 = 0.1;
-/// As in the tick: where the barrier of a tet begins, and from where on it is linear.
+/// As in the tick: below this a node's pressure goes on along its tangent.
+const STRAIGHT_BELOW: f64 = 0.8;
+/// As in the tick: where the barrier of a tet begins.
 const BARRIER_BELOW: f64 = 0.4;
-const BARRIER_STOP: f64 = 0.05;
 
 /// A spring at work: unit vector from i to j, length [m], tension over E [m^2], its slope over E [m].
 pub(super) struct Pull {
@@ -84,14 +83,8 @@ pub(super) fn own_pressure(t: &StaticTet, six_volume: f64, barrier: bool) -> (f6
     let j = six_volume * t.six_volume_reciprocal;
     let (mut p, mut slope) = (t.bulk * (j - 1.0), t.bulk);
     if barrier && j < BARRIER_BELOW {
-        let lack = BARRIER_BELOW - j;
-        if j > BARRIER_STOP {
-            p -= t.barrier * lack / j;
-            slope += t.barrier * BARRIER_BELOW / (j * j);
-        } else {
-            p -= t.barrier * lack / BARRIER_STOP;
-            slope += t.barrier / BARRIER_STOP;
-        }
+        p -= t.barrier * (1.0 - j / BARRIER_BELOW);
+        slope += t.barrier / BARRIER_BELOW;
     }
     (p, slope * t.six_volume_reciprocal)
 }
@@ -101,13 +94,11 @@ impl Statics {
     pub(super) fn node_pressures(&self, around: &[f64]) -> Vec<(f64, f64)> {
         let law = |n: usize| {
             let (c, r) = (self.pressure[n], self.six_volume_reciprocal[n]);
-            let j = around[n] * r;
-            if j < LEAST_RATIO {
-                let j = LEAST_RATIO;
-                return (c * (j - 1.0) / (j * (j + 1.0)), 0.0);
-            }
+            let ratio = around[n] * r;
+            let j = ratio.max(STRAIGHT_BELOW);
             let below = j * (j + 1.0);
-            (c * (j - 1.0) / below, c * r * (1.0 + 2.0 * j - j * j) / (below * below))
+            let slope = (1.0 + 2.0 * j - j * j) / (below * below);
+            (c * ((j - 1.0) / below + slope * (ratio - j)), c * r * slope)
         };
         (0..around.len()).map(law).collect()
     }

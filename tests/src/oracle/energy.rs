@@ -24,34 +24,31 @@ pub fn of_spring<N: Number>(spring: &Spring, params: &Params, a: Point<N>, b: Po
     energy
 }
 
-/// A tet's own volume energy `beta kappa V/2 (J - 1)^2` and its barrier, whose pressure is `3 mu (0.4/J - 1)` below J = 0.4 and
-/// `3 mu (0.4 - J)/0.05` below J = 0.05.
+/// A tet's own volume energy `beta kappa V/2 (J - 1)^2` and its barrier, whose pressure is `3 mu (1 - J/0.4)` below J = 0.4.
 pub fn of_tet<N: Number>(tet: &Tet, params: &Params, corners: [Point<N>; 4]) -> N {
     let volume_m3 = 1.0 / (6.0 * f64::from(tet.six_volume_reciprocal));
     let (beta_kappa, mu) = (6.0 * f64::from(tet.bulk), 2.0 * f64::from(tet.barrier));
     let j = six_volume(corners) / N::of(6.0 * volume_m3);
     let mut density = N::of(0.5 * beta_kappa) * (j - N::of(1.0)) * (j - N::of(1.0));
-    let (below, stop) = (0.4, 0.05);
+    let below = 0.4;
     if params.terms.compensation && j.value() < below {
-        let opened = |j: N| N::of(below) * (N::of(below) / j).log() - (N::of(below) - j);
         let lack = N::of(below) - j;
-        let barrier = match j.value() > stop {
-            true => opened(j),
-            false => opened(N::of(stop)) + (lack * lack - N::of((below - stop) * (below - stop))) * N::of(0.5 / stop),
-        };
-        density = density + N::of(3.0 * mu) * barrier;
+        density = density + N::of(3.0 * mu * 0.5 / below) * lack * lack;
     }
     N::of(volume_m3) * density
 }
 
 /// Volume energy of a node with `(1 - beta) kappa` and the volume it stands for: `-2 ln J + 4 ln((J + 1)/2)`, J the volume ratio of all its tets.
-/// Straight below J = 0.1.
+/// Its pressure is straight below J = 0.8.
 pub fn of_node<N: Number>(kappa: f64, volume_m3: f64, j: N) -> N {
     let density = |j: N| N::of(-2.0) * j.log() + N::of(4.0) * ((j + N::of(1.0)) * N::of(0.5)).log();
-    let least = 0.1;
+    let least: f64 = 0.8;
+    let slope = 4.0 / (least + 1.0) - 2.0 / least;
+    let curvature = 2.0 / (least * least) - 4.0 / ((least + 1.0) * (least + 1.0));
+    let below = j - N::of(least);
     let density = match j.value() > least {
         true => density(j),
-        false => density(N::of(least)) + N::of(4.0 / (least + 1.0) - 2.0 / least) * (j - N::of(least)),
+        false => density(N::of(least)) + N::of(slope) * below + N::of(0.5 * curvature) * below * below,
     };
     N::of(kappa * volume_m3) * density
 }

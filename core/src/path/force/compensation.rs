@@ -8,8 +8,8 @@ use crate::lanes::Lanes;
 
 /// Below this share of its rest volume a tet is pushed open.
 pub const BARRIER_BELOW: f32 = 0.4;
-/// From here down the barrier grows only linearly, so that an inverted tet still gets a finite push.
-const BARRIER_STOP: f32 = 0.05;
+/// One over it: the barrier grows linearly, a growth with `1 / J` would make the step too long for it just when a tap needs it.
+const BARRIER_SLOPE: f32 = 1.0 / BARRIER_BELOW;
 
 /// Extra force per length over E of a spring shorter than `onset` times its rest length: `chi k (1 - onset l0 / l)`, zero otherwise.
 ///
@@ -19,12 +19,12 @@ pub(crate) fn of_spring<L: Lanes<W>, const W: usize>(k: L, stretch: L, onset: L,
     chi * (k - onset * stretch).negative_part()
 }
 
-/// Extra pressure over E (divided by 6, as the tet gradients are) of a tet at `j` of its rest volume: `3 mu / 6 (0.4 / j - 1)`, zero above 0.4.
+/// Extra pressure over E (divided by 6, as the tet gradients are) of a tet at `j` of its rest volume: `3 mu / 6 (1 - j / 0.4)`, zero above 0.4.
 #[inline(always)]
 pub(crate) fn of_tet<L: Lanes<W>, const W: usize>(j: L, barrier: L) -> L {
     if !j.any_below(BARRIER_BELOW) {
         return L::splat(0.0);
     }
     let lack = -(j - L::splat(BARRIER_BELOW)).negative_part();
-    barrier * lack / j.at_least(BARRIER_STOP)
+    barrier * lack * L::splat(BARRIER_SLOPE)
 }

@@ -1,0 +1,165 @@
+//! One step a tick is enough for taps: 0.5 m/s to the probe's radius, held and released, on patches of 130 to 1020 nodes, with 15 % of margin.
+//!
+//! `--nocapture` prints the table.
+
+use palpate::path::probe::ProbePose;
+use palpate::{Limiters, Limits, Output, Params, Vector3, tick};
+use palpate_sim::measure;
+use palpate_sim::stable_step::{StableStep, substeps_for_taps};
+use palpate_tests::bench::{Bench, at_depth};
+
+const SIZES: [usize; 3] = [130, 410, 1020];
+const DEEP_M: f32 = 8e-3;
+const TAP_M_PER_S: f32 = 0.5;
+const SLOW_M_PER_S: f32 = 0.1;
+/// Over the static force, at most.
+const PEAK: f64 = 3.0;
+/// Left after release, at most [m].
+const RESIDUAL_M: f64 = 0.05e-3;
+
+fn bench(nodes: usize, youngs_modulus_pa: f32) -> Bench {
+    let mut bench = Bench::block(nodes).with(|p| p.youngs_modulus_pa = youngs_modulus_pa);
+    bench.patch.set_depth_limit_m(DEEP_M);
+    bench
+}
+
+/// Another tick with the masses, the foundation and its damping of this one.
+fn with_tick(params: &Params, tick_s: f32) -> Params {
+    let longer = tick_s / params.tick_s;
+    Params {
+        tick_s,
+        mass_floor: params.mass_floor / (longer * longer),
+        contact_mass: params.contact_mass / (longer * longer),
+        contact_cap: params.contact_cap * longer * longer,
+        contact_damping: params.contact_damping / longer,
+        ..*params
+    }
+}
+
+#[derive(Debug)]
+struct Outcome {
+    /// What is wrong at the end of the hold or of the run, or stopped it.
+    wrong: Option<String>,
+    /// Smallest volume of a tet over its rest volume in any tick.
+    lowest_j: f64,
+    peak_n: f64,
+    static_n: f64,
+}
+
+/// Down to 8 mm, 0.35 s there, out, 0.6 s.
+fn press(bench: &Bench, params: &Params, speed_m_per_s: f32) -> Outcome {
+    let mut outcome = Outcome { wrong: None, lowest_j: f64::INFINITY, peak_n: 0.0, static_n: 0.0 };
+    outcome.wrong = run(bench, params, speed_m_per_s, &mut outcome);
+    outcome
+}
+
+fn run(bench: &Bench, params: &Params, speed_m_per_s: f32, outcome: &mut Outcome) -> Option<String> {
+    let model = bench.patch.wide_model();
+    let mut memory = bench.memory();
+    let (tuned, mut state) = memory.start(&model, params).unwrap();
+    let step_m = speed_m_per_s * params.tick_s;
+    let ticks = |seconds: f32| (seconds / params.tick_s) as usize;
+    let clear_m = 0.5e-3;
+    let down = ((DEEP_M + clear_m) / step_m).ceil() as usize;
+    let (held, all) = (down + ticks(0.35), 2 * down + ticks(0.95));
+    let mut holds: Vec<Vector3<f32>> = Vec::new();
+    for n in 0..all {
+        let way_m = |ticks: usize| step_m * ticks as f32;
+        let depth_m = if n < held { (way_m(n) - clear_m).min(DEEP_M) } else { (DEEP_M - way_m(n - held)).max(-clear_m) };
+        let output = tick(&model, &tuned, &mut state, ProbePose { tip_m: at_depth(depth_m) });
+        if let Some(fault) = output.fault {
+            return Some(format!("{fault} in tick {n}"));
+        }
+        let (lowest_j, _) = measure::volumes(&model, &state);
+        outcome.lowest_j = outcome.lowest_j.min(lowest_j);
+        outcome.peak_n = outcome.peak_n.max(output.force_n.norm().into());
+        if (held - 50..held).contains(&n) {
+            holds.push(output.force_n);
+        }
+        if lowest_j <= 0.0 && ((held - 50..held).contains(&n) || n + 50 >= all) {
+            return Some(format!("J = {lowest_j:.3} at rest, in tick {n}"));
+        }
+    }
+    let mean = holds.iter().sum::<Vector3<f32>>() / holds.len() as f32;
+    outcome.static_n = mean.norm().into();
+    let ripple = holds.iter().map(|f| (f - mean).norm()).fold(0.0, f32::max) / mean.norm();
+    if ripple > 0.01 {
+        return Some(format!("the force at the hold's end ripples by {:.1} %", ripple * 100.0));
+    }
+    let residual_m = measure::largest_displacement_m(&model, &state);
+    (residual_m > RESIDUAL_M).then(|| format!("{:.3} mm are left", residual_m * 1e3))
+}
+
+#[test]
+fn taps_and_presses_hold_with_a_margin() {
+    for nodes in SIZES {
+        for youngs_modulus_pa in [3.5e3, 20e3] {
+            let bench = bench(nodes, youngs_modulus_pa);
+            assert_eq!(bench.params.substeps, 1);
+            for tick_s in [1e-3, 1.15e-3] {
+                for speed_m_per_s in [SLOW_M_PER_S, TAP_M_PER_S] {
+                    let outcome = press(&bench, &with_tick(&bench.params, tick_s), speed_m_per_s);
+                    let label =
+                        format!("{nodes} nodes, {youngs_modulus_pa} Pa, tick {tick_s} s, {speed_m_per_s} m/s: {outcome:?}");
+                    println!("{label}");
+                    assert_eq!(outcome.wrong, None, "{label}");
+                    assert!(outcome.lowest_j > 0.0, "{label}");
+                    assert!(outcome.peak_n <= PEAK * outcome.static_n, "{label}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_session_asks_for_one_step() {
+    for nodes in SIZES {
+        let bench = bench(nodes, 3.5e3);
+        let model = bench.patch.wide_model();
+        let stable = StableStep::measure(&model, &bench.params, bench.patch.site_m()).unwrap().unwrap();
+        let least = stable.substeps(1e-3) as u16;
+        let asked = substeps_for_taps(&model, &bench.params, bench.patch.site_m(), least).unwrap();
+        println!("{nodes} nodes: {stable:?}");
+        assert_eq!(asked, Some(1), "{nodes} nodes: {stable:?}");
+    }
+}
+
+#[test]
+fn without_the_limit_into_tissue_a_tap_crushes_fine_meshes() {
+    for nodes in [410, 1020] {
+        let bench = bench(nodes, 3.5e3).with(|p| p.limits = Limits::HIGHEST);
+        let outcome = press(&bench, &bench.params, TAP_M_PER_S);
+        assert!(outcome.wrong.is_some() || outcome.lowest_j < 0.0, "{nodes} nodes stand the tap without the limit: {outcome:?}");
+    }
+}
+
+/// What the patch is shown of a tap: late on the way in, never late on the way out.
+#[test]
+fn the_limit_holds_into_the_tissue_only() {
+    let bench = bench(1020, 3.5e3);
+    let model = bench.patch.wide_model();
+    let mut memory = bench.memory();
+    let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
+    let step_m = TAP_M_PER_S * bench.params.tick_s;
+    let most_m = bench.params.limits.max_sink_m_per_s * bench.params.tick_s;
+    assert!(most_m < 0.6 * step_m, "the tap is not fast for this patch");
+    let mut at = |depth_m: f32| -> Output { tick(&model, &tuned, &mut state, ProbePose { tip_m: at_depth(depth_m) }) };
+    let way = (0..300).map(|n| (step_m * n as f32 - 1e-3).min(DEEP_M));
+    let shown: Vec<Output> = way.map(&mut at).collect();
+    let first = shown.iter().position(|o| o.depth_m > 0.0).expect("a tap that touches");
+    assert!(shown[first + 5].limiters.contains(Limiters::SPEED));
+    // depth along a normal that tilts while tissue gives way
+    let sunk_m = shown[first + 12].depth_m - shown[first + 2].depth_m;
+    assert!(sunk_m < 1.1 * 10.0 * most_m, "{sunk_m} m in 10 ticks of at most {most_m}");
+    assert!(sunk_m > 0.8 * 10.0 * most_m, "{sunk_m} m in 10 ticks of at most {most_m}");
+    let last = shown.last().unwrap();
+    assert!((last.depth_m - DEEP_M).abs() < 0.05e-3 && !last.limiters.contains(Limiters::SPEED), "it arrives: {last:?}");
+    for n in 1..=4 {
+        let wanted_m = DEEP_M - step_m * n as f32;
+        let out = at(wanted_m);
+        assert!(
+            !out.limiters.contains(Limiters::SPEED) && out.depth_m < wanted_m + 0.1e-3,
+            "on the way out at {wanted_m} m: {out:?}"
+        );
+    }
+}
