@@ -117,8 +117,8 @@ pub struct Model<'a> {
     pub tets: &'a [Tet],
     /// The surface that a probe can touch.
     pub triangles: &'a [Triangle],
-    /// Foundation points, shape [triangles][4].
-    pub foundation: &'a [[FoundationPoint; 4]],
+    /// Foundation points, shape [triangles][4] or [triangles][9], flat.
+    pub foundation: &'a [FoundationPoint],
     /// Rim springs to the ground: what stands in for the rest of the organ. May be empty.
     pub rim_nodes: &'a [RimNode],
     /// Rim springs between rim nodes. May be empty.
@@ -126,6 +126,13 @@ pub struct Model<'a> {
 }
 
 impl Model<'_> {
+    /// Foundation points of a triangle: 9, or else 4.
+    #[must_use]
+    #[inline(always)]
+    pub fn points_per_triangle(&self) -> usize {
+        if self.foundation.len() == 9 * self.triangles.len() { 9 } else { 4 }
+    }
+
     /// Checks every index, sign and size once, so that the tick need not.
     ///
     /// # Errors
@@ -178,11 +185,9 @@ impl Model<'_> {
             t.node.iter().try_for_each(|&v| outside("surface triangle", n, v))?;
             t.share.iter().try_for_each(|&s| positive("surface triangle share", n, s))?;
         }
-        for (n, points) in self.foundation.iter().enumerate() {
-            for p in points {
-                positive("foundation point", n, p.k)?;
-                positive("foundation bend", n, p.bend)?;
-            }
+        for (n, p) in self.foundation.iter().enumerate() {
+            positive("foundation point", n, p.k)?;
+            positive("foundation bend", n, p.bend)?;
         }
         for (n, r) in self.rim_nodes.iter().enumerate() {
             outside("rim node", n, u16::try_from(r.node).unwrap_or(u16::MAX))?;
@@ -200,7 +205,7 @@ impl Model<'_> {
             true => Ok(()),
             false => Err(BuildError::LengthMismatch { item, need, have }),
         };
-        same("foundation", self.triangles.len(), self.foundation.len())?;
+        same("foundation", self.points_per_triangle() * self.triangles.len(), self.foundation.len())?;
         if !self.spring_rows.is_empty() {
             same("spring rows", self.nodes.len(), self.spring_rows.len())?;
             let counted = self.spring_rows.iter().map(|&n| usize::from(n)).sum();

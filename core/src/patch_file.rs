@@ -52,6 +52,8 @@ struct Header {
     max_force_n: f32,
     /// Bit 0 volume, 1 compensation, 2 rim.
     terms: u32,
+    /// Places that the constants were fitted over; 0 if they come from formulas alone.
+    fitted_places: u32,
 }
 
 const HEADER: usize = size_of::<Header>();
@@ -69,6 +71,8 @@ pub struct PatchFile<'a> {
     pub site_m: Vector3<f32>,
     /// Longest stable substep, measured on the pressed patch when it was packed [s].
     pub stable_dt_s: f32,
+    /// Places that the constants were fitted over; 0 if they come from formulas alone.
+    pub fitted_places: u32,
 }
 
 impl<'a> PatchFile<'a> {
@@ -134,7 +138,13 @@ impl<'a> PatchFile<'a> {
                 max_force_n: header.max_force_n,
             },
         };
-        Ok(Self { model, params, site_m: header.site_m.into(), stable_dt_s: header.stable_dt_s })
+        Ok(Self {
+            model,
+            params,
+            site_m: header.site_m.into(),
+            stable_dt_s: header.stable_dt_s,
+            fitted_places: header.fitted_places,
+        })
     }
 
     /// Writes a patch, piece by piece. The model's springs must be in rows.
@@ -174,6 +184,7 @@ impl<'a> PatchFile<'a> {
             max_sink_m_per_s: params.limits.max_sink_m_per_s,
             max_force_n: params.limits.max_force_n,
             terms: u32::from(params.terms.volume) | u32::from(params.terms.compensation) << 1 | u32::from(params.terms.rim) << 2,
+            fitted_places: self.fitted_places,
         };
         let mut digest = CRC.digest();
         digest.update(&bytemuck::bytes_of(&header)[CHECKED_FROM..]);

@@ -22,8 +22,8 @@ pub struct Multipliers {
     pub edge: Vec<f64>,
     /// On each node's volume stiffness, shape \[nodes\].
     pub node: Vec<f64>,
-    /// On each foundation point, shape [surface triangles][4], in the order of [`surface::surface`].
-    pub point: Vec<[f64; 4]>,
+    /// On each foundation point, shape [surface triangles][points], triangles in the order of [`surface::surface`].
+    pub point: Vec<Vec<f64>>,
     /// On the volume stiffness that acts per tet.
     pub bulk: f64,
     /// On the stiffening of the foundation.
@@ -41,11 +41,19 @@ pub struct Material {
     pub foundation_stiffness: f64,
     /// Foundation stiffening times element size (1).
     pub foundation_stiffening: f64,
+    /// Foundation points on a triangle, 4 or 9.
+    pub points_per_triangle: usize,
 }
 
 impl Default for Material {
     fn default() -> Self {
-        Self { poisson_ratio: 0.45, per_tet_share: 0.109, foundation_stiffness: 0.926, foundation_stiffening: 13.1 }
+        Self {
+            poisson_ratio: 0.45,
+            per_tet_share: 0.109,
+            foundation_stiffness: 3.0,
+            foundation_stiffening: 2.0,
+            points_per_triangle: 4,
+        }
     }
 }
 
@@ -72,6 +80,7 @@ pub struct Patch {
     depth_limit_m: f32,
     site_m: [f32; 3],
     element_m: f64,
+    fitted_places: u32,
     nodes: Vec<NodeRest>,
     anchors: Vec<u16>,
     spring_rows: Vec<u16>,
@@ -79,7 +88,7 @@ pub struct Patch {
     scheduled: Vec<Spring>,
     tets: Vec<Tet>,
     triangles: Vec<Triangle>,
-    foundation: Vec<[FoundationPoint; 4]>,
+    foundation: Vec<FoundationPoint>,
     rim_nodes: Vec<RimNode>,
     rim_edges: Vec<RimEdge>,
 }
@@ -99,6 +108,7 @@ impl Patch {
             depth_limit_m: tissue.depth_limit_m as f32,
             site_m: tissue.site_m.map(|c| c as f32),
             element_m: law.element_m,
+            fitted_places: 0,
             anchors: tissue.anchors.iter().map(|&a| a as u16).collect(),
             scheduled: order::schedule(&springs),
             tets: order::interleave(&elastic.tets),
@@ -128,6 +138,7 @@ impl Patch {
             depth_limit_m: model.depth_limit_m,
             site_m: file.site_m.into(),
             element_m: foundation::element_size(nearest),
+            fitted_places: file.fitted_places,
             nodes: model.nodes.to_vec(),
             anchors: model.anchors.to_vec(),
             spring_rows: model.spring_rows.to_vec(),
@@ -188,6 +199,17 @@ impl Patch {
         self.element_m
     }
 
+    /// Places that the constants were fitted over; 0 if they come from formulas alone.
+    #[must_use]
+    pub fn fitted_places(&self) -> u32 {
+        self.fitted_places
+    }
+
+    /// Says over how many places the constants were fitted.
+    pub fn set_fitted_places(&mut self, places: u32) {
+        self.fitted_places = places;
+    }
+
     /// Changes the deepest press the patch answers [m].
     pub fn set_depth_limit_m(&mut self, depth_limit_m: f32) {
         self.depth_limit_m = depth_limit_m;
@@ -197,8 +219,14 @@ impl Patch {
     #[must_use]
     pub fn pack(&self, params: &Params, stable_dt_s: f32) -> Vec<u8> {
         let mut bytes = Vec::new();
-        PatchFile { model: self.model(), params: *params, site_m: self.site_m(), stable_dt_s }
-            .write(|b| bytes.extend_from_slice(b));
+        let file = PatchFile {
+            model: self.model(),
+            params: *params,
+            site_m: self.site_m(),
+            stable_dt_s,
+            fitted_places: self.fitted_places,
+        };
+        file.write(|b| bytes.extend_from_slice(b));
         bytes
     }
 }

@@ -45,13 +45,13 @@ pub struct StaticTet {
     pub barrier: f64,
 }
 
-/// A surface triangle with the stiffness of its four foundation points over E [m] and their largest slope over E [m].
-#[derive(Clone, Copy, Debug)]
+/// A surface triangle with the stiffness of its foundation points over E [m] and their largest slope over E [m].
+#[derive(Clone, Debug)]
 pub struct StaticTriangle {
     /// Corners.
     pub node: [usize; 3],
     /// Initial stiffness of each point.
-    pub k: [f64; 4],
+    pub k: Vec<f64>,
     /// Largest slope.
     pub cap: f64,
 }
@@ -133,10 +133,10 @@ impl Statics {
             triangles: model
                 .triangles
                 .iter()
-                .zip(model.foundation)
+                .zip(model.foundation.chunks(model.points_per_triangle()))
                 .map(|(t, points)| StaticTriangle {
                     node: t.node.map(usize::from),
-                    k: points.map(|p| f64::from(p.k)),
+                    k: points.iter().map(|p| f64::from(p.k)).collect(),
                     cap: cap(t),
                 })
                 .collect(),

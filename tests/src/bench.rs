@@ -28,22 +28,28 @@ impl Bench {
     /// A node count that the block generator refuses.
     #[must_use]
     pub fn block(nodes: usize) -> Self {
-        Self::build(nodes, 1.0, true)
+        Self::build(nodes, 1.0, true, 4)
+    }
+
+    /// The default block with nine foundation points on a triangle.
+    #[must_use]
+    pub fn with_nine_points(nodes: usize) -> Self {
+        Self::build(nodes, 1.0, true, 9)
     }
 
     /// The default block with every length, the probe's too, times `scale`.
     #[must_use]
     pub fn scaled(nodes: usize, scale: f64) -> Self {
-        Self::build(nodes, scale, true)
+        Self::build(nodes, scale, true, 4)
     }
 
     /// The default block with nothing fixed.
     #[must_use]
     pub fn floating(nodes: usize) -> Self {
-        Self::build(nodes, 1.0, false)
+        Self::build(nodes, 1.0, false, 4)
     }
 
-    fn build(nodes: usize, scale: f64, fixed: bool) -> Self {
+    fn build(nodes: usize, scale: f64, fixed: bool, points_per_triangle: usize) -> Self {
         let size_m = BLOCK_M.map(|side| side * scale);
         let spec = BlockSpec { size_m, nodes, fine_at_m: [0.0; 2], fine_radius_m: RADIUS_M * scale };
         let mesh = block(&spec).expect("a block that can be meshed");
@@ -53,7 +59,7 @@ impl Bench {
         let tissue = Tissue { mesh, stiffness_ratio, anchors, site_m: [0.0; 3], depth_limit_m: DEPTH_LIMIT_M * scale };
         let mut params = Params::default();
         params.probe.radius_m = (RADIUS_M * scale) as f32;
-        let patch = Patch::build(&tissue, &Material::default(), None);
+        let patch = Patch::build(&tissue, &Material { points_per_triangle, ..Material::default() }, None);
         params.limits = limits(&patch, f64::from(params.tick_s));
         Self { patch, params }
     }

@@ -6,7 +6,7 @@
 pub mod energy;
 pub mod number;
 
-use palpate::path::force::foundation::POINT_WEIGHTS;
+use palpate::path::force::foundation::point_weights;
 use palpate::{Model, Params, Tet, Vector3};
 
 use energy::{Point, depth_inside, minus, of_foundation, of_node, of_rim_edge, of_rim_node, of_spring, of_tet, six_volume};
@@ -116,10 +116,11 @@ impl<'a> Oracle<'a> {
         let mut on = vec![Vector::zeros(); x.len()];
         let e = self.youngs_modulus_pa();
         let damping_s = f64::from(self.params.contact_damping * self.params.tick_s) / f64::from(self.params.substeps);
-        for (triangle, points) in self.model.triangles.iter().zip(self.model.foundation) {
+        for (triangle, points) in self.model.triangles.iter().zip(self.model.foundation.chunks(self.model.points_per_triangle()))
+        {
             let node = triangle.node.map(usize::from);
             let cap_m = self.cap_m(triangle);
-            for (weights, law) in POINT_WEIGHTS.iter().zip(points) {
+            for (weights, law) in point_weights(points.len()).iter().zip(points) {
                 let mean = |of: &[Vector]| (0..3).map(|c| of[node[c]] * f64::from(weights[c])).sum::<Vector>();
                 let point = Dual::coordinates(mean(x).into());
                 let Some(depth) = depth_inside(&self.params, tip.at_m.into(), point) else { continue };

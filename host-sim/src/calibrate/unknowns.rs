@@ -28,6 +28,7 @@ pub struct Unknowns {
     nodes: usize,
     /// Triangles whose points are unknown.
     triangles: Vec<usize>,
+    points_per_triangle: usize,
 }
 
 /// The scalars, at the end of the vector.
@@ -50,13 +51,14 @@ impl Unknowns {
             (centroid - site).norm() <= reach_m
         };
         let triangles = statics.triangles.iter().enumerate().filter(|(_, t)| near(t)).map(|(n, _)| n).collect();
-        Self { springs: statics.springs.len(), nodes: statics.rest_m.len(), triangles }
+        let points_per_triangle = statics.triangles.first().map_or(0, |t| t.k.len());
+        Self { springs: statics.springs.len(), nodes: statics.rest_m.len(), triangles, points_per_triangle }
     }
 
     /// How many there are.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.springs + self.nodes + 4 * self.triangles.len() + SCALARS
+        self.springs + self.nodes + self.points_per_triangle * self.triangles.len() + SCALARS
     }
 
     /// Never.
@@ -70,7 +72,7 @@ impl Unknowns {
     }
 
     fn point(&self, slot: usize, point: usize) -> usize {
-        self.springs + self.nodes + 4 * slot + point
+        self.springs + self.nodes + self.points_per_triangle * slot + point
     }
 
     /// The patch at a place in the space of unknowns.
@@ -134,7 +136,12 @@ impl Unknowns {
         let multipliers = Multipliers {
             edge: at.springs.iter().zip(&base.springs).map(|(a, b)| a.k / b.k).collect(),
             node: at.pressure.iter().zip(&base.pressure).map(|(a, b)| a / b).collect(),
-            point: at.triangles.iter().zip(&base.triangles).map(|(a, b)| [0, 1, 2, 3].map(|k| a.k[k] / b.k[k])).collect(),
+            point: at
+                .triangles
+                .iter()
+                .zip(&base.triangles)
+                .map(|(a, b)| a.k.iter().zip(&b.k).map(|(a, b)| a / b).collect())
+                .collect(),
             bulk: at.tets.iter().zip(&base.tets).map(|(a, b)| a.bulk / b.bulk).next().unwrap_or(1.0),
             stiffening: at.stiffening_per_m / base.stiffening_per_m,
         };

@@ -1,6 +1,6 @@
 //! The foundation law of a surface: stiffness about E over the element size, per point.
 
-use palpate::path::force::foundation::POINT_WEIGHTS;
+use palpate::path::force::foundation::point_weights;
 use palpate::{FoundationPoint, Triangle};
 
 use super::{Material, Multipliers, Tissue};
@@ -10,7 +10,7 @@ const TYPICAL_PENETRATION: f64 = 0.1;
 
 pub(super) struct Foundation {
     pub triangles: Vec<Triangle>,
-    pub points: Vec<[FoundationPoint; 4]>,
+    pub points: Vec<FoundationPoint>,
     /// Contact stiffness over E of each node [m].
     pub contact_m: Vec<f64>,
     pub stiffening_per_m: f64,
@@ -35,21 +35,21 @@ pub(super) fn of(tissue: &Tissue, material: &Material, multipliers: Option<&Mult
 
     let mut contact = vec![0.0; nodes.len()];
     let mut triangles = Vec::with_capacity(surface.len());
-    let mut points = Vec::with_capacity(surface.len());
-    for (t, &a) in surface.iter().zip(&areas) {
+    let weights = point_weights(material.points_per_triangle);
+    let mut points = Vec::with_capacity(weights.len() * surface.len());
+    for (at, (t, &a)) in surface.iter().zip(&areas).enumerate() {
         let h = element_size(a);
-        let per_point = material.foundation_stiffness / h * a / POINT_WEIGHTS.len() as f64;
-        let mut fitted = multipliers.map_or([1.0; 4], |m| m.point[points.len()]).into_iter();
-        points.push(POINT_WEIGHTS.map(|weights| {
-            let k = per_point * fitted.next().unwrap_or(1.0);
+        let per_point = material.foundation_stiffness / h * a / weights.len() as f64;
+        for (point, weights) in weights.iter().enumerate() {
+            let k = per_point * multipliers.map_or(1.0, |m| m.point[at][point]);
             let slope = k * (1.0 + 2.0 * stiffening * TYPICAL_PENETRATION * h);
-            t.iter().zip(weights).for_each(|(&n, w)| contact[n as usize] += f64::from(w) * slope);
-            FoundationPoint { k: k as f32, bend: (1.0 / (2.0 * k * stiffening)) as f32 }
-        }));
+            t.iter().zip(weights).for_each(|(&n, w)| contact[n as usize] += f64::from(*w) * slope);
+            points.push(FoundationPoint { k: k as f32, bend: (1.0 / (2.0 * k * stiffening)) as f32 });
+        }
         triangles.push(Triangle {
             node: t.map(|n| n as u16),
             reserved: 0,
-            share: t.map(|n| (a / POINT_WEIGHTS.len() as f64 / node_area[n as usize]) as f32),
+            share: t.map(|n| (a / weights.len() as f64 / node_area[n as usize]) as f32),
         });
     }
     Foundation { triangles, points, contact_m: contact, stiffening_per_m: stiffening, element_m }

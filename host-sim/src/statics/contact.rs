@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix3;
 use palpate::ProbeShape;
-use palpate::path::force::foundation::{FLAT_EDGE, POINT_WEIGHTS};
+use palpate::path::force::foundation::{FLAT_EDGE, point_weights};
 
 use super::{StaticTriangle, Statics, Vector};
 
@@ -36,7 +36,7 @@ impl Statics {
             if corners.iter().all(|c| c.dot(&self.axis()) < 0.0) || corners.iter().all(|c| c.norm_squared() > 36.0 * r * r) {
                 continue;
             }
-            for (point, weights) in POINT_WEIGHTS.iter().enumerate() {
+            for (point, weights) in point_weights(t.k.len()).iter().enumerate() {
                 let weights = weights.map(f64::from);
                 let at = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
                 if let Some(inside) = self.inside(at) {

@@ -13,8 +13,8 @@ pub struct Gradient {
     pub spring: Vec<f64>,
     /// Nodal volume stiffness, shape \[nodes\].
     pub node: Vec<f64>,
-    /// Foundation points, shape [triangles][4].
-    pub point: Vec<[f64; 4]>,
+    /// Foundation points, shape [triangles][points].
+    pub point: Vec<Vec<f64>>,
     /// Per-tet volume stiffness, shape \[tets\].
     pub bulk: Vec<f64>,
     /// Stiffening of the foundation.
@@ -89,7 +89,7 @@ impl Balance {
                 *slope = -p * swell;
             }
         }
-        let mut point = vec![[0.0; 4]; statics.triangles.len()];
+        let mut point: Vec<Vec<f64>> = statics.triangles.iter().map(|t| vec![0.0; t.k.len()]).collect();
         let mut stiffening = 0.0;
         for push in statics.pushes(x, self.tip_m) {
             let corners = statics.triangles[push.triangle].node;

@@ -1,6 +1,6 @@
 //! Contact as a soft sub-element foundation.
 //!
-//! Four fixed points on every surface triangle. A point inside the probe by `pen` is pushed out along the probe's normal by
+//! Four fixed points on every surface triangle, or nine where triangles are large beside the probe. A point inside the probe by `pen` is pushed out along the probe's normal by
 //! `f/E = k lo (1 + s lo) + cap (pen - lo)`, `lo` the part of `pen` up to where the slope reaches `cap`; the push is shared to the triangle's nodes and
 //! its opposite is the force on the probe. It stands for the local indentation that a flat element cannot have: it is part of the tissue,
 //! not a penalty, and it is smooth when the probe slides over nodes (node projection ripples 10-36 %, this 2-6 %).
@@ -9,7 +9,7 @@
 //!
 //! * in: candidates of `contact`, positions, velocities, the probe
 //! * out: adds to `node.f`; the load on the probe
-//! * cost (M4F, estimated): about 300 cycles a touched triangle
+//! * cost (M4F, estimated): about 300 cycles a touched triangle with four points
 //! * may fail: never
 
 use nalgebra::Vector3;
@@ -20,12 +20,31 @@ use crate::params::{Probe, ProbeShape, Tuned};
 use crate::state::{State, node};
 
 /// Barycentric weights of the four points, corner by corner: the centroid last, before it the middles between it and the corners.
-pub const POINT_WEIGHTS: [[f32; 3]; 4] = [
+const FOUR: [[f32; 3]; 4] = [
     [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0],
     [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0],
     [1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0],
     [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0],
 ];
+
+/// The same of nine: centroids of the triangle's nine equal parts, first those that point its way.
+const NINE: [[f32; 3]; 9] = [
+    [7.0 / 9.0, 1.0 / 9.0, 1.0 / 9.0],
+    [1.0 / 9.0, 7.0 / 9.0, 1.0 / 9.0],
+    [1.0 / 9.0, 1.0 / 9.0, 7.0 / 9.0],
+    [4.0 / 9.0, 4.0 / 9.0, 1.0 / 9.0],
+    [1.0 / 9.0, 4.0 / 9.0, 4.0 / 9.0],
+    [4.0 / 9.0, 1.0 / 9.0, 4.0 / 9.0],
+    [5.0 / 9.0, 2.0 / 9.0, 2.0 / 9.0],
+    [2.0 / 9.0, 5.0 / 9.0, 2.0 / 9.0],
+    [2.0 / 9.0, 2.0 / 9.0, 5.0 / 9.0],
+];
+
+/// Barycentric weights of a triangle's points: four, or nine.
+#[must_use]
+pub fn point_weights(per_triangle: usize) -> &'static [[f32; 3]] {
+    if per_triangle == NINE.len() { &NINE } else { &FOUR }
+}
 
 /// Radius of the flat probe's rounded edge, as a share of its own: with a sharp one the force jumps when a point slips over it, and the tissue
 /// never comes to rest.
@@ -60,32 +79,48 @@ impl Load {
 
 const THIRD: f32 = 1.0 / 3.0;
 const SIXTH: f32 = 1.0 / 6.0;
+const NINTH: f32 = 1.0 / 9.0;
 const ZERO: Vector3<f32> = Vector3::new(0.0, 0.0, 0.0);
 
 /// Pushes the surface out of the probe.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> Load {
+    match model.points_per_triangle() == NINE.len() {
+        true => press_points::<Nine, 9>(model, tuned, state, tip_m, velocity_m_per_s),
+        false => press_points::<Four, 4>(model, tuned, state, tip_m, velocity_m_per_s),
+    }
+}
+
+#[inline(always)]
+fn press_points<P: Points<Q>, const Q: usize>(
+    model: &Model,
+    tuned: &Tuned,
+    state: &mut State,
+    tip_m: Vector3<f32>,
+    velocity_m_per_s: Vector3<f32>,
+) -> Load {
+    let laws = model.foundation.as_chunks::<Q>().0;
     let probe = &tuned.probe;
     let centre = centre_m(probe, tip_m);
     let mut load = Load::NONE;
     for &index in state.candidates.iter().take(state.near) {
         let index = usize::from(index);
         let (Some(triangle), Some(points_law), Some(&cap)) =
-            (model.triangles.get(index), model.foundation.get(index), tuned.cap_m.get(index))
+            (model.triangles.get(index), laws.get(index), tuned.cap_m.get(index))
         else {
             continue;
         };
         let [a, b, c] = triangle.node.map(usize::from);
         let (Some(na), Some(nb), Some(nc)) = (state.nodes.get(a), state.nodes.get(b), state.nodes.get(c)) else { continue };
         let corners = [vector(&na.x) - centre, vector(&nb.x) - centre, vector(&nc.x) - centre];
-        let inside = points(corners).map(|d| penetration(probe, d));
+        let inside = P::at(corners).map(|d| penetration(probe, d));
         if inside.iter().all(Option::is_none) {
             continue;
         }
         let moving = [&na.v, &nb.v, &nc.v].map(|v| vector(v) - velocity_m_per_s);
-        let speeds = if tuned.contact_damping_s > 0.0 { points(moving) } else { [ZERO; 4] };
-        let mut push = [0.0; 4];
-        let mut force = [ZERO; 4];
+        let speeds = if tuned.contact_damping_s > 0.0 { P::at(moving) } else { [ZERO; Q] };
+        let mut push = [0.0; Q];
+        let mut force = [ZERO; Q];
         for (((inside, point), v), (push, force)) in
             inside.iter().zip(points_law).zip(&speeds).zip(push.iter_mut().zip(&mut force))
         {
@@ -100,8 +135,8 @@ pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32
                 *force = out * f;
             }
         }
-        let on = shared(force);
-        let weight = shared(push);
+        let on = P::shared(force);
+        let weight = P::shared(push);
         load.force += on[0] + on[1] + on[2];
         load.push += weight[0] + weight[1] + weight[2];
         for (((&n, x), f), w) in triangle.node.iter().zip(&corners).zip(&on).zip(weight) {
@@ -121,25 +156,55 @@ pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32
 pub(crate) fn touches(model: &Model, tuned: &Tuned, state: &State, tip_m: Vector3<f32>) -> bool {
     let centre = centre_m(&tuned.probe, tip_m);
     let near = state.candidates.iter().take(state.near).filter_map(|&index| model.triangles.get(usize::from(index)));
-    near.flat_map(|triangle| points(triangle.node.map(|n| vector(&node(state.nodes, n).x) - centre)))
-        .any(|d| penetration(&tuned.probe, d).is_some())
+    let mut corners = near.map(|triangle| triangle.node.map(|n| vector(&node(state.nodes, n).x) - centre));
+    let inside = |d| penetration(&tuned.probe, d).is_some();
+    match model.points_per_triangle() == NINE.len() {
+        true => corners.any(|c| Nine::at(c).into_iter().any(inside)),
+        false => corners.any(|c| Four::at(c).into_iter().any(inside)),
+    }
 }
 
-/// A quantity at the four points, from its values at the corners: [`POINT_WEIGHTS`] with fewer operations.
-#[inline(always)]
-fn points([a, b, c]: [Vector3<f32>; 3]) -> [Vector3<f32>; 4] {
-    let middle = (a + b + c) * THIRD;
-    [(a + middle) * 0.5, (b + middle) * 0.5, (c + middle) * 0.5, middle]
+/// The points of a triangle.
+trait Points<const Q: usize> {
+    /// A quantity at the points, from its values at the corners: the weights with fewer operations.
+    fn at(corners: [Vector3<f32>; 3]) -> [Vector3<f32>; Q];
+    /// What acts at the points, shared to the corners: the transpose of `at`.
+    fn shared<T: Copy + core::ops::Add<Output = T> + core::ops::Mul<f32, Output = T>>(on: [T; Q]) -> [T; 3];
 }
 
-/// What acts at the four points, shared to the corners: the transpose of [`points`].
-#[inline(always)]
-fn shared<T>([a, b, c, middle]: [T; 4]) -> [T; 3]
-where
-    T: Copy + core::ops::Add<Output = T> + core::ops::Mul<f32, Output = T>,
-{
-    let all = (a + b + c) * SIXTH + middle * THIRD;
-    [all + a * 0.5, all + b * 0.5, all + c * 0.5]
+struct Four;
+struct Nine;
+
+impl Points<4> for Four {
+    #[inline(always)]
+    fn at([a, b, c]: [Vector3<f32>; 3]) -> [Vector3<f32>; 4] {
+        let middle = (a + b + c) * THIRD;
+        [(a + middle) * 0.5, (b + middle) * 0.5, (c + middle) * 0.5, middle]
+    }
+
+    #[inline(always)]
+    fn shared<T: Copy + core::ops::Add<Output = T> + core::ops::Mul<f32, Output = T>>([a, b, c, middle]: [T; 4]) -> [T; 3] {
+        let all = (a + b + c) * SIXTH + middle * THIRD;
+        [all + a * 0.5, all + b * 0.5, all + c * 0.5]
+    }
+}
+
+impl Points<9> for Nine {
+    #[inline(always)]
+    fn at([a, b, c]: [Vector3<f32>; 3]) -> [Vector3<f32>; 9] {
+        let (a, b, c) = (a * THIRD, b * THIRD, c * THIRD);
+        let m = (a + b + c) * THIRD;
+        let (ma, mb, mc) = (m + a, m + b, m + c);
+        [ma + a, mb + b, mc + c, ma + b, mb + c, mc + a, m + ma, m + mb, m + mc]
+    }
+
+    #[inline(always)]
+    fn shared<T: Copy + core::ops::Add<Output = T> + core::ops::Mul<f32, Output = T>>(on: [T; 9]) -> [T; 3] {
+        let [a, b, c, ab, bc, ca, ma, mb, mc] = on;
+        let inner = ma + mb + mc;
+        let all = ((a + b + c) + (ab + bc + ca) + (inner + inner)) * NINTH;
+        [all + (a + a + ab + ca + ma) * THIRD, all + (b + b + ab + bc + mb) * THIRD, all + (c + c + bc + ca + mc) * THIRD]
+    }
 }
 
 /// Centre of the sphere, or of the flat end [m].
@@ -185,4 +250,29 @@ fn penetration(probe: &Probe, mut d: Vector3<f32>) -> Option<(f32, Vector3<f32>)
     let l = sqrt(square);
     let out = if l > 0.0 { d * (1.0 / l) } else { -probe.axis };
     Some((r - l, out))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check<P: Points<Q>, const Q: usize>() {
+        let corners = [[1.0, 0.0, 0.5], [0.0, 3.0, 0.25], [-2.0, 0.5, 7.0]].map(Vector3::from);
+        let weights = point_weights(Q);
+        for (point, w) in P::at(corners).iter().zip(weights) {
+            let expected = corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2];
+            assert!((point - expected).norm() < 1e-5, "{point} {expected}");
+        }
+        let on: [f32; Q] = core::array::from_fn(|n| 1.0 + (n * n) as f32);
+        for (k, shared) in P::shared(on).iter().enumerate() {
+            let expected: f32 = on.iter().zip(weights).map(|(f, w)| f * w[k]).sum();
+            assert!((shared - expected).abs() < 1e-4, "{shared} {expected}");
+        }
+    }
+
+    #[test]
+    fn points_are_the_weighted_corners_and_share_by_the_same_weights() {
+        check::<Four, 4>();
+        check::<Nine, 9>();
+    }
 }
