@@ -12,5 +12,8 @@ pub mod domain;
 pub mod newton;
 pub mod probe;
 pub mod quadratic;
+pub mod refine;
 pub mod shape;
+pub mod shipped;
+pub mod study;
 pub mod surface_grid;

@@ -138,11 +138,8 @@ impl Unknowns {
             bulk: at.tets.iter().zip(&base.tets).map(|(a, b)| a.bulk / b.bulk).next().unwrap_or(1.0),
             stiffening: at.stiffening_per_m / base.stiffening_per_m,
         };
-        let params = Params {
-            compensation: at.compensation as f32,
-            compensation_threshold: at.compensation_threshold as f32,
-            ..*params
-        };
+        let params =
+            Params { compensation: at.compensation as f32, compensation_threshold: at.compensation_threshold as f32, ..*params };
         (multipliers, params)
     }
 }

@@ -63,8 +63,15 @@ impl Elastic {
                 barrier: (3.0 * mu * ratio / 6.0) as f32,
             });
         }
-        let mut elastic =
-            Self { springs, tets, around_m3: around, kappa: node_kappa, diagonal_m: Vec::new(), per_tet_share: share, bulk_share: bulk };
+        let mut elastic = Self {
+            springs,
+            tets,
+            around_m3: around,
+            kappa: node_kappa,
+            diagonal_m: Vec::new(),
+            per_tet_share: share,
+            bulk_share: bulk,
+        };
         elastic.diagonal_m = elastic.diagonal(tissue, &volumes, kappa);
         elastic
     }

@@ -1,4 +1,4 @@
-//! From a scene's tissue to a supported body: the block, cut at its planes of symmetry.
+//! Tissue with its support: the block, cut at its planes of symmetry, or an imported mesh on its underside.
 
 use nalgebra::Vector3;
 
@@ -7,6 +7,7 @@ use super::quadratic::QuadraticMesh;
 use super::shape::TetRule;
 use super::surface_grid::SurfaceGrid;
 use crate::mesh::{BlockError, BlockSpec, TetMesh, block};
+use crate::tissue::UNDERSIDE_COSINE;
 
 /// A block pressed on its top.
 #[derive(Clone, Debug)]
@@ -23,6 +24,9 @@ pub struct BlockCase {
     pub fine_radius_m: f64,
     /// Quadrature in the tets.
     pub rule: TetRule,
+    /// Planes, x = 0 and y = 0, at which the block may be cut: a press that is symmetric about one is, unless it is to be compared with
+    /// one that is not.
+    pub may_cut: [bool; 2],
 }
 
 /// The piece of a block that is computed.
@@ -39,7 +43,9 @@ impl BlockCase {
     /// Which planes, x = 0 and y = 0, the press and the tissue are symmetric about.
     #[must_use]
     pub fn symmetry(&self) -> [bool; 2] {
-        [0, 1].map(|k| self.place_m[k] == 0.0 && self.material.inclusions.iter().all(|ball| ball.center_m[k] == 0.0))
+        [0, 1].map(|k| {
+            self.may_cut[k] && self.place_m[k] == 0.0 && self.material.inclusions.iter().all(|ball| ball.center_m[k] == 0.0)
+        })
     }
 
     /// Meshes the piece.
@@ -82,6 +88,29 @@ impl BlockCase {
         let body = Body::new(mesh, &self.material, fixed, touchable, copies, self.rule);
         BlockBody { body, mirror, place_m: Vector3::new(self.place_m[0], self.place_m[1], 0.0) }
     }
+}
+
+/// An imported mesh on its underside: triangles that face away from the press are fixed, all others may touch the probe.
+#[must_use]
+pub fn mesh_body(mesh: &TetMesh, axis: &Vector3<f64>, material: &Material, rule: TetRule) -> Body {
+    let mesh = QuadraticMesh::new(mesh);
+    let faces_away = |t: &[u32; 6]| {
+        let [a, b, c] = [0, 1, 2].map(|k| mesh.nodes_m[t[k] as usize]);
+        let normal = (b - a).cross(&(c - a));
+        normal.dot(axis) < UNDERSIDE_COSINE * normal.norm()
+    };
+    let mut fixed = vec![[false; 3]; mesh.nodes_m.len()];
+    let mut touchable = Vec::new();
+    for (index, triangle) in mesh.triangles.iter().enumerate() {
+        if faces_away(triangle) {
+            for n in triangle {
+                fixed[*n as usize] = [true; 3];
+            }
+        } else {
+            touchable.push(index);
+        }
+    }
+    Body::new(mesh, material, fixed, touchable, 1.0, rule)
 }
 
 impl BlockBody {

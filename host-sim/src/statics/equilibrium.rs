@@ -94,7 +94,8 @@ impl Solver {
         for step in 0..MOST_STEPS {
             let left = norm(&slope);
             if left <= TOLERANCE * force.max(1e-12) {
-                let near = x_m.iter().zip(&factored_at).all(|(x, at): (&Vector, &Vector)| (x - at).norm_squared() <= NEAR_M * NEAR_M);
+                let near =
+                    x_m.iter().zip(&factored_at).all(|(x, at): (&Vector, &Vector)| (x - at).norm_squared() <= NEAR_M * NEAR_M);
                 let factor = match factor.take().filter(|_| near) {
                     Some(factor) => factor,
                     None => statics.factor(&self.pattern, &x_m, Some(tip_m), 0.0).map_err(|_| failed(step))?,
