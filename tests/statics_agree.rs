@@ -49,7 +49,14 @@ fn the_tick_settles_to_the_static_force() {
 }
 
 /// Compares one slope with central differences of the whole solution.
-fn check(name: &str, statics: &Statics, output: impl Fn(&Statics) -> f64, expected: f64, scale: f64, change: impl Fn(&mut Statics, f64)) {
+fn check(
+    name: &str,
+    statics: &Statics,
+    output: impl Fn(&Statics) -> f64,
+    expected: f64,
+    scale: f64,
+    change: impl Fn(&mut Statics, f64),
+) {
     let step = 1e-4;
     let moved = |by: f64| {
         let mut other = statics.clone();
@@ -61,7 +68,8 @@ fn check(name: &str, statics: &Statics, output: impl Fn(&Statics) -> f64, expect
 }
 
 fn check_all(statics: &Statics, gradient: &Gradient, output: impl Fn(&Statics) -> f64) {
-    let largest = |of: &[f64]| of.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map(|(n, v)| (n, *v)).unwrap();
+    let largest =
+        |of: &[f64]| of.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map(|(n, v)| (n, *v)).unwrap();
     let (s, slope) = largest(&gradient.spring);
     check("spring", statics, &output, slope, slope.abs(), |m, by| m.springs[s].k *= by.exp());
     let (n, slope) = largest(&gradient.node);

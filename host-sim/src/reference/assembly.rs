@@ -1,6 +1,6 @@
 //! The matrix's pattern and the sum over elements.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::cholesky::Cholesky;
 use super::quadratic::QuadraticMesh;
@@ -82,6 +82,23 @@ impl Pattern {
                 values[self.diagonal(n, c)] *= 1.0 + share;
             }
         }
+    }
+
+    /// The symmetric matrix times a vector over nodes.
+    pub fn multiply(&self, values: &[f64], vector: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        let mut product = vec![Vector3::zeros(); vector.len()];
+        for (column, ends) in self.block_start.windows(2).enumerate() {
+            let stride = 3 * (ends[1] - ends[0]);
+            for (at, row) in self.block_row[ends[0]..ends[1]].iter().enumerate() {
+                let row = *row as usize;
+                let block = Matrix3::from_fn(|r, c| values[9 * ends[0] + c * stride + 3 * at + r]);
+                product[row] += block * vector[column];
+                if row != column {
+                    product[column] += block.transpose() * vector[row];
+                }
+            }
+        }
+        product
     }
 
     /// Turns the rows and columns of fixed components into those of the identity.

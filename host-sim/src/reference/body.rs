@@ -178,6 +178,12 @@ impl Body {
         });
     }
 
+    /// The tangent times a vector over nodes; fixed components included.
+    #[must_use]
+    pub fn tangent_times(&self, assembled: &Assembled, vector: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        self.pattern.multiply(&assembled.tangent, vector)
+    }
+
     /// What the probe feels.
     #[must_use]
     pub fn touch(&self, displacement_m: &[Vector3<f64>], contact: &Contact) -> Touch {

@@ -127,6 +127,8 @@ impl Shipped {
         }
         if let Some(moved) = &self.moved {
             let centred = holds.clone();
+            // the same press at the centre, once for each symmetry
+            let mut same: [Option<Vec<HoldAnswer>>; 2] = [None, None];
             for place_mm in moved.places_mm {
                 let place_m = place_mm.map(metres);
                 let on_axis = place_mm[1] == 0.0;
@@ -134,8 +136,11 @@ impl Shipped {
                 let case = |place_m| self.case(place_m, nodes, moved.fine_radius_mm, cut);
                 let mut solved = self.press(&case(place_m), moved.depths_mm, &[], &mut progress)?;
                 if moved.ratio {
-                    let same = self.press(&case([0.0; 2]), moved.depths_mm, &[], &mut progress)?;
-                    for (hold, same) in solved.iter_mut().zip(same) {
+                    let known = &mut same[usize::from(on_axis)];
+                    if known.is_none() {
+                        *known = Some(self.press(&case([0.0; 2]), moved.depths_mm, &[], &mut progress)?);
+                    }
+                    for (hold, same) in solved.iter_mut().zip(known.iter().flatten()) {
                         let fine = centred.iter().find(|h| h.depth_m == hold.depth_m).map(|h| h.force_over_e_m2);
                         let Some(fine) = fine else {
                             return Err(Error::Usage(format!("{}: no centred press to {} m: list it", self.file, hold.depth_m)));

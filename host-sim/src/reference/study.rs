@@ -16,7 +16,7 @@ use crate::tissue;
 
 /// Corner nodes of the three levels, where a quarter, a half and the whole of the block is meshed.
 const FULL_NODES: [[usize; 3]; 3] = [[350, 750, 1600], [600, 1200, 2400], [900, 1700, 3000]];
-const QUICK_NODES: [[usize; 3]; 3] = [[110, 220, 440], [180, 330, 600], [300, 500, 800]];
+const QUICK_NODES: [[usize; 3]; 3] = [[130, 270, 540], [180, 330, 600], [300, 500, 800]];
 /// Longest edges under the probe, in contact radii, and most corner nodes, of the three levels of an imported mesh.
 const FULL_EDGES: [(f64, usize); 3] = [(0.6, 1500), (0.4, 2500), (0.27, 4000)];
 const QUICK_EDGES: [(f64, usize); 3] = [(1.0, 700), (0.7, 1000), (0.5, 1400)];
@@ -72,7 +72,8 @@ pub struct LevelHold {
 /// What a quantity tends to as the mesh is refined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// Value at vanishing element size: least squares of `value + c h^2` through all levels (Richardson), h^3 ~ 1/nodes.
+    /// Value at vanishing element size: `value + c h^3` through the two finest levels (Richardson), h^3 ~ 1/nodes. Third order is what quadratic
+    /// elements reach where the contact's edge limits the smoothness.
     pub limit: f64,
     /// The larger of the finest level's distance to the limit and to the level before.
     pub error: f64,
@@ -81,17 +82,9 @@ pub struct Estimate {
 /// Extrapolates (nodes, value) of every level, coarse to fine; `None` with fewer than two.
 #[must_use]
 pub fn extrapolate(levels: &[(usize, f64)]) -> Option<Estimate> {
-    let [.., (_, before), (_, finest)] = levels else { return None };
-    let size: Vec<f64> = levels.iter().map(|(nodes, _)| (*nodes as f64).powf(-2.0 / 3.0)).collect();
-    let count = levels.len() as f64;
-    let mean = size.iter().sum::<f64>() / count;
-    let value = levels.iter().map(|(_, v)| v).sum::<f64>() / count;
-    let (mut with, mut spread) = (0.0, 0.0);
-    for (h, (_, v)) in size.iter().zip(levels) {
-        with += (h - mean) * (v - value);
-        spread += (h - mean) * (h - mean);
-    }
-    let limit = if spread > 0.0 { value - with / spread * mean } else { value };
+    let [.., (coarse, before), (fine, finest)] = levels else { return None };
+    let (coarse, fine) = (*coarse as f64, *fine as f64);
+    let limit = if fine > coarse { (fine * finest - coarse * before) / (fine - coarse) } else { *finest };
     Some(Estimate { limit, error: (finest - limit).abs().max((finest - before).abs()) })
 }
 
@@ -289,8 +282,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_second_order_error_is_extrapolated_away() {
-        let value = |n: usize| 3.0 + 40.0 * (n as f64).powf(-2.0 / 3.0);
+    fn a_third_order_error_is_extrapolated_away() {
+        let value = |n: usize| 3.0 + 40.0 / n as f64;
         let levels = [100, 300, 900].map(|n| (n, value(n)));
         let estimate = extrapolate(&levels).unwrap();
         assert!((estimate.limit - 3.0).abs() < 1e-12);
