@@ -12,12 +12,14 @@ mod layout;
 mod picture;
 mod place;
 mod raster;
+mod refinement;
 mod style;
 mod surface;
 mod tick_time;
 
 pub use force_depth::force_depth;
 pub use force_time::force_time;
+pub use refinement::{Refinement, RefinementLevel, refinement};
 pub use surface::{Probe, ProbeShape, Surface, surface};
 pub use tick_time::{TickTimes, tick_time};
 

@@ -2,6 +2,7 @@
 
 mod mesh;
 mod press;
+mod reference;
 
 use std::path::PathBuf;
 
@@ -26,6 +27,11 @@ enum Command {
     /// Writes summary.json, trace.csv (one row a tick), surface_<k>.csv (the surface at the end of hold k) and pictures as SVG and PNG. Fails
     /// a check (exit code 1) on a fault, a tick over 1 ms, an inverted tet, or a force that is lost or does not rise with depth.
     Press(press::PressArgs),
+    /// Solve a scene by finite elements: the force and the surface that a press should have.
+    ///
+    /// Neo-Hookean, quasi-static, on three meshes, each finer than the one before. Writes answer.json, summary.json, forces.csv, surface_<k>.csv
+    /// and a picture as SVG and PNG. Fails (exit code 1) if a hold does not converge; what converged is written all the same.
+    Reference(reference::ReferenceArgs),
     /// Check a mesh file, or pack a scene's patch for a board.
     #[command(subcommand)]
     Mesh(mesh::MeshCommand),
@@ -39,7 +45,7 @@ struct Common {
     /// A preset (block, block-deep, block-20kpa, nodule, liver) or the path of a scene file (.toml, see host-sim/scenes).
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     scene: String,
-    /// Output folder, made if it is not there [default: out/press, out/mesh-pack].
+    /// Output folder, made if it is not there [default: out/press, out/reference, out/mesh-pack].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -59,6 +65,7 @@ impl Cli {
         match &self.command {
             None => press::PressArgs::default().run(),
             Some(Command::Press(args)) => args.run(),
+            Some(Command::Reference(args)) => args.run(),
             Some(Command::Mesh(command)) => command.run(),
         }
     }

@@ -15,6 +15,7 @@ pub mod mesh;
 pub mod output;
 pub mod patch;
 pub mod press;
+pub mod reference;
 pub mod reference_values;
 pub mod scene;
 pub mod session;

@@ -7,7 +7,7 @@ mod params;
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 pub use drive::Drive;
 pub use error::SceneError;
@@ -107,7 +107,7 @@ impl<'de> Deserialize<'de> for LengthUnit {
 }
 
 /// A ball of another stiffness.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Inclusion {
     /// Centre [m].
@@ -119,7 +119,7 @@ pub struct Inclusion {
 }
 
 /// Shape of the probe in a scene file.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Shape {
     /// Cylinder with a half-sphere at its tip.

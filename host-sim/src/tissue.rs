@@ -7,7 +7,7 @@ use crate::patch::Tissue;
 use crate::scene::{Drive, Inclusion, PRESETS, Scene, SceneError};
 
 /// A mesh rests on its underside: surface triangles whose outward normal has less than this cosine with the press axis are fixed.
-const UNDERSIDE_COSINE: f64 = -0.5;
+pub(crate) const UNDERSIDE_COSINE: f64 = -0.5;
 /// The patch answers presses this much deeper than the deepest hold.
 const DEPTH_MARGIN: f64 = 1.25;
 /// Deepest press of a force drive, and of a trace that never touches, in probe radii: where the contact law was measured.

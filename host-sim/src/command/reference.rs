@@ -1,0 +1,278 @@
+//! `palpate reference`.
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use super::Common;
+use crate::charts::{self, Refinement, RefinementLevel};
+use crate::error::Error;
+use crate::output::OutputFolder;
+use crate::reference::answer::{Answer, AnswerProbe, AnswerTissue, HoldAnswer};
+use crate::reference::shipped::SHIPPED;
+use crate::reference::study::{Estimate, Level, Study, extrapolate, study};
+use crate::scene::{Drive, Scene};
+
+/// A progress bar appears on a terminal when a run takes longer than this [ms].
+const QUIET_MS: u128 = 2000;
+
+#[derive(Args, Clone, Debug)]
+pub(super) struct ReferenceArgs {
+    #[command(flatten)]
+    common: Common,
+    /// Coarser meshes: under a minute on two cores.
+    #[arg(long)]
+    quick: bool,
+    /// Compute anew the answers that ship with the project.
+    #[arg(long, hide = true, conflicts_with_all = ["quick", "scene"])]
+    shipped: bool,
+}
+
+impl ReferenceArgs {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        if self.shipped {
+            return ship(&OutputFolder::open(&self.common.folder("reference"))?);
+        }
+        let scene = Scene::load(&self.common.scene)?;
+        let started = std::time::Instant::now();
+        let mut bar = Bar::new();
+        // a bad scene leaves nothing behind: the folder comes when there is something to write
+        let study = study(&scene, self.quick, |level, depth_m| {
+            bar.say(started, || format!("mesh {} of 3, {:.2} mm deep", level + 1, depth_m * 1e3));
+        })?;
+        bar.clear();
+        let folder = OutputFolder::open(&self.common.folder("reference"))?;
+        let report = Report::new(&scene, &study);
+        report.print();
+        write(&folder, &scene, &study, &report)?;
+        println!(
+            "\nwrote {}: answer.json, summary.json, forces.csv, surface_*.csv, picture as SVG and PNG",
+            folder.path().display()
+        );
+        match study.levels.iter().find_map(|level| level.stopped.map(|s| (level, s))) {
+            None => Ok(()),
+            Some((level, stalled)) => Err(Error::Check(format!(
+                "scene {}: on the mesh of {} nodes {} of {} holds converged, the deepest equilibrium is at {:.5} m; what converged is written: press less deep",
+                scene.name,
+                level.nodes,
+                level.holds.len(),
+                scene.drive.targets().len(),
+                stalled.reached_m
+            ))),
+        }
+    }
+}
+
+fn ship(folder: &OutputFolder) -> Result<(), Error> {
+    for shipped in &SHIPPED {
+        let started = std::time::Instant::now();
+        let mut bar = Bar::new();
+        let answer = shipped.solve(|place_m, depth_m| {
+            bar.say(started, || {
+                format!("{}: ({:.1}, {:.1}) mm, {:.2} mm deep", shipped.file, place_m[0] * 1e3, place_m[1] * 1e3, depth_m * 1e3)
+            });
+        })?;
+        bar.clear();
+        answer.save(folder, shipped.file)?;
+        println!("{}: {} holds", folder.path().join(shipped.file).display(), answer.holds.len());
+    }
+    Ok(())
+}
+
+/// A line on the terminal that appears when it takes long.
+struct Bar(Option<ProgressBar>);
+
+impl Bar {
+    fn new() -> Self {
+        Self(None)
+    }
+
+    fn say(&mut self, started: std::time::Instant, message: impl FnOnce() -> String) {
+        if started.elapsed().as_millis() > QUIET_MS {
+            let bar = self.0.get_or_insert_with(|| {
+                ProgressBar::new_spinner().with_style(
+                    ProgressStyle::with_template("{spinner} {msg}").unwrap_or_else(|_| ProgressStyle::default_spinner()),
+                )
+            });
+            bar.set_message(message());
+            bar.tick();
+        }
+    }
+
+    fn clear(self) {
+        if let Some(bar) = self.0 {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    scene: &'a str,
+    youngs_modulus_pa: f64,
+    poisson_ratio: f64,
+    place_m: [f64; 3],
+    levels: Vec<LevelReport>,
+    holds: Vec<HoldReport>,
+}
+
+#[derive(Serialize)]
+struct LevelReport {
+    nodes: usize,
+    tets: usize,
+    /// Share of the tissue that is computed, the rest being its mirror images.
+    share: f64,
+    newton_iterations: usize,
+    holds_converged: usize,
+    /// Where it stopped, if it did.
+    reached_m: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct HoldReport {
+    target: f64,
+    /// On every level that has the hold.
+    depth_m: Vec<f64>,
+    force_n: Vec<f64>,
+    penetration_share_of_depth: f64,
+    /// Force (of a force drive: depth) at vanishing element size, and how far the finest level may be off.
+    extrapolated: Option<f64>,
+    estimated_error_pct: Option<f64>,
+}
+
+impl<'a> Report<'a> {
+    fn new(scene: &'a Scene, study: &Study) -> Self {
+        let modulus_pa = scene.tissue.youngs_modulus_pa;
+        let by_force = matches!(scene.drive, Drive::Force { .. });
+        let most = study.levels.iter().map(|level| level.holds.len()).max().unwrap_or(0);
+        let holds = scene.drive.targets().iter().take(most).enumerate().map(|(k, target)| {
+            let solved: Vec<_> = study.levels.iter().filter_map(|level| Some((level.nodes, level.holds.get(k)?))).collect();
+            let value =
+                |h: &crate::reference::study::LevelHold| if by_force { h.depth_m } else { h.force_over_e_m2 * modulus_pa };
+            let values: Vec<_> = solved.iter().map(|(nodes, h)| (*nodes, value(h))).collect();
+            let estimate = extrapolate(&values);
+            let share = |e: Estimate| 100.0 * e.error / values.last().map_or(f64::NAN, |v| v.1);
+            HoldReport {
+                target: *target,
+                depth_m: solved.iter().map(|(_, h)| h.depth_m).collect(),
+                force_n: solved.iter().map(|(_, h)| h.force_over_e_m2 * modulus_pa).collect(),
+                penetration_share_of_depth: solved.last().map_or(0.0, |(_, h)| h.penetration_m / h.depth_m),
+                extrapolated: estimate.map(|e| e.limit),
+                estimated_error_pct: estimate.map(share),
+            }
+        });
+        let level = |level: &Level| LevelReport {
+            nodes: level.nodes,
+            tets: level.tets,
+            share: 1.0 / level.copies,
+            newton_iterations: level.iterations,
+            holds_converged: level.holds.len(),
+            reached_m: level.stopped.map(|s| s.reached_m),
+        };
+        Self {
+            scene: &scene.name,
+            youngs_modulus_pa: modulus_pa,
+            poisson_ratio: scene.tissue.poisson_ratio,
+            place_m: study.place_m,
+            holds: holds.collect(),
+            levels: study.levels.iter().map(level).collect(),
+        }
+    }
+
+    fn print(&self) {
+        println!(
+            "scene {}: E {:.4} kPa, nu {}; finite elements, 10-node tets",
+            self.scene,
+            self.youngs_modulus_pa * 1e-3,
+            self.poisson_ratio
+        );
+        for (n, level) in self.levels.iter().enumerate() {
+            println!(
+                "  mesh {}    {} nodes, {} tets on 1/{} of the tissue; {} Newton iterations",
+                n + 1,
+                level.nodes,
+                level.tets,
+                (1.0 / level.share).round(),
+                level.newton_iterations
+            );
+        }
+        println!(
+            "\n{:>9} {:>10} {:>10} {:>10} {:>13} {:>12}",
+            "depth mm", "mesh 1 N", "mesh 2 N", "mesh 3 N", "extrapolated", "est. error %"
+        );
+        for hold in &self.holds {
+            let force = |n: usize| hold.force_n.get(n).map_or("-".into(), |f| format!("{f:.5}"));
+            println!(
+                "{:>9.4} {:>10} {:>10} {:>10} {:>13} {:>12}",
+                hold.depth_m.last().unwrap_or(&f64::NAN) * 1e3,
+                force(0),
+                force(1),
+                force(2),
+                hold.extrapolated.map_or("-".into(), |v| format!("{v:.5}")),
+                hold.estimated_error_pct.map_or("-".into(), |v| format!("{v:.3}"))
+            );
+        }
+    }
+
+    fn caption(&self) -> String {
+        let worst = self.holds.iter().filter_map(|h| h.estimated_error_pct).fold(f64::NAN, f64::max);
+        let kpa = self.youngs_modulus_pa * 1e-3;
+        format!("neo-Hookean, E {kpa} kPa, nu {}; estimated error of the finest mesh at most {worst:.2} %", self.poisson_ratio)
+    }
+}
+
+fn write(folder: &OutputFolder, scene: &Scene, study: &Study, report: &Report) -> Result<(), Error> {
+    let json =
+        serde_json::to_string_pretty(report).map_err(|e| Error::Write { path: "summary.json".into(), source: e.into() })?;
+    folder.write("summary.json", format!("{json}\n").as_bytes())?;
+    let modulus_pa = scene.tissue.youngs_modulus_pa;
+    let rows = study.levels.iter().enumerate().flat_map(|(n, level)| {
+        let row = move |(k, h): (usize, &crate::reference::study::LevelHold)| {
+            let force_n = h.force_over_e_m2 * modulus_pa;
+            [(n + 1) as f64, level.nodes as f64, k as f64, h.depth_m, force_n, h.force_over_e_m2, h.penetration_m]
+        };
+        level.holds.iter().enumerate().map(row)
+    });
+    let header = ["mesh", "nodes", "hold", "depth_m", "force_n", "force_over_e_m2", "penetration_m"];
+    folder.write_csv("forces.csv", header, rows)?;
+    // the finest level that has anything
+    let finest = study.levels.iter().rev().find(|level| !level.holds.is_empty());
+    let holds = finest.map_or(&[][..], |level| &level.holds);
+    for (k, hold) in holds.iter().enumerate() {
+        let header = ["rest_x_m", "rest_y_m", "rest_z_m", "displacement_x_m", "displacement_y_m", "displacement_z_m"];
+        let rows = hold.surface.iter().map(|(x, u)| [x.x, x.y, x.z, u.x, u.y, u.z]);
+        folder.write_csv(&format!("surface_{k}.csv"), header, rows)?;
+    }
+    let answer = Answer {
+        tissue: AnswerTissue {
+            block_m: scene.tissue.block_m,
+            mesh: scene.tissue.mesh.as_ref().map(|path| path.display().to_string()),
+            poisson_ratio: scene.tissue.poisson_ratio,
+            inclusion: scene.tissue.inclusion.clone(),
+        },
+        probe: AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m },
+        holds: holds
+            .iter()
+            .map(|h| HoldAnswer {
+                place_m: study.place_m,
+                depth_m: h.depth_m,
+                force_over_e_m2: h.force_over_e_m2,
+                surface: h.grid.clone(),
+            })
+            .collect(),
+    };
+    answer.save(folder, "answer.json")?;
+    let levels: Vec<_> = study
+        .levels
+        .iter()
+        .map(|level| RefinementLevel {
+            nodes: level.nodes,
+            holds: level.holds.iter().map(|h| (h.depth_m, h.force_over_e_m2 * modulus_pa)).collect(),
+        })
+        .collect();
+    if levels.iter().any(|level| !level.holds.is_empty()) {
+        let caption = report.caption();
+        charts::refinement(folder.path(), "refinement", &Refinement { scene: &scene.name, caption: &caption, levels: &levels })?;
+    }
+    Ok(())
+}

@@ -1,0 +1,120 @@
+//! The matrix's pattern and the sum over elements.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::cholesky::Cholesky;
+use super::quadratic::QuadraticMesh;
+
+/// Where the 3 x 3 block of two nodes lies in the lower triangle.
+pub(super) struct Pattern {
+    nodes: usize,
+    /// Blocks of block column `j` are `block_start[j]..block_start[j + 1]`, its diagonal block first.
+    block_start: Vec<usize>,
+    /// Block row of every block, rising within a column.
+    block_row: Vec<u32>,
+}
+
+impl Pattern {
+    pub fn new(mesh: &QuadraticMesh) -> Self {
+        let count = mesh.nodes_m.len();
+        let mut neighbours = vec![Vec::new(); count];
+        for tet in &mesh.tets {
+            for i in tet {
+                neighbours[*i as usize].extend(tet.iter().filter(|j| *j != i));
+            }
+        }
+        for list in &mut neighbours {
+            list.sort_unstable();
+            list.dedup();
+        }
+        let mut block_start = vec![0];
+        let mut block_row = Vec::new();
+        for (n, around) in (0_u32..).zip(&neighbours) {
+            block_row.push(n);
+            block_row.extend(around.iter().copied().filter(|m: &u32| *m > n));
+            block_start.push(block_row.len());
+        }
+        Self { nodes: count, block_start, block_row }
+    }
+
+    /// Entries of the lower triangle, diagonal blocks whole.
+    pub fn entries(&self) -> usize {
+        9 * self.block_row.len()
+    }
+
+    pub fn analyse(&self) -> Option<Cholesky> {
+        let mut column_start = vec![0];
+        let mut row = Vec::with_capacity(self.entries());
+        for column in self.block_start.windows(2) {
+            let blocks = &self.block_row[column[0]..column[1]];
+            for _ in 0..3 {
+                row.extend(blocks.iter().flat_map(|b| (0..3).map(|k| 3 * *b as usize + k)));
+                column_start.push(row.len());
+            }
+        }
+        Cholesky::analyse(column_start, row)
+    }
+
+    /// Adds the block (row node i, column node j) to the lower triangle, where it or its transpose belongs.
+    pub fn add(&self, values: &mut [f64], i: u32, j: u32, block: &Matrix3<f64>) {
+        let (row, column, turned) = if i >= j { (i, j as usize, false) } else { (j, i as usize, true) };
+        let (start, end) = (self.block_start[column], self.block_start[column + 1]);
+        let Ok(at) = self.block_row[start..end].binary_search(&row) else { return };
+        let stride = 3 * (end - start);
+        for c in 0..3 {
+            let first = 9 * start + c * stride + 3 * at;
+            for r in 0..3 {
+                values[first + r] += if turned { block[(c, r)] } else { block[(r, c)] };
+            }
+        }
+    }
+
+    /// Where entry `c` of the diagonal of node `n` is.
+    fn diagonal(&self, n: usize, c: usize) -> usize {
+        let (start, end) = (self.block_start[n], self.block_start[n + 1]);
+        9 * start + c * 3 * (end - start) + c
+    }
+
+    /// Adds `share` of itself to every diagonal entry.
+    pub fn strengthen(&self, values: &mut [f64], share: f64) {
+        for n in 0..self.nodes {
+            for c in 0..3 {
+                values[self.diagonal(n, c)] *= 1.0 + share;
+            }
+        }
+    }
+
+    /// The symmetric matrix times a vector over nodes.
+    pub fn multiply(&self, values: &[f64], vector: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        let mut product = vec![Vector3::zeros(); vector.len()];
+        for (column, ends) in self.block_start.windows(2).enumerate() {
+            let stride = 3 * (ends[1] - ends[0]);
+            for (at, row) in self.block_row[ends[0]..ends[1]].iter().enumerate() {
+                let row = *row as usize;
+                let block = Matrix3::from_fn(|r, c| values[9 * ends[0] + c * stride + 3 * at + r]);
+                product[row] += block * vector[column];
+                if row != column {
+                    product[column] += block.transpose() * vector[row];
+                }
+            }
+        }
+        product
+    }
+
+    /// Turns the rows and columns of fixed components into those of the identity.
+    pub fn fix(&self, values: &mut [f64], fixed: &[[bool; 3]]) {
+        for (column, ends) in self.block_start.windows(2).enumerate() {
+            let stride = 3 * (ends[1] - ends[0]);
+            for (at, row) in self.block_row[ends[0]..ends[1]].iter().enumerate() {
+                for c in 0..3 {
+                    for r in 0..3 {
+                        if fixed[column][c] || fixed[*row as usize][r] {
+                            let one = *row as usize == column && r == c;
+                            values[9 * ends[0] + c * stride + 3 * at + r] = if one { 1.0 } else { 0.0 };
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

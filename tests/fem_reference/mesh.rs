@@ -1,0 +1,29 @@
+//! An imported mesh gives what the block's own mesh gives.
+
+use palpate::Vector3;
+use palpate_sim::mesh::{BlockSpec, block};
+use palpate_sim::reference::domain::mesh_body;
+use palpate_sim::reference::newton::Press;
+use palpate_sim::reference::probe::RigidProbe;
+use palpate_sim::reference::refine::refine;
+use palpate_sim::reference::shape::TetRule;
+use palpate_sim::scene::Shape;
+
+use crate::{RADIUS_M, assert_within, tissue};
+
+#[test]
+fn a_coarse_mesh_refined_at_the_site_and_tilted_gives_the_blocks_force() {
+    let spec = BlockSpec { size_m: [0.08, 0.08, 0.04], nodes: 60, fine_at_m: [0.0; 2], fine_radius_m: 0.02 };
+    let mut mesh = block(&spec).expect("meshed");
+    mesh = refine(&mesh, |x| 0.0028 + 0.45 * (Vector3::from(x).norm() - 0.005).max(0.0), 1500);
+    // a quarter turn about x: the press goes along -y
+    for x in &mut mesh.nodes_m {
+        *x = [x[0], x[2], -x[1]];
+    }
+    let axis = Vector3::y();
+    let body = mesh_body(&mesh, &axis, &tissue(0.45), TetRule::Four);
+    let mut press =
+        Press::new(&body, RigidProbe::new(Shape::Hemisphere, RADIUS_M, Vector3::zeros(), axis), Vector3::zeros()).expect("small");
+    press.go_to(0.002, |_| {}).expect("converges");
+    assert_within("force", press.force_over_e_m2(), 14.065e-6, 0.02);
+}
