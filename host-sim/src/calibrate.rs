@@ -5,11 +5,13 @@
 //! the model that the tick runs ([`crate::statics`]), with its adjoint: one tangent factor gives a force and its slopes along thousands of unknowns.
 //! [`gauss_newton`] does the fitting; [`descent`] (L-BFGS) and [`annealing`] (paper 004) minimise the same objective and are there to be compared with.
 
+pub mod accuracy;
 pub mod annealing;
 pub mod descent;
 pub mod gauss_newton;
 mod measurement;
 pub mod places;
+pub mod reference_map;
 mod sweep;
 pub mod targets;
 mod unknowns;

@@ -13,6 +13,8 @@ const LEAST_GAIN: f64 = 0.01;
 /// Weight with which a round's unknowns are held to the last round's, in units of their prior; ten times less after a round that paid, ten times more
 /// after one that did not.
 const FIRST_HOLD: f64 = 100.0;
+/// A hold below this hardly shortens a step.
+const FREE: f64 = 1.0;
 const MOST_TRIES: usize = 6;
 
 /// Fits the unknowns; returns a record of every round, the uncalibrated patch first.
@@ -48,7 +50,8 @@ pub fn fit(objective: &mut Objective, most: usize, progress: &mut dyn FnMut(&Rou
         sweep = next;
         progress(&round);
         rounds.push(round);
-        if round.cost > (1.0 - LEAST_GAIN) * before {
+        // a short step gains little; only a free one that gains little is the end
+        if hold < FREE && round.cost > (1.0 - LEAST_GAIN) * before {
             break;
         }
     }

@@ -113,7 +113,7 @@ impl Targets {
 /// A force this far off counts as one unit of error (1).
 const FORCE_TOLERANCE: f64 = 0.005;
 /// A surface node this share of the depth off counts as one unit of error (1).
-const DENT_TOLERANCE: f64 = 0.02;
+const DENT_TOLERANCE: f64 = 0.008;
 
 /// Shallow presses, smaller than an element, may be further off.
 fn tolerance(depth_radii: f64) -> f64 {
