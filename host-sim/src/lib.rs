@@ -17,6 +17,7 @@ pub mod patch;
 pub mod press;
 pub mod reference;
 pub mod reference_values;
+pub mod rivals;
 pub mod scene;
 pub mod session;
 pub mod stable_step;
