@@ -5,6 +5,7 @@
 
 pub mod budget;
 pub mod calibrate;
+pub mod chart;
 pub mod charts;
 pub mod clock;
 pub mod command;
