@@ -6,6 +6,7 @@
 mod accuracy;
 mod cycles;
 mod front;
+mod pictures;
 mod plan;
 mod reference;
 mod run;
@@ -16,6 +17,7 @@ mod timing;
 pub use accuracy::{Accuracy, DEPTHS_M, SURFACE_DEPTHS_M};
 pub use cycles::{CYCLES_PER_FLOP, m4f_cycles};
 pub use front::front;
+pub use pictures::pictures;
 pub use plan::{Plan, Task};
 pub use reference::Reference;
 pub use run::{Measured, Run, measure};

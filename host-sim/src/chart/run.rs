@@ -7,7 +7,7 @@ use super::reference::Reference;
 use super::survive::{Failure, Trial, least_substeps};
 use super::timing::{TickTime, tick_time};
 use crate::error::Error;
-use crate::rivals::{Block, Method, Size};
+use crate::rivals::{Block, Size};
 
 /// What a row says.
 #[derive(Clone, Debug)]
@@ -31,8 +31,6 @@ pub struct Measured {
     pub accuracy: Accuracy,
     /// Time of a tick.
     pub time: TickTime,
-    /// Time of a tick over that of plain springs with one substep on the same mesh, timed just before.
-    pub times_springs: f64,
     /// Estimated cycles of a tick on a Cortex-M4F.
     pub m4f_cycles: f64,
 }
@@ -68,16 +66,14 @@ pub fn measure(task: Task, block: &Block, reference: &Reference) -> Result<Optio
     };
     let substeps = survival.substeps;
     let accuracy = task.method.run(block, substeps, |rival| Accuracy::measure(block, rival, reference))?;
-    let springs = Method::Springs.run(block, 1, |rival| tick_time(block, rival))?;
-    let time = task.method.run(block, substeps, |rival| tick_time(block, rival).map(|t| (t, rival.solver_flops())))?;
-    match (accuracy, springs, time) {
-        (Some(Ok(accuracy)), Some(Ok(springs)), Some(Ok((time, flops)))) => run(Ok(Measured {
+    let time = tick_time(task.method, block, substeps)?;
+    match (accuracy, time) {
+        (Some(Ok(accuracy)), Some(Ok(time))) => run(Ok(Measured {
             substeps,
             trial: survival.trial,
             accuracy,
             time,
-            times_springs: time.min_us / springs.min_us,
-            m4f_cycles: m4f_cycles(task.method, block, substeps, flops).unwrap_or(f64::NAN),
+            m4f_cycles: m4f_cycles(task.method, block, substeps, time.solver_flops).unwrap_or(f64::NAN),
         })),
         _ => run(Err(format!("{}, pressed from hold to hold with {substeps} substeps", Failure::Diverged { depth_mm: 8.0 }))),
     }

@@ -157,7 +157,7 @@ fn values(m: &Measured) -> String {
         format!("{:.3}", m.trial.min_j),
         format!("{:.2}", m.time.min_us),
         format!("{:.2}", m.time.median_us),
-        format!("{:.2}", m.times_springs),
+        format!("{:.2}", m.time.times_springs),
         format!("{:.0}", m.m4f_cycles),
     ];
     let or_empty = |v: Option<f64>, digits: usize| v.map_or(String::new(), |v| format!("{v:.digits$}"));
