@@ -17,9 +17,12 @@ const SURFACE_RADIUS_M: f64 = 0.020;
 const SPACING_M: f64 = 0.001;
 /// Speed between the holds [m/s].
 const SPEED_M_PER_S: f64 = 0.04;
-/// Ticks of a hold, and how many of its last ones are averaged.
-const HOLD_TICKS: usize = 300;
+/// Forces are averaged over this many ticks.
 const AVERAGED_TICKS: usize = 50;
+/// A hold ends when two such means in a row differ by less than this share: the mass floor lets the last percent take its time.
+const SETTLED: f64 = 5e-4;
+/// It ends at the latest after as many means.
+const MOST_MEANS: usize = 40;
 
 /// How wrong a method is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,8 +41,7 @@ impl Accuracy {
     /// # Errors
     /// The method diverged.
     pub fn measure(block: &Block, rival: &mut dyn Rival, reference: &Reference) -> Result<Self, Fault> {
-        let mut accuracy =
-            Self { force_n: [0.0; 4], force_error_pct: [None; 4], surface_error_mm: [None; 2] };
+        let mut accuracy = Self { force_n: [0.0; 4], force_error_pct: [None; 4], surface_error_mm: [None; 2] };
         let step_m = SPEED_M_PER_S * f64::from(block.params.tick_s);
         let mut depth_m = -CLEAR_M;
         for (n, &target_m) in DEPTHS_M.iter().enumerate() {
@@ -48,14 +50,7 @@ impl Accuracy {
                 rival.tick(block.tip_m(depth_m + (target_m - depth_m) * k as f64 / ramp as f64))?;
             }
             depth_m = target_m;
-            let mut sum_n = 0.0;
-            for k in 0..HOLD_TICKS {
-                let force = rival.tick(block.tip_m(depth_m))?;
-                if k >= HOLD_TICKS - AVERAGED_TICKS {
-                    sum_n += f64::from(force.dot(&block.params.probe.axis));
-                }
-            }
-            let force_n = sum_n / AVERAGED_TICKS as f64;
+            let force_n = hold(block, rival, depth_m)?;
             accuracy.force_n[n] = force_n;
             let over_e = force_n / f64::from(block.params.youngs_modulus_pa);
             accuracy.force_error_pct[n] = reference.force_over_e_m2(depth_m).map(|f| (over_e / f - 1.0) * 100.0);
@@ -77,6 +72,23 @@ impl Accuracy {
     pub fn surface_mm(&self) -> Option<f64> {
         mean(self.surface_error_mm.iter().flatten().copied())
     }
+}
+
+/// Mean force along the press [N] once it has settled.
+fn hold(block: &Block, rival: &mut dyn Rival, depth_m: f64) -> Result<f64, Fault> {
+    let mut last_n = f64::NAN;
+    for _ in 0..MOST_MEANS {
+        let mut sum_n = 0.0;
+        for _ in 0..AVERAGED_TICKS {
+            sum_n += f64::from(rival.tick(block.tip_m(depth_m))?.dot(&block.params.probe.axis));
+        }
+        let mean_n = sum_n / AVERAGED_TICKS as f64;
+        if (mean_n - last_n).abs() <= SETTLED * mean_n.abs() {
+            return Ok(mean_n);
+        }
+        last_n = mean_n;
+    }
+    Ok(last_n)
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {

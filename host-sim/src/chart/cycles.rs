@@ -19,11 +19,7 @@ pub fn m4f_cycles(method: Method, block: &Block, substeps: u16, solver_flops: f6
     let patch = Patch::build(&block.tissue, &Material::default(), None);
     let model = patch.wide_model();
     let touched = triangles_in_reach(&model, patch.site_m().into(), block.params.probe.radius_m);
-    let bare = |springs: bool| palpate::Model {
-        springs: if springs { model.springs } else { &[] },
-        tets: &[],
-        ..model
-    };
+    let bare = |springs: bool| palpate::Model { springs: if springs { model.springs } else { &[] }, tets: &[], ..model };
     let size = block.size();
     let (tets, edges, nodes, steps) = (size.tets as f64, size.edges as f64, size.nodes as f64, f64::from(substeps));
     let on_core = |flops: f64| {
@@ -39,9 +35,7 @@ pub fn m4f_cycles(method: Method, block: &Block, substeps: u16, solver_flops: f6
         Method::NeoHookean => on_core(tets * NeoHookean::FLOPS_PER_TET),
         Method::NeoHookeanNodal => on_core(tets * (NeoHookean::FLOPS_PER_TET + NeoHookean::FLOPS_NODAL)),
         Method::Xpbd => on_core(edges * Xpbd::FLOPS[0] + tets * Xpbd::FLOPS[1]),
-        Method::Implicit => {
-            CYCLES_PER_FLOP * (solver_flops + steps * (tets * Corotational::FLOPS_PER_TET + nodes * 30.0))
-        }
+        Method::Implicit => CYCLES_PER_FLOP * (solver_flops + steps * (tets * Corotational::FLOPS_PER_TET + nodes * 30.0)),
         Method::Compliance => CYCLES_PER_FLOP * solver_flops,
     })
 }

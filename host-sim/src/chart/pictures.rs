@@ -25,7 +25,11 @@ const ERROR_WORDS: [(&str, &str); 2] = [
 pub fn pictures(folder: &OutputFolder, runs: &[Run]) -> Result<Vec<String>, Error> {
     let mut moduli: Vec<f64> = runs.iter().map(|r| r.task.youngs_modulus_pa).collect();
     moduli.dedup();
-    let below = format!("80 x 80 x 40 mm block, hemisphere R = 8 mm, substeps to survive 8 mm; {}; {}", crate::summary::machine(), build());
+    let below = format!(
+        "80 x 80 x 40 mm block, hemisphere R = 8 mm, substeps to survive 8 mm; {}; {}",
+        crate::summary::machine(),
+        build()
+    );
     let mut names = Vec::new();
     for modulus_pa in moduli {
         for ((cost_name, cost), (cost_axis, budget, budget_name)) in COSTS.into_iter().zip(COST_WORDS) {

@@ -27,10 +27,10 @@ impl Plan {
         Self::of(&[57, 130, 410, 1020], &[3500.0, 20_000.0])
     }
 
-    /// The three smallest sizes at 3.5 kPa.
+    /// The two smallest sizes at 3.5 kPa.
     #[must_use]
     pub fn quick() -> Self {
-        Self::of(&[57, 130, 410], &[3500.0])
+        Self::of(&[57, 130], &[3500.0])
     }
 
     /// All methods at these sizes and stiffnesses [Pa].

@@ -163,8 +163,7 @@ pub(super) fn positions(rival: &dyn Rival, nodes: usize) -> Vec<Vector3<f64>> {
 fn min_j(block: &Block, positions_m: &[Vector3<f64>]) -> f64 {
     let six = |[a, b, c, d]: [Vector3<f64>; 4]| (b - a).dot(&(c - a).cross(&(d - a)));
     let mesh = &block.tissue.mesh;
-    let ratio = |tet: &[u32; 4]| {
-        six(tet.map(|n| positions_m[n as usize])) / six(tet.map(|n| Vector3::from(mesh.nodes_m[n as usize])))
-    };
+    let ratio =
+        |tet: &[u32; 4]| six(tet.map(|n| positions_m[n as usize])) / six(tet.map(|n| Vector3::from(mesh.nodes_m[n as usize])));
     mesh.tets.iter().map(ratio).fold(f64::INFINITY, f64::min)
 }

@@ -40,9 +40,7 @@ pub struct TickTime {
 /// # Errors
 /// What building it refuses; inside, that it diverged.
 pub fn tick_time(method: Method, block: &Block, substeps: u16) -> Result<Option<Result<TickTime, Fault>>, Error> {
-    let timed = Method::Springs.run(block, 1, |springs| {
-        method.run(block, substeps, |rival| in_turn(block, rival, springs))
-    })?;
+    let timed = Method::Springs.run(block, 1, |springs| method.run(block, substeps, |rival| in_turn(block, rival, springs)))?;
     timed.transpose().map(Option::flatten)
 }
 

@@ -16,7 +16,7 @@ const QUIET: Duration = Duration::from_secs(2);
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct ChartArgs {
-    /// Only the three smallest meshes at 3.5 kPa: under a minute.
+    /// Only the two smallest meshes at 3.5 kPa: under a minute.
     #[arg(long)]
     quick: bool,
     /// Output folder, made if it is not there.

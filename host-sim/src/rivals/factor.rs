@@ -1,7 +1,9 @@
 //! A sparse matrix factored once (`faer`, Cholesky with fill-reducing order), then solved with in every tick without allocation.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::sparse::linalg::cholesky::{CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky};
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+};
 use faer::sparse::{SparseColMat, Triplet};
 use faer::traits::RealField;
 use faer::{Conj, MatMut, Par, Side, Spec};
@@ -21,9 +23,11 @@ impl<T: RealField + Copy> Factor<T> {
     /// # Errors
     /// Not positive definite, or no memory.
     pub fn new(rows: usize, lower: &[(usize, usize, T)]) -> Result<Self, Error> {
-        let refused = |why: String| Error::TooSlow(format!("a stiffness matrix of {rows} rows cannot be factored: {why}: check the mesh"));
+        let refused =
+            |why: String| Error::TooSlow(format!("a stiffness matrix of {rows} rows cannot be factored: {why}: check the mesh"));
         let triplets: Vec<_> = lower.iter().map(|&(r, c, v)| Triplet::new(r, c, v)).collect();
-        let matrix = SparseColMat::<usize, T>::try_new_from_triplets(rows, rows, &triplets).map_err(|e| refused(format!("{e:?}")))?;
+        let matrix =
+            SparseColMat::<usize, T>::try_new_from_triplets(rows, rows, &triplets).map_err(|e| refused(format!("{e:?}")))?;
         let symbolic = factorize_symbolic_cholesky(
             matrix.symbolic(),
             Side::Lower,

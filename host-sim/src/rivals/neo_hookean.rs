@@ -6,9 +6,9 @@
 
 use palpate::Vector3;
 
+use super::Block;
 use super::on_core::Law;
 use super::rest_tet::{RestTet, cofactors, diagonal_m};
-use super::Block;
 
 /// Where the volume term acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! Explicit rivals on the core: it moves the nodes and presses the surface, the rival says what the tissue answers.
 //!
-//! The core's tick runs with springs and volume off. After each of its substeps the rival's force gives every node a kick `v += f dt / m`: as
-//! the next substep begins with the contact's kick and then moves, both together are one step of symplectic Euler.
+//! The core's tick runs with springs and volume off. After each of its substeps the rival's force gives every node a kick `v += f dt / (m (1 - alpha dt))`:
+//! as the next substep begins with damping, `v (1 - alpha dt)`, and the contact's kick and then moves, both together are one step of symplectic Euler.
 
 use std::cell::RefCell;
 
@@ -52,7 +52,7 @@ struct Kicked<L> {
     law: L,
     position_m: Vec<Vector3<f32>>,
     force: Vec<Vector3<f32>>,
-    /// `E dt / m` of every node, 0 for anchors.
+    /// `E dt / (m (1 - alpha dt))` of every node, 0 for anchors.
     step: Vec<f32>,
 }
 
@@ -93,9 +93,10 @@ pub(super) fn with_law<T>(
     Ok(work(&mut OnCore { model: &model, tuned: &tuned, state, fix: kick }))
 }
 
-/// `E dt / m` of every node [m/s per N/Pa].
+/// What a force over E changes each node's velocity by [m/s per N/Pa], before the damping that follows.
 fn steps(tuned: &Tuned, params: &Params, nodes: usize) -> Vec<f32> {
     let dt_s = params.tick_s / f32::from(params.substeps);
     let mass = |n| tuned.mass_kg(n).unwrap_or(f32::INFINITY);
-    (0..nodes).map(|n| params.youngs_modulus_pa * dt_s / mass(n)).collect()
+    let keep = 1.0 - params.node_damping_per_s * dt_s;
+    (0..nodes).map(|n| params.youngs_modulus_pa * dt_s / (mass(n) * keep)).collect()
 }

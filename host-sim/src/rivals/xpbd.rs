@@ -45,8 +45,7 @@ impl Xpbd {
     fn new(model: &Model, tuned: &Tuned, params: &Params) -> Self {
         let dt_s = params.tick_s / f32::from(params.substeps);
         let per_dt2 = 1.0 / (dt_s * dt_s * params.youngs_modulus_pa);
-        let inverse_mass: Vec<f32> =
-            (0..model.nodes.len()).map(|n| 1.0 / tuned.mass_kg(n).unwrap_or(f32::INFINITY)).collect();
+        let inverse_mass: Vec<f32> = (0..model.nodes.len()).map(|n| 1.0 / tuned.mass_kg(n).unwrap_or(f32::INFINITY)).collect();
         let edges = model.springs.iter().map(|s| {
             let node = [s.i, s.j];
             let compliance = per_dt2 / s.k;
