@@ -28,10 +28,11 @@ pub use on_core::{Law, OnCore};
 pub use rest_tet::RestTet;
 pub use xpbd::Xpbd;
 
-use palpate::{Fault, Params, Terms, Vector3};
+use palpate::path::correct::Off;
+use palpate::{Fault, Model, Params, Spring, Terms, Vector3};
 
 use crate::error::Error;
-use crate::patch::{Material, Memory, Multipliers, Patch};
+use crate::patch::{Material, Memory, Patch};
 
 /// A method at work on one block.
 pub trait Rival {
@@ -135,27 +136,25 @@ impl Method {
     /// What the core refuses, or a stiffness matrix that cannot be factored.
     pub fn run<T>(self, block: &Block, substeps: u16, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<Option<T>, Error> {
         let params = Params { substeps, ..block.params };
-        let patch = |share: f64, multipliers: Option<&Multipliers>| {
+        let patch = |share: f64| {
             let material = Material { per_tet_share: share, ..Material::default() };
-            Patch::build(&block.tissue, &material, multipliers)
+            Patch::build(&block.tissue, &material, None)
         };
         let usual = Material::default().per_tet_share;
         let without = Terms { compensation: false, ..Terms::ALL };
         let answer = match self {
-            Self::Springs => {
-                own(&patch(usual, Some(&as_printed(block))), &Params { terms: Terms::SPRINGS_ONLY, ..params }, work)?
-            }
-            Self::SpringsVolumeTet => own(&patch(1.0, None), &Params { terms: without, ..params }, work)?,
-            Self::SpringsVolumeNodal => own(&patch(0.0, None), &Params { terms: without, ..params }, work)?,
-            Self::Palpate => own(&patch(usual, None), &params, work)?,
+            Self::Springs => printed_springs(&patch(usual), &params, work)?,
+            Self::SpringsVolumeTet => own(&patch(1.0), &Params { terms: without, ..params }, work)?,
+            Self::SpringsVolumeNodal => own(&patch(0.0), &Params { terms: without, ..params }, work)?,
+            Self::Palpate => own(&patch(usual), &params, work)?,
             Self::Calibrated => match calibrated(block) {
-                Some(patch) => own(&patch, &params, work)?,
+                Some((patch, fitted)) => own(&patch, &Params { substeps, ..fitted }, work)?,
                 None => return Ok(None),
             },
             Self::Corotational => on_core::with_law(block, &params, Corotational::new(block), work)?,
             Self::NeoHookean => on_core::with_law(block, &params, NeoHookean::new(block, Volume::PerTet), work)?,
             Self::NeoHookeanNodal => on_core::with_law(block, &params, NeoHookean::new(block, Volume::Nodal), work)?,
-            Self::Xpbd => xpbd::with(&patch(1.0, None), &params, work)?,
+            Self::Xpbd => xpbd::with(&patch(1.0), &params, work)?,
             Self::Implicit => work(&mut Implicit::new(block, &params)?),
             Self::Compliance => work(&mut Compliance::new(block)?),
         };
@@ -163,23 +162,28 @@ impl Method {
     }
 }
 
-/// The calibrated patch for a block, where there is one.
+/// The calibrated patch for a block and the parameters fitted with it, where there is one.
 #[must_use]
-pub fn calibrated(_: &Block) -> Option<Patch> {
+pub fn calibrated(_: &Block) -> Option<(Patch, Params)> {
     None
 }
 
-/// Takes our factor `1/(0.8 (1 + nu))` off the springs again: with it they are meant to carry the shear alone.
-fn as_printed(block: &Block) -> Multipliers {
-    let nodes = block.tissue.mesh.nodes_m.len();
-    let edges = crate::mesh::surface::edges(&block.tissue.mesh.tets).len();
-    let factor = 0.8 * (1.0 + f64::from(block.params.poisson_ratio));
-    Multipliers { edge: vec![factor; edges], node: vec![1.0; nodes], surface_node: vec![1.0; nodes] }
+fn own<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+    on_core_alone(&patch.wide_model(), params, work)
 }
 
-fn own<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+/// The papers' plain model. Takes our factor `1/(0.8 (1 + nu))` off the springs again: with it they are meant to carry the shear alone.
+fn printed_springs<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
     let model = patch.wide_model();
-    let mut memory = Memory::for_model(&model);
-    let (tuned, state) = memory.start(&model, params)?;
-    Ok(work(&mut OnCore { model: &model, tuned: &tuned, state, fix: palpate::path::correct::Off }))
+    let factor = 0.8 * (1.0 + params.poisson_ratio);
+    let springs: Vec<Spring> =
+        model.springs.iter().map(|s| Spring { k: s.k * factor, k_rest: s.k_rest * factor, ..*s }).collect();
+    let params = Params { terms: Terms::SPRINGS_ONLY, ..*params };
+    on_core_alone(&Model { springs: &springs, ..model }, &params, work)
+}
+
+fn on_core_alone<T>(model: &Model, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+    let mut memory = Memory::for_model(model);
+    let (tuned, state) = memory.start(model, params)?;
+    Ok(work(&mut OnCore { model, tuned: &tuned, state, fix: Off }))
 }

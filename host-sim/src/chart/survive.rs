@@ -148,7 +148,8 @@ pub fn try_press(block: &Block, rival: &mut dyn Rival) -> Trial {
     }
     let rest = block.tissue.mesh.nodes_m.iter().map(|x| Vector3::from(*x));
     let left = positions(rival, nodes).iter().zip(rest).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-    if trial.failure.is_none() && !(left <= RETURNED_M) {
+    // positions are finite: a NaN is a fault of the tick
+    if trial.failure.is_none() && left > RETURNED_M {
         trial.failure = Some(Failure::Deformed { left_mm: left * 1e3 });
     }
     trial
