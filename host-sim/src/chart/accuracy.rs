@@ -19,8 +19,10 @@ const SPACING_M: f64 = 0.001;
 const SPEED_M_PER_S: f64 = 0.04;
 /// Forces are averaged over this many ticks.
 const AVERAGED_TICKS: usize = 50;
-/// A hold ends when two such means in a row differ by less than this share: the mass floor lets the last percent take its time.
+/// A hold ends when one such mean after the other differs by less than this share from the last: the mass floor lets the last percent take its time.
 const SETTLED: f64 = 5e-4;
+/// So many times in a row: a slow swing stands still at its ends.
+const IN_A_ROW: usize = 4;
 /// It ends at the latest after as many means.
 const MOST_MEANS: usize = 40;
 
@@ -76,14 +78,15 @@ impl Accuracy {
 
 /// Mean force along the press [N] once it has settled.
 fn hold(block: &Block, rival: &mut dyn Rival, depth_m: f64) -> Result<f64, Fault> {
-    let mut last_n = f64::NAN;
+    let (mut last_n, mut still) = (f64::NAN, 0);
     for _ in 0..MOST_MEANS {
         let mut sum_n = 0.0;
         for _ in 0..AVERAGED_TICKS {
             sum_n += f64::from(rival.tick(block.tip_m(depth_m))?.dot(&block.params.probe.axis));
         }
         let mean_n = sum_n / AVERAGED_TICKS as f64;
-        if (mean_n - last_n).abs() <= SETTLED * mean_n.abs() {
+        still = if (mean_n - last_n).abs() <= SETTLED * mean_n.abs() { still + 1 } else { 0 };
+        if still == IN_A_ROW {
             return Ok(mean_n);
         }
         last_n = mean_n;

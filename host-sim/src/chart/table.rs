@@ -17,6 +17,8 @@ pub struct Summary {
     pub machine: String,
     /// Version and profile.
     pub build: String,
+    /// What all methods share, and what they do not.
+    pub terms: [&'static str; 3],
     /// Rows.
     pub rows: usize,
     /// Rows that survived the deepest press.
@@ -81,6 +83,11 @@ impl Summary {
             scene: "block 80 x 80 x 40 mm, nu 0.45, hemisphere R = 8 mm, pressed to 8 mm",
             machine: crate::summary::machine(),
             build: build(),
+            terms: [
+                "contact: the same foundation points and law for all but implicit and compliance, which have unilateral contact at the nodes",
+                "mass floor and damping: the same for all but implicit (true masses) and compliance (no masses)",
+                "m4f_cycles are estimates: of ours from instruction counts, of the others from counted floating-point operations",
+            ],
             rows: runs.len(),
             survived: runs.iter().filter(|r| r.survived().is_some()).count(),
             fronts,

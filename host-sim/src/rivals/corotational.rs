@@ -13,8 +13,10 @@ use super::rest_tet::{Matrix, RestTet, diagonal_m};
 
 /// Turns in one evaluation at most; a slow press needs one.
 const TURNS: usize = 4;
-/// A turn below this angle squared is the last [rad^2].
-const SETTLED: f32 = 1e-8;
+/// A turn below this angle squared is the last [rad^2]: it leaves a share of itself of the order of the strain, for the next substep.
+const LAST: f32 = 1e-6;
+/// One below this is not worth making: the force errs by mu times the angle.
+const NONE: f32 = 1e-11;
 
 /// Quaternion (w, x, y, z).
 type Quaternion = [f32; 4];
@@ -75,9 +77,13 @@ fn follow(q: &mut Quaternion, f: &Matrix) -> Matrix {
         let torque = r[0].cross(&f_columns[0]) + r[1].cross(&f_columns[1]) + r[2].cross(&f_columns[2]);
         let along = r[0].dot(&f_columns[0]) + r[1].dot(&f_columns[1]) + r[2].dot(&f_columns[2]);
         let turn = torque * (1.5 / (along.abs() + 1e-9));
+        let square = turn.norm_squared();
+        if square < NONE {
+            break;
+        }
         *q = turned(q, &turn);
         r = columns(q);
-        if turn.norm_squared() < SETTLED {
+        if square < LAST {
             break;
         }
     }

@@ -37,7 +37,7 @@ pub fn draw<DB: DrawingBackend>(area: &Area<DB>, data: &SpeedAccuracy, left: i32
     say("nodes of the mesh", 0.0, y, INK)?;
     y += px(1.1 * LINE_PX);
     for (n, nodes) in sizes.iter().take(4).enumerate() {
-        let x = 8.0 + 54.0 * n as f64;
+        let x = 6.0 + 50.0 * n as f64;
         let center = (left + px(x), y);
         area.draw(&Polygon::new(outline(Shape::Disc, center, px(radius_px(*nodes))), DEPTH.filled()))?;
         say(&nodes.to_string(), x + 12.0, y, MUTED)?;
