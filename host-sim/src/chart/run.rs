@@ -61,7 +61,7 @@ pub fn measure(task: Task, block: &Block, reference: &Reference) -> Result<Optio
     let run = |outcome| Ok(Some(Run { task, size, outcome }));
     let survival = match least_substeps(task.method, block)? {
         None => return Ok(None),
-        Some(Err(failure)) => return run(Err(format!("{failure}, with up to {} substeps", super::MOST_SUBSTEPS))),
+        Some(Err(failure)) => return run(Err(format!("{failure} with up to {} substeps", super::MOST_SUBSTEPS))),
         Some(Ok(survival)) => survival,
     };
     let substeps = survival.substeps;
@@ -75,6 +75,6 @@ pub fn measure(task: Task, block: &Block, reference: &Reference) -> Result<Optio
             time,
             m4f_cycles: m4f_cycles(task.method, block, substeps, time.solver_flops).unwrap_or(f64::NAN),
         })),
-        _ => run(Err(format!("{}, pressed from hold to hold with {substeps} substeps", Failure::Diverged { depth_mm: 8.0 }))),
+        _ => run(Err(format!("{} when pressed from hold to hold with {substeps} substeps", Failure::Diverged { depth_mm: 8.0 }))),
     }
 }
