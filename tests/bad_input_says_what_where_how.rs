@@ -111,6 +111,11 @@ fn an_unknown_word_with_its_line_and_the_nearest_known_one() {
     refused_edit("\"hemisphere\"", "\"hemispher\"", &[":9: ", "\"hemispher\"", "did you mean \"hemisphere\"?"]);
     refused_edit("\"depth\"", "\"dept\"", &[":13: ", "\"dept\"", "did you mean \"depth\"?"]);
     refused_edit("[probe]", "[solver]\nmethod = \"palpat\"\n[probe]", &[":9: ", "\"palpat\"", "did you mean \"palpate\"?"]);
+    refused_edit(
+        "[probe]",
+        "[solver]\nmethod = \"xpbd\"\n[probe]",
+        &[":9: ", "\"xpbd\"", "neo-hookean", "palpate chart", "\"springs\""],
+    );
     // a key of another kind of drive
     refused_edit("\"depth\"", "\"force\"", &[":14: ", "\"holds_m\"", "did you mean \"holds_n\"?"]);
     refused_edit("hold_s = 0.3", "hold_s = 0.3\ntrace = \"t.csv\"", &[":17: ", "\"trace\""]);

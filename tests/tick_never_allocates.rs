@@ -1,4 +1,5 @@
-//! After its memory is reserved a patch allocates nothing: not when parameters are built, not in a tick, not on reset.
+//! After its memory is reserved a patch allocates nothing: not when parameters are built, not in a tick, not on reset. Nor do the rivals in a tick: that
+//! would count against them on the chart.
 #![allow(unsafe_code)] // reason: counting is the allocator's to do, and `GlobalAlloc` is an unsafe trait
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -6,6 +7,7 @@ use std::cell::Cell;
 
 use palpate::path::probe::ProbePose;
 use palpate::{State, TetShapes, Vector3, tick};
+use palpate_sim::rivals::{Block, Method};
 use palpate_tests::bench::{Bench, at_depth};
 
 thread_local! {
@@ -75,4 +77,26 @@ fn build_reset_and_ticks_allocate_nothing() {
     });
     assert_eq!(count, 0, "allocations");
     assert!(touched > 2000, "{touched} ticks in contact");
+}
+
+#[test]
+fn rivals_allocate_nothing_either() {
+    let block = Block::standard(57, 3500.0).unwrap();
+    for method in Method::ALL {
+        let run = method.run(&block, 2, |rival| {
+            let mut pressed = 0;
+            let (count, ()) = allocations(|| {
+                for n in 0..200_i32 {
+                    let force_n = rival.tick(block.tip_m(1e-5 * f64::from((n - 20).min(150)))).unwrap();
+                    pressed += usize::from(force_n.z > 0.0);
+                }
+            });
+            (count, pressed)
+        });
+        // a method that cannot be had (no calibrated patch) has nothing to allocate
+        if let Some((count, pressed)) = run.unwrap() {
+            assert_eq!(count, 0, "allocations of {}", method.name());
+            assert!(pressed > 100, "{} pressed in {pressed} ticks", method.name());
+        }
+    }
 }

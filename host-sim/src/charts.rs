@@ -1,4 +1,4 @@
-//! The pictures of a press run, each written as `NAME.svg` and `NAME.png` with the same look.
+//! The pictures of a press run and of the chart of methods, each written as `NAME.svg` and `NAME.png` with the same look.
 //!
 //! One drawing routine serves both formats, and the font is compiled in, so a machine without
 //! fonts or a display gets the same pictures. SI goes in; millimetres appear only on paper.
@@ -13,6 +13,7 @@ mod picture;
 mod place;
 mod raster;
 mod refinement;
+mod speed_accuracy;
 mod style;
 mod surface;
 mod tick_time;
@@ -20,6 +21,7 @@ mod tick_time;
 pub use force_depth::force_depth;
 pub use force_time::force_time;
 pub use refinement::{Refinement, RefinementLevel, refinement};
+pub use speed_accuracy::{MethodPoint, MethodPoints, SpeedAccuracy, speed_accuracy};
 pub use surface::{Probe, ProbeShape, Surface, surface};
 pub use tick_time::{TickTimes, tick_time};
 

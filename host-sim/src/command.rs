@@ -1,5 +1,6 @@
 //! The command line.
 
+mod chart;
 mod mesh;
 mod press;
 mod reference;
@@ -35,6 +36,11 @@ enum Command {
     /// Check a mesh file, or pack a scene's patch for a board.
     #[command(subcommand)]
     Mesh(mesh::MeshCommand),
+    /// Chart speed against accuracy: all methods at four sizes and two stiffnesses, under the same press.
+    ///
+    /// Writes chart.csv (one row a run), summary.json (with the Pareto fronts) and pictures as SVG and PNG. A method that does not survive the
+    /// press is a row that says how.
+    Chart(chart::ChartArgs),
 }
 
 const EXIT_CODES: &str = "Exit code: 0 if what the command promises held, 1 if a check failed, 2 on bad input.";
@@ -67,6 +73,7 @@ impl Cli {
             Some(Command::Press(args)) => args.run(),
             Some(Command::Reference(args)) => args.run(),
             Some(Command::Mesh(command)) => command.run(),
+            Some(Command::Chart(args)) => args.run(),
         }
     }
 }

@@ -5,6 +5,7 @@
 
 pub mod budget;
 pub mod calibrate;
+pub mod chart;
 pub mod charts;
 pub mod clock;
 pub mod command;
@@ -17,6 +18,7 @@ pub mod patch;
 pub mod press;
 pub mod reference;
 pub mod reference_values;
+pub mod rivals;
 pub mod scene;
 pub mod session;
 pub mod stable_step;

@@ -1,6 +1,6 @@
 //! How long the ticks took: a histogram with median, 99th percentile and worst tick marked.
 
-mod histogram;
+pub(super) mod histogram;
 
 use std::ops::Range;
 use std::path::Path;
@@ -69,7 +69,7 @@ struct TickTime<'a> {
 }
 
 /// A number without trailing zeros.
-fn plain(value: f64) -> String {
+pub(super) fn plain(value: f64) -> String {
     let digits = format!("{value:.6}");
     digits.trim_end_matches('0').trim_end_matches('.').to_owned()
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::PRESETS;
+use crate::rivals;
 
 /// Why a scene cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -80,7 +81,7 @@ impl SceneError {
                 format!("unknown key \"{key}\": did you mean \"{near}\"?")
             })
         } else if let Some((word, near)) = unknown(&message, "unknown variant `") {
-            format!("\"{word}\" is not known here: did you mean \"{}\"?", near.unwrap_or_default())
+            not_known(word, near.unwrap_or_default())
         } else if let Some(key) = message.strip_prefix("missing field `").and_then(|rest| rest.strip_suffix('`')) {
             let table = if at.trim_start().starts_with('[') { at.trim() } else { "the file" };
             format!("key \"{key}\" is missing in {table}: add it, as in the presets under host-sim/scenes")
@@ -90,6 +91,17 @@ impl SceneError {
         };
         Self::Toml { file: file.into(), line, what }
     }
+}
+
+/// A word that is not a variant; the charted methods are words of their own.
+fn not_known(word: &str, near: &str) -> String {
+    if rivals::Method::named(word).is_some() {
+        let names = rivals::Method::ALL.map(rivals::Method::name).join(", ");
+        return format!(
+            "method \"{word}\" runs in palpate chart (as do {names}), press runs \"palpate\" and \"springs\": use one of these two, or palpate chart"
+        );
+    }
+    format!("\"{word}\" is not known here: did you mean \"{near}\"?")
 }
 
 /// The key that a line sets.

@@ -1,0 +1,170 @@
+//! How many substeps a method needs to survive the deepest press of the chart.
+//!
+//! Pressed at 0.1 m/s, held, released: it survives if every number stays finite, the tissue comes to rest in the hold, and returns after
+//! the release. Bounded is not right: methods that never diverge can stay inside out.
+
+use palpate::Vector3;
+
+use crate::error::Error;
+use crate::rivals::{Block, DEEPEST_M, Method, Rival};
+
+/// Most substeps that are tried: a rival that needs more is far beyond a millisecond.
+pub const MOST_SUBSTEPS: u16 = 64;
+/// Speed of the press [m/s].
+const SPEED_M_PER_S: f64 = 0.1;
+/// Where the tip starts and ends above the surface [m].
+pub(super) const CLEAR_M: f64 = 5e-4;
+/// Ticks in the hold and after the release.
+const WAIT_TICKS: usize = 400;
+/// Ticks over which it must stand still.
+const STILL_TICKS: usize = 20;
+/// How far a node may go in that time [m], and how much the force may change.
+const STILL_M: f64 = 5e-5;
+const STILL_FORCE: f64 = 0.05;
+/// What may be left after the release [m].
+const RETURNED_M: f64 = 2.5e-4;
+
+/// Why a press was not survived.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Failure {
+    /// Not finite, or faster than any tissue.
+    #[error("diverges at {depth_mm:.1} mm")]
+    Diverged {
+        /// Depth of the tip then [mm].
+        depth_mm: f64,
+    },
+    /// Still moving after the hold.
+    #[error("does not come to rest: {moved_mm:.2} mm and {force_pct:.0} % of the force in 20 ms")]
+    Restless {
+        /// Furthest that a node went [mm].
+        moved_mm: f64,
+        /// Change of the force [%].
+        force_pct: f64,
+    },
+    /// Deformed after the release.
+    #[error("does not return: {left_mm:.2} mm left after the release")]
+    Deformed {
+        /// Largest displacement [mm].
+        left_mm: f64,
+    },
+}
+
+/// A press that was tried.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trial {
+    /// Why it failed, if so.
+    pub failure: Option<Failure>,
+    /// Smallest tet volume over its rest volume at the end of the hold; NaN if that was not reached.
+    pub min_j: f64,
+}
+
+/// What a method needs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Survival {
+    /// Fewest substeps that survive; where none does, the fewest that stay finite.
+    pub substeps: u16,
+    /// The press with them.
+    pub trial: Trial,
+}
+
+/// The fewest substeps, by doubling, then bisection. `None` when the method cannot be had or diverges with every number tried.
+///
+/// # Errors
+/// What building the method refuses.
+pub fn least_substeps(method: Method, block: &Block) -> Result<Option<Result<Survival, Failure>>, Error> {
+    let most = if method.takes_substeps() { MOST_SUBSTEPS } else { 1 };
+    let mut tried = Vec::new();
+    let mut substeps = 1;
+    while substeps <= most {
+        let Some(trial) = method.run(block, substeps, |rival| try_press(block, rival))? else { return Ok(None) };
+        tried.push(Survival { substeps, trial });
+        if trial.failure.is_none() {
+            break;
+        }
+        substeps *= 2;
+    }
+    let (mut low, mut best) = match tried.iter().position(|s| s.trial.failure.is_none()) {
+        Some(0) => return Ok(Some(Ok(tried[0]))),
+        Some(n) => (tried[n - 1].substeps, tried[n]),
+        None => {
+            let finite = |s: &&Survival| !matches!(s.trial.failure, Some(Failure::Diverged { .. }));
+            let last = tried.last().and_then(|s| s.trial.failure).unwrap_or(Failure::Diverged { depth_mm: 0.0 });
+            return Ok(Some(tried.iter().find(finite).copied().ok_or(last)));
+        }
+    };
+    while best.substeps - low > 1 {
+        let middle = low + (best.substeps - low) / 2;
+        let Some(trial) = method.run(block, middle, |rival| try_press(block, rival))? else { return Ok(None) };
+        match trial.failure {
+            None => best = Survival { substeps: middle, trial },
+            Some(_) => low = middle,
+        }
+    }
+    Ok(Some(Ok(best)))
+}
+
+/// Presses to the deepest, holds, releases.
+pub fn try_press(block: &Block, rival: &mut dyn Rival) -> Trial {
+    let mut trial = Trial { failure: None, min_j: f64::NAN };
+    let step_m = SPEED_M_PER_S * f64::from(block.params.tick_s);
+    let travel = ((DEEPEST_M + CLEAR_M) / step_m).round() as usize;
+    let mut go = |depth_m: f64| match rival.tick(block.tip_m(depth_m)) {
+        Ok(force) if force.iter().all(|f| f.is_finite()) => Ok(f64::from(force.dot(&block.params.probe.axis))),
+        _ => Err(Failure::Diverged { depth_mm: depth_m * 1e3 }),
+    };
+    let way_down = (0..=travel).map(|n| n as f64 * step_m - CLEAR_M);
+    let hold = std::iter::repeat_n(DEEPEST_M, WAIT_TICKS - STILL_TICKS);
+    let mut force_n = 0.0;
+    for depth_m in way_down.chain(hold) {
+        match go(depth_m) {
+            Ok(force) => force_n = force,
+            Err(failure) => return Trial { failure: Some(failure), ..trial },
+        }
+    }
+    let nodes = block.tissue.mesh.nodes_m.len();
+    let before = positions(rival, nodes);
+    let (mut least_n, mut most_n) = (force_n, force_n);
+    for _ in 0..STILL_TICKS {
+        match rival.tick(block.tip_m(DEEPEST_M)) {
+            Ok(force) => {
+                let force = f64::from(force.dot(&block.params.probe.axis));
+                (least_n, most_n) = (least_n.min(force), most_n.max(force));
+            }
+            Err(_) => return Trial { failure: Some(Failure::Diverged { depth_mm: DEEPEST_M * 1e3 }), ..trial },
+        }
+    }
+    let held = positions(rival, nodes);
+    trial.min_j = min_j(block, &held);
+    let moved = before.iter().zip(&held).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    let change = (most_n - least_n) / most_n.abs().max(f64::MIN_POSITIVE);
+    if !(moved <= STILL_M && change <= STILL_FORCE) {
+        trial.failure = Some(Failure::Restless { moved_mm: moved * 1e3, force_pct: change * 100.0 });
+    }
+    let way_up = (0..=travel).rev().map(|n| n as f64 * step_m - CLEAR_M);
+    for depth_m in way_up.chain(std::iter::repeat_n(-CLEAR_M, WAIT_TICKS)) {
+        if rival.tick(block.tip_m(depth_m)).is_err() {
+            return Trial { failure: Some(Failure::Diverged { depth_mm: depth_m * 1e3 }), ..trial };
+        }
+    }
+    let rest = block.tissue.mesh.nodes_m.iter().map(|x| Vector3::from(*x));
+    let left = positions(rival, nodes).iter().zip(rest).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    // positions are finite: a NaN is a fault of the tick
+    if trial.failure.is_none() && left > RETURNED_M {
+        trial.failure = Some(Failure::Deformed { left_mm: left * 1e3 });
+    }
+    trial
+}
+
+/// Positions of all nodes [m].
+pub(super) fn positions(rival: &dyn Rival, nodes: usize) -> Vec<Vector3<f64>> {
+    (0..nodes).map(|n| rival.position_m(n).cast()).collect()
+}
+
+/// Smallest tet volume over its rest volume.
+fn min_j(block: &Block, positions_m: &[Vector3<f64>]) -> f64 {
+    let six = |[a, b, c, d]: [Vector3<f64>; 4]| (b - a).dot(&(c - a).cross(&(d - a)));
+    let mesh = &block.tissue.mesh;
+    let ratio =
+        |tet: &[u32; 4]| six(tet.map(|n| positions_m[n as usize])) / six(tet.map(|n| Vector3::from(mesh.nodes_m[n as usize])));
+    mesh.tets.iter().map(ratio).fold(f64::INFINITY, f64::min)
+}

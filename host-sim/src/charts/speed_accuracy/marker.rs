@@ -1,0 +1,65 @@
+//! One colour and shape for each method; size grows with the mesh.
+
+use plotters::style::RGBColor;
+
+/// How a method's points look.
+#[derive(Clone, Copy)]
+pub struct Look {
+    pub color: RGBColor,
+    pub shape: Shape,
+}
+
+/// Outline of a point.
+#[derive(Clone, Copy)]
+pub enum Shape {
+    Disc,
+    Square,
+    Diamond,
+    Up,
+    Down,
+    Star,
+}
+
+const LOOKS: [Look; 11] = [
+    Look { color: RGBColor(0x8c, 0x95, 0x9e), shape: Shape::Disc },
+    Look { color: RGBColor(0x4f, 0x9e, 0xd9), shape: Shape::Square },
+    Look { color: RGBColor(0x2a, 0x6f, 0xb0), shape: Shape::Diamond },
+    Look { color: RGBColor(0x12, 0x3f, 0x7d), shape: Shape::Disc },
+    Look { color: RGBColor(0x0b, 0x1f, 0x4a), shape: Shape::Star },
+    Look { color: RGBColor(0xd9, 0x82, 0x1b), shape: Shape::Up },
+    Look { color: RGBColor(0xc2, 0x3b, 0x2b), shape: Shape::Square },
+    Look { color: RGBColor(0xe0, 0x5f, 0x9a), shape: Shape::Diamond },
+    Look { color: RGBColor(0x2f, 0x93, 0x57), shape: Shape::Down },
+    Look { color: RGBColor(0x8a, 0x5a, 0xb8), shape: Shape::Disc },
+    Look { color: RGBColor(0x7a, 0x52, 0x36), shape: Shape::Up },
+];
+
+/// The look of the method at this place in the legend.
+pub fn look(index: usize) -> Look {
+    LOOKS[index % LOOKS.len()]
+}
+
+/// Radius of a point [px]: its area grows with the fourth root of the number of nodes.
+pub fn radius_px(nodes: usize) -> f64 {
+    (1.45 * (nodes as f64).powf(0.25)).clamp(3.0, 10.0)
+}
+
+/// Corners on the canvas.
+pub fn outline(shape: Shape, (x, y): (i32, i32), radius: i32) -> Vec<(i32, i32)> {
+    // (corners, first angle in turns from the right, size that makes areas look alike, inner radius of a star)
+    let (corners, first, size, inner) = match shape {
+        Shape::Disc => (32, 0.0, 1.0, 1.0),
+        Shape::Square => (4, 0.125, 1.25, 1.0),
+        Shape::Diamond => (4, 0.0, 1.3, 1.0),
+        Shape::Up => (3, 0.25, 1.4, 1.0),
+        Shape::Down => (3, 0.75, 1.4, 1.0),
+        Shape::Star => (10, 0.25, 1.75, 0.45),
+    };
+    (0..corners)
+        .map(|k| {
+            let angle = std::f64::consts::TAU * (first + f64::from(k) / f64::from(corners));
+            let r = f64::from(radius.max(0)) * size * if k % 2 == 1 { inner } else { 1.0 };
+            (x + (r * angle.cos()).round() as i32, y - (r * angle.sin()).round() as i32)
+        })
+        .collect()
+}

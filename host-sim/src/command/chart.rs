@@ -1,0 +1,99 @@
+//! `palpate chart`.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::chart::{Plan, Reference, Run, Summary, measure, pictures, write};
+use crate::error::Error;
+use crate::output::OutputFolder;
+use crate::rivals::Block;
+
+/// A progress bar appears on a terminal when a run takes longer than this.
+const QUIET: Duration = Duration::from_secs(2);
+
+#[derive(Args, Clone, Debug)]
+pub(super) struct ChartArgs {
+    /// Only the two smallest meshes at 3.5 kPa: under a minute.
+    #[arg(long)]
+    quick: bool,
+    /// Output folder, made if it is not there.
+    #[arg(long, value_name = "FOLDER", default_value = "out/chart")]
+    out: PathBuf,
+}
+
+impl ChartArgs {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let folder = OutputFolder::open(&self.out)?;
+        let plan = if self.quick { Plan::quick() } else { Plan::full() };
+        let runs = run_all(&plan)?;
+        let summary = Summary::of(&runs);
+        write(&folder, &runs, &summary)?;
+        pictures(&folder, &runs)?;
+        print_table(&runs);
+        print_fronts(&summary);
+        println!("\nwrote {}: summary.json, chart.csv, pictures as SVG and PNG", folder.path().display());
+        Ok(())
+    }
+}
+
+fn run_all(plan: &Plan) -> Result<Vec<Run>, Error> {
+    let reference = Reference::block();
+    let started = Instant::now();
+    let mut bar: Option<ProgressBar> = None;
+    let mut block: Option<Block> = None;
+    let mut runs = Vec::with_capacity(plan.tasks.len());
+    for (done, &task) in plan.tasks.iter().enumerate() {
+        if started.elapsed() > QUIET {
+            let bar = bar.get_or_insert_with(|| {
+                let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg} {elapsed}");
+                ProgressBar::new(plan.tasks.len() as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+            });
+            bar.set_position(done as u64);
+            bar.set_message(format!("{} {} nodes", task.method.name(), task.nodes));
+        }
+        let same = |b: &Block| b.size().nodes == task.nodes && f64::from(b.params.youngs_modulus_pa) == task.youngs_modulus_pa;
+        let block = match block.take().filter(same) {
+            Some(kept) => block.insert(kept),
+            None => block.insert(Block::standard(task.nodes, task.youngs_modulus_pa)?),
+        };
+        runs.extend(measure(task, block, &reference)?);
+    }
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
+    }
+    Ok(runs)
+}
+
+fn print_table(runs: &[Run]) {
+    println!(
+        "{:<22} {:>5} {:>5} {:>5} {:>9} {:>8} {:>30} {:>6} {:>8} {:>8} {:>6}",
+        "method", "nodes", "kPa", "steps", "us/tick", "x spring", "force error % 1/2/4/8 mm", "RMS %", "u2 mm", "u4 mm", "min J"
+    );
+    for run in runs {
+        let task = run.task;
+        print!("{:<22} {:>5} {:>5}", task.method.name(), task.nodes, task.youngs_modulus_pa * 1e-3);
+        let Ok(m) = &run.outcome else {
+            println!("   {}", run.verdict());
+            continue;
+        };
+        let or_dash = |v: Option<f64>, digits: usize| v.map_or("-".into(), |v| format!("{v:.digits$}"));
+        let signed = |v: Option<f64>| v.map_or("-".into(), |v| format!("{v:+.1}"));
+        let [u2, u4] = m.accuracy.surface_error_mm;
+        let errors = m.accuracy.force_error_pct.map(signed).join(" ");
+        let (us, springs, rms) = (m.time.min_us, m.time.times_springs, or_dash(m.accuracy.rms_pct(), 1));
+        print!(" {:>5} {us:>9.1} {springs:>8.1} {errors:>30} {rms:>6}", m.substeps);
+        print!(" {:>8} {:>8} {:>6.2}", or_dash(u2, 3), or_dash(u4, 3), m.trial.min_j);
+        println!("{}", m.trial.failure.map_or(String::new(), |f| format!("  {f}")));
+    }
+}
+
+fn print_fronts(summary: &Summary) {
+    println!("\nmachine: {}; {}", summary.machine, summary.build);
+    for front in &summary.fronts {
+        let points: Vec<String> = front.points.iter().map(|p| format!("{} {}", p.method, p.nodes)).collect();
+        println!("front of {} over {} at {} kPa: {}", front.error, front.cost, front.youngs_modulus_pa * 1e-3, points.join(", "));
+    }
+}

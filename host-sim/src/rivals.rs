@@ -1,0 +1,189 @@
+//! Other people's methods, and ours, at the same work: one file each, behind one trait, never in the core.
+//!
+//! All press the same block on the same meshes, in single precision, with rest data computed beforehand and no allocation in a tick. The explicit
+//! ones run *on* the core: it gives them the guard, the contact (the same foundation points and law as ours), the integrator, the node
+//! damping and the mass floor `m >= f E D T^2` from their own rest stiffness; their own file is the internal force alone. The
+//! two that solve (implicit, compliance) take contact as such methods do: unilateral, at the nodes, without friction.
+
+mod block;
+mod compliance;
+mod corotational;
+mod factor;
+mod implicit;
+mod linear;
+mod neo_hookean;
+mod node_contact;
+mod on_core;
+mod rest_tet;
+mod xpbd;
+
+pub use block::{BLOCK_M, Block, DEEPEST_M, RADIUS_M, Size};
+pub use compliance::Compliance;
+pub use corotational::Corotational;
+pub use factor::Factor;
+pub use implicit::Implicit;
+pub use linear::LinearElastic;
+pub use neo_hookean::{NeoHookean, Volume};
+pub use on_core::{Law, OnCore};
+pub use rest_tet::RestTet;
+pub use xpbd::Xpbd;
+
+use palpate::path::correct::Off;
+use palpate::{Fault, Model, Params, Spring, Terms, Vector3};
+
+use crate::error::Error;
+use crate::patch::{Material, Memory, Patch};
+
+/// A method at work on one block.
+pub trait Rival {
+    /// One millisecond with the tip there at its end [m]. Force on the probe [N], out of the tissue.
+    ///
+    /// # Errors
+    /// Diverged or not finite; it must not be used any further.
+    fn tick(&mut self, tip_m: Vector3<f32>) -> Result<Vector3<f32>, Fault>;
+
+    /// Where a node is [m].
+    fn position_m(&self, node: usize) -> Vector3<f32>;
+
+    /// Floating-point operations that the last tick spent in solves; 0 for methods without.
+    fn solver_flops(&self) -> f64 {
+        0.0
+    }
+}
+
+/// Every method of the chart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Springs of paper 000, eq 11 as printed, with masses and contact.
+    Springs,
+    /// Springs and per-tet volume energy.
+    SpringsVolumeTet,
+    /// Springs and nodal-averaged volume energy.
+    SpringsVolumeNodal,
+    /// Springs, volume and compression compensation: the product without calibration.
+    Palpate,
+    /// The product with a calibrated patch.
+    Calibrated,
+    /// Linear tets in the rotating frame of each.
+    Corotational,
+    /// Total-Lagrangian neo-Hookean tets.
+    NeoHookean,
+    /// The same with the volume term averaged over nodes, which does not lock.
+    NeoHookeanNodal,
+    /// Extended position-based dynamics.
+    Xpbd,
+    /// Implicit Euler, corotational forces, matrix factored once at rest.
+    Implicit,
+    /// Precomputed compliance of linear elasticity.
+    Compliance,
+}
+
+impl Method {
+    /// In the order of legends and tables.
+    pub const ALL: [Self; 11] = [
+        Self::Springs,
+        Self::SpringsVolumeTet,
+        Self::SpringsVolumeNodal,
+        Self::Palpate,
+        Self::Calibrated,
+        Self::Corotational,
+        Self::NeoHookean,
+        Self::NeoHookeanNodal,
+        Self::Xpbd,
+        Self::Implicit,
+        Self::Compliance,
+    ];
+
+    /// Name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Springs => "springs",
+            Self::SpringsVolumeTet => "springs-volume-tet",
+            Self::SpringsVolumeNodal => "springs-volume-nodal",
+            Self::Palpate => "palpate",
+            Self::Calibrated => "palpate-calibrated",
+            Self::Corotational => "corotational",
+            Self::NeoHookean => "neo-hookean",
+            Self::NeoHookeanNodal => "neo-hookean-nodal",
+            Self::Xpbd => "xpbd",
+            Self::Implicit => "implicit",
+            Self::Compliance => "compliance",
+        }
+    }
+
+    /// The method of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|m| m.name() == name)
+    }
+
+    /// True for what the product runs, with or without some of its terms.
+    #[must_use]
+    pub fn is_ours(self) -> bool {
+        matches!(self, Self::Springs | Self::SpringsVolumeTet | Self::SpringsVolumeNodal | Self::Palpate | Self::Calibrated)
+    }
+
+    /// Whether more substeps can help it.
+    #[must_use]
+    pub fn takes_substeps(self) -> bool {
+        self != Self::Compliance
+    }
+
+    /// Builds the method for a block and hands it to `work`. `None` where it cannot be had: no calibrated patch of this size.
+    ///
+    /// # Errors
+    /// What the core refuses, or a stiffness matrix that cannot be factored.
+    pub fn run<T>(self, block: &Block, substeps: u16, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<Option<T>, Error> {
+        let params = Params { substeps, ..block.params };
+        let patch = |share: f64| {
+            let material = Material { per_tet_share: share, ..Material::default() };
+            Patch::build(&block.tissue, &material, None)
+        };
+        let usual = Material::default().per_tet_share;
+        let without = Terms { compensation: false, ..Terms::ALL };
+        let answer = match self {
+            Self::Springs => printed_springs(&patch(usual), &params, work)?,
+            Self::SpringsVolumeTet => own(&patch(1.0), &Params { terms: without, ..params }, work)?,
+            Self::SpringsVolumeNodal => own(&patch(0.0), &Params { terms: without, ..params }, work)?,
+            Self::Palpate => own(&patch(usual), &params, work)?,
+            Self::Calibrated => match calibrated(block) {
+                Some((patch, fitted)) => own(&patch, &Params { substeps, ..fitted }, work)?,
+                None => return Ok(None),
+            },
+            Self::Corotational => on_core::with_law(block, &params, Corotational::new(block), work)?,
+            Self::NeoHookean => on_core::with_law(block, &params, NeoHookean::new(block, Volume::PerTet), work)?,
+            Self::NeoHookeanNodal => on_core::with_law(block, &params, NeoHookean::new(block, Volume::Nodal), work)?,
+            Self::Xpbd => xpbd::with(&patch(1.0), &params, work)?,
+            Self::Implicit => work(&mut Implicit::new(block, &params)?),
+            Self::Compliance => work(&mut Compliance::new(block)?),
+        };
+        Ok(Some(answer))
+    }
+}
+
+/// The calibrated patch for a block and the parameters fitted with it, where there is one.
+#[must_use]
+pub fn calibrated(_: &Block) -> Option<(Patch, Params)> {
+    None
+}
+
+fn own<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+    on_core_alone(&patch.wide_model(), params, work)
+}
+
+/// The papers' plain model. Takes our factor `1/(0.8 (1 + nu))` off the springs again: with it they are meant to carry the shear alone.
+fn printed_springs<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+    let model = patch.wide_model();
+    let factor = 0.8 * (1.0 + params.poisson_ratio);
+    let springs: Vec<Spring> =
+        model.springs.iter().map(|s| Spring { k: s.k * factor, k_rest: s.k_rest * factor, ..*s }).collect();
+    let params = Params { terms: Terms::SPRINGS_ONLY, ..*params };
+    on_core_alone(&Model { springs: &springs, ..model }, &params, work)
+}
+
+fn on_core_alone<T>(model: &Model, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+    let mut memory = Memory::for_model(model);
+    let (tuned, state) = memory.start(model, params)?;
+    Ok(work(&mut OnCore { model, tuned: &tuned, state, fix: Off }))
+}

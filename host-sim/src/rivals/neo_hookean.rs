@@ -1,0 +1,99 @@
+//! Total-Lagrangian explicit dynamics with neo-Hookean linear tets (TLED: Miller et al. 2007; average nodal pressure: Bonet and Burton 1998,
+//! in total-Lagrangian form Joldes et al. 2009).
+//!
+//! Energy `mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2`, the same as the reference's. Per tet the volume term locks; averaged over nodes it
+//! is `lambda/2 (ln J_n)^2` with `J_n` the volume of a node's tets over that at rest, weighted with a quarter of it.
+
+use palpate::Vector3;
+
+use super::Block;
+use super::on_core::Law;
+use super::rest_tet::{RestTet, cofactors, diagonal_m};
+
+/// Where the volume term acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Volume {
+    /// In each tet: plain linear elements.
+    PerTet,
+    /// In the tets around each node.
+    Nodal,
+}
+
+/// Rest data.
+#[derive(Clone, Debug)]
+pub struct NeoHookean {
+    tets: Vec<RestTet>,
+    diagonal_m: Vec<f32>,
+    lambda: f32,
+    mu: f32,
+    volume: Volume,
+    /// One over the volume of each node's tets [1/m^3].
+    around_reciprocal: Vec<f32>,
+    /// Volume, then pressure over E of each node.
+    node: Vec<f32>,
+}
+
+impl NeoHookean {
+    /// Floating-point operations of a tet, counted in this file, a logarithm as 20.
+    pub const FLOPS_PER_TET: f64 = 215.0;
+    /// What averaging adds to a tet, and its share of a node's logarithm.
+    pub const FLOPS_NODAL: f64 = 70.0;
+
+    /// At rest.
+    #[must_use]
+    pub fn new(block: &Block, volume: Volume) -> Self {
+        let tets = RestTet::of(block);
+        let (lambda, mu) = block.lame_over_modulus();
+        let mut around = vec![0.0_f32; block.tissue.mesh.nodes_m.len()];
+        tets.iter().for_each(|t| t.node.iter().for_each(|&n| around[n as usize] += t.volume_m3));
+        // nodal averaging only softens: the diagonal of plain tets is an upper bound of its own
+        Self {
+            diagonal_m: diagonal_m(block, &tets, lambda, mu),
+            tets,
+            lambda: lambda as f32,
+            mu: mu as f32,
+            volume,
+            node: around.clone(),
+            around_reciprocal: around.into_iter().map(|v| 1.0 / v).collect(),
+        }
+    }
+
+    /// Pressures `lambda ln J_n / J_n` of the nodes.
+    fn average(&mut self, position_m: &[Vector3<f32>]) {
+        self.node.fill(0.0);
+        for tet in &self.tets {
+            let [a, b, c, d] = tet.node.map(|n| position_m[n as usize]);
+            let volume = (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0;
+            tet.node.iter().for_each(|&n| self.node[n as usize] += volume);
+        }
+        for (p, reciprocal) in self.node.iter_mut().zip(&self.around_reciprocal) {
+            let j = *p * reciprocal;
+            *p = self.lambda * j.ln() / j;
+        }
+    }
+}
+
+impl Law for NeoHookean {
+    fn forces(&mut self, position_m: &[Vector3<f32>], force: &mut [Vector3<f32>]) {
+        if self.volume == Volume::Nodal {
+            self.average(position_m);
+        }
+        force.fill(Vector3::zeros());
+        for tet in &self.tets {
+            let f = tet.deformation(position_m);
+            let (cofactors, j) = cofactors(&f);
+            // the coefficient of the cofactors, d psi / d J
+            let pressure = match self.volume {
+                Volume::PerTet => (self.lambda * j.ln() - self.mu) / j,
+                // d V / d F = V_0 cof F; a tet belongs to four nodes, each with a quarter of the weight
+                Volume::Nodal => 0.25 * tet.node.iter().map(|&n| self.node[n as usize]).sum::<f32>() - self.mu / j,
+            };
+            let stress = [0, 1, 2].map(|k| f[k] * self.mu + cofactors[k] * pressure);
+            tet.scatter(&stress, force);
+        }
+    }
+
+    fn diagonal_m(&self) -> &[f32] {
+        &self.diagonal_m
+    }
+}
