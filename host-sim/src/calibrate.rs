@@ -46,18 +46,31 @@ pub enum CalibrateError {
 pub struct Settings {
     /// Places over the disc, the centre not counted.
     pub places: usize,
-    /// Rounds of the fit at most.
+    /// Rounds of the fit at most; evaluations, for the two that are there to be compared with.
     pub rounds: usize,
+    /// How to fit.
+    pub fit: Fit,
+}
+
+/// How the objective is minimised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fit {
+    /// [`gauss_newton`].
+    GaussNewton,
+    /// [`descent`].
+    Descent,
+    /// [`annealing`].
+    Annealing,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { places: 80, rounds: 6 }
+        Self { places: 80, rounds: 14, fit: Fit::GaussNewton }
     }
 }
 
 /// One round of a fit.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Round {
     /// Evaluations of the objective so far, each the solution of all presses.
     pub evaluations: usize,
@@ -100,8 +113,13 @@ pub fn calibrate(
     let statics = Statics::of(&patch.model(), params)?;
     let unknowns = Unknowns::of(&statics, tissue, targets.reach_m());
     let mut objective = Objective::new(statics, unknowns, targets)?;
-    let rounds = gauss_newton::fit(&mut objective, settings.rounds, progress)?;
+    let rounds = match settings.fit {
+        Fit::GaussNewton => gauss_newton::fit(&mut objective, settings.rounds, progress)?,
+        Fit::Descent => descent::fit(&mut objective, settings.rounds, progress)?,
+        Fit::Annealing => annealing::fit(&mut objective, settings.rounds, progress)?,
+    };
     let (multipliers, params) = objective.unknowns().result(objective.statics(), objective.place(), params);
-    let patch = Patch::build(tissue, material, Some(&multipliers));
+    let mut patch = Patch::build(tissue, material, Some(&multipliers));
+    patch.set_fitted_places(settings.places as u32);
     Ok(Calibration { multipliers, params, patch, rounds })
 }

@@ -4,6 +4,7 @@
 //! fonts or a display gets the same pictures. SI goes in; millimetres appear only on paper.
 
 mod axis;
+mod convergence;
 mod decimate;
 mod force_depth;
 mod force_time;
@@ -18,6 +19,7 @@ mod style;
 mod surface;
 mod tick_time;
 
+pub use convergence::convergence;
 pub use force_depth::force_depth;
 pub use force_time::force_time;
 pub use refinement::{Refinement, RefinementLevel, refinement};

@@ -1,5 +1,6 @@
 //! The command line.
 
+mod calibrate;
 mod chart;
 mod mesh;
 mod press;
@@ -33,6 +34,12 @@ enum Command {
     /// Neo-Hookean, quasi-static, on three meshes, each finer than the one before. Writes answer.json, summary.json, forces.csv, surface_<k>.csv
     /// and a picture as SVG and PNG. Fails (exit code 1) if a hold does not converge; what converged is written all the same.
     Reference(reference::ReferenceArgs),
+    /// Fit a block's patch to a finite-element answer and write it as a patch file.
+    ///
+    /// Every spring, node and foundation point gets a positive multiplier, from static solutions of the model at several depths and many places. Writes
+    /// <scene>-<nodes>.patch, summary.json, convergence.csv, accuracy.csv (held-out depths and random places) and a picture as SVG and PNG. Fails
+    /// (exit code 1) if the fit does not improve the patch.
+    Calibrate(calibrate::CalibrateArgs),
     /// Check a mesh file, or pack a scene's patch for a board.
     #[command(subcommand)]
     Mesh(mesh::MeshCommand),
@@ -72,6 +79,7 @@ impl Cli {
             None => press::PressArgs::default().run(),
             Some(Command::Press(args)) => args.run(),
             Some(Command::Reference(args)) => args.run(),
+            Some(Command::Calibrate(args)) => args.run(),
             Some(Command::Mesh(command)) => command.run(),
             Some(Command::Chart(args)) => args.run(),
         }

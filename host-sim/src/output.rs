@@ -41,6 +41,15 @@ impl OutputFolder {
         Ok(())
     }
 
+    /// Writes a value as JSON.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub fn write_json(&self, name: &str, value: &impl serde::Serialize) -> Result<(), Error> {
+        let json = serde_json::to_string_pretty(value).map_err(|e| Error::Write { path: self.0.join(name), source: e.into() })?;
+        self.write(name, format!("{json}\n").as_bytes())
+    }
+
     /// Writes rows as CSV under a header.
     ///
     /// # Errors

@@ -7,12 +7,16 @@ mod foundation;
 mod order;
 mod stiffness;
 
+use std::collections::BTreeMap;
+
 use palpate::{
     FoundationPoint, Model, Node, NodeRest, Params, PatchFile, RimEdge, RimNode, Spring, State, Tet, TetShapes, Triangle, Tuned,
     Vector3,
 };
 
 use crate::mesh::{TetMesh, surface};
+use crate::scene::Inclusion;
+use crate::tissue::ratio_of;
 use stiffness::Elastic;
 
 /// Positive factors on what the formulas give; all 1 without calibration.
@@ -197,6 +201,52 @@ impl Patch {
     #[must_use]
     pub fn element_m(&self) -> f64 {
         self.element_m
+    }
+
+    /// Moves the site of the press [m].
+    pub fn set_site_m(&mut self, site_m: [f64; 3]) {
+        self.site_m = site_m.map(|c| c as f32);
+    }
+
+    /// The same patch with stiffer or softer balls inside: every constant times what the ball makes of its formula.
+    #[must_use]
+    pub fn with_inclusions(mut self, inclusions: &[Inclusion]) -> Self {
+        if inclusions.is_empty() {
+            return self;
+        }
+        let build = |inclusions: &[Inclusion]| {
+            let mesh = self.mesh();
+            let stiffness_ratio = mesh.tets.iter().map(|tet| ratio_of(&mesh, tet, inclusions)).collect();
+            let material = Material {
+                poisson_ratio: f64::from(self.poisson_ratio),
+                points_per_triangle: self.model().points_per_triangle(),
+                ..Material::default()
+            };
+            let anchors = self.anchors.iter().map(|&a| a.into()).collect();
+            let site_m = self.site_m.map(f64::from);
+            let tissue = Tissue { mesh, stiffness_ratio, anchors, site_m, depth_limit_m: self.depth_limit_m.into() };
+            Self::build(&tissue, &material, None)
+        };
+        let (plain, stiffened) = (build(&[]), build(inclusions));
+        for ((own, a), b) in self.springs.iter_mut().zip(&plain.springs).zip(&stiffened.springs) {
+            let ratio = b.k / a.k;
+            own.k *= ratio;
+            own.k_rest *= ratio;
+        }
+        self.scheduled = order::schedule(&self.springs);
+        for ((own, a), b) in self.nodes.iter_mut().zip(&plain.nodes).zip(&stiffened.nodes) {
+            own.pressure *= b.pressure / a.pressure;
+            own.stiffness_m *= b.stiffness_m / a.stiffness_m;
+        }
+        let by_node = |tets: &[Tet]| tets.iter().map(|t| (t.node, *t)).collect::<BTreeMap<_, _>>();
+        let (plain, stiffened) = (by_node(&plain.tets), by_node(&stiffened.tets));
+        for own in &mut self.tets {
+            if let (Some(a), Some(b)) = (plain.get(&own.node), stiffened.get(&own.node)) {
+                own.bulk *= b.bulk / a.bulk;
+                own.barrier *= b.barrier / a.barrier;
+            }
+        }
+        self
     }
 
     /// Places that the constants were fitted over; 0 if they come from formulas alone.

@@ -164,8 +164,11 @@ impl Method {
 
 /// The calibrated patch for a block and the parameters fitted with it, where there is one.
 #[must_use]
-pub fn calibrated(_: &Block) -> Option<(Patch, Params)> {
-    None
+pub fn calibrated(block: &Block) -> Option<(Patch, Params)> {
+    let (mut patch, packed) = crate::session::calibrated::sized(block.size().nodes)?;
+    patch.set_depth_limit_m(block.tissue.depth_limit_m as f32);
+    let Params { compensation, compensation_threshold, .. } = packed;
+    Some((patch, Params { compensation, compensation_threshold, ..block.params }))
 }
 
 fn own<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {

@@ -150,7 +150,7 @@ pub struct ProbeScene {
 pub struct Solver {
     /// Which method.
     pub method: Method,
-    /// Packed patch to press instead of building one.
+    /// Packed patch to press instead of building one; "none" keeps even a shipped one away.
     pub patch: Option<PathBuf>,
 }
 
@@ -217,7 +217,7 @@ impl Scene {
     fn resolve_paths(&mut self, folder: &Path) {
         let mut resolve = |path: &mut PathBuf| *path = folder.join(&*path);
         self.tissue.mesh.as_mut().map(&mut resolve);
-        self.solver.patch.as_mut().map(&mut resolve);
+        self.solver.patch.as_mut().filter(|p| p.as_os_str() != crate::session::NO_PATCH).map(&mut resolve);
         if let Drive::Trace { trace, .. } = &mut self.drive {
             resolve(trace);
         }

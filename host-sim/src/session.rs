@@ -1,8 +1,9 @@
 //! A scene made ready to run: patch, parameters, stable step, start-up report.
 
+pub mod calibrated;
 mod packed;
 
-use palpate::{Params, ProbeShape, Vector3};
+use palpate::{Limits, Params, ProbeShape, Vector3};
 
 use crate::budget::{MACHINES, Machine, triangles_in_reach};
 use crate::error::Error;
@@ -10,11 +11,14 @@ use crate::mesh::{WorstTet, worst};
 use crate::patch::{Material, Patch};
 use crate::scene::Scene;
 use crate::stable_step::{MARGIN, StableStep, limits, substeps_for_taps};
-use crate::tissue::place;
+use crate::tissue::{DEFAULT_NODES, place};
 use crate::trace_file::read_tips;
 
 /// The device's tick [s].
 pub const TICK_S: f64 = 1e-3;
+
+/// In place of a patch file: the scene's formulas alone, even where a calibrated patch ships.
+pub const NO_PATCH: &str = "none";
 
 /// A scene ready to run.
 #[derive(Clone, Debug)]
@@ -77,11 +81,19 @@ impl Session {
     /// Bad input, or a model that cannot keep 1 kHz: with the numbers.
     pub fn prepare(scene: &Scene) -> Result<Self, Error> {
         let tips_m = read_tips(&scene.drive)?;
-        if let Some(path) = &scene.solver.patch {
-            let (patch, axis) = packed::open(scene, path)?;
-            return Self::of_patch(patch, scene.params(axis), tips_m, 0);
+        if let Some(path) = scene.solver.patch.as_deref().filter(|p| p.as_os_str() != NO_PATCH) {
+            let (patch, packed) = packed::open(scene, path)?;
+            let params = fitted(scene, &packed);
+            return Self::of_patch(patch, params, tips_m, 0);
         }
         let placed = place(scene, &tips_m)?;
+        if scene.solver.patch.is_none()
+            && let Some((mut patch, packed)) = calibrated::of(scene, DEFAULT_NODES)
+        {
+            patch.set_site_m(placed.tissue.site_m);
+            patch.set_depth_limit_m(placed.tissue.depth_limit_m as f32);
+            return Self::of_patch(patch, fitted(scene, &packed), tips_m, 0);
+        }
         let params = scene.params(placed.axis);
         let material = Material { poisson_ratio: f64::from(params.poisson_ratio), ..Material::default() };
         let flipped = placed.import.as_ref().map_or(0, |i| i.flipped_tets);
@@ -89,7 +101,9 @@ impl Session {
     }
 
     fn of_patch(patch: Patch, params: Params, tips_m: Vec<[f32; 3]>, flipped_tets: usize) -> Result<Self, Error> {
-        let params = Params { limits: limits(&patch, TICK_S), ..params };
+        let own = limits(&patch, TICK_S);
+        let max_sink_m_per_s = own.max_sink_m_per_s.min(params.limits.max_sink_m_per_s);
+        let params = Params { limits: Limits { max_sink_m_per_s, ..params.limits }, ..params };
         let model = patch.wide_model();
         let site_m = patch.site_m();
         let measured = StableStep::measure(&model, &params, site_m)?;
@@ -115,6 +129,16 @@ impl Session {
     #[must_use]
     pub fn tip_m(&self, depth_m: f64) -> Vector3<f32> {
         self.patch.site_m() - self.params.probe.axis * depth_m as f32
+    }
+}
+
+/// The scene's parameters with what was fitted or lowered in a packed patch.
+fn fitted(scene: &Scene, packed: &Params) -> Params {
+    Params {
+        compensation: packed.compensation,
+        compensation_threshold: packed.compensation_threshold,
+        limits: packed.limits,
+        ..scene.params(packed.probe.axis.map(f64::from).into())
     }
 }
 

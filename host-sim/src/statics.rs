@@ -15,6 +15,7 @@ use palpate::{BuildError, Model, Params, Probe};
 
 use crate::patch::Memory;
 
+pub use contact::outer_face_m;
 pub use equilibrium::{Balance, Solver, Unbalanced};
 pub use sensitivity::Gradient;
 

@@ -32,6 +32,14 @@ pub struct Placed {
 /// # Errors
 /// What the generator or the import refuses; a place or a press outside the tissue.
 pub fn place(scene: &Scene, tips_m: &[[f32; 3]]) -> Result<Placed, Error> {
+    place_fine(scene, tips_m, 1.0)
+}
+
+/// The same with a block's elements smallest `fine_radii` probe radii around the site.
+///
+/// # Errors
+/// As [`place`].
+pub fn place_fine(scene: &Scene, tips_m: &[[f32; 3]], fine_radii: f64) -> Result<Placed, Error> {
     if let (Some(path), Some(unit), Some(site)) = (&scene.tissue.mesh, scene.tissue.length_unit, scene.probe.site) {
         if !path.is_file() && PRESETS.iter().any(|(name, _)| *name == scene.file) {
             let why = format!(
@@ -56,7 +64,7 @@ pub fn place(scene: &Scene, tips_m: &[[f32; 3]]) -> Result<Placed, Error> {
     let size_m = scene.tissue.block_m.unwrap_or_default();
     let [x, y] = scene.probe.position_m.unwrap_or_default();
     let nodes = scene.tissue.nodes.unwrap_or(DEFAULT_NODES);
-    let mesh = block(&BlockSpec { size_m, nodes, fine_at_m: [x, y], fine_radius_m: scene.probe.radius_m })
+    let mesh = block(&BlockSpec { size_m, nodes, fine_at_m: [x, y], fine_radius_m: fine_radii * scene.probe.radius_m })
         .map_err(|cause| not_meshed(scene, cause))?;
     // the generator puts the bottom nodes exactly there
     let anchors = anchored(&mesh, |x| x[2] <= -size_m[2] * (1.0 - 1e-9));
@@ -118,7 +126,7 @@ fn underside(mesh: &TetMesh, axis: [f64; 3]) -> Vec<u32> {
 
 /// Stiffness of a tet: blended by how many points of a fine sample of it lie in an inclusion, so that a small ball is not lost
 /// between centroids and its size does not jump with the mesh.
-fn ratio_of(mesh: &TetMesh, tet: &[u32; 4], inclusions: &[Inclusion]) -> f64 {
+pub(crate) fn ratio_of(mesh: &TetMesh, tet: &[u32; 4], inclusions: &[Inclusion]) -> f64 {
     const STEPS: usize = 6;
     if inclusions.is_empty() {
         return 1.0;

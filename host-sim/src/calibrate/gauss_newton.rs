@@ -10,11 +10,14 @@ use super::{CalibrateError, Objective, Round, Sweep};
 
 /// A round that gains less than this share of the cost is the last.
 const LEAST_GAIN: f64 = 0.01;
-/// Weight with which a round's unknowns are held to the last round's, in units of their prior; ten times less after a round that paid, ten times more
-/// after one that did not.
+/// Weight with which a round's unknowns are held to the last round's, in units of their prior (Levenberg, Marquardt).
 const FIRST_HOLD: f64 = 100.0;
 /// A hold below this hardly shortens a step.
 const FREE: f64 = 1.0;
+/// A step that does not pay, or keeps little of what the linear model promised, makes the next one shorter; one that keeps most of it, longer.
+const LONGER_HOLD: f64 = 4.0;
+const GOOD: f64 = 0.7;
+const FAIR: f64 = 0.3;
 const MOST_TRIES: usize = 6;
 
 /// Fits the unknowns; returns a record of every round, the uncalibrated patch first.
@@ -30,21 +33,29 @@ pub fn fit(objective: &mut Objective, most: usize, progress: &mut dyn FnMut(&Rou
     let mut hold = FIRST_HOLD;
     for n in 0..most {
         let before = rounds[n].cost;
-        let mut better = None;
+        let (mut better, mut kept) = (None, 0.0);
         for _ in 0..MOST_TRIES {
             let Some(there) = step(&sweep, &z, hold) else { break };
+            let promised = before - linear_cost(&sweep, &z, &there);
             // a press that finds no balance is a step too far
             if let Ok((sweep, found)) = objective.evaluate(&there, true) {
                 let round = objective.round(&sweep, &there);
                 if round.cost < before {
+                    kept = (before - round.cost) / promised;
                     better = Some((there, sweep, found, round));
                     break;
                 }
             }
-            hold *= 4.0;
+            hold *= LONGER_HOLD;
         }
         let Some((there, next, found, round)) = better else { break };
-        hold *= 0.2;
+        hold *= if kept > GOOD {
+            0.2
+        } else if kept > FAIR {
+            1.0
+        } else {
+            LONGER_HOLD
+        };
         z.clone_from(&there);
         objective.accept(there, found);
         sweep = next;
@@ -56,6 +67,14 @@ pub fn fit(objective: &mut Objective, most: usize, progress: &mut dyn FnMut(&Rou
         }
     }
     Ok(rounds)
+}
+
+/// What the linear model promises at `there`.
+fn linear_cost(sweep: &Sweep, z: &[f64], there: &[f64]) -> f64 {
+    let moved: Vec<f64> = there.iter().zip(z).map(|(a, b)| a - b).collect();
+    let residual = |(row, r): (&Vec<f64>, &f64)| r + row.iter().zip(&moved).map(|(j, d)| j * d).sum::<f64>();
+    let misfit: f64 = sweep.rows.iter().zip(&sweep.residuals).map(residual).map(|r| r * r).sum();
+    misfit + there.iter().map(|z| z * z).sum::<f64>()
 }
 
 /// Where the linear model is best when every unknown is also held to its present value with `hold` times the weight of its prior.

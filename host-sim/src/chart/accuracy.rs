@@ -6,6 +6,7 @@ use super::reference::Reference;
 use super::survive::{CLEAR_M, positions};
 use crate::mesh::surface::surface;
 use crate::rivals::{Block, Rival};
+use crate::statics::outer_face_m;
 
 /// Depths whose force counts [m].
 pub const DEPTHS_M: [f64; 4] = [0.001, 0.002, 0.004, 0.008];
@@ -118,7 +119,9 @@ fn surface_error_mm(block: &Block, rival: &dyn Rival, reference: &Reference, dep
             let Some(u) = reference.displacement_m(depth_m, at) else { continue };
             let held = top.iter().find_map(|t| weights(t.map(|n| rest[n]), at).map(|w| (t, w)));
             if let Some((t, w)) = held {
-                let own: Vector3<f64> = t.iter().zip(w).map(|(&n, w)| (moved[n] - rest[n]) * w).sum();
+                let sum = |of: &[Vector3<f64>]| t.iter().zip(w).map(|(&n, w)| of[n] * w).sum::<Vector3<f64>>();
+                // a method without foundation has its surface on the probe already
+                let own = outer_face_m(&block.params.probe, block.tip_m(depth_m).cast(), sum(&moved)) - sum(&rest);
                 distances.push((own - u).norm() * 1e3);
             }
         }

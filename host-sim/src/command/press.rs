@@ -96,7 +96,12 @@ fn print_report(scene: &Scene, session: &Session) {
             scene.probe.radius_m * 1e3
         );
     }
-    println!("  model     uncalibrated: constants from formulas alone");
+    match session.patch.fitted_places() {
+        0 => println!(
+            "  model     uncalibrated, constants from formulas alone: palpate calibrate fits a block's patch; patch = FILE under [solver] takes it"
+        ),
+        n => println!("  model     calibrated to finite elements over {n} places"),
+    }
 }
 
 fn print_holds(scene: &Scene, press: &Press) {

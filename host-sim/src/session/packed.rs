@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use palpate::PatchFile;
+use palpate::{BuildError, Params, PatchFile};
 
 use crate::error::Error;
 use crate::patch::Patch;
@@ -11,17 +11,30 @@ use crate::scene::{Scene, SceneError};
 /// How far the packed tissue may be from the scene's, as a share of the block's side or of the probe's radius: well above single precision.
 const ROUNDING: f64 = 1e-4;
 
-/// Reads the patch and its axis, from the tip to the handle.
-pub(super) fn open(scene: &Scene, path: &Path) -> Result<(Patch, [f64; 3]), Error> {
+/// Reads the patch and the parameters that it was packed with.
+pub(super) fn open(scene: &Scene, path: &Path) -> Result<(Patch, Params), Error> {
     let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
     let in_file = |cause| Error::Patch { path: path.into(), cause };
-    // the core reads it in place, on a 4-byte boundary
-    let mut words = vec![0_u32; bytes.len().div_ceil(4)];
-    bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(&bytes);
+    let words = words(&bytes);
     let file = PatchFile::open(&bytemuck::cast_slice(&words)[..bytes.len()]).map_err(in_file)?;
     file.model.check().map_err(in_file)?;
     agree(scene, path, &file)?;
-    Ok((Patch::of_file(&file), file.params.probe.axis.map(f64::from).into()))
+    Ok((Patch::of_file(&file), file.params))
+}
+
+/// The same of bytes that came with the program.
+pub(super) fn unpack(bytes: &[u8]) -> Result<(Patch, Params), BuildError> {
+    let words = words(bytes);
+    let file = PatchFile::open(&bytemuck::cast_slice(&words)[..bytes.len()])?;
+    file.model.check()?;
+    Ok((Patch::of_file(&file), file.params))
+}
+
+/// On a 4-byte boundary, where the core reads a patch in place.
+fn words(bytes: &[u8]) -> Vec<u32> {
+    let mut words = vec![0_u32; bytes.len().div_ceil(4)];
+    bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(bytes);
+    words
 }
 
 /// What is packed and also in the scene must be the same in both.

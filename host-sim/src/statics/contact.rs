@@ -1,8 +1,8 @@
 //! The foundation under the probe: push of each point over E, its slope and the curvature of the probe.
 
 use nalgebra::Matrix3;
-use palpate::ProbeShape;
 use palpate::path::force::foundation::{FLAT_EDGE, point_weights};
+use palpate::{Probe, ProbeShape};
 
 use super::{StaticTriangle, Statics, Vector};
 
@@ -58,37 +58,50 @@ impl Statics {
         let curvature = out * out.transpose() * slope + bend * force;
         Push { triangle, point, weights, out, force, by_stiffness, by_stiffening: k * s * lo * lo, curvature }
     }
+}
 
+impl Statics {
     /// `at` is relative to the tip [m].
     pub(super) fn inside(&self, at: Vector) -> Option<Inside> {
-        let (axis, r) = (self.axis(), f64::from(self.probe.radius_m));
-        let above_tip = at.dot(&axis);
-        let across = Matrix3::identity() - axis * axis.transpose();
-        if self.probe.shape == ProbeShape::Flat {
-            let edge = r * f64::from(FLAT_EDGE);
-            let off_axis = at - axis * above_tip;
-            let off = off_axis.norm();
-            if above_tip <= 0.0 || off >= r {
-                return None;
-            }
-            if off <= r - edge {
-                return Some((above_tip, -axis, Matrix3::zeros()));
-            }
-            let arm = off_axis * ((off - (r - edge)) / off) - axis * (edge - above_tip).max(0.0);
-            let length = arm.norm();
-            // the curvature along the ring is small beside the one across it and left out
-            return (length < edge).then(|| (edge - length, arm / length, Matrix3::zeros()));
-        }
-        let (mut d, mut around) = (at - axis * r, Matrix3::identity());
-        if self.probe.shape == ProbeShape::Hemisphere && above_tip > r {
-            d = at - axis * above_tip;
-            around = across;
-        }
-        let l = d.norm();
-        if l >= r || l == 0.0 {
+        inside(&self.probe, at)
+    }
+}
+
+/// Where the surface is that belongs to a point of the mesh [m]: inside the probe the foundation is compressed, and its outer face lies on the probe.
+#[must_use]
+pub fn outer_face_m(probe: &Probe, tip_m: Vector, point_m: Vector) -> Vector {
+    inside(probe, point_m - tip_m).map_or(point_m, |(pen, out, _)| point_m + out * pen)
+}
+
+/// `at` is relative to the tip [m].
+fn inside(probe: &Probe, at: Vector) -> Option<Inside> {
+    let (axis, r): (Vector, f64) = (probe.axis.cast(), f64::from(probe.radius_m));
+    let above_tip = at.dot(&axis);
+    let across = Matrix3::identity() - axis * axis.transpose();
+    if probe.shape == ProbeShape::Flat {
+        let edge = r * f64::from(FLAT_EDGE);
+        let off_axis = at - axis * above_tip;
+        let off = off_axis.norm();
+        if above_tip <= 0.0 || off >= r {
             return None;
         }
-        let out = d / l;
-        Some((r - l, out, (around - out * out.transpose()) * (-1.0 / l)))
+        if off <= r - edge {
+            return Some((above_tip, -axis, Matrix3::zeros()));
+        }
+        let arm = off_axis * ((off - (r - edge)) / off) - axis * (edge - above_tip).max(0.0);
+        let length = arm.norm();
+        // the curvature along the ring is small beside the one across it and left out
+        return (length < edge).then(|| (edge - length, arm / length, Matrix3::zeros()));
     }
+    let (mut d, mut around) = (at - axis * r, Matrix3::identity());
+    if probe.shape == ProbeShape::Hemisphere && above_tip > r {
+        d = at - axis * above_tip;
+        around = across;
+    }
+    let l = d.norm();
+    if l >= r || l == 0.0 {
+        return None;
+    }
+    let out = d / l;
+    Some((r - l, out, (around - out * out.transpose()) * (-1.0 / l)))
 }

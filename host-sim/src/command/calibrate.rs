@@ -1,0 +1,292 @@
+//! `palpate calibrate`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use super::Common;
+use crate::calibrate::accuracy::Accuracy;
+use crate::calibrate::reference_map::ReferenceMap;
+use crate::calibrate::{Calibration, Fit, Round, Settings, Targets, annealing, calibrate};
+use crate::charts;
+use crate::error::Error;
+use crate::output::OutputFolder;
+use crate::patch::{Material, Tissue};
+use crate::reference::answer::Answer;
+use crate::scene::Scene;
+use crate::session::{Session, calibrated};
+use crate::stable_step::StableStep;
+use crate::statics::Vector;
+use crate::tissue::place_fine;
+
+/// Elements under the probe are smallest this far around it [probe radii]: places up to 1.65 radii are fitted.
+const FINE_RADII: f64 = 1.25;
+/// Elements larger than this share of the probe's radius get nine foundation points a triangle instead of four.
+const NINE_ABOVE: f64 = 0.5;
+/// A progress bar appears on a terminal when a run takes longer than this [s].
+const QUIET_S: f64 = 2.0;
+/// What `--quick` fits with.
+const QUICK: (usize, usize, usize) = (130, 40, 6);
+
+#[derive(Args, Clone, Debug)]
+pub(super) struct CalibrateArgs {
+    #[command(flatten)]
+    common: Common,
+    /// Nodes of the mesh [default: the scene's].
+    #[arg(long, value_name = "COUNT")]
+    nodes: Option<usize>,
+    /// Places of the probe to fit over, beside the centre.
+    #[arg(long, value_name = "COUNT", default_value_t = Settings::default().places)]
+    places: usize,
+    /// Rounds of the fit at most (evaluations of the objective, for lbfgs and annealing).
+    #[arg(long, value_name = "COUNT")]
+    rounds: Option<usize>,
+    /// Foundation points on a surface triangle, 4 or 9 [default: 9 where elements are larger than half the probe's radius].
+    #[arg(long, value_name = "COUNT")]
+    points: Option<usize>,
+    /// How to fit. The two others minimise the same objective and are there to be compared with.
+    #[arg(long, value_enum, default_value_t = FitName::GaussNewton)]
+    fit: FitName,
+    /// The finite-element answer to fit to, answer.json of `palpate reference` [default: the one that ships].
+    #[arg(long, value_name = "FILE")]
+    reference: Option<PathBuf>,
+    /// Fit nothing: press the patches that ship, or the scene's own, at held-out depths and places.
+    #[arg(long)]
+    check: bool,
+    /// A small fit: 130 nodes over 40 places, under a minute.
+    #[arg(long, conflicts_with_all = ["nodes", "check"])]
+    quick: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum FitName {
+    /// Gauss-Newton with adjoint slopes: what ships.
+    GaussNewton,
+    /// L-BFGS with adjoint slopes.
+    Lbfgs,
+    /// Simulated annealing of two scalars, the schedule of paper 004.
+    Annealing,
+}
+
+impl CalibrateArgs {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let mut scene = Scene::load(&self.common.scene)?;
+        let answer = match &self.reference {
+            Some(path) => Answer::load(path)?,
+            None => Answer::block(),
+        };
+        if self.check {
+            return self.check(&scene, &answer);
+        }
+        let (nodes, places, rounds) = match self.quick {
+            true => (Some(QUICK.0), QUICK.1, QUICK.2),
+            false => (self.nodes, self.places, self.rounds.unwrap_or(self.default_rounds())),
+        };
+        if scene.tissue.block_m.is_none() || !scene.tissue.inclusion.is_empty() {
+            return Err(Error::Usage(format!(
+                "scene {}: a patch is calibrated on a block without inclusions: use such a scene; inclusions are scaled into its patch when it is pressed",
+                scene.name
+            )));
+        }
+        scene.probe.position_m = None;
+        if nodes.is_some() {
+            scene.tissue.nodes = nodes;
+        }
+        if !answer.is_for(&scene) {
+            return Err(Error::Usage(format!(
+                "scene {}: the reference answer is for another block, Poisson's ratio or probe: make one with palpate reference and give it with --reference",
+                scene.name
+            )));
+        }
+        let (tissue, material, params) = self.prepare(&scene)?;
+        let targets = targets(&scene, &tissue, &answer, places)?;
+        let folder = OutputFolder::open(&self.common.folder("calibrate"))?;
+        println!(
+            "scene {}: {} nodes, {} points a triangle, {places} places, {} forces and dents of {} nodes",
+            scene.name,
+            tissue.mesh.nodes_m.len(),
+            material.points_per_triangle,
+            targets.places.iter().map(|p| p.forces.len()).sum::<usize>(),
+            targets.places[0].dents.first().map_or(0, |d| d.nodes.len())
+        );
+        println!("\n{:>11} {:>12} {:>12} {:>10} {:>8}", "evaluations", "cost", "force rms %", "dent mm", "time s");
+        let settings = Settings { places, rounds, fit: self.fit.into() };
+        let bar = Bar::new();
+        let calibration = calibrate(&tissue, &material, &params, &targets, &settings, &mut |r: &Round| bar.say(r))
+            .map_err(|cause| Error::Usage(format!("scene {}: {cause}", scene.name)))?;
+        bar.0.finish_and_clear();
+        self.write(&folder, &scene, &answer, &calibration)
+    }
+
+    fn default_rounds(&self) -> usize {
+        match self.fit {
+            FitName::GaussNewton => Settings::default().rounds,
+            FitName::Lbfgs => 60,
+            FitName::Annealing => annealing::SCHEDULE_EVALUATIONS,
+        }
+    }
+
+    fn prepare(&self, scene: &Scene) -> Result<(Tissue, Material, palpate::Params), Error> {
+        let placed = place_fine(scene, &[], FINE_RADII)?;
+        let params = scene.params(placed.axis);
+        let material = Material { poisson_ratio: scene.tissue.poisson_ratio, ..Material::default() };
+        let element_m = crate::patch::Patch::build(&placed.tissue, &material, None).element_m();
+        let large = element_m > NINE_ABOVE * scene.probe.radius_m;
+        let points_per_triangle = self.points.unwrap_or(if large { 9 } else { 4 });
+        if ![4, 9].contains(&points_per_triangle) {
+            return Err(Error::Usage(format!("--points {points_per_triangle}: a triangle has 4 or 9 points")));
+        }
+        Ok((placed.tissue, Material { points_per_triangle, ..material }, params))
+    }
+
+    fn write(&self, folder: &OutputFolder, scene: &Scene, answer: &Answer, calibration: &Calibration) -> Result<(), Error> {
+        let Calibration { patch, params, rounds, .. } = calibration;
+        let stable = StableStep::measure(&patch.wide_model(), params, patch.site_m())?;
+        let stable_s = stable.map_or(0.0, |s| s.pressed_s);
+        let name = format!("{}-{}.patch", scene.name, patch.model().nodes.len());
+        folder.write(&name, &patch.pack(params, stable_s as f32))?;
+        let header = ["evaluations", "cost", "force_rms_pct", "dent_mean_mm", "elapsed_s"];
+        let rows = rounds.iter().map(|r| [r.evaluations as f64, r.cost, r.force_rms_pct, r.dent_mean_mm, r.elapsed_s]);
+        folder.write_csv("convergence.csv", header, rows)?;
+        charts::convergence(folder.path(), "convergence", &scene.name, rounds)?;
+        let map = ReferenceMap::of(answer).ok_or_else(|| too_few(scene))?;
+        let accuracy = Accuracy::of(patch, params, &map).map_err(|cause| Error::Check(cause.to_string()))?;
+        print_accuracy(&name, &accuracy);
+        write_accuracy(folder, &accuracy)?;
+        folder.write_json(
+            "summary.json",
+            &Summary {
+                scene: &scene.name,
+                nodes: patch.model().nodes.len(),
+                fitted_places: patch.fitted_places(),
+                compensation: params.compensation,
+                compensation_threshold: params.compensation_threshold,
+                stable_dt_s: stable_s,
+                annealing_schedule_evaluations: annealing::SCHEDULE_EVALUATIONS,
+                machine: crate::summary::machine(),
+                rounds,
+                accuracy: &accuracy,
+            },
+        )?;
+        let file = folder.path().join(&name);
+        println!("\nwrote {}: summary.json, convergence.csv, accuracy.csv, picture as SVG and PNG", file.display());
+        println!("press it with patch = \"{}\" under [solver] of a scene", file.display());
+        match (rounds.first(), rounds.last()) {
+            (Some(first), Some(last)) if last.cost < first.cost => Ok(()),
+            _ => Err(Error::Check("the fit did not improve the patch: take more places or another node count".into())),
+        }
+    }
+
+    fn check(&self, scene: &Scene, answer: &Answer) -> Result<(), Error> {
+        let map = ReferenceMap::of(answer).ok_or_else(|| too_few(scene))?;
+        let sizes = self.nodes.map_or(calibrated::SIZES.to_vec(), |n| vec![n]);
+        let folder = OutputFolder::open(&self.common.folder("calibrate"))?;
+        for nodes in sizes {
+            let mut scene = scene.clone();
+            scene.tissue.nodes = Some(nodes);
+            if !answer.is_for(&scene) {
+                return Err(Error::Usage(format!(
+                    "scene {}: the reference answer is for another scene: give one with --reference",
+                    scene.name
+                )));
+            }
+            let session = Session::prepare(&scene)?;
+            let accuracy =
+                Accuracy::of(&session.patch, &session.params, &map).map_err(|cause| Error::Check(cause.to_string()))?;
+            let fitted = session.patch.fitted_places();
+            print_accuracy(&format!("{} nodes, fitted over {fitted} places", session.report.nodes), &accuracy);
+            folder.write_json(&format!("accuracy-{nodes}.json"), &accuracy)?;
+        }
+        Ok(())
+    }
+}
+
+fn too_few(scene: &Scene) -> Error {
+    Error::Usage(format!("scene {}: the reference answer has fewer than four centred presses: solve more depths", scene.name))
+}
+
+fn targets(scene: &Scene, tissue: &Tissue, answer: &Answer, places: usize) -> Result<Targets, Error> {
+    let map = ReferenceMap::of(answer).ok_or_else(|| too_few(scene))?;
+    let top = (0..).zip(&tissue.mesh.nodes_m).filter(|(_, x)| (x[2] - tissue.site_m[2]).abs() < 1e-9);
+    let surface: Vec<(usize, Vector)> = top.map(|(n, x)| (n, Vector::from(*x))).collect();
+    Targets::over_a_disc(&map, &surface, tissue.site_m.into(), scene.probe.radius_m, places).ok_or_else(|| {
+        Error::Usage(format!(
+            "scene {}: the reference answer lacks presses this fit needs (to a probe's radius at the centre, places off it, surfaces at a quarter and a half radius): solve them with palpate reference",
+            scene.name
+        ))
+    })
+}
+
+fn print_accuracy(name: &str, accuracy: &Accuracy) {
+    println!("\n{name}: force error against finite elements, random places unknown to the fit");
+    println!("{:>9} {:>10} {:>10} {:>10}", "depth mm", "centred %", "disc rms %", "worst %");
+    let or_dash =
+        |v: Option<f64>, signed: bool| v.map_or("-".into(), |v| if signed { format!("{v:+.2}") } else { format!("{v:.2}") });
+    for f in &accuracy.forces {
+        let (rms, worst) = (or_dash(f.disc_rms_pct, false), or_dash(f.disc_worst_pct, true));
+        println!("{:>9.2} {:>+10.2} {rms:>10} {worst:>10}", f.depth_mm, f.centred_pct);
+    }
+    for d in &accuracy.dents {
+        println!(
+            "surface at {:.0} mm: {:.4} mm off on average, {:.3} at most (nodes alone {:.4})",
+            d.depth_mm, d.surface_mean_mm, d.surface_max_mm, d.nodes_mean_mm
+        );
+    }
+}
+
+fn write_accuracy(folder: &OutputFolder, accuracy: &Accuracy) -> Result<(), Error> {
+    let rows = accuracy
+        .forces
+        .iter()
+        .map(|f| [f.depth_mm, f.centred_pct, f.disc_rms_pct.unwrap_or(f64::NAN), f.disc_worst_pct.unwrap_or(f64::NAN)]);
+    folder.write_csv("accuracy.csv", ["depth_mm", "centred_pct", "disc_rms_pct", "disc_worst_pct"], rows)
+}
+
+#[derive(Serialize)]
+struct Summary<'a> {
+    scene: &'a str,
+    nodes: usize,
+    fitted_places: u32,
+    compensation: f32,
+    compensation_threshold: f32,
+    stable_dt_s: f64,
+    annealing_schedule_evaluations: usize,
+    machine: String,
+    rounds: &'a [Round],
+    accuracy: &'a Accuracy,
+}
+
+/// The record on the terminal, and a spinner between its lines.
+struct Bar(ProgressBar);
+
+impl Bar {
+    fn new() -> Self {
+        let bar = ProgressBar::new_spinner();
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed}") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(std::time::Duration::from_secs_f64(QUIET_S / 4.0));
+        Self(bar)
+    }
+
+    fn say(&self, r: &Round) {
+        self.0.suspend(|| {
+            println!(
+                "{:>11} {:>12.1} {:>12.3} {:>10.4} {:>8.1}",
+                r.evaluations, r.cost, r.force_rms_pct, r.dent_mean_mm, r.elapsed_s
+            );
+        });
+    }
+}
+
+impl From<FitName> for Fit {
+    fn from(name: FitName) -> Self {
+        match name {
+            FitName::GaussNewton => Self::GaussNewton,
+            FitName::Lbfgs => Self::Descent,
+            FitName::Annealing => Self::Annealing,
+        }
+    }
+}
