@@ -67,6 +67,12 @@ impl Unknowns {
         false
     }
 
+    /// Where the multiplier that all springs share lies, and the one that all nodes share.
+    #[must_use]
+    pub fn shared_springs_and_nodes(&self) -> [usize; 2] {
+        [ALL_SPRINGS, ALL_NODES].map(|which| self.scalar(which))
+    }
+
     fn scalar(&self, which: usize) -> usize {
         self.len() - SCALARS + which
     }
