@@ -115,6 +115,13 @@ fn descent_has_the_slope_of_the_cost() {
     let z: Vec<f64> = (0..case.unknowns.len()).map(|n| 0.3 * (n as f64).cos()).collect();
     let (sweep, _) = objective.evaluate(&z, true).unwrap();
     let gradient = descent::gradient(&sweep, &z);
+    // the ridge alone, too small to be seen beside the errors
+    let ridge = descent::gradient(&Sweep::default(), &z);
+    let ridge_cost =
+        |by: f64| objective.round(&Sweep::default(), &z.iter().zip(&ridge).map(|(z, g)| z + by * g).collect::<Vec<_>>()).cost;
+    let expected: f64 = ridge.iter().map(|g| g * g).sum();
+    let found = (ridge_cost(0.1) - ridge_cost(-0.1)) / 0.2;
+    assert!((found / expected - 1.0).abs() < 1e-9, "ridge: gradient {expected}, differences {found}");
     let largest = |from: usize, to: usize| (from..to).max_by(|&a, &b| gradient[a].abs().total_cmp(&gradient[b].abs())).unwrap();
     // the steepest spring, the steepest of all, and every scalar
     let (springs, all) = (case.base.springs.len(), z.len());
