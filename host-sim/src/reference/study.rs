@@ -51,7 +51,7 @@ pub struct Level {
     pub iterations: usize,
     /// Holds that converged, in the scene's order.
     pub holds: Vec<LevelHold>,
-    /// Why there are fewer than the scene has.
+    /// Why the next one is missing; a finer level stops there without a try.
     pub stopped: Option<Stalled>,
 }
 
@@ -109,7 +109,7 @@ pub fn study(scene: &Scene, quick: bool, mut progress: impl FnMut(usize, f64)) -
         for (n, (edge, most)) in if quick { QUICK_EDGES } else { FULL_EDGES }.into_iter().enumerate() {
             let fine = task.refined(&placed.tissue.mesh, &place, edge, most);
             let body = mesh_body(&fine, &axis, &task.material, TetRule::Four);
-            levels.push(task.level(&body, None, place, axis, |at_m| progress(n, at_m))?);
+            levels.push(task.level(&levels, &body, None, place, axis, |at_m| progress(n, at_m))?);
         }
         return Ok(Study { levels, place_m: place.into() });
     };
@@ -128,7 +128,7 @@ pub fn study(scene: &Scene, quick: bool, mut progress: impl FnMut(usize, f64)) -
         case.nodes = nodes;
         let block = case.build().map_err(|cause| Error::Usage(format!("{}: tissue.block_m: {cause}", scene.file)))?;
         let place = block.place_m;
-        levels.push(task.level(&block.body, Some(&block), place, Vector3::z(), |at_m| progress(n, at_m))?);
+        levels.push(task.level(&levels, &block.body, Some(&block), place, Vector3::z(), |at_m| progress(n, at_m))?);
     }
     Ok(Study { levels, place_m: [place_m[0], place_m[1], 0.0] })
 }
@@ -183,6 +183,7 @@ impl<'a> Task<'a> {
 
     fn level(
         &self,
+        coarser: &[Level],
         body: &Body,
         block: Option<&BlockBody>,
         place: Vector3<f64>,
@@ -201,7 +202,9 @@ impl<'a> Task<'a> {
             holds: Vec::new(),
             stopped: None,
         };
-        for target in self.scene.drive.targets() {
+        // what a coarser mesh could not reach is not tried again
+        let within_reach = coarser.iter().filter(|level| level.stopped.is_some()).map(|level| level.holds.len()).min();
+        for target in self.scene.drive.targets().iter().take(within_reach.unwrap_or(usize::MAX)) {
             let reached = match self.scene.drive {
                 Drive::Force { .. } => {
                     find_depth(&mut press, target / self.scene.tissue.youngs_modulus_pa, self.scene.probe.radius_m, &mut progress)
