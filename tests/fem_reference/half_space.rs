@@ -1,9 +1,11 @@
 //! Presses whose force is known in closed form.
 
 use palpate::Vector3;
+use palpate_sim::mesh::{self, BlockSpec};
 use palpate_sim::reference::domain::BlockCase;
 use palpate_sim::reference::newton::Press;
 use palpate_sim::reference::probe::RigidProbe;
+use palpate_sim::reference::refine::refine;
 use palpate_sim::scene::Shape;
 
 use crate::{RADIUS_M, above, assert_within, standard_block};
@@ -17,8 +19,15 @@ fn plane_modulus(nu: f64) -> f64 {
 fn a_shallow_ball_on_a_large_block_follows_hertz() {
     // contact radius 0.77 mm, the walls 250 of those away: the block is a half-space to about 0.5 %
     let (radius_m, depth_m) = (0.01_f64, 6e-5_f64);
-    let size_m = [0.4, 0.4, 0.2];
-    let block = BlockCase { size_m, ..standard_block(700, 8e-4) }.build().expect("meshed");
+    let case = BlockCase { size_m: [0.4, 0.4, 0.2], ..standard_block(100, 0.05) };
+    let quarter = BlockSpec { size_m: [0.2; 3], nodes: 100, fine_at_m: [-0.1; 2], fine_radius_m: 0.05 };
+    let mut mesh = mesh::block(&quarter).expect("meshed");
+    for x in &mut mesh.nodes_m {
+        *x = [x[0] + 0.1, x[1] + 0.1, x[2]];
+    }
+    // a coarse mesh refined, as the generator does not grade by a factor of hundreds
+    let mesh = refine(&mesh, |x| 4e-4 + 0.6 * (Vector3::from(x).norm() - 8e-4).max(0.0), 1500);
+    let block = case.support(&mesh, [true; 2]);
     let mut press = above(&block, Shape::Sphere, radius_m);
     press.go_to(depth_m, |_| {}).expect("shallow");
     let hertz = 4.0 / 3.0 * plane_modulus(0.45) * radius_m.sqrt() * depth_m.powf(1.5);

@@ -15,7 +15,7 @@ use crate::{RADIUS_M, assert_within, tissue};
 fn a_coarse_mesh_refined_at_the_site_and_tilted_gives_the_blocks_force() {
     let spec = BlockSpec { size_m: [0.08, 0.08, 0.04], nodes: 60, fine_at_m: [0.0; 2], fine_radius_m: 0.02 };
     let mut mesh = block(&spec).expect("meshed");
-    mesh = refine(&mesh, |x| 0.0028 + 0.45 * (Vector3::from(x).norm() - 0.005).max(0.0), 1500);
+    mesh = refine(&mesh, |x| 0.0032 + 0.6 * (Vector3::from(x).norm() - 0.004).max(0.0), 900);
     // a quarter turn about x: the press goes along -y
     for x in &mut mesh.nodes_m {
         *x = [x[0], x[2], -x[1]];

@@ -72,8 +72,9 @@ impl BlockCase {
         Ok(self.support(&mesh, mirror))
     }
 
-    /// Fixes the bottom and, across them, the planes of symmetry.
-    fn support(&self, mesh: &TetMesh, mirror: [bool; 2]) -> BlockBody {
+    /// Fixes the bottom of a mesh of the piece and, across them, the planes of symmetry it was cut at.
+    #[must_use]
+    pub fn support(&self, mesh: &TetMesh, mirror: [bool; 2]) -> BlockBody {
         let mesh = QuadraticMesh::new(mesh);
         let bottom = |x: &Vector3<f64>| x.z <= -self.size_m[2] * (1.0 - 1e-9);
         let fixed = mesh.nodes_m.iter().map(|x| match bottom(x) {

@@ -16,11 +16,11 @@ const LEAST_DEPTH: f64 = 1e-3;
 /// Largest step of depth, in probe radii.
 const STEP_RADII: f64 = 0.125;
 /// Smallest step of depth, as a share of the largest.
-const LEAST_STEP: f64 = 1.0 / 256.0;
+const LEAST_STEP: f64 = 1.0 / 32.0;
 /// Norm of the residual over the contact force, at holds and on the way.
 const TOLERANCE: f64 = 1e-8;
 const LOOSE: f64 = 1e-2;
-const MOST_ITERATIONS: usize = 30;
+const MOST_ITERATIONS: usize = 25;
 /// Line search: least share of the step, sufficient decrease (Armijo).
 const LEAST_SHARE: f64 = 1.0 / 4096.0;
 const DECREASE: f64 = 1e-4;

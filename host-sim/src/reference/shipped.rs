@@ -46,8 +46,8 @@ struct Batch {
 struct Moved {
     places_mm: &'static [[f64; 2]],
     depths_mm: &'static [f64],
-    /// Corner nodes of the half block; the whole has twice as many.
-    nodes: usize,
+    /// Corner nodes of the half block, and of the whole.
+    nodes: [usize; 2],
     fine_radius_mm: f64,
     /// Whether the tissue is the same everywhere, so that only the ratio to the centre is taken.
     ratio: bool,
@@ -71,7 +71,7 @@ pub const SHIPPED: [Shipped; 4] = [
         moved: Some(Moved {
             places_mm: &[[4.0, 0.0], [8.0, 0.0], [12.0, 0.0], [16.0, 0.0], [8.5, 8.5]],
             depths_mm: &[0.5, 1.0, 2.0, 4.0, 6.0],
-            nodes: 900,
+            nodes: [900, 1200],
             fine_radius_mm: 5.0,
             ratio: true,
         }),
@@ -81,7 +81,7 @@ pub const SHIPPED: [Shipped; 4] = [
         shape: Shape::Flat,
         radius_mm: 8.0,
         inclusion: &[],
-        centred: &[Batch { depths_mm: &[1.0, 2.0], nodes: 1600, fine_radius_mm: 9.0 }],
+        centred: &[Batch { depths_mm: &[1.0, 2.0], nodes: 1200, fine_radius_mm: 9.0 }],
         surfaces_mm: &[],
         moved: None,
     },
@@ -91,8 +91,8 @@ pub const SHIPPED: [Shipped; 4] = [
         radius_mm: 5.0,
         inclusion: &[],
         centred: &[
-            Batch { depths_mm: &[0.5, 1.0], nodes: 1200, fine_radius_mm: 3.0 },
-            Batch { depths_mm: &[2.0, 3.0, 4.0], nodes: 1200, fine_radius_mm: 5.0 },
+            Batch { depths_mm: &[0.5, 1.0], nodes: 900, fine_radius_mm: 3.0 },
+            Batch { depths_mm: &[2.0, 3.0, 4.0], nodes: 900, fine_radius_mm: 5.0 },
         ],
         surfaces_mm: &[],
         moved: None,
@@ -102,12 +102,12 @@ pub const SHIPPED: [Shipped; 4] = [
         shape: Shape::Hemisphere,
         radius_mm: 8.0,
         inclusion: &NODULE,
-        centred: &[Batch { depths_mm: &[2.0, 4.0], nodes: 1600, fine_radius_mm: 12.0 }],
+        centred: &[Batch { depths_mm: &[2.0, 4.0], nodes: 1000, fine_radius_mm: 12.0 }],
         surfaces_mm: &[],
         moved: Some(Moved {
             places_mm: &[[3.0, 0.0], [6.0, 0.0], [9.0, 0.0], [12.0, 0.0], [6.0, 6.0]],
             depths_mm: &[2.0, 4.0],
-            nodes: 1400,
+            nodes: [900, 1800],
             fine_radius_mm: 12.0,
             ratio: false,
         }),
@@ -132,7 +132,7 @@ impl Shipped {
             for place_mm in moved.places_mm {
                 let place_m = place_mm.map(metres);
                 let on_axis = place_mm[1] == 0.0;
-                let (cut, nodes) = if on_axis { ([false, true], moved.nodes) } else { ([false; 2], 2 * moved.nodes) };
+                let (cut, nodes) = if on_axis { ([false, true], moved.nodes[0]) } else { ([false; 2], moved.nodes[1]) };
                 let case = |place_m| self.case(place_m, nodes, moved.fine_radius_mm, cut);
                 let mut solved = self.press(&case(place_m), moved.depths_mm, &[], &mut progress)?;
                 if moved.ratio {

@@ -51,7 +51,7 @@ pub struct Level {
     pub iterations: usize,
     /// Holds that converged, in the scene's order.
     pub holds: Vec<LevelHold>,
-    /// Why there are fewer than the scene has.
+    /// Why the next one is missing; a finer level stops there without a try.
     pub stopped: Option<Stalled>,
 }
 
@@ -96,12 +96,6 @@ struct Task<'a> {
     deepest_m: f64,
 }
 
-/// A mesh to be pressed.
-enum Piece {
-    Block(BlockBody),
-    Mesh(Box<Body>),
-}
-
 /// Solves a scene on three meshes; `progress` hears (level, depth [m]).
 ///
 /// # Errors
@@ -115,7 +109,7 @@ pub fn study(scene: &Scene, quick: bool, mut progress: impl FnMut(usize, f64)) -
         for (n, (edge, most)) in if quick { QUICK_EDGES } else { FULL_EDGES }.into_iter().enumerate() {
             let fine = task.refined(&placed.tissue.mesh, &place, edge, most);
             let body = mesh_body(&fine, &axis, &task.material, TetRule::Four);
-            levels.push(task.level(&Piece::Mesh(Box::new(body)), place, axis, |at_m| progress(n, at_m))?);
+            levels.push(task.level(&levels, &body, None, place, axis, |at_m| progress(n, at_m))?);
         }
         return Ok(Study { levels, place_m: place.into() });
     };
@@ -134,7 +128,7 @@ pub fn study(scene: &Scene, quick: bool, mut progress: impl FnMut(usize, f64)) -
         case.nodes = nodes;
         let block = case.build().map_err(|cause| Error::Usage(format!("{}: tissue.block_m: {cause}", scene.file)))?;
         let place = block.place_m;
-        levels.push(task.level(&Piece::Block(block), place, Vector3::z(), |at_m| progress(n, at_m))?);
+        levels.push(task.level(&levels, &block.body, Some(&block), place, Vector3::z(), |at_m| progress(n, at_m))?);
     }
     Ok(Study { levels, place_m: [place_m[0], place_m[1], 0.0] })
 }
@@ -189,15 +183,13 @@ impl<'a> Task<'a> {
 
     fn level(
         &self,
-        piece: &Piece,
+        coarser: &[Level],
+        body: &Body,
+        block: Option<&BlockBody>,
         place: Vector3<f64>,
         axis: Vector3<f64>,
         mut progress: impl FnMut(f64),
     ) -> Result<Level, Error> {
-        let body = match piece {
-            Piece::Block(block) => &block.body,
-            Piece::Mesh(body) => body,
-        };
         let probe = RigidProbe::new(self.scene.probe.shape, self.scene.probe.radius_m, place, axis);
         let Some(mut press) = Press::new(body, probe, place) else {
             return Err(Error::Usage(format!("{}: not enough memory for the reference: use --quick", self.scene.file)));
@@ -210,7 +202,9 @@ impl<'a> Task<'a> {
             holds: Vec::new(),
             stopped: None,
         };
-        for target in self.scene.drive.targets() {
+        // what a coarser mesh could not reach is not tried again
+        let within_reach = coarser.iter().filter(|level| level.stopped.is_some()).map(|level| level.holds.len()).min();
+        for target in self.scene.drive.targets().iter().take(within_reach.unwrap_or(usize::MAX)) {
             let reached = match self.scene.drive {
                 Drive::Force { .. } => {
                     find_depth(&mut press, target / self.scene.tissue.youngs_modulus_pa, self.scene.probe.radius_m, &mut progress)
@@ -223,10 +217,7 @@ impl<'a> Task<'a> {
                 break;
             }
             let half_count = (GRID_REACH_M / SPACING_M).round() as usize;
-            let grid = match piece {
-                Piece::Block(block) => Some(block.grid(&press.displacement_m, SPACING_M, half_count)),
-                Piece::Mesh(_) => None,
-            };
+            let grid = block.map(|block| block.grid(&press.displacement_m, SPACING_M, half_count));
             level.holds.push(LevelHold {
                 depth_m: press.depth_m(),
                 force_over_e_m2: press.force_over_e_m2(),
