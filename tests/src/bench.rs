@@ -37,6 +37,17 @@ impl Bench {
         Self::build(nodes, 1.0, true, 9)
     }
 
+    /// A calibrated patch that ships.
+    ///
+    /// # Panics
+    /// There is none of this size.
+    #[must_use]
+    pub fn calibrated(nodes: usize) -> Self {
+        let (patch, packed) = palpate_sim::session::calibrated::sized(nodes).expect("a size that ships");
+        let params = Params { limits: limits(&patch, f64::from(packed.tick_s)), substeps: 1, ..packed };
+        Self { patch, params }
+    }
+
     /// The default block with every length, the probe's too, times `scale`.
     #[must_use]
     pub fn scaled(nodes: usize, scale: f64) -> Self {

@@ -4,7 +4,7 @@ use palpate::Params;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::places;
+use super::places::random;
 use super::reference_map::ReferenceMap;
 use super::targets::Reference;
 use crate::patch::Patch;
@@ -13,9 +13,10 @@ use crate::statics::{Balance, Solver, Statics, Unbalanced, Vector};
 /// Centred depths, fitted and held out, and depths over the disc [probe radii]: 0.5, 1, .. mm for a radius of 8 mm.
 const CENTRED_RADII: [f64; 8] = [0.0625, 0.125, 0.1875, 0.25, 0.375, 0.5, 0.75, 1.0];
 const DISC_RADII: [f64; 7] = [0.0625, 0.125, 0.1875, 0.25, 0.375, 0.5, 0.75];
-/// Radius of the disc [probe radii], how many places, and their seed, which no fit uses.
+/// How many places it takes to judge a patch.
+pub const PLACES: usize = 40;
+/// Radius of the disc [probe radii], and the seed of its places, which no fit uses.
 const DISC_RADIUS: f64 = 1.5;
-const PLACES: usize = 40;
 const SEED: u64 = 2026;
 /// Dents are compared at these depths, this far around [probe radii].
 const DENTS_RADII: [f64; 2] = [0.25, 0.5];
@@ -58,11 +59,11 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
-    /// Presses a patch everywhere.
+    /// Presses a patch at the centre and at `places` random places.
     ///
     /// # Errors
     /// A press without balance.
-    pub fn of(patch: &Patch, params: &Params, reference: &ReferenceMap) -> Result<Self, Unbalanced> {
+    pub fn of(patch: &Patch, params: &Params, reference: &ReferenceMap, places: usize) -> Result<Self, Unbalanced> {
         faer::set_global_parallelism(faer::Par::Seq);
         let refused = Unbalanced { depth_mm: 0.0, steps: 0 };
         let statics = Statics::of(&patch.model(), params).map_err(|_| refused)?;
@@ -84,7 +85,7 @@ impl Accuracy {
             wanted.map(|w| 100.0 * (balance.force / w - 1.0))
         };
         let centred = press(site_m, &CENTRED_RADII)?;
-        let over_disc: Vec<Vec<Option<f64>>> = places::random(PLACES, DISC_RADIUS * radius_m, SEED)
+        let over_disc: Vec<Vec<Option<f64>>> = random(places, DISC_RADIUS * radius_m, SEED)
             .into_par_iter()
             .map(|[x, y]| {
                 let place_m = site_m + Vector::new(x, y, 0.0);

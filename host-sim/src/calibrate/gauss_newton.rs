@@ -9,7 +9,7 @@ use faer::{Mat, Side};
 use super::{CalibrateError, Objective, Round, Sweep};
 
 /// A round that gains less than this share of the cost is the last.
-const LEAST_GAIN: f64 = 0.01;
+const LEAST_GAIN: f64 = 0.002;
 /// Weight with which a round's unknowns are held to the last round's, in units of their prior (Levenberg, Marquardt).
 const FIRST_HOLD: f64 = 100.0;
 /// A hold below this hardly shortens a step.

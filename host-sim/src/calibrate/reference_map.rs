@@ -12,8 +12,8 @@ use crate::statics::Vector;
 
 /// Places closer to the centre than this are the centre [m].
 const CENTRED_M: f64 = 1e-9;
-/// Weight of zero in the fit of the ratio, beside places that weigh about one.
-const RIDGE: f64 = 1e-9;
+/// Weight of zero for a, b and c in the fit of the ratio, beside places that weigh about one: without a place off the axes c is zero.
+const RIDGE: [f64; 3] = [1e-9, 1e-9, 1e-6];
 
 /// An answer that can be asked anywhere on the top of its block.
 #[derive(Clone, Debug)]
@@ -47,7 +47,7 @@ impl<'a> ReferenceMap<'a> {
             }
             let at_centre = map.centred_force(depth_m);
             // normal equations with a trace of a ridge: places on one axis cannot tell b from c
-            let (mut normal, mut right) = (Matrix3::identity() * RIDGE, Vector::zeros());
+            let (mut normal, mut right) = (Matrix3::from_diagonal(&RIDGE.into()), Vector::zeros());
             for hold in aside {
                 let shape = Vector::from(map.shape(hold.place_m));
                 normal += shape * shape.transpose();

@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::Common;
-use crate::calibrate::accuracy::Accuracy;
+use crate::calibrate::accuracy::{Accuracy, PLACES};
 use crate::calibrate::reference_map::ReferenceMap;
 use crate::calibrate::{Calibration, Fit, Round, Settings, Targets, annealing, calibrate};
 use crate::charts;
@@ -152,7 +152,7 @@ impl CalibrateArgs {
         folder.write_csv("convergence.csv", header, rows)?;
         charts::convergence(folder.path(), "convergence", &scene.name, rounds)?;
         let map = ReferenceMap::of(answer).ok_or_else(|| too_few(scene))?;
-        let accuracy = Accuracy::of(patch, params, &map).map_err(|cause| Error::Check(cause.to_string()))?;
+        let accuracy = Accuracy::of(patch, params, &map, PLACES).map_err(|cause| Error::Check(cause.to_string()))?;
         print_accuracy(&name, &accuracy);
         write_accuracy(folder, &accuracy)?;
         folder.write_json(
@@ -194,7 +194,7 @@ impl CalibrateArgs {
             }
             let session = Session::prepare(&scene)?;
             let accuracy =
-                Accuracy::of(&session.patch, &session.params, &map).map_err(|cause| Error::Check(cause.to_string()))?;
+                Accuracy::of(&session.patch, &session.params, &map, PLACES).map_err(|cause| Error::Check(cause.to_string()))?;
             let fitted = session.patch.fitted_places();
             print_accuracy(&format!("{} nodes, fitted over {fitted} places", session.report.nodes), &accuracy);
             folder.write_json(&format!("accuracy-{nodes}.json"), &accuracy)?;
