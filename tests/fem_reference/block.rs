@@ -61,7 +61,7 @@ fn every_shipped_place_is_there() {
     for depth_mm in [0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0] {
         assert!(shipped.hold([0.0; 3], depth_mm * 1e-3).is_some(), "{depth_mm} mm");
     }
-    for place_mm in [[4.0, 0.0], [8.0, 0.0], [12.0, 0.0], [8.5, 8.5]] {
+    for place_mm in [[4.0, 0.0], [8.0, 0.0], [12.0, 0.0], [16.0, 0.0]] {
         for depth_mm in [0.5, 1.0, 2.0, 4.0, 6.0] {
             let hold = shipped.hold([place_mm[0] * 1e-3, place_mm[1] * 1e-3, 0.0], depth_mm * 1e-3);
             let centred = shipped.hold([0.0; 3], depth_mm * 1e-3).expect("shipped").force_over_e_m2;
@@ -70,4 +70,25 @@ fn every_shipped_place_is_there() {
             assert!((0.85..1.005).contains(&(force / centred)), "{place_mm:?}, {depth_mm} mm: {}", force / centred);
         }
     }
+}
+
+#[test]
+fn the_other_shipped_answers_are_read_and_match_their_scenes() {
+    let folder = palpate_tests::palpate_command::repository().join("host-sim/references");
+    let read = |name: &str| Answer::load(&folder.join(name)).expect("shipped");
+    let nodule = read("nodule.json");
+    assert!(nodule.is_for(&palpate_sim::scene::Scene::load("nodule").expect("a preset")));
+    assert!(!nodule.is_for(&palpate_sim::scene::Scene::load("block").expect("a preset")));
+    // the nodule is felt above it, and no longer at twice its radius
+    let over_plain = |x_m: f64| {
+        let at = |answer: &Answer| answer.hold([x_m, 0.0, 0.0], 0.002).expect("shipped").force_over_e_m2;
+        at(&nodule) / at(&Answer::block())
+    };
+    assert!(over_plain(0.0) > 1.15 && (0.95..1.06).contains(&over_plain(0.012)), "{} {}", over_plain(0.0), over_plain(0.012));
+    // a flat punch is stiffer by its linear law, a smaller ball softer by Hertz's sqrt(R)
+    let flat = read("flat.json").hold([0.0; 3], 0.001).expect("shipped").force_over_e_m2;
+    assert!((0.9..1.1).contains(&(flat / (1.213 * 2.0 * RADIUS_M / (1.0 - 0.45 * 0.45) * 0.001))), "{flat:e}");
+    let small = read("sphere-5mm.json").hold([0.0; 3], 0.0005).expect("shipped").force_over_e_m2;
+    let large = Answer::block().hold([0.0; 3], 0.0005).expect("shipped").force_over_e_m2;
+    assert_within("ball of 5 mm", small, large * (5.0_f64 / 8.0).sqrt(), 0.05);
 }

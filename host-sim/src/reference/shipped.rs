@@ -42,12 +42,12 @@ struct Batch {
     fine_radius_mm: f64,
 }
 
-/// Places off the centre.
+/// Places off the centre, on y = 0: half a block.
 struct Moved {
     places_mm: &'static [[f64; 2]],
     depths_mm: &'static [f64],
-    /// Corner nodes of the half block, and of the whole.
-    nodes: [usize; 2],
+    /// Corner nodes of the half block.
+    nodes: usize,
     fine_radius_mm: f64,
     /// Whether the tissue is the same everywhere, so that only the ratio to the centre is taken.
     ratio: bool,
@@ -69,9 +69,9 @@ pub const SHIPPED: [Shipped; 4] = [
         ],
         surfaces_mm: &[0.5, 1.0, 2.0, 4.0, 8.0],
         moved: Some(Moved {
-            places_mm: &[[4.0, 0.0], [8.0, 0.0], [12.0, 0.0], [16.0, 0.0], [8.5, 8.5]],
+            places_mm: &[[4.0, 0.0], [8.0, 0.0], [12.0, 0.0], [16.0, 0.0]],
             depths_mm: &[0.5, 1.0, 2.0, 4.0, 6.0],
-            nodes: [900, 1200],
+            nodes: 900,
             fine_radius_mm: 5.0,
             ratio: true,
         }),
@@ -105,9 +105,9 @@ pub const SHIPPED: [Shipped; 4] = [
         centred: &[Batch { depths_mm: &[2.0, 4.0], nodes: 1000, fine_radius_mm: 12.0 }],
         surfaces_mm: &[],
         moved: Some(Moved {
-            places_mm: &[[3.0, 0.0], [6.0, 0.0], [9.0, 0.0], [12.0, 0.0], [6.0, 6.0]],
+            places_mm: &[[3.0, 0.0], [6.0, 0.0], [9.0, 0.0], [12.0, 0.0]],
             depths_mm: &[2.0, 4.0],
-            nodes: [900, 1800],
+            nodes: 900,
             fine_radius_mm: 12.0,
             ratio: false,
         }),
@@ -127,20 +127,17 @@ impl Shipped {
         }
         if let Some(moved) = &self.moved {
             let centred = holds.clone();
-            // the same press at the centre, once for each symmetry
-            let mut same: [Option<Vec<HoldAnswer>>; 2] = [None, None];
+            // the same presses at the centre
+            let mut same = Vec::new();
             for place_mm in moved.places_mm {
                 let place_m = place_mm.map(metres);
-                let on_axis = place_mm[1] == 0.0;
-                let (cut, nodes) = if on_axis { ([false, true], moved.nodes[0]) } else { ([false; 2], moved.nodes[1]) };
-                let case = |place_m| self.case(place_m, nodes, moved.fine_radius_mm, cut);
+                let case = |place_m| self.case(place_m, moved.nodes, moved.fine_radius_mm, [false, true]);
                 let mut solved = self.press(&case(place_m), moved.depths_mm, &[], &mut progress)?;
                 if moved.ratio {
-                    let known = &mut same[usize::from(on_axis)];
-                    if known.is_none() {
-                        *known = Some(self.press(&case([0.0; 2]), moved.depths_mm, &[], &mut progress)?);
+                    if same.is_empty() {
+                        same = self.press(&case([0.0; 2]), moved.depths_mm, &[], &mut progress)?;
                     }
-                    for (hold, same) in solved.iter_mut().zip(known.iter().flatten()) {
+                    for (hold, same) in solved.iter_mut().zip(&same) {
                         let fine = centred.iter().find(|h| h.depth_m == hold.depth_m).map(|h| h.force_over_e_m2);
                         let Some(fine) = fine else {
                             return Err(Error::Usage(format!("{}: no centred press to {} m: list it", self.file, hold.depth_m)));
