@@ -34,7 +34,7 @@ const M4F_168: Machine = Machine {
     unit: "cycles",
     spring: 95.0,
     tet: 291.0,
-    node: 120.0,
+    node: 130.0,
     touched: 840.0,
     passed: 61.0,
     rim_node: 76.0,

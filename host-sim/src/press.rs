@@ -4,7 +4,7 @@
 
 mod promise;
 
-use palpate::{Fault, Limiters, Output, ProbePose, State, Vector3, tick};
+use palpate::{Fault, Limiters, Output, Probe, ProbePose, State, Vector3, tick};
 
 use crate::clock::thread_time;
 use crate::error::Error;
@@ -13,6 +13,7 @@ use crate::measure;
 use crate::patch::Memory;
 use crate::scene::Scene;
 use crate::session::{Session, TICK_S};
+use crate::statics::outer_face_m;
 
 /// Time after the release in which the tissue must come back [s].
 const SETTLE_S: f64 = 0.5;
@@ -59,7 +60,7 @@ pub struct Hold {
     pub t_s: f64,
     /// Tip at that time [m].
     pub tip_m: Vector3<f32>,
-    /// Displacement of every node [m].
+    /// Displacement of every node [m]; of a surface node inside the probe, that of the foundation's outer face there, which lies on the probe.
     pub displacement_m: Vec<Vector3<f32>>,
 }
 
@@ -154,7 +155,7 @@ pub fn run(scene: &Scene, session: &Session, mut progress: impl FnMut(usize)) ->
         press.limiters.set(output.limiters);
         press.fault = output.fault;
         if let Some(n) = hold_ends {
-            press.holds.push(hold(&model, &state, targets[n], force_n, &row));
+            press.holds.push(hold(&model, &session.params.probe, &state, targets[n], force_n, &row));
         }
         progress(press.ticks.len());
     }
@@ -163,8 +164,14 @@ pub fn run(scene: &Scene, session: &Session, mut progress: impl FnMut(usize)) ->
     Ok(press)
 }
 
-fn hold(model: &palpate::Model, state: &State, target: f64, force_n: f64, row: &TickRow) -> Hold {
+fn hold(model: &palpate::Model, probe: &Probe, state: &State, target: f64, force_n: f64, row: &TickRow) -> Hold {
     let (min_j, volume_change_pct) = measure::volumes(model, state);
+    let mut displacement_m = measure::displacements(model, state);
+    for n in model.triangles.iter().flat_map(|t| t.node).map(usize::from) {
+        let rest_m = Vector3::from(model.nodes[n].rest_m);
+        let face_m = outer_face_m(probe, row.tip_m.cast(), (rest_m + displacement_m[n]).cast());
+        displacement_m[n] = face_m.cast() - rest_m;
+    }
     Hold {
         target,
         command_m: row.command_m,
@@ -174,7 +181,7 @@ fn hold(model: &palpate::Model, state: &State, target: f64, force_n: f64, row: &
         volume_change_pct,
         t_s: row.t_s,
         tip_m: row.tip_m,
-        displacement_m: measure::displacements(model, state),
+        displacement_m,
     }
 }
 

@@ -9,7 +9,6 @@ use crate::output::OutputFolder;
 use crate::press::{Hold, Press};
 use crate::scene::{Scene, Shape};
 use crate::session::{Report, Session};
-use crate::statics::{Vector, outer_face_m};
 use crate::trace_file;
 
 /// `summary.json`.
@@ -114,9 +113,7 @@ fn write_surface(folder: &OutputFolder, session: &Session, k: usize, hold: &Hold
     on_surface.sort_unstable();
     on_surface.dedup();
     let rows = on_surface.into_iter().map(|n| {
-        let x = model.nodes[usize::from(n)].rest_m.map(f64::from);
-        let node_m = Vector::from(x) + hold.displacement_m[usize::from(n)].cast::<f64>();
-        let u = outer_face_m(&session.params.probe, hold.tip_m.cast(), node_m) - Vector::from(x);
+        let (x, u) = (model.nodes[usize::from(n)].rest_m.map(f64::from), hold.displacement_m[usize::from(n)].cast::<f64>());
         [x[0], x[1], x[2], u.x, u.y, u.z]
     });
     let header = ["rest_x_m", "rest_y_m", "rest_z_m", "displacement_x_m", "displacement_y_m", "displacement_z_m"];

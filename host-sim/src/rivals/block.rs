@@ -47,6 +47,13 @@ impl Block {
         Ok(Self::of_mesh(mesh, youngs_modulus_pa, |x| x[2] <= -BLOCK_M[2] * (1.0 - 1e-9)))
     }
 
+    /// The standard block on the mesh of the shipped patch of this size, where there is one.
+    #[must_use]
+    pub fn calibrated(nodes: usize, youngs_modulus_pa: f64) -> Option<Self> {
+        let (patch, _) = crate::session::calibrated::sized(nodes)?;
+        Some(Self::of_mesh(patch.mesh(), youngs_modulus_pa, |x| x[2] <= -BLOCK_M[2] * (1.0 - 1e-6)))
+    }
+
     /// Any mesh under the standard probe, pressed at the origin.
     #[must_use]
     pub fn of_mesh(mesh: TetMesh, youngs_modulus_pa: f64, fixed: impl Fn(&[f64; 3]) -> bool) -> Self {
