@@ -1,7 +1,7 @@
 //! The finite-element reference: what the force of a press should be.
 //!
 //! Quasi-static and in double precision: 10-node tets ([`quadratic`], [`shape`]) of neo-Hookean tissue ([`body`]) against a frictionless rigid
-//! probe ([`probe`]), solved by Newton's method with line search and load stepping ([`newton`]) on a sparse Cholesky factor ([`cholesky`]).
+//! probe ([`probe`]), solved by Newton's method with line search and load stepping ([`newton`]) on a sparse Cholesky factor (`cholesky`).
 //! Everything is over Young's modulus: the modulus is 1 Pa here, and a force [N] is an area [m^2].
 
 pub mod answer;
