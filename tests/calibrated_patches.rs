@@ -14,7 +14,8 @@ use palpate_sim::reference::shape::TetRule;
 use palpate_sim::scene::{Inclusion, Shape};
 use palpate_sim::session::calibrated;
 use palpate_sim::statics::{Solver, Statics, Vector};
-use palpate_tests::palpate_command::{Desk, palpate};
+use palpate_tests::palpate_command::{Desk, palpate, repository};
+use palpate_tests::press_run::edited;
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 
@@ -208,5 +209,47 @@ fn a_quick_calibration_then_a_press_meets_a_fresh_reference() {
         println!("{:.0} mm: {found_n:.4} N, finite elements {wanted_n:.4} N: {error:+.2} %", depth_m * 1e3);
         // 2 % promised, 0.5 % for a mesh that solves in seconds
         assert!(error.abs() <= 2.5, "{depth_m} m: {error:.2} %");
+    }
+}
+
+#[test]
+fn a_patch_given_by_name_feels_the_nodule_too() {
+    let desk = Desk::default();
+    let nodule = std::fs::read_to_string(repository().join("host-sim/scenes/nodule.toml")).unwrap();
+    let scene = edited(&nodule, "nodes = 600", "nodes = 410");
+    let patch = repository().join("host-sim/patches/block-410.patch");
+    desk.put("own.toml", &scene);
+    desk.put("named.toml", format!("{scene}[solver]\npatch = \"{}\"\n", patch.display()));
+    let holds = |name: &str| {
+        let run = palpate(SCRATCH, desk.folder(), &["press", "--scene", &format!("{name}.toml"), "--out", name]);
+        assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
+        let summary = std::fs::read(desk.folder().join(name).join("summary.json")).unwrap();
+        serde_json::from_slice::<serde_json::Value>(&summary).unwrap()["holds"].clone()
+    };
+    assert_eq!(holds("own"), holds("named"));
+}
+
+#[test]
+fn what_cannot_be_fitted_is_refused_in_one_line_and_leaves_nothing() {
+    let desk = Desk::default();
+    let reference = std::fs::read_to_string(repository().join("host-sim/references/flat.json")).unwrap();
+    let hold = reference.lines().nth(1).unwrap().trim_end_matches(',').to_owned();
+    desk.put("twice.json", edited(&reference, "\"holds\":[", &format!("\"holds\":[{hold},")));
+    desk.put(
+        "negative.json",
+        edited(&reference, "\"depth_m\":0.001,\"force_over_e_m2\":", "\"depth_m\":0.001,\"force_over_e_m2\":-"),
+    );
+    let cases: [(&[&str], &str); 5] = [
+        (&["--places", "0"], "--places 0"),
+        (&["--places", "99999999999"], "--places 99999999999"),
+        (&["--rounds", "0"], "--rounds 0"),
+        (&["--reference", "twice.json"], "twice.json: holds[1] is there twice"),
+        (&["--reference", "negative.json"], "negative.json: holds[0] has a depth, force or place that cannot be"),
+    ];
+    for (arguments, wanted) in cases {
+        let run = palpate(SCRATCH, desk.folder(), &[&["calibrate", "--nodes", "130", "--out", "out"], arguments].concat());
+        assert_eq!(run.code, Some(2), "{arguments:?}: {}", run.stderr);
+        assert!(run.stderr.contains(wanted) && run.stderr.lines().count() == 1, "{arguments:?}: {}", run.stderr);
+        assert!(!desk.folder().join("out").exists(), "{arguments:?}");
     }
 }

@@ -58,7 +58,7 @@ struct Common {
     /// A preset (block, block-deep, block-20kpa, nodule, liver) or the path of a scene file (.toml, see host-sim/scenes).
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     scene: String,
-    /// Output folder, made if it is not there [default: out/press, out/reference, out/mesh-pack].
+    /// Output folder, made if it is not there [default: out/press, out/reference, out/calibrate, out/mesh-pack].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }

@@ -85,6 +85,8 @@ pub struct Patch {
     site_m: [f32; 3],
     element_m: f64,
     fitted_places: u32,
+    /// Inclusions were scaled into a fitted patch: packed, it no longer counts as one of the homogeneous block.
+    scaled: bool,
     nodes: Vec<NodeRest>,
     anchors: Vec<u16>,
     spring_rows: Vec<u16>,
@@ -113,6 +115,7 @@ impl Patch {
             site_m: tissue.site_m.map(|c| c as f32),
             element_m: law.element_m,
             fitted_places: 0,
+            scaled: false,
             anchors: tissue.anchors.iter().map(|&a| a as u16).collect(),
             scheduled: order::schedule(&springs),
             tets: order::interleave(&elastic.tets),
@@ -143,6 +146,7 @@ impl Patch {
             site_m: file.site_m.into(),
             element_m: foundation::element_size(nearest),
             fitted_places: file.fitted_places,
+            scaled: false,
             nodes: model.nodes.to_vec(),
             anchors: model.anchors.to_vec(),
             spring_rows: model.spring_rows.to_vec(),
@@ -228,6 +232,7 @@ impl Patch {
             Self::build(&tissue, &material, None)
         };
         let (plain, stiffened) = (build(&[]), build(inclusions));
+        self.scaled = true;
         for ((own, a), b) in self.springs.iter_mut().zip(&plain.springs).zip(&stiffened.springs) {
             let ratio = b.k / a.k;
             own.k *= ratio;
@@ -274,7 +279,7 @@ impl Patch {
             params: *params,
             site_m: self.site_m(),
             stable_dt_s,
-            fitted_places: self.fitted_places,
+            fitted_places: if self.scaled { 0 } else { self.fitted_places },
         };
         file.write(|b| bytes.extend_from_slice(b));
         bytes

@@ -83,6 +83,8 @@ impl Session {
         let tips_m = read_tips(&scene.drive)?;
         if let Some(path) = scene.solver.patch.as_deref().filter(|p| p.as_os_str() != NO_PATCH) {
             let (patch, packed) = packed::open(scene, path)?;
+            // a fitted patch is of a homogeneous block; any other was packed with its inclusions
+            let patch = if patch.fitted_places() > 0 { patch.with_inclusions(&scene.tissue.inclusion) } else { patch };
             let params = fitted(scene, &packed);
             return Self::of_patch(patch, params, tips_m, 0);
         }

@@ -27,6 +27,8 @@ const FINE_RADII: f64 = 1.25;
 const NINE_ABOVE: f64 = 0.5;
 /// A progress bar appears on a terminal when a run takes longer than this [s].
 const QUIET_S: f64 = 2.0;
+/// Places that can be asked for.
+const PLACES_RANGE: std::ops::RangeInclusive<usize> = 1..=2000;
 /// What `--quick` fits with.
 const QUICK: (usize, usize, usize) = (130, 40, 6);
 
@@ -56,7 +58,7 @@ pub(super) struct CalibrateArgs {
     #[arg(long)]
     check: bool,
     /// A small fit: 130 nodes over 40 places, under a minute.
-    #[arg(long, conflicts_with_all = ["nodes", "check"])]
+    #[arg(long, conflicts_with_all = ["nodes", "check", "places", "rounds"])]
     quick: bool,
 }
 
@@ -88,6 +90,12 @@ impl CalibrateArgs {
             return Err(Error::Usage(format!(
                 "scene {}: a patch is calibrated on a block without inclusions: use such a scene; inclusions are scaled into its patch when it is pressed",
                 scene.name
+            )));
+        }
+        if !PLACES_RANGE.contains(&places) || rounds == 0 {
+            let (first, last) = (PLACES_RANGE.start(), PLACES_RANGE.end());
+            return Err(Error::Usage(format!(
+                "--places {places} --rounds {rounds}: take {first} to {last} places and at least one round"
             )));
         }
         scene.probe.position_m = None;
@@ -143,6 +151,11 @@ impl CalibrateArgs {
 
     fn write(&self, folder: &OutputFolder, scene: &Scene, answer: &Answer, calibration: &Calibration) -> Result<(), Error> {
         let Calibration { patch, params, rounds, .. } = calibration;
+        if !matches!((rounds.first(), rounds.last()), (Some(first), Some(last)) if last.cost < first.cost) {
+            return Err(Error::Check(
+                "the fit did not improve the patch, nothing is written: take more places or another node count".into(),
+            ));
+        }
         let stable = StableStep::measure(&patch.wide_model(), params, patch.site_m())?;
         let stable_s = stable.map_or(0.0, |s| s.pressed_s);
         let name = format!("{}-{}.patch", scene.name, patch.model().nodes.len());
@@ -173,10 +186,7 @@ impl CalibrateArgs {
         let file = folder.path().join(&name);
         println!("\nwrote {}: summary.json, convergence.csv, accuracy.csv, picture as SVG and PNG", file.display());
         println!("press it with patch = \"{}\" under [solver] of a scene", file.display());
-        match (rounds.first(), rounds.last()) {
-            (Some(first), Some(last)) if last.cost < first.cost => Ok(()),
-            _ => Err(Error::Check("the fit did not improve the patch: take more places or another node count".into())),
-        }
+        Ok(())
     }
 
     fn check(&self, scene: &Scene, answer: &Answer) -> Result<(), Error> {

@@ -80,8 +80,18 @@ impl Answer {
     /// The file cannot be read, or is not an answer.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
-        serde_json::from_str(&text)
-            .map_err(|cause| Error::Usage(format!("{}: {cause}: write it anew with palpate reference", path.display())))
+        let refuse = |cause: String| Error::Usage(format!("{}: {cause}: write it anew with palpate reference", path.display()));
+        let answer: Self = serde_json::from_str(&text).map_err(|cause| refuse(cause.to_string()))?;
+        for (n, hold) in answer.holds.iter().enumerate() {
+            let positive = [hold.depth_m, hold.force_over_e_m2].iter().all(|v| v.is_finite() && *v > 0.0);
+            if !positive || !hold.place_m.iter().all(|c| c.is_finite()) {
+                return Err(refuse(format!("holds[{n}] has a depth, force or place that cannot be")));
+            }
+            if answer.hold(hold.place_m, hold.depth_m).is_some_and(|first| !std::ptr::eq(first, hold)) {
+                return Err(refuse(format!("holds[{n}] is there twice")));
+            }
+        }
+        Ok(answer)
     }
 
     /// Writes `name` into a folder; the same answer gives the same bytes.
