@@ -195,6 +195,7 @@ fn vtu_is_well_formed_and_agrees_with_summary_and_surface() {
         let piece = format!("Piece NumberOfPoints=\"{nodes}\" NumberOfCells=\"{tets}\"");
         assert!(elements.iter().any(|(tag, _)| *tag == piece), "no <{piece}>");
         let (points, moved, ratio) = (array("points"), array("displacement_m"), array("volume_ratio"));
+        let face = array("surface_displacement_m");
         assert_eq!((points.len(), moved.len(), ratio.len()), (3 * nodes, 3 * nodes, tets));
         let corners = array("connectivity");
         assert!(corners.len() == 4 * tets && corners.iter().all(|n| (*n as usize) < nodes));
@@ -209,7 +210,7 @@ fn vtu_is_well_formed_and_agrees_with_summary_and_surface() {
             // single precision, printed as such there and widened here
             let same = |n: usize| {
                 (0..3).all(|c| {
-                    (points[3 * n + c] - row[c] - row[3 + c]).abs() < 1e-9 && moved[3 * n + c] as f32 == row[3 + c] as f32
+                    (points[3 * n + c] - row[c] - moved[3 * n + c]).abs() < 1e-9 && face[3 * n + c] as f32 == row[3 + c] as f32
                 })
             };
             assert!((0..nodes).any(same), "{row:?} is not a node of press_{k}.vtu");

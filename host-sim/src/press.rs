@@ -60,8 +60,10 @@ pub struct Hold {
     pub t_s: f64,
     /// Tip at that time [m].
     pub tip_m: Vector3<f32>,
-    /// Displacement of every node [m]; of a surface node inside the probe, that of the foundation's outer face there, which lies on the probe.
+    /// Displacement of every node [m].
     pub displacement_m: Vec<Vector3<f32>>,
+    /// The same, but at a surface node inside the probe that of the foundation's outer face there, which lies on the probe.
+    pub surface_displacement_m: Vec<Vector3<f32>>,
 }
 
 /// A run.
@@ -166,11 +168,12 @@ pub fn run(scene: &Scene, session: &Session, mut progress: impl FnMut(usize)) ->
 
 fn hold(model: &palpate::Model, probe: &Probe, state: &State, target: f64, force_n: f64, row: &TickRow) -> Hold {
     let (min_j, volume_change_pct) = measure::volumes(model, state);
-    let mut displacement_m = measure::displacements(model, state);
+    let displacement_m = measure::displacements(model, state);
+    let mut surface_displacement_m = displacement_m.clone();
     for n in model.triangles.iter().flat_map(|t| t.node).map(usize::from) {
         let rest_m = Vector3::from(model.nodes[n].rest_m);
         let face_m = outer_face_m(probe, row.tip_m.cast(), (rest_m + displacement_m[n]).cast());
-        displacement_m[n] = face_m.cast() - rest_m;
+        surface_displacement_m[n] = face_m.cast() - rest_m;
     }
     Hold {
         target,
@@ -182,6 +185,7 @@ fn hold(model: &palpate::Model, probe: &Probe, state: &State, target: f64, force
         t_s: row.t_s,
         tip_m: row.tip_m,
         displacement_m,
+        surface_displacement_m,
     }
 }
 

@@ -113,7 +113,8 @@ fn write_surface(folder: &OutputFolder, session: &Session, k: usize, hold: &Hold
     on_surface.sort_unstable();
     on_surface.dedup();
     let rows = on_surface.into_iter().map(|n| {
-        let (x, u) = (model.nodes[usize::from(n)].rest_m.map(f64::from), hold.displacement_m[usize::from(n)].cast::<f64>());
+        let (x, u) =
+            (model.nodes[usize::from(n)].rest_m.map(f64::from), hold.surface_displacement_m[usize::from(n)].cast::<f64>());
         [x[0], x[1], x[2], u.x, u.y, u.z]
     });
     let header = ["rest_x_m", "rest_y_m", "rest_z_m", "displacement_x_m", "displacement_y_m", "displacement_z_m"];
@@ -154,7 +155,7 @@ fn draw_surface(folder: &OutputFolder, scene: &Scene, session: &Session, hold: &
     let model = session.patch.wide_model();
     let rest_m: Vec<[f64; 3]> = model.nodes.iter().map(|n| n.rest_m.map(f64::from)).collect();
     let deformed_m: Vec<[f64; 3]> =
-        rest_m.iter().zip(&hold.displacement_m).map(|(x, u)| [0, 1, 2].map(|k| x[k] + f64::from(u[k]))).collect();
+        rest_m.iter().zip(&hold.surface_displacement_m).map(|(x, u)| [0, 1, 2].map(|k| x[k] + f64::from(u[k]))).collect();
     let triangles: Vec<[u32; 3]> = model.triangles.iter().map(|t| t.node.map(u32::from)).collect();
     let caption = format!("{} nodes, {:.2} mm deep, {:.3} N", session.report.nodes, hold.depth_m * 1e3, hold.force_n);
     let probe = Probe {

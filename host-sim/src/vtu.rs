@@ -17,12 +17,13 @@ pub fn write(folder: &OutputFolder, session: &Session, k: usize, hold: &Hold) ->
         let (x, u) = (model.nodes[n].rest_m, hold.displacement_m[n]);
         [0, 1, 2].map(|c| f64::from(x[c]) + f64::from(u[c]))
     };
-    let (mut points, mut moved) = (String::new(), String::new());
-    for (n, u) in hold.displacement_m.iter().enumerate() {
+    let (mut points, mut moved, mut face) = (String::new(), String::new(), String::new());
+    for (n, (u, s)) in hold.displacement_m.iter().zip(&hold.surface_displacement_m).enumerate() {
         let [x, y, z] = position(n);
         // writing to a string does not fail
         let _ = writeln!(points, "{x} {y} {z}");
         let _ = writeln!(moved, "{} {} {}", u.x, u.y, u.z);
+        let _ = writeln!(face, "{} {} {}", s.x, s.y, s.z);
     }
     let (mut cells, mut offsets, mut types, mut ratios) = (String::new(), String::new(), String::new(), String::new());
     for (t, tet) in model.tets.iter().enumerate() {
@@ -40,7 +41,7 @@ pub fn write(folder: &OutputFolder, session: &Session, k: usize, hold: &Hold) ->
         )
     };
     let text = format!(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n<Points>\n{}</Points>\n<Cells>\n{}{}{}</Cells>\n<PointData Vectors=\"displacement_m\">\n{}</PointData>\n<CellData Scalars=\"volume_ratio\">\n{}</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n",
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n<Points>\n{}</Points>\n<Cells>\n{}{}{}</Cells>\n<PointData Vectors=\"displacement_m\">\n{}{}</PointData>\n<CellData Scalars=\"volume_ratio\">\n{}</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n",
         model.nodes.len(),
         model.tets.len(),
         array("Float64", "points", 3, &points),
@@ -48,6 +49,7 @@ pub fn write(folder: &OutputFolder, session: &Session, k: usize, hold: &Hold) ->
         array("Int64", "offsets", 1, &offsets),
         array("UInt8", "types", 1, &types),
         array("Float64", "displacement_m", 3, &moved),
+        array("Float64", "surface_displacement_m", 3, &face),
         array("Float64", "volume_ratio", 1, &ratios),
     );
     folder.write(&format!("press_{k}.vtu"), text.as_bytes())
