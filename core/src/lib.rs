@@ -29,6 +29,7 @@
 
 mod fault;
 mod lanes;
+pub mod method;
 mod model;
 mod params;
 mod patch_file;

@@ -13,25 +13,25 @@
 //! A probe that starts inside the tissue gets no force before it has been outside.
 
 use crate::fault::Fault;
+use crate::method::{Method, Product};
 use crate::model::Model;
 use crate::params::Tuned;
-use crate::path::correct::{Correct, Off};
 use crate::path::force::foundation::Load;
 use crate::path::output::Output;
 use crate::path::probe::ProbePose;
-use crate::path::{contact, force, integrate, output, probe, region};
+use crate::path::{contact, output, probe};
 use crate::state::State;
 
 /// One tick of the product.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn tick(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -> Output {
-    tick_with(model, tuned, state, pose, &Off)
+    tick_with(model, tuned, state, pose, &mut Product)
 }
 
-/// One tick with a papers' position fix after each substep.
-pub fn tick_with(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, fix: &impl Correct) -> Output {
+/// One tick of another method: see [`crate::method`] for what it may do differently.
+pub fn tick_with(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, method: &mut impl Method) -> Output {
     let answer = match state.fault {
-        None => run(model, tuned, state, pose, fix),
+        None => run(model, tuned, state, pose, method),
         Some(fault) => Err(fault),
     };
     answer.unwrap_or_else(|fault| {
@@ -41,20 +41,20 @@ pub fn tick_with(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePos
     })
 }
 
-fn run(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, fix: &impl Correct) -> Result<Output, Fault> {
+fn run(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, method: &mut impl Method) -> Result<Output, Fault> {
     if state.nodes.len() != model.nodes.len() || tuned.node_step.len() != model.nodes.len() {
         return Err(Fault::SizeMismatch);
     }
     let mut motion = probe::admit(model, tuned, state, pose)?;
     contact::find(model, tuned, state, &mut motion);
-    let region = region::select(tuned, state);
+    let region = method.region(tuned, state);
     let mut total = Load::NONE;
     let mut active = 0;
     for substep in 1..=tuned.substeps {
         let tip_m = motion.at(f32::from(substep) * tuned.substep_share);
-        let load = force::accumulate(model, tuned, state, tip_m, motion.velocity_m_per_s);
-        active = integrate::advance(model, tuned, state, region)?;
-        fix.correct(model, tuned, state);
+        let load = method.force(model, tuned, state, tip_m, motion.velocity_m_per_s);
+        active = method.advance(model, tuned, state, region)?;
+        method.correct(model, tuned, state);
         total.add(&load);
     }
     output::read(tuned, state, &motion, &total, active)

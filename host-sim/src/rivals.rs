@@ -28,7 +28,7 @@ pub use on_core::{Law, OnCore};
 pub use rest_tet::RestTet;
 pub use xpbd::Xpbd;
 
-use palpate::path::correct::Off;
+use palpate::method::Product;
 use palpate::{Fault, Model, Params, Spring, Terms, Vector3};
 
 use crate::error::Error;
@@ -188,5 +188,5 @@ fn printed_springs<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn
 fn on_core_alone<T>(model: &Model, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
     let mut memory = Memory::for_model(model);
     let (tuned, state) = memory.start(model, params)?;
-    Ok(work(&mut OnCore { model, tuned: &tuned, state, fix: Off }))
+    Ok(work(&mut OnCore { model, tuned: &tuned, state, method: Product }))
 }

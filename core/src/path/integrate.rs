@@ -8,6 +8,8 @@
 //! * cost (M4F, estimated): about 60 cycles a node
 //! * may fail: [`Fault::Diverged`], when a node is not finite or faster than [`FASTEST_M_PER_S`]
 
+pub mod velocity_verlet;
+
 use crate::fault::Fault;
 use crate::lanes::ROW;
 use crate::model::Model;

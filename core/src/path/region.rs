@@ -1,4 +1,4 @@
-//! Which nodes move: all of them, or those near the contact (paper 004, the local region; stress rule (7)-(8) gives its radius).
+//! Which nodes move: all of them, or those near the contact (paper 004, section 2.3).
 //!
 //! * in: the contact of the last tick
 //! * out: the region
@@ -7,7 +7,9 @@
 
 use nalgebra::Vector3;
 
+use crate::lanes::sqrt;
 use crate::params::Tuned;
+use crate::path::force::foundation::Load;
 use crate::state::State;
 
 /// The nodes that move in this tick.
@@ -31,6 +33,93 @@ pub fn select(tuned: &Tuned, state: &State) -> Region {
             Region::Ball { centre_m: touch.rest_m, radius_squared_m2: tuned.region_radius_m * tuned.region_radius_m }
         }
         _ => Region::All,
+    }
+}
+
+/// How the contact pressure follows from force and depth (8). Both are free of the contact's radius; which was printed is unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ContactPressure {
+    /// Under a uniform load: `pi E^2 z^2 / (4 (1 - nu^2)^2 F)`.
+    UniformLoad,
+    /// Under a rigid flat punch: `4 E^2 z^2 / (pi (1 - nu^2)^2 F)`.
+    RigidPunch,
+}
+
+/// The region of paper 004: a ball around the contact, as deep as the vertical stress stays above a threshold.
+///
+/// `F_perp = F_c [1 - h^3/(h^2 + r^2)^(3/2)]` (7, lost in the text: Boussinesq's stress under the centre of a uniformly loaded disc) equals the threshold at
+/// `h_max = r sqrt(q/(1-q))`, `q = (1 - F_min/F_c)^(2/3)`. Stress falls as `1/h^2` but displacement as `1/h`: the rule cannot bound the force's error.
+#[derive(Clone, Copy, Debug)]
+pub struct StressRule {
+    /// Least vertical stress `F_min` [Pa].
+    pub least_stress_pa: f32,
+    /// Poisson's ratio (1).
+    pub poisson_ratio: f32,
+    /// Which (8).
+    pub pressure: ContactPressure,
+    /// Contact of the last substep.
+    seen: Option<Seen>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    centre_m: Vector3<f32>,
+    force_n: f32,
+    depth_m: f32,
+}
+
+impl StressRule {
+    /// Nothing touched yet.
+    #[must_use]
+    pub fn new(least_stress_pa: f32, poisson_ratio: f32, pressure: ContactPressure) -> Self {
+        Self { least_stress_pa, poisson_ratio, pressure, seen: None }
+    }
+
+    /// Contact pressure `F_c` [Pa] (8).
+    #[must_use]
+    pub fn pressure_pa(&self, youngs_modulus_pa: f32, force_n: f32, depth_m: f32) -> f32 {
+        let plane = youngs_modulus_pa * depth_m / (1.0 - self.poisson_ratio * self.poisson_ratio);
+        let factor = match self.pressure {
+            ContactPressure::UniformLoad => core::f32::consts::FRAC_PI_4,
+            ContactPressure::RigidPunch => 4.0 / core::f32::consts::PI,
+        };
+        factor * plane * plane / force_n
+    }
+
+    /// Radius of the region [m] (7) under a contact pressure [Pa] on a disc of radius `radius_m`; that radius itself where even the contact is below
+    /// the threshold.
+    #[must_use]
+    pub fn radius_m(&self, pressure_pa: f32, radius_m: f32) -> f32 {
+        let share = self.least_stress_pa / pressure_pa;
+        if !(share < 1.0) {
+            return radius_m;
+        }
+        // cube root of 1 - s: the cosine of the disc's half angle seen from the depth
+        let cosine = libm::cbrtf(1.0 - share);
+        let deep = radius_m * cosine / sqrt(1.0 - cosine * cosine);
+        if deep > radius_m { deep } else { radius_m }
+    }
+
+    /// The region of this tick: all nodes until something was touched.
+    #[must_use]
+    pub fn select(&self, tuned: &Tuned, state: &State) -> Region {
+        let (Some(_), Some(seen)) = (state.touch, self.seen) else { return Region::All };
+        let pressure_pa = self.pressure_pa(tuned.youngs_modulus_pa, seen.force_n, seen.depth_m);
+        let radius_m = self.radius_m(pressure_pa, tuned.probe.radius_m);
+        Region::Ball { centre_m: seen.centre_m, radius_squared_m2: radius_m * radius_m }
+    }
+
+    /// Takes note of the load on the probe.
+    pub fn see(&mut self, tuned: &Tuned, load: &Load, tip_m: Vector3<f32>) {
+        let square = load.force.dot(&load.force);
+        if !(square > 0.0 && load.push > 0.0) {
+            self.seen = None;
+            return;
+        }
+        let length = sqrt(square);
+        let centre_m = load.rest * (1.0 / load.push);
+        let depth_m = (tip_m - centre_m).dot(&load.force) / length;
+        self.seen = (depth_m > 0.0).then_some(Seen { centre_m, force_n: length * tuned.youngs_modulus_pa, depth_m });
     }
 }
 

@@ -3,9 +3,7 @@
 //! The core's tick runs with springs and volume off. After each of its substeps the rival's force gives every node a kick `v += f dt / (m (1 - alpha dt))`:
 //! as the next substep begins with damping, `v (1 - alpha dt)`, and the contact's kick and then moves, both together are one step of symplectic Euler.
 
-use std::cell::RefCell;
-
-use palpate::path::correct::Correct;
+use palpate::method::Method;
 use palpate::{Fault, Model, NodeRest, Params, ProbePose, State, Terms, Tuned, Vector3, tick_with};
 
 use super::{Block, Rival};
@@ -21,22 +19,22 @@ pub trait Law {
     fn diagonal_m(&self) -> &[f32];
 }
 
-/// The core with something done after each substep.
+/// The core running a method.
 #[derive(Debug)]
-pub struct OnCore<'a, C> {
+pub struct OnCore<'a, M> {
     /// Mesh, masses, contact.
     pub model: &'a Model<'a>,
     /// Parameters.
     pub tuned: &'a Tuned<'a>,
     /// Positions and velocities.
     pub state: State<'a>,
-    /// What is done.
-    pub fix: C,
+    /// Its stages.
+    pub method: M,
 }
 
-impl<C: Correct> Rival for OnCore<'_, C> {
+impl<M: Method> Rival for OnCore<'_, M> {
     fn tick(&mut self, tip_m: Vector3<f32>) -> Result<Vector3<f32>, Fault> {
-        let output = tick_with(self.model, self.tuned, &mut self.state, ProbePose { tip_m }, &self.fix);
+        let output = tick_with(self.model, self.tuned, &mut self.state, ProbePose { tip_m }, &mut self.method);
         output.fault.map_or(Ok(output.force_n), Err)
     }
 
@@ -46,9 +44,7 @@ impl<C: Correct> Rival for OnCore<'_, C> {
 }
 
 /// The kick of a law.
-struct Kick<L>(RefCell<Kicked<L>>);
-
-struct Kicked<L> {
+struct Kick<L> {
     law: L,
     position_m: Vec<Vector3<f32>>,
     force: Vec<Vector3<f32>>,
@@ -56,9 +52,9 @@ struct Kicked<L> {
     step: Vec<f32>,
 }
 
-impl<L: Law> Correct for Kick<L> {
-    fn correct(&self, _: &Model, _: &Tuned, state: &mut State) {
-        let Kicked { law, position_m, force, step } = &mut *self.0.borrow_mut();
+impl<L: Law> Method for Kick<L> {
+    fn correct(&mut self, _: &Model, _: &Tuned, state: &mut State) {
+        let Self { law, position_m, force, step } = self;
         for (x, node) in position_m.iter_mut().zip(state.nodes()) {
             *x = node.position_m();
         }
@@ -89,8 +85,8 @@ pub(super) fn with_law<T>(
     let (tuned, state) = memory.start(&model, &params)?;
     let step = steps(&tuned, &params, nodes.len());
     let at_origin = vec![Vector3::zeros(); nodes.len()];
-    let kick = Kick(RefCell::new(Kicked { law, position_m: at_origin.clone(), force: at_origin, step }));
-    Ok(work(&mut OnCore { model: &model, tuned: &tuned, state, fix: kick }))
+    let method = Kick { law, position_m: at_origin.clone(), force: at_origin, step };
+    Ok(work(&mut OnCore { model: &model, tuned: &tuned, state, method }))
 }
 
 /// What a force over E changes each node's velocity by [m/s per N/Pa], before the damping that follows.

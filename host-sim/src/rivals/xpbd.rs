@@ -4,9 +4,7 @@
 //! compliance `V / kappa`, kappa = lambda - mu: the same small-strain moduli as springs with per-tet volume. The core moves the nodes and presses
 //! the surface; then the constraints move them again, and the velocity takes what they moved.
 
-use std::cell::RefCell;
-
-use palpate::path::correct::Correct;
+use palpate::method::Method;
 use palpate::{Model, Params, State, Terms, Tuned, Vector3};
 
 use super::{OnCore, Rival};
@@ -92,11 +90,11 @@ impl Xpbd {
     }
 }
 
-struct Projection(RefCell<Xpbd>);
+struct Projection(Xpbd);
 
-impl Correct for Projection {
-    fn correct(&self, _: &Model, _: &Tuned, state: &mut State) {
-        let xpbd = &mut *self.0.borrow_mut();
+impl Method for Projection {
+    fn correct(&mut self, _: &Model, _: &Tuned, state: &mut State) {
+        let xpbd = &mut self.0;
         for (x, node) in xpbd.position_m.iter_mut().zip(state.nodes()) {
             *x = node.position_m();
         }
@@ -119,5 +117,5 @@ pub(super) fn with<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn
     let (tuned, state) = memory.start(&whole, &params)?;
     let xpbd = Xpbd::new(&whole, &tuned, &params);
     let model = Model { springs: &[], ..whole };
-    Ok(work(&mut OnCore { model: &model, tuned: &tuned, state, fix: Projection(RefCell::new(xpbd)) }))
+    Ok(work(&mut OnCore { model: &model, tuned: &tuned, state, method: Projection(xpbd) }))
 }

@@ -1,0 +1,77 @@
+//! A damper beside every spring, with its own constant (paper 000, eqs 5 and 12; the damper of paper 004, eq 1).
+//!
+//! * in: positions, velocities
+//! * out: adds to `node.f`
+//! * cost: about a spring pass
+//! * may fail: never
+
+use crate::lanes::{add, difference, scaled, sqrt, subtract};
+use crate::model::Model;
+use crate::params::Params;
+use crate::state::State;
+
+/// Damping constants of the springs.
+#[derive(Clone, Copy, Debug)]
+pub struct Dampers<'a> {
+    /// Damping constant over E [m s], in the order of the model's springs, shape \[springs\].
+    pub damping_m_s: &'a [f32],
+}
+
+/// How the damping constant of a spring follows from its stiffness k, its masses and its length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DampingLaw {
+    /// `2 sqrt(k (m_i + m_j)) / l0`, l0 in metres: (12) as printed. Its unit is kg/(s m), not kg/s.
+    PrintedMetres,
+    /// The same with l0 in millimetres: what the print comes to for someone who works in millimetres.
+    PrintedMillimetres,
+    /// `2 sqrt(k (m_i + m_j))`: without the length the unit is right.
+    WithoutLength,
+    /// A share of `2 sqrt(k m_i m_j / (m_i + m_j))`, the critical damping of two masses on a spring. At 1 it is the repaired form.
+    Critical(f32),
+    /// One constant for all springs [N s/m] (paper 004, eq 1).
+    Constant(f32),
+}
+
+impl DampingLaw {
+    /// Writes the constant of every spring over E [m s] into `damping_m_s`, shape \[springs\]. Masses are those of (10), without a floor.
+    pub fn fill(self, model: &Model, params: &Params, damping_m_s: &mut [f32]) {
+        let e = params.youngs_modulus_pa;
+        let mass_kg = |n: u16| model.nodes.get(usize::from(n)).map_or(0.0, |node| params.density_kg_per_m3 * node.volume_m3);
+        for (d, s) in damping_m_s.iter_mut().zip(model.springs) {
+            let (k, rest_m) = (e * s.k, s.k_rest / s.k);
+            let (a, b) = (mass_kg(s.i), mass_kg(s.j));
+            let printed = 2.0 * sqrt(k * (a + b));
+            *d = match self {
+                Self::PrintedMetres => printed / rest_m,
+                Self::PrintedMillimetres => printed / (1e3 * rest_m),
+                Self::WithoutLength => printed,
+                Self::Critical(share) => share * 2.0 * sqrt(k * (a * b / (a + b))),
+                Self::Constant(constant) => constant,
+            } / e;
+        }
+    }
+}
+
+impl Dampers<'_> {
+    /// Adds the damping forces over E [N/Pa]. Where one end approaches the other the force is outward on both, as (5) has it; (1) of paper 004, typed
+    /// with the signs that its text kept, would drive instead of damp.
+    pub fn resist(&self, model: &Model, state: &mut State) {
+        for (s, &constant) in model.springs.iter().zip(self.damping_m_s) {
+            let [i, j] = [s.i, s.j].map(usize::from);
+            let (Some(a), Some(b)) = (state.nodes.get(i), state.nodes.get(j)) else { continue };
+            let (d, v) = (difference(&b.x, &a.x), difference(&b.v, &a.v));
+            let square: f32 = d.iter().map(|c| c * c).sum();
+            let opening: f32 = d.iter().zip(&v).map(|(d, v)| d * v).sum();
+            if !(square > 0.0) {
+                continue;
+            }
+            let force = scaled(&d, constant * opening / square);
+            if let Some(node) = state.nodes.get_mut(i) {
+                add(&mut node.f, &force);
+            }
+            if let Some(node) = state.nodes.get_mut(j) {
+                subtract(&mut node.f, &force);
+            }
+        }
+    }
+}
