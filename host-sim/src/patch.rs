@@ -76,6 +76,15 @@ pub struct Tissue {
     pub depth_limit_m: f64,
 }
 
+/// A spring between nodes that share no tet: what joins two organs (paper 000, "repulsive springs"). Its rest length is their distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joint {
+    /// Ends.
+    pub nodes: [u32; 2],
+    /// Stiffness over E [m].
+    pub k_m: f64,
+}
+
 /// A patch that owns its arrays.
 #[derive(Clone, Debug)]
 pub struct Patch {
@@ -103,7 +112,13 @@ impl Patch {
     /// Builds the patch of a tissue. The mesh must have passed its check; more than 65 535 nodes are refused there.
     #[must_use]
     pub fn build(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>) -> Self {
-        let elastic = Elastic::of(tissue, material, multipliers);
+        Self::build_joined(tissue, material, multipliers, &[])
+    }
+
+    /// The same with springs that join nodes of different organs, at least a hair apart.
+    #[must_use]
+    pub fn build_joined(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>, joints: &[Joint]) -> Self {
+        let elastic = Elastic::of(tissue, material, multipliers, joints);
         let triangles = surface::surface(&tissue.mesh.tets);
         let law = foundation::of(tissue, material, multipliers, &triangles);
         let nodes = elastic.nodes(&tissue.mesh, &law.contact_m);
@@ -205,6 +220,13 @@ impl Patch {
     #[must_use]
     pub fn element_m(&self) -> f64 {
         self.element_m
+    }
+
+    /// Makes nodes heavier or lighter: their weight and inertia times `ratio`, shape \[nodes\]. Volumes that resist compression stay.
+    pub fn scale_masses(&mut self, ratio: &[f64]) {
+        for (node, ratio) in self.nodes.iter_mut().zip(ratio) {
+            node.volume_m3 = (f64::from(node.volume_m3) * ratio) as f32;
+        }
     }
 
     /// Moves the site of the press [m].

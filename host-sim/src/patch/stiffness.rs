@@ -2,7 +2,7 @@
 
 use palpate::{NodeRest, Tet};
 
-use super::{Material, Multipliers, Tissue};
+use super::{Joint, Material, Multipliers, Tissue};
 use crate::mesh::{TetMesh, surface};
 
 /// A spring before rounding: nodes, stiffness over E [m], rest length [m].
@@ -31,7 +31,7 @@ pub(super) struct Elastic {
 const TET_EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
 impl Elastic {
-    pub fn of(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>) -> Self {
+    pub fn of(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>, joints: &[Joint]) -> Self {
         let mesh = &tissue.mesh;
         let nu = material.poisson_ratio;
         let mu = 0.5 / (1.0 + nu);
@@ -50,7 +50,8 @@ impl Elastic {
         let node_multiplier = |n: usize| multipliers.map_or(1.0, |m| m.node[n]);
         let node_kappa: Vec<f64> = (0..around.len()).map(|n| kappa * stiff_volume[n] / around[n] * node_multiplier(n)).collect();
 
-        let springs = springs(tissue, &volumes, nu, multipliers);
+        let mut springs = springs(tissue, &volumes, nu, multipliers);
+        springs.extend(joints.iter().map(|joint| RestSpring::between(mesh, joint.nodes, joint.k_m)));
         let share = material.per_tet_share;
         let bulk = share * multipliers.map_or(1.0, |m| m.bulk);
         let mut tets = Vec::with_capacity(mesh.tets.len());
@@ -140,14 +141,14 @@ fn springs(tissue: &Tissue, volumes: &[f64], nu: f64, multipliers: Option<&Multi
     if let Some(m) = multipliers {
         k.iter_mut().zip(&m.edge).for_each(|(k, m)| *k *= m);
     }
-    edges
-        .iter()
-        .zip(k)
-        .map(|(&nodes, k)| {
-            let [a, b] = nodes.map(|n| mesh.nodes_m[n as usize]);
-            RestSpring { nodes, k, length_m: a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt() }
-        })
-        .collect()
+    edges.iter().zip(k).map(|(&nodes, k)| RestSpring::between(mesh, nodes, k)).collect()
+}
+
+impl RestSpring {
+    fn between(mesh: &TetMesh, nodes: [u32; 2], k: f64) -> Self {
+        let [a, b] = nodes.map(|n| mesh.nodes_m[n as usize]);
+        Self { nodes, k, length_m: a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt() }
+    }
 }
 
 /// Six times the volume of a tet [m^3].
