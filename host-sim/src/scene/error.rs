@@ -16,6 +16,16 @@ pub enum SceneError {
         /// Why not.
         source: std::io::Error,
     },
+    /// A file of another kind of scene cannot be read.
+    #[error("cannot read scene {path}: {source}: check the path, or leave it out for \"{preset}\"")]
+    ReadOther {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+        /// The preset of that kind.
+        preset: &'static str,
+    },
     /// Neither a preset nor a file.
     #[error("no scene \"{name}\": did you mean \"{nearest}\"? Presets: {}; or give the path of a .toml file", presets())]
     UnknownName {
@@ -70,7 +80,7 @@ impl SceneError {
         Self::Value { file: file.into(), key: key.into(), why: why.into() }
     }
 
-    pub(super) fn of_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
+    pub(crate) fn of_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
         let mut line = error.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
         let at = text.lines().nth(line - 1).unwrap_or_default();
         let message = error.message().lines().collect::<Vec<_>>().join(" ");

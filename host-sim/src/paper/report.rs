@@ -1,0 +1,81 @@
+//! A report: Markdown with tables and pictures, and the verdict on each printed claim.
+
+use std::fmt::{Display, Write};
+
+/// Text in the making.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    text: String,
+    claims: Vec<Claim>,
+}
+
+/// Something a paper says, and what was found.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Claim {
+    /// What the paper says, with its place.
+    pub printed: String,
+    /// What was found here.
+    pub found: String,
+    /// Whether it held; `None` where it cannot be tried.
+    pub held: Option<bool>,
+}
+
+impl Report {
+    /// A report with a title.
+    #[must_use]
+    pub fn new(title: &str) -> Self {
+        Self { text: format!("# {title}\n"), claims: Vec::new() }
+    }
+
+    /// Starts a section.
+    pub fn section(&mut self, title: &str) {
+        let _ = write!(self.text, "\n## {title}\n");
+    }
+
+    /// Adds a paragraph.
+    pub fn say(&mut self, paragraph: impl Display) {
+        let _ = write!(self.text, "\n{paragraph}\n");
+    }
+
+    /// Adds a table; the first column is text, the rest numbers.
+    pub fn table<R: AsRef<[String]>>(&mut self, header: &[&str], rows: impl IntoIterator<Item = R>) {
+        let rule = header.iter().enumerate().map(|(n, _)| if n == 0 { "---" } else { "---:" }).collect::<Vec<_>>();
+        let _ = write!(self.text, "\n| {} |\n| {} |\n", header.join(" | "), rule.join(" | "));
+        for row in rows {
+            let _ = writeln!(self.text, "| {} |", row.as_ref().join(" | "));
+        }
+    }
+
+    /// Shows a picture that lies beside the report as `NAME.png`.
+    pub fn picture(&mut self, name: &str, caption: &str) {
+        let _ = write!(self.text, "\n![{caption}]({name}.png)\n");
+    }
+
+    /// Notes a claim of the paper and what was found.
+    pub fn claim(&mut self, printed: impl Into<String>, found: impl Into<String>, held: Option<bool>) {
+        self.claims.push(Claim { printed: printed.into(), found: found.into(), held });
+    }
+
+    /// The claims so far.
+    #[must_use]
+    pub fn claims(&self) -> &[Claim] {
+        &self.claims
+    }
+
+    /// The text, claims last.
+    #[must_use]
+    pub fn finish(mut self) -> String {
+        if !self.claims.is_empty() {
+            self.section("Which printed claims held here");
+            let verdict = |held: Option<bool>| match held {
+                Some(true) => "held",
+                Some(false) => "did not hold",
+                None => "cannot be tried",
+            };
+            let rows: Vec<[String; 3]> =
+                self.claims.iter().map(|c| [c.printed.clone(), c.found.clone(), verdict(c.held).into()]).collect();
+            self.table(&["the paper says", "here", "verdict"], rows);
+        }
+        self.text
+    }
+}
