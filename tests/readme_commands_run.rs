@@ -39,8 +39,8 @@ fn as_run(command: &str, out: &Path) -> String {
         // seconds instead of minutes: same code, fewer samples
         return format!("{command} -- --quick");
     }
-    let writes =
-        ["press", "mesh pack"].iter().any(|c| command.contains(&format!("-- {c}"))) || command.ends_with("cargo run --release");
+    let writes = ["press", "mesh pack", "score"].iter().any(|c| command.contains(&format!("-- {c}")))
+        || command.ends_with("cargo run --release");
     let told = command.contains("--out");
     match (writes && !told, command.contains(" -- ")) {
         (false, _) => command.to_owned(),

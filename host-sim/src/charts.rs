@@ -1,29 +1,38 @@
-//! The pictures of a press run and of the chart of methods, each written as `NAME.svg` and `NAME.png` with the same look.
+//! The pictures of every command, each written as `NAME.svg` and `NAME.png` with the same look.
 //!
 //! One drawing routine serves both formats, and the font is compiled in, so a machine without
 //! fonts or a display gets the same pictures. SI goes in; millimetres appear only on paper.
 
 mod axis;
+mod before_after;
+mod box_plot;
 mod convergence;
 mod decimate;
 mod force_depth;
 mod force_time;
 mod holds;
+mod key_column;
 mod layout;
+mod lines;
 mod picture;
 mod place;
 mod raster;
 mod refinement;
 mod speed_accuracy;
 mod style;
+mod superposed;
 mod surface;
 mod tick_time;
 
+pub use before_after::before_after;
+pub use box_plot::{BoxCluster, BoxPlot, LabelledValues, box_plot};
 pub use convergence::convergence;
 pub use force_depth::force_depth;
 pub use force_time::force_time;
+pub use lines::{Level, LineSeries, Lines, Scale, ScaledAxis, lines};
 pub use refinement::{Refinement, RefinementLevel, refinement};
 pub use speed_accuracy::{MethodPoint, MethodPoints, SpeedAccuracy, speed_accuracy};
+pub use superposed::{Landmark, Layer, Look, Superposed, superposed};
 pub use surface::{Probe, ProbeShape, Surface, surface};
 pub use tick_time::{TickTimes, tick_time};
 
@@ -76,6 +85,26 @@ pub enum ChartError {
         /// The value found.
         value: f64,
     },
+    /// A named series that has no values.
+    #[error("series \"{series}\" has no values: leave it out, or find why nothing was measured")]
+    EmptySeries {
+        /// Its name.
+        series: String,
+    },
+    /// A value of a named series that has no place on the axes.
+    #[error("series \"{series}\": {what}[{index}] is {value}, which cannot be drawn: {fix}")]
+    InSeries {
+        /// Its name.
+        series: String,
+        /// The list that holds the value.
+        what: &'static str,
+        /// Where in the list.
+        index: usize,
+        /// The value found.
+        value: f64,
+        /// What to do.
+        fix: &'static str,
+    },
     /// A surface triangle names a node that does not exist.
     #[error(
         "triangles[{triangle}] names node {node}, but there are {node_count} nodes: rebuild the surface from the mesh it belongs to"
@@ -113,6 +142,24 @@ fn check(what: &'static str, values: impl IntoIterator<Item = f64>) -> Result<()
     for (index, value) in values.into_iter().enumerate() {
         if !value.is_finite() || value.abs() > LARGEST_DRAWABLE {
             return Err(ChartError::NotDrawable { what, index, value });
+        }
+    }
+    Ok(())
+}
+
+/// As [`check`], for one series of several; `positive` where the axis is logarithmic.
+fn check_series(
+    series: &str,
+    what: &'static str,
+    values: impl IntoIterator<Item = f64>,
+    positive: bool,
+) -> Result<(), ChartError> {
+    for (index, value) in values.into_iter().enumerate() {
+        let drawable = value.is_finite() && value.abs() <= LARGEST_DRAWABLE;
+        if !drawable || positive && value <= 0.0 {
+            let fix =
+                if drawable { "a logarithmic axis has room above zero only" } else { "leave it out, or find why it diverged" };
+            return Err(ChartError::InSeries { series: series.to_owned(), what, index, value, fix });
         }
     }
     Ok(())

@@ -5,6 +5,7 @@ mod chart;
 mod mesh;
 mod press;
 mod reference;
+mod score;
 
 use std::path::PathBuf;
 
@@ -48,6 +49,10 @@ enum Command {
     /// Writes chart.csv (one row a run), summary.json (with the Pareto fronts) and pictures as SVG and PNG. A method that does not survive the
     /// press is a row that says how.
     Chart(chart::ChartArgs),
+    /// Score a training: what three physicians' marks say of interns before and after it (paper 004, equation 14).
+    ///
+    /// Writes summary.json, scores.csv (one row an intern and phase) and a picture as SVG and PNG. Groups are compared by a permutation test.
+    Score(score::ScoreArgs),
 }
 
 const EXIT_CODES: &str = "Exit code: 0 if what the command promises held, 1 if a check failed, 2 on bad input.";
@@ -82,6 +87,7 @@ impl Cli {
             Some(Command::Calibrate(args)) => args.run(),
             Some(Command::Mesh(command)) => command.run(),
             Some(Command::Chart(args)) => args.run(),
+            Some(Command::Score(args)) => args.run(),
         }
     }
 }

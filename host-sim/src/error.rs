@@ -14,6 +14,9 @@ pub enum Error {
     /// A mesh that cannot be used.
     #[error("{0}")]
     Mesh(#[from] MeshError),
+    /// Marks that cannot be used.
+    #[error("{0}")]
+    Score(#[from] crate::score::ScoreError),
     /// Parameters or a model that the core refuses.
     #[error("{0}")]
     Build(#[from] palpate::BuildError),

@@ -20,6 +20,7 @@ pub mod reference;
 pub mod reference_values;
 pub mod rivals;
 pub mod scene;
+pub mod score;
 pub mod session;
 pub mod stable_step;
 pub mod statics;

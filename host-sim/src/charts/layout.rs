@@ -40,7 +40,16 @@ pub fn fitted<DB: DrawingBackend>(
     words: &str,
     style: &TextStyle,
 ) -> Result<String, DrawingAreaErrorKind<DB::ErrorType>> {
-    let room = area.dim_in_pixel().0.cast_signed() - 2 * px(MARGIN_PX);
+    cut(area, words, style, area.dim_in_pixel().0.cast_signed() - 2 * px(MARGIN_PX))
+}
+
+/// `words`, cut with an ellipsis to `room` [canvas units].
+pub fn cut<DB: DrawingBackend>(
+    area: &Area<DB>,
+    words: &str,
+    style: &TextStyle,
+    room: i32,
+) -> Result<String, DrawingAreaErrorKind<DB::ErrorType>> {
     let mut cut = words.to_owned();
     while !cut.is_empty() && width(area, &cut, style)? > room {
         cut.pop();

@@ -1,7 +1,7 @@
 //! Speed against accuracy: cost of a tick and error of every method, with the front of what nothing else beats.
 
 mod key;
-mod marker;
+pub(super) mod marker;
 
 use std::ops::Range;
 use std::path::Path;

@@ -1,9 +1,9 @@
 //! The deformed surface seen obliquely from the probe's side, coloured by displacement.
 
-mod facets;
+pub(super) mod facets;
 mod probe;
-mod scales;
-mod view;
+pub(super) mod scales;
+pub(super) mod view;
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ use super::layout::{Area, MARGIN_PX, TITLE_HEIGHT_PX, title};
 use super::picture::{Drawn, Picture, save};
 use super::style::{FINE, INK, line, px};
 use super::{ChartError, check};
-use facets::{Face, Facet, faces};
+use facets::{Face, Facet, Skin, faces};
 pub use probe::{Probe, ProbeShape};
 use scales::{BAR_PX, colour, colour_bar, scale_bar, shaded};
 use view::{View, length};
@@ -115,7 +115,7 @@ impl SurfacePicture<'_> {
     }
 }
 
-fn whole_units((x, y): (f64, f64)) -> (i32, i32) {
+pub(super) fn whole_units((x, y): (f64, f64)) -> (i32, i32) {
     (x.round() as i32, y.round() as i32)
 }
 
@@ -124,7 +124,14 @@ impl Picture for SurfacePicture<'_> {
         title(area, self.surface.scene, self.surface.caption)?;
         let view = self.view(area);
         let scale_m = self.scale.range.end / self.unit.per_si;
-        for face in faces(self.surface, &self.moved_m, scale_m, &view) {
+        let skin = Skin {
+            places_m: self.surface.deformed_m,
+            triangles: self.surface.triangles,
+            moved_m: &self.moved_m,
+            scale_m,
+            largest_px: f64::INFINITY,
+        };
+        for face in faces(&skin, &view) {
             self.paint(area, &face)?;
         }
         let wires = self.surface.probe.wire(&view);

@@ -39,6 +39,23 @@ pub fn look(index: usize) -> Look {
     LOOKS[index % LOOKS.len()]
 }
 
+/// For any few series side by side: neighbours differ in hue, lightness and shape.
+const DISTINCT: [Look; 8] = [
+    Look { color: RGBColor(0x1f, 0x6f, 0xb4), shape: Shape::Disc },
+    Look { color: RGBColor(0xe3, 0x8b, 0x1d), shape: Shape::Square },
+    Look { color: RGBColor(0x2f, 0x93, 0x57), shape: Shape::Up },
+    Look { color: RGBColor(0xb3, 0x26, 0x4e), shape: Shape::Diamond },
+    Look { color: RGBColor(0x6d, 0x4a, 0xa8), shape: Shape::Down },
+    Look { color: RGBColor(0x4a, 0x53, 0x5c), shape: Shape::Star },
+    Look { color: RGBColor(0x5b, 0xb8, 0xcf), shape: Shape::Square },
+    Look { color: RGBColor(0x8a, 0x5f, 0x3a), shape: Shape::Disc },
+];
+
+/// The look of the series at this place in the legend.
+pub fn distinct(index: usize) -> Look {
+    DISTINCT[index % DISTINCT.len()]
+}
+
 /// Radius of a point [px]: its area grows with the fourth root of the number of nodes.
 pub fn radius_px(nodes: usize) -> f64 {
     (1.45 * (nodes as f64).powf(0.25)).clamp(3.0, 10.0)

@@ -1,6 +1,5 @@
 //! Splits the surface into small flat-coloured pieces, farthest first.
 
-use super::Surface;
 use super::view::{V3, View, add, cross, dot, length, sub, unit};
 use crate::charts::style::FINE;
 
@@ -10,8 +9,6 @@ pub struct Face {
     pub whole: Facet,
     /// Its parts where it takes more than one colour.
     pub parts: Vec<Facet>,
-    /// Distance of its middle toward the eye [m].
-    near: f64,
 }
 
 /// A piece of a face small enough for one colour.
@@ -22,6 +19,23 @@ pub struct Facet {
     pub moved_m: f64,
     /// Light from 0 (dark) to 1.
     pub light: f64,
+    /// Distance of its middle toward the eye [m].
+    pub near: f64,
+}
+
+/// A surface to be split.
+#[derive(Clone, Copy)]
+pub struct Skin<'a> {
+    /// Node positions [m].
+    pub places_m: &'a [V3],
+    /// Nodes of each triangle, counter-clockwise seen from outside.
+    pub triangles: &'a [[u32; 3]],
+    /// How far each node has moved [m].
+    pub moved_m: &'a [f64],
+    /// End of the colour scale [m].
+    pub scale_m: f64,
+    /// No part has a longer side [px]; infinite where only colour and light count.
+    pub largest_px: f64,
 }
 
 impl Facet {
@@ -46,19 +60,19 @@ const SHADES: f64 = 24.0;
 /// Shortest side that is still split [px].
 const SMALLEST_PX: f64 = 6.0;
 
-/// The faces turned toward the eye, farthest first. `scale_m` is the end of the colour scale.
-pub fn faces(surface: &Surface, moved_m: &[f64], scale_m: f64, view: &View) -> Vec<Face> {
-    let normals = corner_normals(surface);
+/// The faces turned toward the eye, farthest first.
+pub fn faces(skin: &Skin, view: &View) -> Vec<Face> {
+    let normals = corner_normals(skin);
     // low from the left, so that a shallow dent still has a bright and a dark side
     let lamp = add(add([0.0; 3], 0.4, view.eye), 0.42, view.up);
     let lamp = unit(add(lamp, -0.75, view.right)).unwrap_or(view.eye);
     let mut all = Vec::new();
-    for (triangle, normals) in surface.triangles.iter().zip(normals) {
+    for (triangle, normals) in skin.triangles.iter().zip(normals) {
         let corner = |k: usize| {
             let node = triangle[k] as usize;
             Some(Corner {
-                at: *surface.deformed_m.get(node)?,
-                moved_m: *moved_m.get(node)?,
+                at: *skin.places_m.get(node)?,
+                moved_m: *skin.moved_m.get(node)?,
                 light: dot(normals[k], lamp).max(0.0),
             })
         };
@@ -66,14 +80,10 @@ pub fn faces(surface: &Surface, moved_m: &[f64], scale_m: f64, view: &View) -> V
             continue;
         };
         if dot(cross(sub(b.at, a.at), sub(c.at, a.at)), view.eye) > 0.0 {
-            all.push(Face {
-                whole: facet([a, b, c], view),
-                parts: split([a, b, c], scale_m, view),
-                near: [a, b, c].iter().map(|c| dot(c.at, view.eye)).sum::<f64>() / 3.0,
-            });
+            all.push(Face { whole: facet([a, b, c], view), parts: split([a, b, c], skin, view) });
         }
     }
-    all.sort_by(|a, b| a.near.total_cmp(&b.near));
+    all.sort_by(|a, b| a.whole.near.total_cmp(&b.whole.near));
     all
 }
 
@@ -84,17 +94,18 @@ struct Corner {
     light: f64,
 }
 
-fn split(corners: [Corner; 3], scale_m: f64, view: &View) -> Vec<Facet> {
+fn split(corners: [Corner; 3], skin: &Skin, view: &View) -> Vec<Facet> {
     let range = |of: fn(&Corner) -> f64| {
         let (low, high) =
             corners.iter().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         high - low
     };
-    let colour = range(|c| c.moved_m) / scale_m;
+    let colour = range(|c| c.moved_m) / skin.scale_m;
     let [a, b, c] = corners.map(|c| c.at);
     let side = length(sub(b, a)).max(length(sub(c, b))).max(length(sub(a, c)));
     let room = view.scale * side / (SMALLEST_PX * f64::from(FINE));
-    let parts = (SHADES * colour.max(range(|c| c.light))).min(room).ceil().clamp(1.0, 64.0) as u32;
+    let least = view.scale * side / (skin.largest_px * f64::from(FINE));
+    let parts = (SHADES * colour.max(range(|c| c.light))).min(room).max(least).ceil().clamp(1.0, 64.0) as u32;
 
     let mix = |i: u32, j: u32| {
         let (u, v) = (f64::from(i) / f64::from(parts), f64::from(j) / f64::from(parts));
@@ -123,15 +134,16 @@ fn split(corners: [Corner; 3], scale_m: f64, view: &View) -> Vec<Facet> {
 
 fn facet(corners: [Corner; 3], view: &View) -> Facet {
     let mean = |of: fn(&Corner) -> f64| corners.iter().map(of).sum::<f64>() / 3.0;
-    Facet { corners: corners.map(|c| view.at(c.at)), moved_m: mean(|c| c.moved_m), light: mean(|c| c.light) }
+    let near = corners.iter().map(|c| dot(c.at, view.eye)).sum::<f64>() / 3.0;
+    Facet { corners: corners.map(|c| view.at(c.at)), moved_m: mean(|c| c.moved_m), light: mean(|c| c.light), near }
 }
 
 /// Unit normals at the three corners of every triangle, smooth over bends, split at creases.
-fn corner_normals(surface: &Surface) -> Vec<[V3; 3]> {
-    let place = |node: u32| surface.deformed_m.get(node as usize).copied().unwrap_or_default();
+fn corner_normals(surface: &Skin) -> Vec<[V3; 3]> {
+    let place = |node: u32| surface.places_m.get(node as usize).copied().unwrap_or_default();
     let faces: Vec<V3> =
         (surface.triangles.iter()).map(|t| cross(sub(place(t[1]), place(t[0])), sub(place(t[2]), place(t[0])))).collect();
-    let mut around = vec![Vec::new(); surface.deformed_m.len()];
+    let mut around = vec![Vec::new(); surface.places_m.len()];
     for (face, triangle) in faces.iter().zip(surface.triangles) {
         for node in triangle {
             if let Some(around) = around.get_mut(*node as usize) {

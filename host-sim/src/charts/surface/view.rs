@@ -69,7 +69,14 @@ impl View {
         let side = cross(axis, front);
         let eye = add(add([0.0; 3], EYE[0], axis), EYE[1], front);
         let eye = unit(add(eye, EYE[2], side)).unwrap_or(axis);
-        let right = unit(cross(axis, eye)).unwrap_or(side);
+        Self::from_eye(eye, axis, points, frame)
+    }
+
+    /// Looks from the unit vector `eye` with the unit vector `axis` upward, everything in `points` inside `frame`.
+    pub fn from_eye(eye: V3, axis: V3, points: &(impl Iterator<Item = V3> + Clone), frame: Frame) -> Self {
+        // straight along the axis there is no upward: any right will do
+        let side = across(axis, [0.0, 1.0, 0.0]);
+        let right = Some(cross(axis, eye)).filter(|r| length(*r) > 1e-6).and_then(unit).unwrap_or(side);
         let up = cross(eye, right);
         let extent = |along: V3| {
             let all = points.clone().map(|p| dot(p, along));

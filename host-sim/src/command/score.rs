@@ -1,0 +1,142 @@
+//! `palpate score`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde::Serialize;
+
+use crate::charts;
+use crate::error::Error;
+use crate::output::OutputFolder;
+use crate::score::{Analysis, Evaluation, Weights, evaluate, read, table_1};
+
+#[derive(Args, Clone, Debug)]
+pub(super) struct ScoreArgs {
+    /// Marks as CSV: header group,phase,intern,chief,associate,attending; phase is before or after, marks go from 0 to 10.
+    #[arg(value_name = "FILE", required_unless_present = "table_1", conflicts_with = "table_1")]
+    file: Option<PathBuf>,
+    /// Weights of chief, associate chief and attending physician; above zero, sum 1 [default: 0.45,0.35,0.20].
+    #[arg(long, value_name = "W,W,W", conflicts_with = "table_1", allow_hyphen_values = true)]
+    weights: Option<String>,
+    /// Instead of a file: check the equation against the 40 values printed in Table 1 of paper 004.
+    #[arg(long = "table-1")]
+    table_1: bool,
+    /// Output folder, made if it is not there.
+    #[arg(long, value_name = "FOLDER", default_value = "out/score")]
+    out: PathBuf,
+}
+
+/// `summary.json`.
+#[derive(Serialize)]
+struct Summary<'a> {
+    source: &'a str,
+    weights: Weights,
+    test: &'static str,
+    #[serde(flatten)]
+    found: &'a Analysis,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    table_1: Option<&'a table_1::Check>,
+}
+
+const TEST: &str = "permutation test of the difference of means, two-sided";
+
+impl ScoreArgs {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let weights = self.weights.as_deref().map_or(Ok(Weights::PAPER), Weights::parse)?;
+        if let Some(file) = &self.file {
+            // read and checked whole before the folder is touched
+            let values = evaluate(&read(file)?, &weights);
+            let source = file.display().to_string();
+            let found = self.write(&source, weights, &values, None)?;
+            print_found(&found);
+            self.say_where();
+            return Ok(());
+        }
+        let check = table_1::Check::run(&weights);
+        self.write("paper 004, Table 1", weights, &table_1::evaluations(), Some(&check))?;
+        print_check(&check);
+        self.say_where();
+        match check.claims().iter().find(|(_, holds)| !holds) {
+            Some((claim, _)) => Err(Error::Check(format!("Table 1: {claim}"))),
+            None => Ok(()),
+        }
+    }
+
+    fn say_where(&self) {
+        println!("\nwrote {}: summary.json, scores.csv, scores.svg, scores.png", self.out.display());
+    }
+
+    fn write(
+        &self,
+        source: &str,
+        weights: Weights,
+        values: &[Evaluation],
+        check: Option<&table_1::Check>,
+    ) -> Result<Analysis, Error> {
+        let folder = OutputFolder::open(&self.out)?;
+        let found = Analysis::of(values);
+        let [chief, associate, attending] = weights.shares();
+        let below = format!("bars are means; weights {chief}, {associate}, {attending}; {source}");
+        charts::before_after(folder.path(), "scores", &below, values, &found)?;
+        folder.write("scores.csv", csv(values).as_bytes())?;
+        folder.write_json("summary.json", &Summary { source, weights, test: TEST, found: &found, table_1: check })?;
+        Ok(found)
+    }
+}
+
+/// Labels may hold commas and quotes; they are quoted as they were.
+fn csv(values: &[Evaluation]) -> String {
+    let cell = |label: &str| {
+        let plain = !label.contains([',', '"', '\n', '\r', '#']);
+        if plain { label.to_owned() } else { format!("\"{}\"", label.replace('"', "\"\"")) }
+    };
+    let mut text = String::from("group,phase,intern,value\n");
+    for v in values {
+        // rounded where the sum of three products has only noise left
+        let value = (v.value * 1e12).round() / 1e12;
+        text.push_str(&format!("{},{},{},{value}\n", cell(&v.group), v.phase.name(), cell(&v.intern)));
+    }
+    text
+}
+
+fn print_found(found: &Analysis) {
+    println!("{:<12} {:<7} {:>6} {:>6} {:>6} {:>6} {:>6}", "group", "phase", "count", "mean", "sd", "min", "max");
+    let rows = found.cells.iter().map(|c| (&c.group, c.phase.name(), c.spread));
+    for (group, phase, s) in rows.chain(found.changes.iter().map(|c| (&c.group, "change", c.spread))) {
+        let sd = s.sd.map_or("-".into(), |sd| format!("{sd:.3}"));
+        println!("{group:<12} {phase:<7} {:>6} {:>6.3} {sd:>6} {:>6.3} {:>6.3}", s.count, s.mean, s.min, s.max);
+    }
+    for c in &found.contrasts {
+        let deals = if c.test.exact { "all" } else { "drawn" };
+        let (what, first, second, p) = (c.what, &c.first, &c.second, c.test.p);
+        println!(
+            "{what}: {first} - {second} = {:+.3}, permutation test p = {} ({} deals, {deals})",
+            c.difference,
+            short(p),
+            c.test.deals
+        );
+    }
+}
+
+fn print_check(check: &table_1::Check) {
+    println!(
+        "{:<6} {:<7} {:>6} {:>6} {:>6} {:>6} {:>6} {:>17}",
+        "group", "phase", "count", "mean", "sd", "min", "max", "given by (14)"
+    );
+    for c in &check.columns {
+        let s = &c.spread;
+        let (phase, sd, given) = (c.phase.name(), s.sd.unwrap_or_default(), format!("{} of {}", c.attainable, s.count));
+        println!("{:<6} {phase:<7} {:>6} {:>6.3} {sd:>6.3} {:>6.3} {:>6.3} {given:>17}", c.group, s.count, s.mean, s.min, s.max);
+    }
+    let ((before, p_before), (after, p_after)) = (check.before, check.after);
+    println!("\ngroup 1 - 2: before {before:+.3} (p = {}), after {after:+.3} (p = {}); {TEST}", short(p_before), short(p_after));
+    println!("after, group 1 is above group 2 in {:.0} % of the pairs", 100.0 * check.pairs_above_after);
+    for (claim, holds) in check.claims() {
+        println!("{} {claim}", if holds { "holds    " } else { "DOES NOT:" });
+    }
+}
+
+/// Three decimals, or two digits where those would all be zero.
+fn short(p: f64) -> String {
+    if p >= 1e-3 { format!("{p:.3}") } else { format!("{p:.1e}") }
+}

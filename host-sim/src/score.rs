@@ -1,0 +1,110 @@
+//! Training score of paper 004, section 3.6: three physicians mark every intern before and after the training, and each intern gets one value.
+//!
+//! Equation (14): `y_i = sum_j x_ij / 10 * w_j`, with marks `x_ij` from 0 to 10 and weights of 0.45 for the chief, 0.35 for the associate chief
+//! and 0.20 for the attending physician. The paper compares groups by eye; here a permutation test says what chance alone would do
+//! ([`statistics`]).
+
+mod analysis;
+mod error;
+mod read;
+pub mod statistics;
+pub mod table_1;
+
+pub use analysis::{Analysis, Cell, Change, Contrast};
+pub use error::ScoreError;
+pub use read::{Marks, parse, read};
+
+use serde::Serialize;
+
+/// Full mark of a physician.
+pub const FULL_MARK: f64 = 10.0;
+
+/// When the marks were given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Phase {
+    /// Before the training.
+    Before,
+    /// After the training.
+    After,
+}
+
+impl Phase {
+    /// Both, in order.
+    pub const ALL: [Self; 2] = [Self::Before, Self::After];
+
+    /// As written in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Before => "before",
+            Self::After => "after",
+        }
+    }
+}
+
+/// Share of each physician in the value: chief, associate chief, attending.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Weights([f64; 3]);
+
+impl Weights {
+    /// Those of paper 004.
+    pub const PAPER: Self = Self([0.45, 0.35, 0.20]);
+
+    /// Shares that are above zero and sum to 1.
+    ///
+    /// # Errors
+    /// One is not above zero, or the sum is not 1 within 1e-9.
+    pub fn new(shares: [f64; 3]) -> Result<Self, ScoreError> {
+        let sum: f64 = shares.iter().sum();
+        let positive = shares.iter().all(|w| *w > 0.0);
+        if positive && (sum - 1.0).abs() <= 1e-9 { Ok(Self(shares)) } else { Err(ScoreError::Weights { shares, sum }) }
+    }
+
+    /// Three numbers between commas.
+    ///
+    /// # Errors
+    /// Not three numbers, or as [`Self::new`].
+    pub fn parse(text: &str) -> Result<Self, ScoreError> {
+        let shares: Option<Vec<f64>> = text.split(',').map(|w| w.trim().parse().ok()).collect();
+        let shares = shares.and_then(|s| s.try_into().ok());
+        Self::new(shares.ok_or_else(|| ScoreError::WeightsUnread { text: text.into() })?)
+    }
+
+    /// Chief, associate chief, attending.
+    #[must_use]
+    pub fn shares(&self) -> [f64; 3] {
+        self.0
+    }
+
+    /// Equation (14): value from 0 to 1 of marks from 0 to 10.
+    #[must_use]
+    pub fn value(&self, marks: [f64; 3]) -> f64 {
+        marks.iter().zip(self.0).map(|(x, w)| x / FULL_MARK * w).sum()
+    }
+}
+
+/// The value of one intern in one phase.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Evaluation {
+    /// Label of the group.
+    pub group: String,
+    /// Before or after the training.
+    pub phase: Phase,
+    /// Label of the intern, unique in the group.
+    pub intern: String,
+    /// `y_i`, from 0 to 1.
+    pub value: f64,
+}
+
+/// Equation (14) for every row.
+#[must_use]
+pub fn evaluate(marks: &[Marks], weights: &Weights) -> Vec<Evaluation> {
+    let one = |m: &Marks| Evaluation {
+        group: m.group.clone(),
+        phase: m.phase,
+        intern: m.intern.clone(),
+        value: weights.value(m.marks),
+    };
+    marks.iter().map(one).collect()
+}

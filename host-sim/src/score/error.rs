@@ -1,0 +1,103 @@
+//! What can be wrong with a file of marks: one line that says what, where, and how to fix it.
+
+use std::path::PathBuf;
+
+/// Why marks or weights were refused.
+#[derive(Debug, thiserror::Error)]
+pub enum ScoreError {
+    /// The file cannot be read.
+    #[error("cannot read {}: {source}: check the path", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// No header, or no row below it.
+    #[error(
+        "{path}: {what}: write the header group,phase,intern,chief,associate,attending and one row for each intern and phase"
+    )]
+    Empty {
+        /// The file.
+        path: String,
+        /// What is not there.
+        what: &'static str,
+    },
+    /// A column of the header is not there.
+    #[error("{path}:1: column \"{column}\" is missing: the header is group,phase,intern,chief,associate,attending")]
+    NoColumn {
+        /// The file.
+        path: String,
+        /// The missing one.
+        column: &'static str,
+    },
+    /// A header that no column has, or has twice.
+    #[error("{path}:1: column \"{column}\" {what}: the header is group,phase,intern,chief,associate,attending")]
+    OddColumn {
+        /// The file.
+        path: String,
+        /// As written.
+        column: String,
+        /// What is wrong with it.
+        what: &'static str,
+    },
+    /// A cell that cannot be used.
+    #[error("{path}:{line}: {column} is \"{cell}\": {fix}")]
+    Cell {
+        /// The file.
+        path: String,
+        /// Line, from 1.
+        line: u64,
+        /// Name of the column.
+        column: &'static str,
+        /// As written.
+        cell: String,
+        /// What it should be.
+        fix: &'static str,
+    },
+    /// The same intern twice.
+    #[error(
+        "{path}:{line}: intern \"{intern}\" of group \"{group}\" is marked {phase} twice, first in line {first}: keep one row"
+    )]
+    Duplicate {
+        /// The file.
+        path: String,
+        /// The second row.
+        line: u64,
+        /// The first row.
+        first: u64,
+        /// Who.
+        intern: String,
+        /// Where.
+        group: String,
+        /// When.
+        phase: &'static str,
+    },
+    /// Not a table.
+    #[error("{path}:{line}: {what}: write six cells separated by commas, UTF-8")]
+    Table {
+        /// The file.
+        path: String,
+        /// Line, from 1.
+        line: u64,
+        /// What is wrong.
+        what: String,
+    },
+    /// Weights that are no shares.
+    #[error(
+        "--weights {},{},{} sum to {}: give three shares above zero that sum to 1, such as 0.45,0.35,0.20",
+        shares[0], shares[1], shares[2], (sum * 1e9).round() / 1e9
+    )]
+    Weights {
+        /// As given.
+        shares: [f64; 3],
+        /// Their sum.
+        sum: f64,
+    },
+    /// Weights that are not three numbers.
+    #[error("--weights {text}: not three numbers: give three shares above zero that sum to 1, such as 0.45,0.35,0.20")]
+    WeightsUnread {
+        /// As given.
+        text: String,
+    },
+}

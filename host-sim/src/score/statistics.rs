@@ -1,0 +1,147 @@
+//! Spread of a sample and the permutation test of a difference of means.
+//!
+//! Marks are discrete and bounded and groups are small, so no distribution is assumed: the test counts how many of the ways to deal the same values
+//! into groups of the same sizes differ in their means at least as much as the groups did (two-sided).
+
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{RngCore, SeedableRng};
+use serde::Serialize;
+
+/// Size, mean and spread of a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Spread {
+    /// Values.
+    pub count: usize,
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation with n - 1; none for a single value.
+    pub sd: Option<f64>,
+    /// Smallest.
+    pub min: f64,
+    /// Largest.
+    pub max: f64,
+}
+
+impl Spread {
+    /// `None` without values.
+    #[must_use]
+    pub fn of(values: &[f64]) -> Option<Self> {
+        let count = values.len();
+        if count == 0 {
+            return None;
+        }
+        let mean = mean(values);
+        let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+        let sd = (count > 1).then(|| (squares / (count - 1) as f64).sqrt());
+        let (min, max) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+        Some(Self { count, mean, sd, min, max })
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// What the test found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Permutation {
+    /// Share of deals that differ at least as much.
+    pub p: f64,
+    /// Deals looked at.
+    pub deals: u64,
+    /// True if those were all there are; else they were drawn at random, always the same ones.
+    pub exact: bool,
+}
+
+/// Up to this many deals are all looked at.
+const ALL_DEALS: u64 = 1_000_000;
+/// Deals drawn where there are more.
+const DRAWN: u64 = 200_000;
+/// Sums of the same values in another order differ by rounding; this is far below a mark.
+const SAME: f64 = 1e-9;
+
+/// Tests whether two samples differ in their means; `None` if one is empty.
+#[must_use]
+pub fn permutation_test(a: &[f64], b: &[f64]) -> Option<Permutation> {
+    if a.is_empty() || b.is_empty() {
+        return None;
+    }
+    let mut pool: Vec<f64> = a.iter().chain(b).copied().collect();
+    let (n, k) = (pool.len(), a.len());
+    let total: f64 = pool.iter().sum();
+    // with n, k and total fixed, the difference of the means is a linear function of the first sum
+    let distance = |first: f64| (first / k as f64 - (total - first) / (n - k) as f64).abs();
+    let found = distance(a.iter().sum()) - SAME;
+    if let Some(deals) = choices(n, k).filter(|d| *d <= ALL_DEALS) {
+        let extreme = count_deals(&pool, k, 0.0, &|first| distance(first) >= found);
+        return Some(Permutation { p: extreme as f64 / deals as f64, deals, exact: true });
+    }
+    let mut dice = Xoshiro256PlusPlus::seed_from_u64(14);
+    let mut extreme = 0;
+    for _ in 0..DRAWN {
+        for i in 0..k {
+            let j = i + (dice.next_u64() % (n - i) as u64) as usize;
+            pool.swap(i, j);
+        }
+        extreme += u64::from(distance(pool[..k].iter().sum()) >= found);
+    }
+    // the deal that was found is one of them, so p is never zero
+    Some(Permutation { p: (extreme + 1) as f64 / (DRAWN + 1) as f64, deals: DRAWN, exact: false })
+}
+
+/// Ways to take k of n; `None` beyond u64.
+fn choices(n: usize, k: usize) -> Option<u64> {
+    (0..k.min(n - k)).try_fold(1_u64, |ways, i| Some(ways.checked_mul((n - i) as u64)? / (i as u64 + 1)))
+}
+
+/// Choices of `k` of `pool` whose sum, `so_far` added, is extreme.
+fn count_deals(pool: &[f64], k: usize, so_far: f64, extreme: &impl Fn(f64) -> bool) -> u64 {
+    if k == 0 {
+        return u64::from(extreme(so_far));
+    }
+    let last = pool.len() + 1 - k;
+    (0..last).map(|i| count_deals(&pool[i + 1..], k - 1, so_far + pool[i], extreme)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn separated_groups_have_the_p_of_counting() {
+        // 2 of C(6,3) = 20 deals put all small values on one side
+        let test = permutation_test(&[1.0, 2.0, 3.0], &[11.0, 12.0, 13.0]).unwrap();
+        assert_eq!((test.deals, test.exact), (20, true));
+        assert!((test.p - 0.1).abs() < 1e-12);
+        assert_eq!(permutation_test(&[1.0], &[]), None);
+    }
+
+    #[test]
+    fn equal_groups_differ_by_chance_always() {
+        assert_eq!(permutation_test(&[0.1, 0.2, 0.3], &[0.3, 0.1, 0.2]).unwrap().p, 1.0);
+    }
+
+    #[test]
+    fn drawn_deals_agree_with_the_normal_limit() {
+        // 40 + 40 values: the difference of means is near normal; sd = sqrt(S/(N-1) * N/(k (N-k)))
+        let a: Vec<f64> = (0..40).map(|i| f64::from(i * 7 % 40)).collect();
+        let b: Vec<f64> = a.iter().map(|v| v + 5.0).collect();
+        let test = permutation_test(&a, &b).unwrap();
+        assert!(!test.exact);
+        let pool: Vec<f64> = a.iter().chain(&b).copied().collect();
+        let sd = Spread::of(&pool).unwrap().sd.unwrap() * (80.0_f64 / 1600.0).sqrt();
+        // two-sided tail of the normal at 5 / sd, by the midpoint rule
+        let z = 5.0 / sd;
+        let tail = (0..80_000).map(|i| z + (f64::from(i) + 0.5) * 1e-4).map(|x| (-x * x / 2.0).exp() * 1e-4).sum::<f64>();
+        let expected = 2.0 * tail / std::f64::consts::TAU.sqrt();
+        assert!((test.p - expected).abs() < 0.005, "{} against {expected}", test.p);
+    }
+
+    #[test]
+    fn spread_by_hand() {
+        let s = Spread::of(&[2.0, 4.0, 4.0, 6.0]).unwrap();
+        assert_eq!((s.count, s.mean, s.min, s.max), (4, 4.0, 2.0, 6.0));
+        assert!((s.sd.unwrap() - (8.0_f64 / 3.0).sqrt()).abs() < 1e-12);
+        assert_eq!(Spread::of(&[1.0]).unwrap().sd, None);
+    }
+}
