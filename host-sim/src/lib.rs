@@ -13,6 +13,7 @@ pub mod error;
 pub mod finger;
 pub mod measure;
 pub mod mesh;
+pub mod organ;
 pub mod output;
 pub mod patch;
 pub mod press;

@@ -7,6 +7,7 @@ use super::measured::Measured;
 use crate::error::Error;
 use crate::reference::body::{Body, Material};
 use crate::reference::hang::Hanging;
+use crate::reference::locate::Locator;
 use crate::reference::shape::TetRule;
 use crate::reference::suspension::Suspension;
 use crate::reference::tie::layer;
@@ -20,6 +21,23 @@ pub struct Truth {
     pub size: [usize; 2],
     /// Newton iterations.
     pub iterations: usize,
+}
+
+impl Truth {
+    /// The same answer at the landmarks and surface points of another assembly; `own` is the one it was solved on.
+    #[must_use]
+    pub fn at_points_of(&self, own: &Assembly, other: &Assembly) -> Self {
+        let locator = Locator::new(&own.quadratic, &own.organs[0], f64::MAX);
+        let moves = self.moves.iter().map(|solved| {
+            let at = |point: &Vector3<f64>| locator.displacement_at(&solved.displacement_m, point).unwrap_or_else(Vector3::zeros);
+            Measured {
+                landmarks_m: other.landmarks.iter().map(|(_, point)| at(point)).collect(),
+                surface_m: other.surface.iter().map(at).collect(),
+                ..solved.clone()
+            }
+        });
+        Self { moves: moves.collect(), ..*self }
+    }
 }
 
 /// Solves the scene on an assembly; `progress` hears (move, share of the way).

@@ -1,0 +1,47 @@
+//! Whether a mesh is one solid ball: what every organ here is.
+
+use std::collections::BTreeMap;
+
+use crate::mesh::{TetMesh, surface};
+
+/// What is wrong with the surface, if anything: it must be one sphere, every edge of it in two triangles.
+pub(super) fn defect(tets: &[[u32; 4]]) -> Option<&'static str> {
+    let triangles = surface::surface(tets);
+    let mut edges: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
+    for (index, &[a, b, c]) in triangles.iter().enumerate() {
+        for [i, j] in [[a, b], [b, c], [c, a]] {
+            edges.entry([i.min(j), i.max(j)]).or_default().push(index);
+        }
+    }
+    if edges.values().any(|sides| sides.len() != 2) {
+        return Some("touches itself along an edge");
+    }
+    let mut nodes: Vec<u32> = triangles.iter().flatten().copied().collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let mut around = vec![Vec::new(); triangles.len()];
+    for sides in edges.values() {
+        if let [a, b] = sides[..] {
+            around[a].push(b);
+            around[b].push(a);
+        }
+    }
+    let mut seen = vec![false; triangles.len()];
+    let mut next: Vec<usize> = (!triangles.is_empty()).then_some(0).into_iter().collect();
+    while let Some(triangle) = next.pop() {
+        if !std::mem::replace(&mut seen[triangle], true) {
+            next.extend(&around[triangle]);
+        }
+    }
+    if seen.contains(&false) {
+        return Some("is in pieces or hollow");
+    }
+    // one closed piece without a hole through it: vertices - edges + faces = 2; less with handles or pinched nodes
+    (nodes.len() + triangles.len() != edges.len() + 2).then_some("has a hole through it or touches itself at a node")
+}
+
+/// Six times the volume of a tet [m^3].
+pub(super) fn six_volumes(mesh: &TetMesh, tet: [u32; 4]) -> f64 {
+    let [a, b, c, d] = tet.map(|n| nalgebra::Vector3::from(mesh.nodes_m[n as usize]));
+    (b - a).cross(&(c - a)).dot(&(d - a))
+}
