@@ -17,7 +17,7 @@ use super::layout::{Area, MARGIN_PX, TITLE_HEIGHT_PX, title, width};
 use super::picture::{Drawn, Picture, save};
 use super::place::{Frame, Page};
 use super::style::{FINE, INK, TICK_PX, line, px, text};
-use super::surface::facets::{Facet, Skin, faces};
+use super::surface::facets::{Facet, Skin, faces, high_lamp};
 use super::surface::scales::{scale_bar, shaded};
 use super::surface::view::{V3, View, unit};
 use super::surface::whole_units;
@@ -166,8 +166,14 @@ impl Drawing<'_> {
                 continue;
             }
             let still = vec![0.0; layer.nodes_m.len()];
-            let skin =
-                Skin { places_m: layer.nodes_m, triangles: layer.triangles, moved_m: &still, scale_m: 1.0, largest_px: PIECE_PX };
+            let skin = Skin {
+                places_m: layer.nodes_m,
+                triangles: layer.triangles,
+                moved_m: &still,
+                scale_m: 1.0,
+                lamp: high_lamp(view),
+                largest_px: PIECE_PX,
+            };
             for face in faces(&skin, view) {
                 let parts = if face.parts.is_empty() { vec![face.whole] } else { face.parts };
                 all.extend(parts.into_iter().map(|f| Piece::Facet(f, color)));

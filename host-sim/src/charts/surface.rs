@@ -16,7 +16,7 @@ use super::layout::{Area, MARGIN_PX, TITLE_HEIGHT_PX, title};
 use super::picture::{Drawn, Picture, save};
 use super::style::{FINE, INK, line, px};
 use super::{ChartError, check};
-use facets::{Face, Facet, Skin, faces};
+use facets::{Face, Facet, Skin, faces, low_lamp};
 pub use probe::{Probe, ProbeShape};
 use scales::{BAR_PX, colour, colour_bar, scale_bar, shaded};
 use view::{View, length};
@@ -129,6 +129,7 @@ impl Picture for SurfacePicture<'_> {
             triangles: self.surface.triangles,
             moved_m: &self.moved_m,
             scale_m,
+            lamp: low_lamp(&view),
             largest_px: f64::INFINITY,
         };
         for face in faces(&skin, &view) {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Layer;
 use crate::charts::style::FINE;
-use crate::charts::surface::view::{V3, View, cross, dot, sub};
+use crate::charts::surface::view::{V3, View, cross, dot, length, sub};
 
 /// A piece of an edge.
 pub struct Wire {
@@ -19,7 +19,12 @@ fn edges(layer: &Layer, view: &View) -> BTreeMap<[u32; 2], [u32; 2]> {
     let mut edges = BTreeMap::new();
     for triangle in layer.triangles {
         let [Some(a), Some(b), Some(c)] = triangle.map(|n| layer.nodes_m.get(n as usize).copied()) else { continue };
-        let away = usize::from(dot(cross(sub(b, a), sub(c, a)), view.eye) <= 0.0);
+        let normal = cross(sub(b, a), sub(c, a));
+        // a triangle without area faces nowhere
+        if length(normal) <= 1e-9 * dot(sub(b, a), sub(b, a)).max(dot(sub(c, a), sub(c, a))) {
+            continue;
+        }
+        let away = usize::from(dot(normal, view.eye) <= 0.0);
         for k in 0..3 {
             let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
             let sides: &mut [u32; 2] = edges.entry([a.min(b), a.max(b)]).or_default();
@@ -35,8 +40,11 @@ fn ends(layer: &Layer, edge: [u32; 2]) -> Option<[V3; 2]> {
 }
 
 /// Edges of the triangles that face the eye, in pieces no longer than `piece_px`.
+///
+/// They count as half a piece farther than they are: where both surfaces coincide only the skin is seen, not a moiré of both.
 pub fn wires(layer: &Layer, view: &View, piece_px: f64) -> Vec<Wire> {
     let mut all = Vec::new();
+    let behind = 0.5 * piece_px * f64::from(FINE) / view.scale;
     for (edge, _) in edges(layer, view).into_iter().filter(|(_, [toward, _])| *toward > 0) {
         let Some([a, b]) = ends(layer, edge) else { continue };
         let (from, to) = (view.at(a), view.at(b));
@@ -47,7 +55,7 @@ pub fn wires(layer: &Layer, view: &View, piece_px: f64) -> Vec<Wire> {
         for k in 0..count as u32 {
             let (k, next) = (f64::from(k), f64::from(k) + 1.0);
             let at = |k| (mix(from.0, to.0, k), mix(from.1, to.1, k));
-            all.push(Wire { ends: [at(k), at(next)], near: mix(near(a), near(b), k + 0.5) });
+            all.push(Wire { ends: [at(k), at(next)], near: mix(near(a), near(b), k + 0.5) - behind });
         }
     }
     all

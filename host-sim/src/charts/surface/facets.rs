@@ -34,6 +34,8 @@ pub struct Skin<'a> {
     pub moved_m: &'a [f64],
     /// End of the colour scale [m].
     pub scale_m: f64,
+    /// Toward the lamp, unit vector.
+    pub lamp: V3,
     /// No part has a longer side [px]; infinite where only colour and light count.
     pub largest_px: f64,
 }
@@ -60,12 +62,25 @@ const SHADES: f64 = 24.0;
 /// Shortest side that is still split [px].
 const SMALLEST_PX: f64 = 6.0;
 
+/// A lamp low at the left, so that a shallow dent still has a bright and a dark side.
+pub fn low_lamp(view: &View) -> V3 {
+    lamp(view, [-0.75, 0.42, 0.4])
+}
+
+/// A lamp behind the left shoulder: everything that is seen is lit.
+pub fn high_lamp(view: &View) -> V3 {
+    lamp(view, [-0.45, 0.4, 0.8])
+}
+
+/// Rightward, upward, toward the eye.
+fn lamp(view: &View, [right, up, near]: [f64; 3]) -> V3 {
+    let lamp = add(add([0.0; 3], near, view.eye), up, view.up);
+    unit(add(lamp, right, view.right)).unwrap_or(view.eye)
+}
+
 /// The faces turned toward the eye, farthest first.
 pub fn faces(skin: &Skin, view: &View) -> Vec<Face> {
     let normals = corner_normals(skin);
-    // low from the left, so that a shallow dent still has a bright and a dark side
-    let lamp = add(add([0.0; 3], 0.4, view.eye), 0.42, view.up);
-    let lamp = unit(add(lamp, -0.75, view.right)).unwrap_or(view.eye);
     let mut all = Vec::new();
     for (triangle, normals) in skin.triangles.iter().zip(normals) {
         let corner = |k: usize| {
@@ -73,7 +88,7 @@ pub fn faces(skin: &Skin, view: &View) -> Vec<Face> {
             Some(Corner {
                 at: *skin.places_m.get(node)?,
                 moved_m: *skin.moved_m.get(node)?,
-                light: dot(normals[k], lamp).max(0.0),
+                light: dot(normals[k], skin.lamp).max(0.0),
             })
         };
         let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) else {
