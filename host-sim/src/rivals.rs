@@ -11,6 +11,8 @@ mod corotational;
 mod factor;
 mod implicit;
 mod linear;
+mod meshless;
+mod moving_least_squares;
 mod neo_hookean;
 mod node_contact;
 mod on_core;
@@ -23,6 +25,8 @@ pub use corotational::Corotational;
 pub use factor::Factor;
 pub use implicit::Implicit;
 pub use linear::LinearElastic;
+pub use meshless::Meshless;
+pub use moving_least_squares::{ShapeFunctions, Share, integration_points_m};
 pub use neo_hookean::{NeoHookean, Volume};
 pub use on_core::{Law, OnCore};
 pub use rest_tet::RestTet;
@@ -70,6 +74,8 @@ pub enum Method {
     NeoHookean,
     /// The same with the volume term averaged over nodes, which does not lock.
     NeoHookeanNodal,
+    /// The same energy on moving least squares, in cells without shape functions of their own.
+    Meshless,
     /// Extended position-based dynamics.
     Xpbd,
     /// Implicit Euler, corotational forces, matrix factored once at rest.
@@ -80,7 +86,7 @@ pub enum Method {
 
 impl Method {
     /// In the order of legends and tables.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Springs,
         Self::SpringsVolumeTet,
         Self::SpringsVolumeNodal,
@@ -89,6 +95,7 @@ impl Method {
         Self::Corotational,
         Self::NeoHookean,
         Self::NeoHookeanNodal,
+        Self::Meshless,
         Self::Xpbd,
         Self::Implicit,
         Self::Compliance,
@@ -106,6 +113,7 @@ impl Method {
             Self::Corotational => "corotational",
             Self::NeoHookean => "neo-hookean",
             Self::NeoHookeanNodal => "neo-hookean-nodal",
+            Self::Meshless => "meshless",
             Self::Xpbd => "xpbd",
             Self::Implicit => "implicit",
             Self::Compliance => "compliance",
@@ -154,6 +162,7 @@ impl Method {
             Self::Corotational => on_core::with_law(block, &params, Corotational::new(block), work)?,
             Self::NeoHookean => on_core::with_law(block, &params, NeoHookean::new(block, Volume::PerTet), work)?,
             Self::NeoHookeanNodal => on_core::with_law(block, &params, NeoHookean::new(block, Volume::Nodal), work)?,
+            Self::Meshless => on_core::with_law(block, &params, Meshless::new(block)?, work)?,
             Self::Xpbd => xpbd::with(&patch(1.0), &params, work)?,
             Self::Implicit => work(&mut Implicit::new(block, &params)?),
             Self::Compliance => work(&mut Compliance::new(block)?),

@@ -1,7 +1,7 @@
 //! Rivals at rest under the probe: what the tissue pulls at its support is what the probe feels.
 
 use palpate::{ProbePose, Terms, Vector3, tick};
-use palpate_sim::rivals::{Block, Corotational, Law, Method, NeoHookean, Rival, Volume};
+use palpate_sim::rivals::{Block, Corotational, Law, Meshless, Method, NeoHookean, Rival, Volume};
 use palpate_tests::bench::{Bench, at_depth};
 
 /// Force on the probe [N] and node positions after a press to 3 mm.
@@ -34,6 +34,7 @@ fn the_support_bears_what_the_probe_feels() {
     check(&block, Method::Corotational, &mut Corotational::new(&block));
     check(&block, Method::NeoHookean, &mut NeoHookean::new(&block, Volume::PerTet));
     check(&block, Method::NeoHookeanNodal, &mut NeoHookean::new(&block, Volume::Nodal));
+    check(&block, Method::Meshless, &mut Meshless::new(&block).expect("sound tets"));
 }
 
 /// XPBD's constraints have the energy of springs with per-tet volume, up to the quadratic volume term, and the same contact: converged, the same force.

@@ -4,3 +4,4 @@ mod chart;
 mod equilibrium;
 mod linear;
 mod material;
+mod meshless;

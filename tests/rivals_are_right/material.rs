@@ -1,12 +1,15 @@
 //! Internal forces of the finite-element rivals against their energies, written again in double precision.
 
 use nalgebra::{Matrix3, Vector3};
-use palpate_sim::rivals::{Block, Corotational, Law, NeoHookean, Volume};
+use palpate_sim::rivals::{Block, Corotational, Law, Meshless, NeoHookean, ShapeFunctions, Volume};
 use palpate_tests::bench::Noise;
 
 /// Single precision: three digits are lost in the deformation gradient (edges of 3-30 mm in coordinates up to 40 mm, strains of 0.1), and the
 /// corotational turn ends at 1e-5 rad.
 const FORCE_TOLERANCE: f64 = 3e-4;
+
+/// Faces of a tet, counter-clockwise seen from outside.
+const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
 fn matrix(block: &Block, tet: &[u32; 4], x: &[Vector3<f64>]) -> (Matrix3<f64>, f64) {
     let rest = |n: u32| Vector3::from(block.tissue.mesh.nodes_m[n as usize]);
@@ -56,6 +59,24 @@ fn neo_hookean_energy(block: &Block, x: &[Vector3<f64>], volume_term: Volume) ->
         energy += nodal.iter().map(|(now, rest)| 0.25 * rest * 0.5 * lambda * (now / rest).ln().powi(2)).sum::<f64>();
     }
     energy
+}
+
+/// Mean deformation gradients from the displacements of face points, without the gradients of shape functions.
+fn meshless_energy(block: &Block, means: &[[Vec<(u32, f64)>; 4]], x: &[Vector3<f64>]) -> f64 {
+    let (lambda, mu) = lame();
+    let of = |(tet, means): (&[u32; 4], &[Vec<(u32, f64)>; 4])| {
+        let at = tet.map(|n| Vector3::from(block.tissue.mesh.nodes_m[n as usize]));
+        let volume = (at[1] - at[0]).dot(&(at[2] - at[0]).cross(&(at[3] - at[0]))) / 6.0;
+        let mut f = Matrix3::zeros();
+        for (face, mean) in FACES.iter().zip(means) {
+            let [a, b, c] = face.map(|k| at[k]);
+            let moved: Vector3<f64> = mean.iter().map(|&(n, phi)| x[n as usize] * phi).sum();
+            f += moved * ((b - a).cross(&(c - a)) / (2.0 * volume)).transpose();
+        }
+        let log = f.determinant().ln();
+        volume * (0.5 * mu * (f.norm_squared() - 3.0) - mu * log + 0.5 * lambda * log * log)
+    };
+    block.tissue.mesh.tets.iter().zip(means).map(of).sum()
 }
 
 fn deformed(block: &Block, seed: u64) -> Vec<Vector3<f64>> {
@@ -118,6 +139,19 @@ fn neo_hookean_force_is_minus_the_slope_of_its_energy() {
 }
 
 #[test]
+fn meshless_force_is_minus_the_slope_of_its_energy() {
+    let block = block();
+    let mesh = &block.tissue.mesh;
+    let shape = ShapeFunctions::new(mesh, 1.05);
+    let of_face = |tet: &[u32; 4], face: [usize; 3]| {
+        shape.mean(&face.map(|k| Vector3::from(mesh.nodes_m[tet[k] as usize]))).expect("nodes in reach")
+    };
+    let means: Vec<_> = mesh.tets.iter().map(|tet| FACES.map(|face| of_face(tet, face))).collect();
+    let mut law = Meshless::new(&block).expect("sound tets");
+    force_is_minus_the_slope(&mut law, &block, |x| meshless_energy(&block, &means, x));
+}
+
+#[test]
 fn rigid_motion_gives_no_force() {
     let block = block();
     let turn = nalgebra::Rotation3::from_euler_angles(0.4, -0.3, 0.7);
@@ -134,6 +168,7 @@ fn rigid_motion_gives_no_force() {
     check("corotational", &mut Corotational::new(&block), both);
     check("neo-Hookean", &mut NeoHookean::new(&block, Volume::PerTet), both);
     check("nodal neo-Hookean", &mut NeoHookean::new(&block, Volume::Nodal), both);
+    check("meshless", &mut Meshless::new(&block).expect("sound tets"), both);
 }
 
 #[test]

@@ -5,7 +5,7 @@
 
 use crate::budget::{Machine, triangles_in_reach};
 use crate::patch::{Material, Patch};
-use crate::rivals::{Block, Corotational, Method, NeoHookean, Xpbd};
+use crate::rivals::{Block, Corotational, Meshless, Method, NeoHookean, Xpbd};
 
 /// Cycles of a floating-point operation with its loads and stores: what our own tet kernel takes (291 cycles for about 100).
 pub const CYCLES_PER_FLOP: f64 = 2.9;
@@ -34,6 +34,10 @@ pub fn m4f_cycles(method: Method, block: &Block, substeps: u16, solver_flops: f6
         Method::Corotational => on_core(tets * Corotational::FLOPS_PER_TET),
         Method::NeoHookean => on_core(tets * NeoHookean::FLOPS_PER_TET),
         Method::NeoHookeanNodal => on_core(tets * (NeoHookean::FLOPS_PER_TET + NeoHookean::FLOPS_NODAL)),
+        Method::Meshless => {
+            let parts = Meshless::new(block).ok()?.parts() as f64;
+            on_core(tets * Meshless::FLOPS_PER_CELL + parts * Meshless::FLOPS_PER_PART)
+        }
         Method::Xpbd => on_core(edges * Xpbd::FLOPS[0] + tets * Xpbd::FLOPS[1]),
         Method::Implicit => CYCLES_PER_FLOP * (solver_flops + steps * (tets * Corotational::FLOPS_PER_TET + nodes * 30.0)),
         Method::Compliance => CYCLES_PER_FLOP * solver_flops,

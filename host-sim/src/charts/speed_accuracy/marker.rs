@@ -20,7 +20,7 @@ pub enum Shape {
     Star,
 }
 
-const LOOKS: [Look; 11] = [
+const LOOKS: [Look; 12] = [
     Look { color: RGBColor(0x8c, 0x95, 0x9e), shape: Shape::Disc },
     Look { color: RGBColor(0x4f, 0x9e, 0xd9), shape: Shape::Square },
     Look { color: RGBColor(0x2a, 0x6f, 0xb0), shape: Shape::Diamond },
@@ -29,6 +29,7 @@ const LOOKS: [Look; 11] = [
     Look { color: RGBColor(0xd9, 0x82, 0x1b), shape: Shape::Up },
     Look { color: RGBColor(0xc2, 0x3b, 0x2b), shape: Shape::Square },
     Look { color: RGBColor(0xe0, 0x5f, 0x9a), shape: Shape::Diamond },
+    Look { color: RGBColor(0x1f, 0xa8, 0xa0), shape: Shape::Square },
     Look { color: RGBColor(0x2f, 0x93, 0x57), shape: Shape::Down },
     Look { color: RGBColor(0x8a, 0x5a, 0xb8), shape: Shape::Disc },
     Look { color: RGBColor(0x7a, 0x52, 0x36), shape: Shape::Up },
