@@ -180,8 +180,7 @@ fn round_label(value: f64) -> String {
         // the way through the logarithm leaves dust behind the last digit
         return plain((value * 1e6).round() / 1e6);
     }
-    let label = format!("{value:.1e}").replace(".0e", "e").replace('-', "\u{2212}");
-    if value < 1.0 || value >= 1e6 { label } else { plain(value) }
+    format!("{value:.1e}").replace(".0e", "e").replace('-', "\u{2212}")
 }
 
 impl Picture for Drawing<'_> {
