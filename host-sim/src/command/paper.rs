@@ -6,7 +6,7 @@ use clap::{Args, Subcommand};
 
 use crate::error::Error;
 use crate::output::OutputFolder;
-use crate::paper::volume_preserved;
+use crate::paper::volume_preserved::{self, Options};
 
 #[derive(Clone, Debug, Subcommand)]
 pub(super) enum PaperCommand {
@@ -25,6 +25,9 @@ pub(super) struct PaperArgs {
     /// The sparse resolution only: under a minute.
     #[arg(long)]
     quick: bool,
+    /// Solve the finite elements of the full resolution anew instead of taking the shipped answer: some 15 minutes more.
+    #[arg(long)]
+    solve: bool,
     /// Output folder, made if it is not there [default: out/paper-NAME].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -35,7 +38,8 @@ impl PaperCommand {
         match self {
             Self::VolumePreserved(args) => {
                 let folder = args.folder("volume-preserved")?;
-                volume_preserved::run(&args.scene, args.quick, &folder)
+                let options = Options { scene: args.scene.clone(), quick: args.quick, solve: args.solve };
+                volume_preserved::run(&options, &folder)
             }
         }
     }

@@ -25,7 +25,7 @@ use assembly::Assembly;
 use method::{HangingMethod, Rest, Setup, hang};
 use scene::HangingScene;
 use steps::Steps;
-use truth::{Truth, solve};
+use truth::{Shipped, Truth, solve};
 
 /// Largest mean landmark error of the product at full resolution that is promised, after each move [m].
 pub const PROMISED_M: [f64; 2] = [1.0e-3, 2.0e-3];
@@ -46,83 +46,113 @@ pub struct Resolution<'a> {
     pub name: &'static str,
     /// The scene on its meshes.
     pub assembly: Assembly<'a>,
-    /// Finite elements on the finest mesh, at this resolution's landmarks.
+    /// Finite elements on the same mesh.
     pub truth: Truth,
-    /// Step [s] and, for each move, where it ended.
-    pub runs: Vec<(Setup, Vec<Result<Rest, Fault>>)>,
+    /// For each method and each move where it ended.
+    pub runs: Vec<MethodRun>,
 }
 
-/// Runs the paper's section 3 and writes the report into `folder`. `quick` takes the sparse resolution alone.
+/// A method's setup and, for each move, where it ended.
+pub type MethodRun = (Setup, Vec<Result<Rest, Fault>>);
+
+/// What is to be run.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Preset or file of the scene.
+    pub scene: String,
+    /// The sparse resolution alone.
+    pub quick: bool,
+    /// Solve the finite elements of the full resolution anew instead of taking the shipped answer.
+    pub solve: bool,
+}
+
+/// Longest virtual time that a method gets to come to rest after a move [s].
+const LONGEST_S: f64 = 6.0;
+/// Weight that is put on in the second scene [m/s^2].
+const WEIGHT_M_PER_S2: [f64; 3] = [0.0, 0.0, -9.81];
+
+/// Runs the paper's section 3 and writes the report into `folder`.
 ///
 /// # Errors
 /// Bad scene; finite elements that do not converge; a promise of the product that did not hold.
-pub fn run(scene: &str, quick: bool, folder: &OutputFolder) -> Result<(), Error> {
-    let scene = HangingScene::load(scene)?;
+pub fn run(options: &Options, folder: &OutputFolder) -> Result<(), Error> {
+    let scene = HangingScene::load(&options.scene)?;
     let started = Instant::now();
     let bar = ProgressBar::new_spinner();
     bar.enable_steady_tick(std::time::Duration::from_millis(200));
-    let wanted: &[usize] = if quick { &[1] } else { &[0, 1] };
     let mut resolutions = Vec::new();
-    for at in wanted.iter().copied() {
-        let name = ["full", "sparse"][at];
-        bar.set_message(format!("{name}: meshing"));
-        let tets: Vec<usize> = scene.organ.iter().map(|organ| organ.tets[at]).collect();
-        let assembly = Assembly::build(&scene, &tets, scene.surface.points[at])?;
-        let runs = hang_all(&assembly, name, &bar)?;
-        resolutions.push((name, assembly, runs));
+    if !options.quick {
+        resolutions.push(at_resolution(&scene, 0, &METHODS, options.solve, &bar)?);
     }
-    let finest = truth_of(&scene, 1.0, quick, &bar)?;
-    let coarser = truth_of(&scene, COARSER, quick, &bar)?;
-    let mut complete = Vec::new();
-    for (name, assembly, runs) in resolutions {
-        let truth = finest.0.at_points_of(&finest.1, &assembly);
-        complete.push(Resolution { name, assembly, truth, runs });
+    resolutions.push(at_resolution(&scene, 1, &METHODS, options.solve, &bar)?);
+    let sparse = &resolutions[resolutions.len() - 1];
+    let subdivided = subdivided(sparse, options.solve, &bar)?;
+    if options.solve && !options.quick {
+        let shipped = subdivided.as_ref().map(|finer| truth::Shipped {
+            full: truth::Answer::of(&resolutions[0].assembly, &resolutions[0].truth),
+            sparse_subdivided: truth::Answer::of(&sparse.assembly, finer),
+        });
+        folder.write_json("hanging-liver.json", &shipped)?;
     }
+    let mut weighed = scene.clone();
+    weighed.gravity_m_per_s2 = WEIGHT_M_PER_S2;
+    let weighed = match options.quick || scene.gravity_m_per_s2 != [0.0; 3] {
+        true => None,
+        false => Some(at_resolution(&weighed, 1, &[METHODS[0], METHODS[2]], true, &bar)?),
+    };
     bar.set_message("steps that survive");
-    let steps = Steps::measure(&complete[complete.len() - 1].assembly, quick)?;
+    let steps = Steps::measure(&sparse.assembly, options.quick)?;
     bar.finish_and_clear();
-    let coarser = coarser.0.at_points_of(&coarser.1, &complete[0].assembly);
     let findings = tables::Findings {
         scene: &scene,
-        resolutions: &complete,
-        coarser: &coarser,
+        resolutions: &resolutions,
+        weighed: weighed.as_ref(),
+        subdivided: subdivided.as_ref(),
         steps: &steps,
-        quick,
+        quick: options.quick,
         elapsed_s: started.elapsed().as_secs_f64(),
     };
     tables::write(&findings, folder)
 }
 
-/// Every method at one resolution.
-fn hang_all(assembly: &Assembly, name: &str, bar: &ProgressBar) -> Result<Vec<(Setup, Vec<Result<Rest, Fault>>)>, Error> {
+/// The scene at full (0) or sparse (1) resolution: finite elements, then every method.
+fn at_resolution<'a>(
+    scene: &'a HangingScene,
+    at: usize,
+    methods: &[HangingMethod],
+    solve_anew: bool,
+    bar: &ProgressBar,
+) -> Result<Resolution<'a>, Error> {
+    let name = ["full", "sparse"][at];
+    bar.set_message(format!("{name}: meshing"));
+    let tets: Vec<usize> = scene.organ.iter().map(|organ| organ.tets[at]).collect();
+    let assembly = Assembly::build(scene, &tets, scene.surface.points[at])?;
+    let shipped = Shipped::load().filter(|_| !solve_anew).and_then(|shipped| shipped.full.for_assembly(&assembly));
+    let truth = match shipped {
+        Some(truth) => truth,
+        None => solve(&assembly, |n, share| say_share(bar, name, &assembly, n, share))?,
+    };
     let mut runs = Vec::new();
-    for method in METHODS {
-        let dt_s = steps::working_step_s(method, assembly)?;
-        let setup = Setup { method, dt_s, longest_s: LONGEST_S };
-        let rests = hang(assembly, &setup, |n, t| {
+    for method in methods {
+        let setup = steps::working_setup(*method, &assembly, LONGEST_S)?;
+        let rests = hang(&assembly, &setup, |n, t| {
             bar.set_message(format!("{name}: {}, move {}, {t:.1} s", method.name(), n + 1));
         })?;
         runs.push((setup, rests));
     }
-    Ok(runs)
+    Ok(Resolution { name, assembly, truth, runs })
 }
 
-/// Longest virtual time that a method gets to come to rest after a move [s].
-const LONGEST_S: f64 = 6.0;
-
-/// Finite elements with as many tets as a share of the scene's.
-fn truth_of<'a>(scene: &'a HangingScene, share: f64, quick: bool, bar: &ProgressBar) -> Result<(Truth, Assembly<'a>), Error> {
-    let tets = |o: &scene::OrganScene| (share * if quick { o.tets[1] as f64 } else { FINEST * o.tets[0] as f64 }) as usize;
-    let tets: Vec<usize> = scene.organ.iter().map(tets).collect();
-    let assembly = Assembly::build(scene, &tets, scene.surface.points[1])?;
-    let truth = solve(&assembly, |n, share| {
-        let size = assembly.quadratic.tets.len();
-        bar.set_message(format!("finite elements, {size} tets, move {}, {:.0} %", n + 1, 100.0 * share));
-    })?;
-    Ok((truth, assembly))
+/// Finite elements of the sparse resolution with every tet cut into eight; only where they ship or are asked for.
+fn subdivided(sparse: &Resolution, solve_anew: bool, bar: &ProgressBar) -> Result<Option<Truth>, Error> {
+    if solve_anew {
+        let finer = sparse.assembly.subdivided();
+        return Ok(Some(solve(&finer, |n, share| say_share(bar, "sparse, subdivided", &finer, n, share))?));
+    }
+    Ok(Shipped::load().and_then(|shipped| shipped.sparse_subdivided.for_assembly(&sparse.assembly)))
 }
 
-/// Tets of the finest finite-element mesh, over those of the full resolution: a quadratic tet does what eight linear ones do.
-const FINEST: f64 = 0.4;
-/// Tets of the coarser mesh over those of the finer, for the error estimate.
-const COARSER: f64 = 0.4;
+fn say_share(bar: &ProgressBar, name: &str, assembly: &Assembly, n: usize, share: f64) {
+    let tets = assembly.quadratic.tets.len();
+    bar.set_message(format!("{name}: finite elements, {tets} tets, move {}, {:.0} %", n + 1, 100.0 * share));
+}

@@ -1,6 +1,9 @@
 //! The scene at one resolution: meshes side by side, and which of their nodes are fixed, held and joined.
 //!
-//! Sets are found by geometry, never by index, so that every mesh, coarse or fine, linear or quadratic, gets the same scene.
+//! Sets are found by geometry on the corners; a middle of an edge belongs to a set if both ends do. So springs and finite elements on one mesh have exactly the
+//! same scene: where a hinge or a grip lies decides more than any element does, and on two meshes it would lie half an element apart.
+
+use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 
@@ -13,6 +16,7 @@ use crate::reference::locate::Locator;
 use crate::reference::nearest::{Nearest, nearest};
 use crate::reference::organs::{Organ, join};
 use crate::reference::quadratic::QuadraticMesh;
+use crate::reference::shape::{TET_EDGES, TRIANGLE_EDGES};
 use crate::scene::SceneError;
 
 /// Cosine between a surface's normal and what it is to face: 60 degrees.
@@ -59,8 +63,17 @@ impl<'a> Assembly<'a> {
             }
         });
         let meshes = meshes.collect::<Result<Vec<_>, _>>()?;
+        let mut assembly = Self::of(scene, meshes);
+        assembly.find_supports()?;
+        assembly.find_joint()?;
+        assembly.find_landmarks()?;
+        assembly.sample_surface(points)?;
+        Ok(assembly)
+    }
+
+    fn of(scene: &'a HangingScene, meshes: Vec<TetMesh>) -> Self {
         let (quadratic, organs) = join(&meshes.iter().map(QuadraticMesh::new).collect::<Vec<_>>());
-        let mut assembly = Self {
+        Self {
             scene,
             meshes,
             quadratic,
@@ -71,12 +84,58 @@ impl<'a> Assembly<'a> {
             onto: Vec::new(),
             landmarks: Vec::new(),
             surface: Vec::new(),
+        }
+    }
+
+    /// The same scene with every tet cut into eight: the same shape, supports, joints and points.
+    #[must_use]
+    pub fn subdivided(&self) -> Self {
+        let mut meshes = Vec::new();
+        for organ in &self.organs {
+            let start = organ.nodes.start as u32;
+            let tets: Vec<[u32; 4]> =
+                self.quadratic.tets[organ.tets.clone()].iter().flat_map(eighths).map(|t| t.map(|n| n - start)).collect();
+            let nodes_m = self.quadratic.nodes_m[organ.nodes.clone()].iter().map(|x| (*x).into()).collect();
+            meshes.push(TetMesh { nodes_m, regions: vec![0; tets.len()], tets });
+        }
+        let mut finer = Self::of(self.scene, meshes);
+        // nodes of the coarse quadratic mesh are the corners of the finer, organ by organ
+        let corner = |n: u32| {
+            let (old, new) = self.organs.iter().zip(&finer.organs).find(|(old, _)| old.nodes.contains(&(n as usize)))?;
+            Some(n - old.nodes.start as u32 + new.nodes.start as u32)
         };
-        assembly.find_supports()?;
-        assembly.find_joint()?;
-        assembly.find_landmarks()?;
-        assembly.sample_surface(points)?;
-        Ok(assembly)
+        let moved = |nodes: &[u32]| nodes.iter().filter_map(|n| corner(*n)).collect::<Vec<u32>>();
+        let (mut fixed, mut held) = (moved(&self.fixed), moved(&self.held));
+        let parts = |triangles: &[usize]| -> BTreeSet<[u32; 3]> {
+            let quarters = triangles.iter().flat_map(|t| quarters(&self.quadratic.triangles[*t]));
+            quarters.map(|t| sorted(t.map(|n| corner(n).unwrap_or(n)))).collect()
+        };
+        let (joined, onto) = (parts(&self.joined), parts(&self.onto));
+        let find = |wanted: &BTreeSet<[u32; 3]>| {
+            let is = |t: &usize| wanted.contains(&sorted([0, 1, 2].map(|k| finer.quadratic.triangles[*t][k])));
+            (0..finer.quadratic.triangles.len()).filter(is).collect::<Vec<_>>()
+        };
+        let (joined, onto) = (find(&joined), find(&onto));
+        finer.add_middles(&mut fixed);
+        finer.add_middles(&mut held);
+        fixed.retain(|n| held.binary_search(n).is_err());
+        (finer.fixed, finer.held, finer.joined, finer.onto) = (fixed, held, joined, onto);
+        (finer.landmarks, finer.surface) = (self.landmarks.clone(), self.surface.clone());
+        finer
+    }
+
+    /// Adds the middles of edges whose ends are in a set of corners; sorts it.
+    fn add_middles(&self, set: &mut Vec<u32>) {
+        let corners: BTreeSet<u32> = set.iter().copied().collect();
+        let mut all = corners.clone();
+        for tet in &self.quadratic.tets {
+            for (edge, [i, j]) in TET_EDGES.into_iter().enumerate() {
+                if corners.contains(&tet[i]) && corners.contains(&tet[j]) {
+                    all.insert(tet[4 + edge]);
+                }
+            }
+        }
+        *set = all.into_iter().collect();
     }
 
     fn organ(&self, name: &str) -> &Organ {
@@ -98,7 +157,7 @@ impl<'a> Assembly<'a> {
         let scene = self.scene;
         for (n, FixedScene { organ, box_m, facing }) in scene.fixed.iter().enumerate() {
             let triangles: Vec<usize> = self.facing(self.organ(organ), *facing).collect();
-            let nodes = triangles.into_iter().flat_map(|t| self.quadratic.triangles[t]);
+            let nodes = triangles.into_iter().flat_map(|t| self.quadratic.triangles[t]).filter(|n| self.is_corner(*n));
             let inside: Vec<u32> = nodes.filter(|n| within(box_m, &self.quadratic.nodes_m[*n as usize])).collect();
             if inside.is_empty() {
                 let why = format!("holds no surface of {organ}: widen it, or turn facing");
@@ -113,15 +172,19 @@ impl<'a> Assembly<'a> {
             let share = (arm.dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
             (arm - along * share).norm() <= stick.radius_m
         };
-        self.held = self.organ(&stick.organ).nodes.clone().map(|n| n as u32).filter(near).collect();
-        let corners = self.held.iter().filter(|n| self.is_corner(**n)).count();
-        if corners == 0 {
-            let why = format!("= {} m reaches no mesh node of {}: move the stick or make it thicker", stick.radius_m, stick.organ);
+        let corners = self.organ(&stick.organ).nodes.clone().map(|n| n as u32).filter(|n| self.is_corner(*n));
+        let mut held: Vec<u32> = corners.filter(near).collect();
+        if held.is_empty() {
+            let why =
+                format!("= {} m reaches no mesh node of {}: move the stick or make it thicker", stick.radius_m, stick.organ);
             return Err(SceneError::value(&scene.file, "attachment.radius_m", &why));
         }
-        self.fixed.sort_unstable();
-        self.fixed.dedup();
-        self.fixed.retain(|n| self.held.binary_search(n).is_err());
+        let mut fixed = std::mem::take(&mut self.fixed);
+        fixed.retain(|n| !held.contains(n));
+        self.add_middles(&mut held);
+        self.add_middles(&mut fixed);
+        fixed.retain(|n| held.binary_search(n).is_err());
+        (self.fixed, self.held) = (fixed, held);
         Ok(())
     }
 
@@ -131,13 +194,21 @@ impl<'a> Assembly<'a> {
         let refuse = |why: String| Err(SceneError::value(&scene.file, "joint.reach_m", &why));
         let onto: Vec<usize> = self.organ(&joint.onto).triangles.clone().collect();
         let own: Vec<usize> = self.facing(self.organ(&joint.organ), joint.facing).collect();
-        let middle = |t: &usize| self.quadratic.triangles[*t][..3].iter().map(|n| self.quadratic.nodes_m[*n as usize] / 3.0).sum::<Vector3<f64>>();
+        let middle = |t: &usize| {
+            self.quadratic.triangles[*t][..3].iter().map(|n| self.quadratic.nodes_m[*n as usize] / 3.0).sum::<Vector3<f64>>()
+        };
         let boxed: Vec<usize> = own.into_iter().filter(|t| within(&joint.box_m, &middle(t))).collect();
-        let gap = |t: &usize| nearest(&self.quadratic, onto.iter().copied(), &middle(t), f64::MAX).map_or(f64::INFINITY, |n| n.distance_m);
+        let gap = |t: &usize| {
+            nearest(&self.quadratic, onto.iter().copied(), &middle(t), f64::MAX).map_or(f64::INFINITY, |n| n.distance_m)
+        };
         let gaps: Vec<f64> = boxed.iter().map(gap).collect();
         let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
         if least > joint.reach_m {
-            let nearest = if least.is_finite() { format!("are {:.2} mm apart", 1e3 * least) } else { "face each other nowhere in joint.box_m".into() };
+            let nearest = if least.is_finite() {
+                format!("are {:.2} mm apart", 1e3 * least)
+            } else {
+                "face each other nowhere in joint.box_m".into()
+            };
             return refuse(format!(
                 "= {} m: {} and {} do not touch, they {nearest}: move one of them, or reach further",
                 joint.reach_m, joint.organ, joint.onto
@@ -221,14 +292,21 @@ impl<'a> Assembly<'a> {
             let at = [0, 1].map(|k| area.low_m[k] + (0.5 + n as f64 * STEPS[k]).fract() * (area.high_m[k] - area.low_m[k]));
             self.surface.extend(self.top(at[0], at[1]));
         }
-        Err(SceneError::value(&self.scene.file, "surface", &format!("has hardly any surface of {} in it: move it", self.scene.organ[0].shape)))
+        Err(SceneError::value(
+            &self.scene.file,
+            "surface",
+            &format!("has hardly any surface of {} in it: move it", self.scene.organ[0].shape),
+        ))
     }
 
     /// Whether a node of `quadratic` is one of the tet mesh.
     #[must_use]
     pub fn is_corner(&self, node: u32) -> bool {
         let node = node as usize;
-        self.organs.iter().zip(&self.meshes).any(|(organ, mesh)| (organ.nodes.start..organ.nodes.start + mesh.nodes_m.len()).contains(&node))
+        self.organs
+            .iter()
+            .zip(&self.meshes)
+            .any(|(organ, mesh)| (organ.nodes.start..organ.nodes.start + mesh.nodes_m.len()).contains(&node))
     }
 }
 
@@ -241,4 +319,34 @@ fn largest_side<'a>(nodes: impl Iterator<Item = &'a [f64; 3]>) -> f64 {
         ([0, 1, 2].map(|k| low[k].min(x[k])), [0, 1, 2].map(|k| high[k].max(x[k])))
     });
     (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max)
+}
+
+/// The eight tets that a 10-node tet is cut into; the inner octahedron along the line between its first and last middle.
+fn eighths(tet: &[u32; 10]) -> Vec<[u32; 4]> {
+    let middle = |i: usize, j: usize| {
+        let edge = TET_EDGES.iter().position(|e| *e == [i, j] || *e == [j, i]).unwrap_or(0);
+        tet[4 + edge]
+    };
+    let corner = |k: usize| {
+        let others = [0, 1, 2, 3].map(|j| if j == k { tet[k] } else { middle(k.min(j), k.max(j)) });
+        others
+    };
+    let (m01, m02, m03, m12, m13, m23) = (middle(0, 1), middle(0, 2), middle(0, 3), middle(1, 2), middle(1, 3), middle(2, 3));
+    let mut parts: Vec<[u32; 4]> = (0..4).map(corner).collect();
+    parts.extend([[m01, m02, m03, m23], [m01, m02, m23, m12], [m01, m12, m23, m13], [m01, m13, m23, m03]]);
+    parts
+}
+
+fn quarters(triangle: &[u32; 6]) -> [[u32; 3]; 4] {
+    let middle = |i: usize, j: usize| {
+        let side = TRIANGLE_EDGES.iter().position(|e| *e == [i, j] || *e == [j, i]).unwrap_or(0);
+        triangle[3 + side]
+    };
+    let (a, b, c) = (middle(0, 1), middle(1, 2), middle(0, 2));
+    [[triangle[0], a, c], [a, triangle[1], b], [c, b, triangle[2]], [a, b, c]]
+}
+
+fn sorted(mut nodes: [u32; 3]) -> [u32; 3] {
+    nodes.sort_unstable();
+    nodes
 }

@@ -46,6 +46,8 @@ pub struct Setup {
     pub method: HangingMethod,
     /// Time step [s].
     pub dt_s: f32,
+    /// Steps a tick, where the tick sets the mass floor; else as many as make the core's shortest tick.
+    pub substeps: Option<u16>,
     /// Longest virtual time after a move [s].
     pub longest_s: f64,
 }
@@ -95,7 +97,8 @@ impl HangingMethod {
                 network
             }
             Self::VolumePreserved { .. } => {
-                let mut network = Network::build(assembly, &Material { poisson_ratio: 0.25, ..Material::default() }, Joints::Nearest);
+                let mut network =
+                    Network::build(assembly, &Material { poisson_ratio: 0.25, ..Material::default() }, Joints::Nearest);
                 network.params = Params {
                     terms: Terms::SPRINGS_ONLY,
                     mass_floor: 0.0,
@@ -120,13 +123,25 @@ fn per_tet_share(poisson_ratio: f64) -> f64 {
 ///
 /// # Errors
 /// What [`Params::build`] refuses.
-pub fn hang(assembly: &Assembly, setup: &Setup, mut progress: impl FnMut(usize, f64)) -> Result<Vec<Result<Rest, Fault>>, Error> {
-    let network = setup.method.network(assembly);
+pub fn hang(assembly: &Assembly, setup: &Setup, progress: impl FnMut(usize, f64)) -> Result<Vec<Result<Rest, Fault>>, Error> {
+    hang_network(assembly, &setup.method.network(assembly), setup, progress)
+}
+
+/// The same with a network of one's own.
+///
+/// # Errors
+/// As [`hang`].
+pub fn hang_network(
+    assembly: &Assembly,
+    network: &Network,
+    setup: &Setup,
+    mut progress: impl FnMut(usize, f64),
+) -> Result<Vec<Result<Rest, Fault>>, Error> {
     let model = network.patch.wide_model();
-    let params = stepped(&network.params, setup.dt_s);
+    let params = stepped(&network.params, setup.dt_s, setup.substeps);
     let mut memory = Memory::for_model(&model);
     let (tuned, state) = memory.start(&model, &params)?;
-    let mut run = Run { model: &model, tuned: &tuned, state, network: &network, params: &params, at_m: Vector3::zeros() };
+    let mut run = Run { model: &model, tuned: &tuned, state, network, params: &params, at_m: Vector3::zeros() };
     let mut results = Vec::new();
     let damping_m_s = match setup.method {
         HangingMethod::Palpate => Vec::new(),
@@ -153,12 +168,13 @@ pub fn hang(assembly: &Assembly, setup: &Setup, mut progress: impl FnMut(usize, 
     Ok(results)
 }
 
-/// Parameters with one step of `dt_s` a tick where that is a tick the core takes, several a tick where it is shorter.
+/// Parameters with steps of `dt_s`: as many a tick as asked for, else one where that is a tick the core takes.
 #[must_use]
-pub fn stepped(params: &Params, dt_s: f32) -> Params {
+pub fn stepped(params: &Params, dt_s: f32, substeps: Option<u16>) -> Params {
     const SHORTEST_TICK_S: f32 = 1e-5;
-    let substeps = (SHORTEST_TICK_S / dt_s).ceil().clamp(1.0, 1000.0);
-    Params { tick_s: dt_s * substeps, substeps: substeps as u16, ..*params }
+    let fewest = (SHORTEST_TICK_S / dt_s).ceil().clamp(1.0, 1000.0) as u16;
+    let substeps = substeps.unwrap_or(fewest);
+    Params { tick_s: dt_s * f32::from(substeps), substeps, ..*params }
 }
 
 /// The stages of paper 000 that a method asks for; `None` for the product.
@@ -223,8 +239,13 @@ impl Run<'_> {
                 progress(ticks as f64 * tick_s);
             }
         }
-        let corners: Vec<Vector3<f64>> =
-            self.state.nodes().iter().zip(self.model.nodes).map(|(n, r)| n.position_m().cast() - Vector3::from(r.rest_m).cast()).collect();
+        let corners: Vec<Vector3<f64>> = self
+            .state
+            .nodes()
+            .iter()
+            .zip(self.model.nodes)
+            .map(|(n, r)| n.position_m().cast() - Vector3::from(r.rest_m).cast())
+            .collect();
         Ok(Rest {
             measured: Measured::of_corners(assembly, &corners),
             steps: ticks * usize::from(self.params.substeps),

@@ -3,15 +3,15 @@
 use palpate::method::VolumePreserved;
 use palpate::path::correct::length::SpringLength;
 use palpate::path::force::damper::DampingLaw;
-use palpate::{ProbePose, Terms, Vector3, tick_with};
+use palpate::{Params, ProbePose, Terms, Vector3, tick_with};
 
 use super::assembly::Assembly;
-use super::method::{HangingMethod, printed, stepped};
+use super::method::{HangingMethod, Setup, printed, stepped};
 use crate::error::Error;
 use crate::patch::{Material, Memory, Patch};
 use crate::rivals::Block;
 
-/// Step of the product: the tick.
+/// The tick.
 const TICK_S: f32 = 1e-3;
 /// Share of the limit that runs take.
 const MARGIN: f32 = 0.8;
@@ -41,18 +41,21 @@ pub const LAWS: [(&str, DampingLaw); 6] = [
     ("(12) as printed, l0 in m", DampingLaw::PrintedMetres),
 ];
 
-/// The step that a method runs with: a tick for the product, most of its limit for the printed ones, at most a tick.
+/// How a method runs: the product in two steps a tick, the printed ones with most of their limit, at most a tick.
 ///
 /// # Errors
 /// What the core refuses.
-pub fn working_step_s(method: HangingMethod, assembly: &Assembly) -> Result<f32, Error> {
+pub fn working_setup(method: HangingMethod, assembly: &Assembly, longest_s: f64) -> Result<Setup, Error> {
     Ok(match method {
-        HangingMethod::Palpate => TICK_S,
-        HangingMethod::VolumePreserved { .. } => (MARGIN * largest_step_s(method, assembly)?).min(TICK_S),
+        HangingMethod::Palpate => Setup { method, dt_s: 0.5 * TICK_S, substeps: Some(2), longest_s },
+        HangingMethod::VolumePreserved { .. } => {
+            let dt_s = (MARGIN * largest_step_s(method, assembly)?).min(TICK_S);
+            Setup { method, dt_s, substeps: None, longest_s }
+        }
     })
 }
 
-/// The largest step with which the organs sway under their weight without a divergence.
+/// The largest step with which the organs sway under a weight without a divergence.
 ///
 /// # Errors
 /// What the core refuses.
@@ -61,7 +64,8 @@ pub fn largest_step_s(method: HangingMethod, assembly: &Assembly) -> Result<f32,
     let model = network.patch.wide_model();
     // rest leaves the limit of the linear system: an upper bound that is close for springs pulled, not pressed
     let survives = |dt_s: f32| -> Result<bool, Error> {
-        let params = stepped(&network.params, dt_s);
+        // weight excites every mode
+        let params = Params { gravity_m_per_s2: [0.0, 0.0, -9.81], ..stepped(&network.params, dt_s, None) };
         let mut memory = Memory::for_model(&model);
         let (tuned, mut state) = memory.start(&model, &params)?;
         let mut constants = vec![0.0; model.springs.len()];
