@@ -127,7 +127,7 @@ pub fn force_against_step(steps: &Steps, folder: &OutputFolder, report: &mut Rep
         title,
         below: "block of 130 nodes pressed 2 mm deep; finite elements say 49.2 mN",
         x: ScaledAxis { title: "time step [ms]", scale: Scale::Log },
-        y: ScaledAxis { title: "force [mN]", scale: Scale::Log },
+        y: ScaledAxis { title: "force [mN]", scale: Scale::Linear },
         series: &series,
         levels: &[crate::charts::Level { name: "finite elements", y: 49.2 }],
     };
