@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use crate::error::Error;
-use crate::output::OutputFolder;
 use crate::paper::volume_preserved::{self, Options};
 
 #[derive(Clone, Debug, Subcommand)]
@@ -37,17 +36,15 @@ impl PaperCommand {
     pub(super) fn run(&self) -> Result<(), Error> {
         match self {
             Self::VolumePreserved(args) => {
-                let folder = args.folder("volume-preserved")?;
                 let options = Options { scene: args.scene.clone(), quick: args.quick, solve: args.solve };
-                volume_preserved::run(&options, &folder)
+                volume_preserved::run(&options, &args.folder("volume-preserved"))
             }
         }
     }
 }
 
 impl PaperArgs {
-    fn folder(&self, paper: &str) -> Result<OutputFolder, Error> {
-        let path = self.out.clone().unwrap_or_else(|| PathBuf::from("out").join(format!("paper-{paper}")));
-        OutputFolder::open(&path)
+    fn folder(&self, paper: &str) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| PathBuf::from("out").join(format!("paper-{paper}")))
     }
 }

@@ -13,6 +13,7 @@ pub mod steps;
 mod tables;
 pub mod truth;
 
+use std::path::Path;
 use std::time::Instant;
 
 use indicatif::ProgressBar;
@@ -71,20 +72,22 @@ const LONGEST_S: f64 = 6.0;
 /// Weight that is put on in the second scene [m/s^2].
 const WEIGHT_M_PER_S2: [f64; 3] = [0.0, 0.0, -9.81];
 
-/// Runs the paper's section 3 and writes the report into `folder`.
+/// Runs the paper's section 3 and writes the report into the folder `out`, which is made once the scene is known to be sound.
 ///
 /// # Errors
 /// Bad scene; finite elements that do not converge; a promise of the product that did not hold.
-pub fn run(options: &Options, folder: &OutputFolder) -> Result<(), Error> {
+pub fn run(options: &Options, out: &Path) -> Result<(), Error> {
     let scene = HangingScene::load(&options.scene)?;
+    let sizes: &[usize] = if options.quick { &[1] } else { &[0, 1] };
+    let assemblies = sizes.iter().map(|at| assemble(&scene, *at)).collect::<Result<Vec<_>, _>>()?;
+    let folder = &OutputFolder::open(out)?;
     let started = Instant::now();
     let bar = ProgressBar::new_spinner();
     bar.enable_steady_tick(std::time::Duration::from_millis(200));
     let mut resolutions = Vec::new();
-    if !options.quick {
-        resolutions.push(at_resolution(&scene, 0, &METHODS, options.solve, &bar)?);
+    for (assembly, at) in assemblies.into_iter().zip(sizes) {
+        resolutions.push(at_resolution(assembly, NAMES[*at], &METHODS, options.solve, &bar)?);
     }
-    resolutions.push(at_resolution(&scene, 1, &METHODS, options.solve, &bar)?);
     let sparse = &resolutions[resolutions.len() - 1];
     let subdivided = subdivided(sparse, options.solve, &bar)?;
     if options.solve && !options.quick {
@@ -98,7 +101,7 @@ pub fn run(options: &Options, folder: &OutputFolder) -> Result<(), Error> {
     weighed.gravity_m_per_s2 = WEIGHT_M_PER_S2;
     let weighed = match options.quick || scene.gravity_m_per_s2 != [0.0; 3] {
         true => None,
-        false => Some(at_resolution(&weighed, 1, &[METHODS[0], METHODS[2]], true, &bar)?),
+        false => Some(at_resolution(assemble(&weighed, 1)?, NAMES[1], &[METHODS[0], METHODS[2]], true, &bar)?),
     };
     bar.set_message("steps that survive");
     let steps = Steps::measure(&sparse.assembly, options.quick)?;
@@ -115,18 +118,23 @@ pub fn run(options: &Options, folder: &OutputFolder) -> Result<(), Error> {
     tables::write(&findings, folder)
 }
 
-/// The scene at full (0) or sparse (1) resolution: finite elements, then every method.
+/// Names of the resolutions.
+const NAMES: [&str; 2] = ["full", "sparse"];
+
+/// The scene's meshes at full (0) or sparse (1) resolution.
+fn assemble(scene: &HangingScene, at: usize) -> Result<Assembly<'_>, Error> {
+    let tets: Vec<usize> = scene.organ.iter().map(|organ| organ.tets[at]).collect();
+    Assembly::build(scene, &tets, scene.surface.points[at])
+}
+
+/// Finite elements, then every method.
 fn at_resolution<'a>(
-    scene: &'a HangingScene,
-    at: usize,
+    assembly: Assembly<'a>,
+    name: &'static str,
     methods: &[HangingMethod],
     solve_anew: bool,
     bar: &ProgressBar,
 ) -> Result<Resolution<'a>, Error> {
-    let name = ["full", "sparse"][at];
-    bar.set_message(format!("{name}: meshing"));
-    let tets: Vec<usize> = scene.organ.iter().map(|organ| organ.tets[at]).collect();
-    let assembly = Assembly::build(scene, &tets, scene.surface.points[at])?;
     let shipped = Shipped::load().filter(|_| !solve_anew).and_then(|shipped| shipped.full.for_assembly(&assembly));
     let truth = match shipped {
         Some(truth) => truth,
