@@ -15,6 +15,7 @@ pub mod measure;
 pub mod mesh;
 pub mod organ;
 pub mod output;
+pub mod paper;
 pub mod patch;
 pub mod press;
 pub mod reference;
