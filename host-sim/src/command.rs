@@ -3,6 +3,7 @@
 mod calibrate;
 mod chart;
 mod mesh;
+mod paper;
 mod press;
 mod reference;
 mod score;
@@ -44,6 +45,9 @@ enum Command {
     /// Check a mesh file, or pack a scene's patch for a board.
     #[command(subcommand)]
     Mesh(mesh::MeshCommand),
+    /// Regenerate the tables and figures of a paper this project implements, and say which of its claims held.
+    #[command(subcommand)]
+    Paper(paper::PaperCommand),
     /// Chart speed against accuracy: all methods at four sizes and two stiffnesses, under the same press.
     ///
     /// Writes chart.csv (one row a run), summary.json (with the Pareto fronts) and pictures as SVG and PNG. A method that does not survive the
@@ -87,6 +91,7 @@ impl Cli {
             Some(Command::Calibrate(args)) => args.run(),
             Some(Command::Mesh(command)) => command.run(),
             Some(Command::Chart(args)) => args.run(),
+            Some(Command::Paper(command)) => command.run(),
             Some(Command::Score(args)) => args.run(),
         }
     }

@@ -158,7 +158,7 @@ impl Organ {
     }
 
     fn uniform(&self, spacing_m: f64) -> Result<TetMesh, OrganError> {
-        let lattice = Lattice::uniform(spacing_m, self.box_m).map_err(|refusal| refusal.of(self.name))?;
+        let lattice = Lattice::uniform(spacing_m, self.box_m, 0.0).map_err(|refusal| refusal.of(self.name))?;
         stuffing::stuff(self.name, &self.implicit, &lattice)
     }
 

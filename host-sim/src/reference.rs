@@ -1,7 +1,8 @@
 //! The finite-element reference: what the force of a press should be.
 //!
 //! Quasi-static and in double precision: 10-node tets ([`quadratic`], [`shape`]) of neo-Hookean tissue ([`body`]) against a frictionless rigid
-//! probe ([`probe`]), solved by Newton's method with line search and load stepping ([`newton`]) on a sparse Cholesky factor (`cholesky`).
+//! probe ([`probe`]), solved by Newton's method with line search (`minimise`) and load stepping ([`newton`]) on a sparse Cholesky factor (`cholesky`).
+//! The same tissue hangs under its weight, several organs tied to each other, held and moved at some nodes: [`hang`].
 //! Everything is over Young's modulus: the modulus is 1 Pa here, and a force [N] is an area [m^2].
 
 pub mod answer;
@@ -9,7 +10,12 @@ mod assembly;
 pub mod body;
 mod cholesky;
 pub mod domain;
+pub mod hang;
+pub mod locate;
+mod minimise;
+mod nearest;
 pub mod newton;
+pub mod organs;
 pub mod probe;
 pub mod quadratic;
 pub mod refine;
@@ -17,3 +23,6 @@ pub mod shape;
 pub mod shipped;
 pub mod study;
 pub mod surface_grid;
+pub mod suspension;
+pub mod tie;
+pub mod touch;

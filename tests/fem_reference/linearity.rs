@@ -1,8 +1,8 @@
 //! Residual and tangent are the derivatives of the energy, contact included.
 
 use palpate::Vector3;
-use palpate_sim::reference::body::Contact;
 use palpate_sim::reference::probe::RigidProbe;
+use palpate_sim::reference::touch::Contact;
 use palpate_sim::scene::Shape;
 
 use crate::{RADIUS_M, standard_block};

@@ -1,7 +1,7 @@
 //! Internal forces of the finite-element rivals against their energies, written again in double precision.
 
 use nalgebra::{Matrix3, Vector3};
-use palpate_sim::rivals::{Block, Corotational, Law, Meshless, NeoHookean, ShapeFunctions, Volume};
+use palpate_sim::rivals::{Block, Corotational, Law, Meshless, NeoHookean, ShapeFunctions, Share, Volume};
 use palpate_tests::bench::Noise;
 
 /// Single precision: three digits are lost in the deformation gradient (edges of 3-30 mm in coordinates up to 40 mm, strains of 0.1), and the
@@ -62,9 +62,9 @@ fn neo_hookean_energy(block: &Block, x: &[Vector3<f64>], volume_term: Volume) ->
 }
 
 /// Mean deformation gradients from the displacements of face points, without the gradients of shape functions.
-fn meshless_energy(block: &Block, means: &[[Vec<(u32, f64)>; 4]], x: &[Vector3<f64>]) -> f64 {
+fn meshless_energy(block: &Block, means: &[[Vec<Share>; 4]], x: &[Vector3<f64>]) -> f64 {
     let (lambda, mu) = lame();
-    let of = |(tet, means): (&[u32; 4], &[Vec<(u32, f64)>; 4])| {
+    let of = |(tet, means): (&[u32; 4], &[Vec<Share>; 4])| {
         let at = tet.map(|n| Vector3::from(block.tissue.mesh.nodes_m[n as usize]));
         let volume = (at[1] - at[0]).dot(&(at[2] - at[0]).cross(&(at[3] - at[0]))) / 6.0;
         let mut f = Matrix3::zeros();

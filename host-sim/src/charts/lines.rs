@@ -125,7 +125,8 @@ impl Ruler {
                 Self { scale, range: axis.range.clone(), ticks, axis }
             }
             Scale::Log => {
-                let room = (high / low).max(4.0).powf(0.05);
+                // at least a factor of 4 from end to end, or there is no second round number on it
+                let room = (high / low).powf(0.05).max((4.0 * low / high).sqrt());
                 let range = low / room..high * room;
                 let ticks = round_points(&range, 9).into_iter().map(f64::log10).collect();
                 let range = range.start.log10()..range.end.log10();
@@ -179,8 +180,7 @@ fn round_label(value: f64) -> String {
         // the way through the logarithm leaves dust behind the last digit
         return plain((value * 1e6).round() / 1e6);
     }
-    let label = format!("{value:.0e}").replace('-', "\u{2212}");
-    if value < 1.0 || value >= 1e6 { label } else { plain(value) }
+    format!("{value:.1e}").replace(".0e", "e").replace('-', "\u{2212}")
 }
 
 impl Picture for Drawing<'_> {

@@ -1,4 +1,4 @@
-//! The uniform spacing that gives a wanted number of tets.
+//! The uniform spacing, and the place of the lattice, that give a wanted number of tets.
 
 use super::lattice::Lattice;
 use super::parts::V3;
@@ -13,7 +13,9 @@ const GOOD_SHARE: f64 = 0.004;
 const HALVINGS: u32 = 10;
 const TRIES: u32 = 64;
 /// Half-width of the last search (1).
-const WINDOW: f64 = 0.05;
+const WINDOW: f64 = 0.03;
+/// From one of those to the next the lattice shifts by this share of its way: on a shape symmetric about it whole layers would come and go at once.
+const SHIFT: f64 = 0.382;
 /// Samples along an axis for the volume.
 const GRID: u32 = 48;
 
@@ -29,7 +31,7 @@ impl Organ {
         let mut best = Best { wanted, mesh: None, nearest: 0 };
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            if best.offer(self.unchecked(middle)?) > wanted { low = middle } else { high = middle }
+            if best.offer(self.unchecked(middle, 0.0)?) > wanted { low = middle } else { high = middle }
         }
         let around_m = 0.5 * (low + high);
         for i in 0..=TRIES {
@@ -37,7 +39,7 @@ impl Organ {
                 break;
             }
             let share = 2.0 * f64::from(i) / f64::from(TRIES) - 1.0;
-            best.offer(self.unchecked(around_m * (1.0 + WINDOW * share))?);
+            best.offer(self.unchecked(around_m * (1.0 + WINDOW * share), (f64::from(i) * SHIFT).fract())?);
         }
         best.off().filter(|off| *off <= WORST_SHARE).and(best.mesh).ok_or_else(|| OrganError::Count {
             organ: self.name.to_owned(),
@@ -47,8 +49,8 @@ impl Organ {
     }
 
     /// `None` where nothing of the organ is left.
-    fn unchecked(&self, spacing_m: f64) -> Result<Option<TetMesh>, OrganError> {
-        let lattice = Lattice::uniform(spacing_m, self.box_m).map_err(|refusal| refusal.of(self.name))?;
+    fn unchecked(&self, spacing_m: f64, shift: f64) -> Result<Option<TetMesh>, OrganError> {
+        let lattice = Lattice::uniform(spacing_m, self.box_m, shift).map_err(|refusal| refusal.of(self.name))?;
         match stuffing::cut_out(self.name, &self.implicit, &lattice) {
             Ok(mesh) => Ok(Some(mesh)),
             Err(OrganError::Empty { .. } | OrganError::Inverted { .. }) => Ok(None),

@@ -61,11 +61,13 @@ pub(super) enum Refusal {
 }
 
 impl Lattice {
-    /// The same spacing everywhere in the box.
-    pub fn uniform(spacing_m: f64, [low, high]: [[f64; 3]; 2]) -> Result<Self, Refusal> {
+    /// The same spacing everywhere in the box. A point lies in its middle, or up to half a spacing off with a `shift` of 0 to 1.
+    pub fn uniform(spacing_m: f64, [low, high]: [[f64; 3]; 2], shift: f64) -> Result<Self, Refusal> {
         let (low, high) = (V3::from(low), V3::from(high));
         let half: [f64; 3] = (0.5 * (high - low)).into();
-        Self::around(spacing_m, 0.5 * (low + high), None, [half, half])
+        // along no axis of the lattice
+        let middle = 0.5 * (low + high) + 0.5 * shift * spacing_m * V3::new(1.0, 0.6, 0.3);
+        Self::around(spacing_m, middle, None, [half, half])
     }
 
     /// Spacing growing away from a place.
@@ -85,7 +87,7 @@ impl Lattice {
     /// `reach` is how far it must go from its middle below and above, before growing [m].
     fn around(spacing_m: f64, at: V3, growth: Option<Growth>, reach: [[f64; 3]; 2]) -> Result<Self, Refusal> {
         length("spacing_m", spacing_m)?;
-        // three more, for the neighbours of every point inside
+        // three more, for the neighbours of every point inside and the shift
         let steps = reach.map(|side| side.map(|r| (2.0 * r / spacing_m).ceil() + 3.0));
         let size: [f64; 3] = std::array::from_fn(|k| steps[0][k] + steps[1][k] + 1.0);
         let points = size[0] * size[1] * size[2];
@@ -249,7 +251,7 @@ mod tests {
 
     #[test]
     fn names_and_triples_are_inverse_and_rise() {
-        let lattice = Lattice::uniform(0.3, [[0.0; 3], [1.0, 0.7, 0.5]]).unwrap();
+        let lattice = Lattice::uniform(0.3, [[0.0; 3], [1.0, 0.7, 0.5]], 0.0).unwrap();
         let names: Vec<u32> = lattice.points().map(|t| lattice.name(t).unwrap()).collect();
         assert!(names.is_sorted_by(|a, b| a < b));
         assert!(lattice.points().zip(&names).all(|(t, n)| lattice.triple(*n) == t));

@@ -192,7 +192,7 @@ mod tests {
         let ball = |x: V3| x.norm() - 0.03;
         let volume_m3 = 4.0 / 3.0 * std::f64::consts::PI * 0.03_f64.powi(3);
         let deficit = |spacing_m| {
-            let lattice = Lattice::uniform(spacing_m, [[-0.03; 3], [0.03; 3]]).unwrap();
+            let lattice = Lattice::uniform(spacing_m, [[-0.03; 3], [0.03; 3]], 0.0).unwrap();
             let mesh = stuff("ball", &ball, &lattice).unwrap();
             let six: f64 = mesh.tets.iter().map(|t| sound::six_volumes(&mesh, *t)).sum();
             1.0 - six / 6.0 / volume_m3
@@ -204,7 +204,7 @@ mod tests {
 
     #[test]
     fn a_ring_and_two_balls_are_refused() {
-        let lattice = Lattice::uniform(0.004, [[-0.04; 3], [0.04; 3]]).unwrap();
+        let lattice = Lattice::uniform(0.004, [[-0.04; 3], [0.04; 3]], 0.0).unwrap();
         let ring = |x: V3| ((x.x * x.x + x.y * x.y).sqrt() - 0.025).hypot(x.z) - 0.01;
         let balls = |x: V3| (x - V3::new(0.02, 0.0, 0.0)).norm().min((x + V3::new(0.02, 0.0, 0.0)).norm()) - 0.012;
         assert!(matches!(stuff("ring", &ring, &lattice), Err(OrganError::TooCoarse { .. })));

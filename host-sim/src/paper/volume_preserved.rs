@@ -82,7 +82,15 @@ pub fn run(scene: &str, quick: bool, folder: &OutputFolder) -> Result<(), Error>
     let steps = Steps::measure(&complete[complete.len() - 1].assembly, quick)?;
     bar.finish_and_clear();
     let coarser = coarser.0.at_points_of(&coarser.1, &complete[0].assembly);
-    tables::write(&scene, &complete, &coarser, &steps, quick, started.elapsed().as_secs_f64(), folder)
+    let findings = tables::Findings {
+        scene: &scene,
+        resolutions: &complete,
+        coarser: &coarser,
+        steps: &steps,
+        quick,
+        elapsed_s: started.elapsed().as_secs_f64(),
+    };
+    tables::write(&findings, folder)
 }
 
 /// Every method at one resolution.

@@ -15,12 +15,13 @@ pub(super) struct Pattern {
 }
 
 impl Pattern {
-    pub fn new(mesh: &QuadraticMesh) -> Self {
+    /// The blocks of a mesh, and those between all nodes of each of some groups.
+    pub fn new(mesh: &QuadraticMesh, groups: &[[u32; 12]]) -> Self {
         let count = mesh.nodes_m.len();
         let mut neighbours = vec![Vec::new(); count];
-        for tet in &mesh.tets {
-            for i in tet {
-                neighbours[*i as usize].extend(tet.iter().filter(|j| *j != i));
+        for together in mesh.tets.iter().map(|t| t.as_slice()).chain(groups.iter().map(|g| g.as_slice())) {
+            for i in together {
+                neighbours[*i as usize].extend(together.iter().filter(|j| *j != i));
             }
         }
         for list in &mut neighbours {
@@ -67,6 +68,11 @@ impl Pattern {
                 values[first + r] += if turned { block[(c, r)] } else { block[(r, c)] };
             }
         }
+    }
+
+    /// Adds a multiple of the identity to the block of nodes `i` and `j`.
+    pub fn add_scalar(&self, values: &mut [f64], i: u32, j: u32, value: f64) {
+        self.add(values, i, j, &Matrix3::from_diagonal_element(value));
     }
 
     /// Where entry `c` of the diagonal of node `n` is.

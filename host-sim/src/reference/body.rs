@@ -2,22 +2,20 @@
 //!
 //! psi = mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2 (Bonet and Wood, *Nonlinear Continuum Mechanics*, 6.28), with
 //! mu = E/(2(1+nu)), lambda = E nu/((1+nu)(1-2nu)) and E = 1 Pa times the stiffness ratio at the quadrature point.
-//! Contact is a penalty on the gap g at seven points of each surface triangle: penalty/2 g^2 per rest area where g < 0.
+//! Contact with the probe is in [`super::touch`].
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::{IntoParallelRefIterator, ParallelIterator, ParallelSlice};
 
 use super::assembly::Pattern;
-use super::probe::RigidProbe;
 use super::quadratic::QuadraticMesh;
-use super::shape::{TetRule, tet_gradients, tet_slopes, triangle_points, triangle_shape};
+use super::shape::{TetRule, tet_gradients, tet_slopes, triangle_shape};
+use super::touch::Contact;
 use crate::scene::Inclusion;
 
 /// Elements worked on at once: bounds the memory for element matrices.
 const BATCH: usize = 2048;
 const CHUNK: usize = 64;
-/// Contact pressure over Young's modulus that few equilibria reach.
-const HIGHEST_PRESSURE: f64 = 3.0;
 
 /// What the tissue is made of, over Young's modulus.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +24,23 @@ pub struct Material {
     pub poisson_ratio: f64,
     /// Balls of another stiffness; where they overlap the last one counts.
     pub inclusions: Vec<Inclusion>,
+}
+
+/// Stiffness at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stiffness {
+    /// Young's modulus there over the one that everything is over (1).
+    pub ratio: f64,
+    /// Poisson's ratio (1), below 0.5.
+    pub poisson_ratio: f64,
+}
+
+impl Stiffness {
+    /// Lame's mu and lambda over Young's modulus (1).
+    fn lame(self) -> (f64, f64) {
+        let nu = self.poisson_ratio;
+        (self.ratio * (0.5 / (1.0 + nu)), self.ratio * (nu / ((1.0 + nu) * (1.0 - 2.0 * nu))))
+    }
 }
 
 /// A quadrature point of a tet.
@@ -51,15 +66,6 @@ pub struct Body {
     points_per_tet: usize,
 }
 
-/// Probe and penalty.
-#[derive(Clone, Copy, Debug)]
-pub struct Contact {
-    /// The probe.
-    pub probe: RigidProbe,
-    /// Contact pressure over gap, over Young's modulus [1/m].
-    pub penalty_per_m: f64,
-}
-
 /// Energy and its derivatives at one displacement.
 pub struct Assembled {
     /// Over Young's modulus [m^3].
@@ -68,17 +74,6 @@ pub struct Assembled {
     pub residual_m2: Vec<Vector3<f64>>,
     /// Lower triangle of the second derivative [m], in the pattern's order, not yet fixed.
     pub tangent: Vec<f64>,
-}
-
-/// What the probe feels.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Touch {
-    /// Force on the probe over Young's modulus [m^2], of the whole, not of the piece.
-    pub force_m2: Vector3<f64>,
-    /// Deepest penetration [m].
-    pub penetration_m: f64,
-    /// Area in contact at rest [m^2], of the whole.
-    pub area_m2: f64,
 }
 
 struct Element {
@@ -98,23 +93,46 @@ impl Body {
         copies: f64,
         rule: TetRule,
     ) -> Self {
-        let nu = material.poisson_ratio;
-        let (mu, lambda) = (0.5 / (1.0 + nu), nu / ((1.0 + nu) * (1.0 - 2.0 * nu)));
+        let stiffness = |_: usize, x: &Vector3<f64>| Stiffness {
+            ratio: material
+                .inclusions
+                .iter()
+                .rev()
+                .find(|ball| (x - Vector3::from(ball.center_m)).norm() <= ball.radius_m)
+                .map_or(1.0, |ball| ball.stiffness_ratio),
+            poisson_ratio: material.poisson_ratio,
+        };
+        Self::with_stiffness(mesh, stiffness, fixed, touchable, copies, rule)
+    }
+
+    /// Prepares a mesh whose stiffness is given for each tet (by its index) and point (rest position [m]).
+    #[must_use]
+    pub fn with_stiffness(
+        mesh: QuadraticMesh,
+        stiffness: impl Fn(usize, &Vector3<f64>) -> Stiffness,
+        fixed: Vec<[bool; 3]>,
+        touchable: Vec<usize>,
+        copies: f64,
+        rule: TetRule,
+    ) -> Self {
         let rule = rule.points();
         let mut points = Vec::with_capacity(rule.len() * mesh.tets.len());
-        for tet in &mesh.tets {
+        for (t, tet) in mesh.tets.iter().enumerate() {
             let corners = [0, 1, 2, 3].map(|k| mesh.nodes_m[tet[k] as usize]);
             let (slopes, volume_m3) = tet_slopes(corners);
             for (at, share) in &rule {
                 let x = (0..4).map(|k| corners[k] * at[k]).sum::<Vector3<f64>>();
-                let inside = |ball: &&Inclusion| (x - Vector3::from(ball.center_m)).norm() <= ball.radius_m;
-                let ratio = material.inclusions.iter().rev().find(inside).map_or(1.0, |ball| ball.stiffness_ratio);
-                let gradients = tet_gradients(*at, &slopes);
-                points.push(Point { gradients, volume_m3: share * volume_m3, mu: ratio * mu, lambda: ratio * lambda });
+                let (mu, lambda) = stiffness(t, &x).lame();
+                points.push(Point { gradients: tet_gradients(*at, &slopes), volume_m3: share * volume_m3, mu, lambda });
             }
         }
-        let pattern = Pattern::new(&mesh);
+        let pattern = Pattern::new(&mesh, &[]);
         Self { points_per_tet: rule.len(), mesh, fixed, touchable, copies, pattern, points }
+    }
+
+    /// Makes room in the tangent for blocks between all nodes of each group.
+    pub(super) fn couple(&mut self, groups: &[[u32; 12]]) {
+        self.pattern = Pattern::new(&self.mesh, groups);
     }
 
     /// Energy over Young's modulus [m^3]; `None` if an element is inside out.
@@ -126,9 +144,7 @@ impl Body {
         let elastic: f64 = parts.into_iter().sum::<Option<f64>>()?;
         let mut energy = elastic;
         if let Some(contact) = contact {
-            self.each_touch(displacement_m, contact, |_, _, area, gap| {
-                energy += 0.5 * contact.penalty_per_m * area * gap.gap_m * gap.gap_m;
-            });
+            self.add_contact_energy(displacement_m, contact, &mut energy);
         }
         energy.is_finite().then_some(energy)
     }
@@ -162,38 +178,10 @@ impl Body {
         Some(sum)
     }
 
-    fn add_contact(&self, displacement_m: &[Vector3<f64>], contact: &Contact, sum: &mut Assembled) {
-        let penalty = contact.penalty_per_m;
-        self.each_touch(displacement_m, contact, |nodes, shape, area, gap| {
-            sum.energy_m3 += 0.5 * penalty * area * gap.gap_m * gap.gap_m;
-            // the probe's curvature makes the tangent indefinite where a step has not yet been answered: bounded there
-            let curved_m = gap.gap_m.max(-HIGHEST_PRESSURE / penalty);
-            let block = (gap.normal * gap.normal.transpose() + gap.curvature_per_m * curved_m) * (penalty * area);
-            for (a, i) in nodes.iter().enumerate() {
-                sum.residual_m2[*i as usize] += gap.normal * (penalty * area * gap.gap_m * shape[a]);
-                for (b, j) in nodes[..=a].iter().enumerate() {
-                    self.pattern.add(&mut sum.tangent, *i, *j, &(block * (shape[a] * shape[b])));
-                }
-            }
-        });
-    }
-
     /// The tangent times a vector over nodes; fixed components included.
     #[must_use]
     pub fn tangent_times(&self, assembled: &Assembled, vector: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         self.pattern.multiply(&assembled.tangent, vector)
-    }
-
-    /// What the probe feels.
-    #[must_use]
-    pub fn touch(&self, displacement_m: &[Vector3<f64>], contact: &Contact) -> Touch {
-        let mut touch = Touch::default();
-        self.each_touch(displacement_m, contact, |_, _, area, gap| {
-            touch.force_m2 += gap.normal * (contact.penalty_per_m * area * gap.gap_m * self.copies);
-            touch.penetration_m = touch.penetration_m.max(-gap.gap_m);
-            touch.area_m2 += area * self.copies;
-        });
-        touch
     }
 
     /// Displacement of a point of a flat horizontal part of the touchable surface; `None` if there is none at that place.
@@ -216,29 +204,6 @@ impl Body {
             }
         }
         None
-    }
-
-    /// Calls `each` with (nodes, shape functions, rest area, gap) at every point inside the probe.
-    fn each_touch(
-        &self,
-        displacement_m: &[Vector3<f64>],
-        contact: &Contact,
-        mut each: impl FnMut(&[u32; 6], &[f64; 6], f64, &super::probe::Gap),
-    ) {
-        let rule = triangle_points().map(|(at, share)| (triangle_shape(at), share));
-        for t in &self.touchable {
-            let nodes = &self.mesh.triangles[*t];
-            let rest = nodes.map(|n| self.mesh.nodes_m[n as usize]);
-            let area = 0.5 * (rest[1] - rest[0]).cross(&(rest[2] - rest[0])).norm();
-            let now: [Vector3<f64>; 6] = std::array::from_fn(|k| rest[k] + displacement_m[nodes[k] as usize]);
-            for (shape, share) in &rule {
-                let x = (0..6).map(|k| now[k] * shape[k]).sum::<Vector3<f64>>();
-                let gap = contact.probe.gap(&x);
-                if gap.gap_m < 0.0 {
-                    each(nodes, shape, share * area, &gap);
-                }
-            }
-        }
     }
 
     fn points(&self, tet: usize) -> &[Point] {

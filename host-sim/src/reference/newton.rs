@@ -1,10 +1,11 @@
-//! Equilibrium under the probe: Newton's method with line search, in steps of depth.
+//! Equilibrium under the probe, in steps of depth.
 
 use nalgebra::Vector3;
 
-use super::body::{Assembled, Body, Contact, Touch};
-use super::cholesky::Cholesky;
+use super::body::{Assembled, Body};
+use super::minimise::{Minimiser, Potential};
 use super::probe::RigidProbe;
+use super::touch::{Contact, Touch};
 
 /// Contact pressure of Young's modulus pushes the surface this share of sqrt(radius x depth) into the probe: as the pressure of a round probe
 /// rises with sqrt(depth / radius), the penetration stays about this share of the depth.
@@ -20,12 +21,6 @@ const LEAST_STEP: f64 = 1.0 / 32.0;
 /// Norm of the residual over the contact force, at holds and on the way.
 const TOLERANCE: f64 = 1e-8;
 const LOOSE: f64 = 1e-2;
-const MOST_ITERATIONS: usize = 25;
-/// Line search: least share of the step, sufficient decrease (Armijo).
-const LEAST_SHARE: f64 = 1.0 / 4096.0;
-const DECREASE: f64 = 1e-4;
-/// Shares of the diagonal that are added to a tangent that is not positive definite, one after the other.
-const STRENGTHEN: [f64; 5] = [0.0, 1e-3, 1e-2, 1e-1, 1.0];
 
 /// A body being pressed.
 pub struct Press<'a> {
@@ -33,14 +28,12 @@ pub struct Press<'a> {
     probe: RigidProbe,
     place_m: Vector3<f64>,
     stiffer: f64,
-    solver: Cholesky,
+    solver: Minimiser,
     /// Displacement of every node [m].
     pub displacement_m: Vec<Vector3<f64>>,
     before_m: Vec<Vector3<f64>>,
     depth_m: f64,
     last_step_m: f64,
-    /// Newton iterations so far.
-    pub iterations: usize,
 }
 
 /// The press cannot go deeper.
@@ -60,12 +53,11 @@ impl<'a> Press<'a> {
             probe,
             place_m,
             stiffer: 1.0,
-            solver: body.pattern.analyse()?,
+            solver: Minimiser::new(body)?,
             displacement_m: rest.clone(),
             before_m: rest,
             depth_m: 0.0,
             last_step_m: 0.0,
-            iterations: 0,
         })
     }
 
@@ -79,7 +71,13 @@ impl<'a> Press<'a> {
     /// Entries of the Cholesky factor.
     #[must_use]
     pub fn factor_entries(&self) -> usize {
-        self.solver.entries()
+        self.solver.factor_entries()
+    }
+
+    /// Newton iterations so far.
+    #[must_use]
+    pub fn iterations(&self) -> usize {
+        self.solver.iterations
     }
 
     /// Depth of the tip [m].
@@ -168,60 +166,30 @@ impl<'a> Press<'a> {
     }
 
     fn relax(&mut self, contact: &Contact, tolerance: f64) -> bool {
-        for _ in 0..MOST_ITERATIONS {
-            let Some(mut now) = self.body.assemble(&self.displacement_m, Some(contact)) else { return false };
-            for (residual, fixed) in now.residual_m2.iter_mut().zip(&self.body.fixed) {
-                for k in 0..3 {
-                    if fixed[k] {
-                        residual[k] = 0.0;
-                    }
-                }
-            }
-            let residual = now.residual_m2.iter().map(Vector3::norm_squared).sum::<f64>().sqrt();
-            let force = self.body.touch(&self.displacement_m, contact).force_m2.norm() / self.body.copies;
-            if residual <= tolerance * force {
-                return true;
-            }
-            self.iterations += 1;
-            let Some(step) = self.direction(&mut now) else { return false };
-            if !self.search(contact, &now, &step) {
-                // no lower energy is left within rounding: converged as far as it goes
-                return residual <= 1e-5 * force;
-            }
-        }
-        false
+        self.solver.relax(&Pressed { body: self.body, contact }, &mut self.displacement_m, tolerance)
+    }
+}
+
+/// The body and what it touches.
+struct Pressed<'a> {
+    body: &'a Body,
+    contact: &'a Contact,
+}
+
+impl Potential for Pressed<'_> {
+    fn body(&self) -> &Body {
+        self.body
     }
 
-    fn direction(&mut self, now: &mut Assembled) -> Option<Vec<Vector3<f64>>> {
-        for share in STRENGTHEN {
-            if share > 0.0 {
-                self.body.pattern.strengthen(&mut now.tangent, share);
-            }
-            self.body.pattern.fix(&mut now.tangent, &self.body.fixed);
-            if self.solver.factorise(&now.tangent) {
-                let mut step: Vec<f64> = now.residual_m2.iter().flat_map(|r| [-r.x, -r.y, -r.z]).collect();
-                self.solver.solve(&mut step);
-                return Some(step.chunks_exact(3).map(Vector3::from_column_slice).collect());
-            }
-        }
-        None
+    fn energy(&self, displacement_m: &[Vector3<f64>]) -> Option<f64> {
+        self.body.energy(displacement_m, Some(self.contact))
     }
 
-    fn search(&mut self, contact: &Contact, now: &Assembled, step: &[Vector3<f64>]) -> bool {
-        let slope: f64 = now.residual_m2.iter().zip(step).map(|(r, s)| r.dot(s)).sum();
-        // energies closer than this are equal
-        let rounding = 1e-13 * now.energy_m3.abs();
-        let mut share = 1.0;
-        while share >= LEAST_SHARE {
-            let there: Vec<_> = self.displacement_m.iter().zip(step).map(|(u, s)| u + s * share).collect();
-            if let Some(energy) = self.body.energy(&there, Some(contact))
-                && energy <= now.energy_m3 + DECREASE * share * slope + rounding
-            {
-                self.displacement_m = there;
-                return true;
-            }
-            share *= 0.5;
-        }
-        false
+    fn assemble(&self, displacement_m: &[Vector3<f64>]) -> Option<Assembled> {
+        self.body.assemble(displacement_m, Some(self.contact))
+    }
+
+    fn force_m2(&self, displacement_m: &[Vector3<f64>], _: &Assembled) -> f64 {
+        self.body.touch(displacement_m, self.contact).force_m2.norm() / self.body.copies
     }
 }

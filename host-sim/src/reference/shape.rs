@@ -85,6 +85,19 @@ pub fn triangle_shape(at: [f64; 3]) -> [f64; 6] {
     values
 }
 
+/// Shape functions of the 10-node tet.
+#[must_use]
+pub fn tet_shape(at: [f64; 4]) -> [f64; 10] {
+    let mut values = [0.0; 10];
+    for k in 0..4 {
+        values[k] = at[k] * (2.0 * at[k] - 1.0);
+    }
+    for (e, [i, j]) in TET_EDGES.into_iter().enumerate() {
+        values[4 + e] = 4.0 * at[i] * at[j];
+    }
+    values
+}
+
 /// Gradients of the 10-node tet's shape functions [1/m], from the gradients of its volume coordinates [1/m].
 #[must_use]
 pub fn tet_gradients(at: [f64; 4], slopes: &[Vector3<f64>; 4]) -> [Vector3<f64>; 10] {

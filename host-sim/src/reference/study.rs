@@ -211,7 +211,7 @@ impl<'a> Task<'a> {
                 }
                 _ => press.go_to(*target, &mut progress),
             };
-            level.iterations = press.iterations;
+            level.iterations = press.iterations();
             if let Err(stalled) = reached {
                 level.stopped = Some(stalled);
                 break;

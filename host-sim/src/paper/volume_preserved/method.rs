@@ -22,7 +22,7 @@ const AWAY_M: f32 = 10.0;
 /// The stick moves at this speed [m/s].
 const LIFT_M_PER_S: f64 = 0.1;
 /// At rest: no node moved more than this in [`REST_TICKS`] [m].
-const REST_M: f32 = 2e-5;
+const REST_M: f32 = 4e-6;
 const REST_TICKS: usize = 100;
 
 /// Which model, with its settings.

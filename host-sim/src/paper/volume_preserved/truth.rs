@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::assembly::Assembly;
 use super::measured::Measured;
 use crate::error::Error;
-use crate::reference::body::{Body, Material};
+use crate::reference::body::{Body, Stiffness};
 use crate::reference::hang::Hanging;
 use crate::reference::locate::Locator;
 use crate::reference::shape::TetRule;
@@ -57,10 +57,10 @@ pub fn solve(assembly: &Assembly, mut progress: impl FnMut(usize, f64)) -> Resul
         ratios[organ.tets.clone()].fill(of.youngs_modulus_pa / modulus_pa);
         densities[organ.tets.clone()].fill(of.density_kg_per_m3);
     }
-    let material = Material { poisson_ratio: scene.poisson_ratio, inclusions: Vec::new() };
     let per_m = scene.joint.stiffness_pa_per_m / modulus_pa;
     let ties = layer(&mesh, &assembly.joined, &assembly.onto, 2.0 * scene.joint.reach_m, |_| per_m);
-    let body = Body::with_stiffness(mesh, &material, fixed, Vec::new(), 1.0, TetRule::Four, |tet, _| ratios[tet]);
+    let stiffness = |tet: usize, _: &Vector3<f64>| Stiffness { ratio: ratios[tet], poisson_ratio: scene.poisson_ratio };
+    let body = Body::with_stiffness(mesh, stiffness, fixed, Vec::new(), 1.0, TetRule::Four);
     let suspension = Suspension::new(body)
         .with_weight(&densities, Vector3::from(scene.gravity_m_per_s2), modulus_pa)
         .and_then(|s| s.with_ties(ties))
