@@ -4,4 +4,4 @@
 
 pub mod local_compression;
 pub mod report;
-// pub mod volume_preserved;
+pub mod volume_preserved;

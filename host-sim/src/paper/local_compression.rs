@@ -5,3 +5,4 @@ pub mod methods;
 pub mod rest;
 pub mod scene;
 pub mod site;
+pub mod truth;

@@ -9,11 +9,14 @@ use crate::mesh::import::import;
 use crate::mesh::surface::surface;
 use crate::organ::{Fine, Organ, Spec};
 use crate::patch::Tissue;
+use crate::reference::refine::refine;
 use crate::rivals::Block;
 use crate::tissue::{blended, underside};
 
 /// Deepest press that is answered, in finger radii: beyond it the finger's shaft would touch too.
-pub const DEEPEST_RADII: f64 = 2.0;
+pub const DEEPEST_RADII: f64 = 3.0;
+/// Growth of the longest edge per distance from the finger, of the reference's mesh.
+const EDGE_GROWTH: f64 = 0.35;
 
 /// An organ that can be pressed.
 #[derive(Clone, Debug)]
@@ -46,6 +49,34 @@ impl Site {
             }
             _ => read(scene)?,
         };
+        Self::on_mesh(scene, organ, by_number, mesh, site_m, axis)
+    }
+
+    /// The same with elements near the site no longer than `edge_m`: for the reference, whose layers should not be blended.
+    ///
+    /// # Errors
+    /// None that [`Self::of`] did not have.
+    pub fn refined(&self, scene: &PressScene, edge_m: f64, most_nodes: usize) -> Result<Self, Error> {
+        let tissue = &self.block.tissue;
+        let (place, reach_m) = (Vector3::from(tissue.site_m), 1.2 * scene.finger.radius_m);
+        let longest_m = |x: [f64; 3]| edge_m + EDGE_GROWTH * ((Vector3::from(x) - place).norm() - reach_m).max(0.0);
+        let mut mesh = refine(&tissue.mesh, longest_m, most_nodes.max(tissue.mesh.nodes_m.len()));
+        if let Some(organ) = &self.organ {
+            let centroid = |tet: &[u32; 4]| [0, 1, 2].map(|k| tet.iter().map(|n| mesh.nodes_m[*n as usize][k]).sum::<f64>() / 4.0);
+            mesh.regions = mesh.tets.iter().map(|tet| organ.region_at(centroid(tet))).collect();
+        }
+        let axis = self.block.params.probe.axis.cast();
+        Self::on_mesh(scene, self.organ, self.by_number.clone(), mesh, tissue.site_m, axis)
+    }
+
+    fn on_mesh(
+        scene: &PressScene,
+        organ: Option<Organ>,
+        by_number: Vec<(u32, f64)>,
+        mesh: TetMesh,
+        site_m: [f64; 3],
+        axis: Vector3<f64>,
+    ) -> Result<Self, Error> {
         let youngs_pa = |number: u32| by_number.iter().find(|(n, _)| *n == number).map(|(_, e)| *e);
         if let Some(number) = mesh.regions.iter().find(|n| youngs_pa(**n).is_none()) {
             let why = format!("is missing for region {number} of the mesh: add [[region]] with number = {number}");
