@@ -13,7 +13,7 @@ pub mod domain;
 pub mod hang;
 pub mod locate;
 mod minimise;
-mod nearest;
+pub mod nearest;
 pub mod newton;
 pub mod organs;
 pub mod probe;

@@ -7,7 +7,7 @@ use super::shape::TRIANGLE_EDGES;
 
 /// A point of a surface triangle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Nearest {
+pub struct Nearest {
     /// Index into the mesh's triangles.
     pub triangle: usize,
     /// Area coordinates.
@@ -17,7 +17,8 @@ pub(super) struct Nearest {
 }
 
 /// Nearest of some triangles' points within `reach_m`; `None` if there is none.
-pub(super) fn nearest(
+#[must_use]
+pub fn nearest(
     mesh: &QuadraticMesh,
     triangles: impl IntoIterator<Item = usize>,
     point_m: &Vector3<f64>,
