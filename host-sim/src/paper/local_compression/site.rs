@@ -62,7 +62,8 @@ impl Site {
         let longest_m = |x: [f64; 3]| edge_m + EDGE_GROWTH * ((Vector3::from(x) - place).norm() - reach_m).max(0.0);
         let mut mesh = refine(&tissue.mesh, longest_m, most_nodes.max(tissue.mesh.nodes_m.len()));
         if let Some(organ) = &self.organ {
-            let centroid = |tet: &[u32; 4]| [0, 1, 2].map(|k| tet.iter().map(|n| mesh.nodes_m[*n as usize][k]).sum::<f64>() / 4.0);
+            let centroid =
+                |tet: &[u32; 4]| [0, 1, 2].map(|k| tet.iter().map(|n| mesh.nodes_m[*n as usize][k]).sum::<f64>() / 4.0);
             mesh.regions = mesh.tets.iter().map(|tet| organ.region_at(centroid(tet))).collect();
         }
         let axis = self.block.params.probe.axis.cast();

@@ -116,7 +116,8 @@ impl<'a> Assembly<'a> {
         self.held = self.organ(&stick.organ).nodes.clone().map(|n| n as u32).filter(near).collect();
         let corners = self.held.iter().filter(|n| self.is_corner(**n)).count();
         if corners == 0 {
-            let why = format!("= {} m reaches no mesh node of {}: move the stick or make it thicker", stick.radius_m, stick.organ);
+            let why =
+                format!("= {} m reaches no mesh node of {}: move the stick or make it thicker", stick.radius_m, stick.organ);
             return Err(SceneError::value(&scene.file, "attachment.radius_m", &why));
         }
         self.fixed.sort_unstable();
@@ -131,13 +132,21 @@ impl<'a> Assembly<'a> {
         let refuse = |why: String| Err(SceneError::value(&scene.file, "joint.reach_m", &why));
         let onto: Vec<usize> = self.organ(&joint.onto).triangles.clone().collect();
         let own: Vec<usize> = self.facing(self.organ(&joint.organ), joint.facing).collect();
-        let middle = |t: &usize| self.quadratic.triangles[*t][..3].iter().map(|n| self.quadratic.nodes_m[*n as usize] / 3.0).sum::<Vector3<f64>>();
+        let middle = |t: &usize| {
+            self.quadratic.triangles[*t][..3].iter().map(|n| self.quadratic.nodes_m[*n as usize] / 3.0).sum::<Vector3<f64>>()
+        };
         let boxed: Vec<usize> = own.into_iter().filter(|t| within(&joint.box_m, &middle(t))).collect();
-        let gap = |t: &usize| nearest(&self.quadratic, onto.iter().copied(), &middle(t), f64::MAX).map_or(f64::INFINITY, |n| n.distance_m);
+        let gap = |t: &usize| {
+            nearest(&self.quadratic, onto.iter().copied(), &middle(t), f64::MAX).map_or(f64::INFINITY, |n| n.distance_m)
+        };
         let gaps: Vec<f64> = boxed.iter().map(gap).collect();
         let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
         if least > joint.reach_m {
-            let nearest = if least.is_finite() { format!("are {:.2} mm apart", 1e3 * least) } else { "face each other nowhere in joint.box_m".into() };
+            let nearest = if least.is_finite() {
+                format!("are {:.2} mm apart", 1e3 * least)
+            } else {
+                "face each other nowhere in joint.box_m".into()
+            };
             return refuse(format!(
                 "= {} m: {} and {} do not touch, they {nearest}: move one of them, or reach further",
                 joint.reach_m, joint.organ, joint.onto
@@ -221,14 +230,21 @@ impl<'a> Assembly<'a> {
             let at = [0, 1].map(|k| area.low_m[k] + (0.5 + n as f64 * STEPS[k]).fract() * (area.high_m[k] - area.low_m[k]));
             self.surface.extend(self.top(at[0], at[1]));
         }
-        Err(SceneError::value(&self.scene.file, "surface", &format!("has hardly any surface of {} in it: move it", self.scene.organ[0].shape)))
+        Err(SceneError::value(
+            &self.scene.file,
+            "surface",
+            &format!("has hardly any surface of {} in it: move it", self.scene.organ[0].shape),
+        ))
     }
 
     /// Whether a node of `quadratic` is one of the tet mesh.
     #[must_use]
     pub fn is_corner(&self, node: u32) -> bool {
         let node = node as usize;
-        self.organs.iter().zip(&self.meshes).any(|(organ, mesh)| (organ.nodes.start..organ.nodes.start + mesh.nodes_m.len()).contains(&node))
+        self.organs
+            .iter()
+            .zip(&self.meshes)
+            .any(|(organ, mesh)| (organ.nodes.start..organ.nodes.start + mesh.nodes_m.len()).contains(&node))
     }
 }
 

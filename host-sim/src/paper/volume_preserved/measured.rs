@@ -50,7 +50,8 @@ impl Measured {
         }
         for tet in &assembly.quadratic.tets {
             for (edge, [i, j]) in crate::reference::shape::TET_EDGES.into_iter().enumerate() {
-                displacement_m[tet[4 + edge] as usize] = (displacement_m[tet[i] as usize] + displacement_m[tet[j] as usize]) * 0.5;
+                displacement_m[tet[4 + edge] as usize] =
+                    (displacement_m[tet[i] as usize] + displacement_m[tet[j] as usize]) * 0.5;
             }
         }
         Self::of(assembly, displacement_m)

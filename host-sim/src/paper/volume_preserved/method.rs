@@ -95,7 +95,8 @@ impl HangingMethod {
                 network
             }
             Self::VolumePreserved { .. } => {
-                let mut network = Network::build(assembly, &Material { poisson_ratio: 0.25, ..Material::default() }, Joints::Nearest);
+                let mut network =
+                    Network::build(assembly, &Material { poisson_ratio: 0.25, ..Material::default() }, Joints::Nearest);
                 network.params = Params {
                     terms: Terms::SPRINGS_ONLY,
                     mass_floor: 0.0,
@@ -223,8 +224,13 @@ impl Run<'_> {
                 progress(ticks as f64 * tick_s);
             }
         }
-        let corners: Vec<Vector3<f64>> =
-            self.state.nodes().iter().zip(self.model.nodes).map(|(n, r)| n.position_m().cast() - Vector3::from(r.rest_m).cast()).collect();
+        let corners: Vec<Vector3<f64>> = self
+            .state
+            .nodes()
+            .iter()
+            .zip(self.model.nodes)
+            .map(|(n, r)| n.position_m().cast() - Vector3::from(r.rest_m).cast())
+            .collect();
         Ok(Rest {
             measured: Measured::of_corners(assembly, &corners),
             steps: ticks * usize::from(self.params.substeps),

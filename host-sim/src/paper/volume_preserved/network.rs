@@ -51,7 +51,8 @@ impl Network {
         let anchors: BTreeSet<u32> = fixed.chain(held.iter().copied()).collect();
         let springs = springs(assembly, &corner_of, joints, first.youngs_modulus_pa);
         let held = held.iter().map(|n| (*n as usize, Vector3::from(mesh.nodes_m[*n as usize]))).collect();
-        let tissue = Tissue { mesh, stiffness_ratio, anchors: anchors.into_iter().collect(), site_m: [0.0; 3], depth_limit_m: 1e-3 };
+        let tissue =
+            Tissue { mesh, stiffness_ratio, anchors: anchors.into_iter().collect(), site_m: [0.0; 3], depth_limit_m: 1e-3 };
         let mut patch = Patch::build_joined(&tissue, material, None, &springs);
         patch.scale_masses(&mass_ratio);
         let params = Params {
@@ -85,7 +86,8 @@ fn springs(assembly: &Assembly, corner_of: &[Option<u32>], joints: Joints, modul
     let mut springs = Vec::new();
     for (node, area_m2, near) in assembly.joints() {
         let triangle = &assembly.quadratic.triangles[near.triangle];
-        let distance_m = |k: usize| (assembly.quadratic.nodes_m[triangle[k] as usize] - assembly.quadratic.nodes_m[node as usize]).norm();
+        let distance_m =
+            |k: usize| (assembly.quadratic.nodes_m[triangle[k] as usize] - assembly.quadratic.nodes_m[node as usize]).norm();
         let ends: Vec<(usize, f64)> = match joints {
             Joints::Triangle => (0..3).map(|k| (k, near.at[k])).filter(|(_, share)| *share > 0.0).collect(),
             Joints::Nearest => {

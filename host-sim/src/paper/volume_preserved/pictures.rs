@@ -7,7 +7,8 @@ use super::scene::HangingScene;
 use super::steps::Steps;
 use super::{METHODS, Resolution};
 use crate::charts::{
-    BoxCluster, BoxPlot, LabelledValues, Landmark, Layer, LineSeries, Lines, Look, Scale, ScaledAxis, Superposed, box_plot, lines, superposed,
+    BoxCluster, BoxPlot, LabelledValues, Landmark, Layer, LineSeries, Lines, Look, Scale, ScaledAxis, Superposed, box_plot,
+    lines, superposed,
 };
 use crate::error::Error;
 use crate::output::OutputFolder;
@@ -37,8 +38,13 @@ pub fn fig_2(scene: &HangingScene, resolution: &Resolution, folder: &OutputFolde
 fn draw(resolution: &Resolution, measured: &Measured, title: &str, folder: &OutputFolder, file: &str) -> Result<(), Error> {
     let assembly = &resolution.assembly;
     let rest: Vec<[f64; 3]> = assembly.quadratic.nodes_m.iter().map(|x| (*x).into()).collect();
-    let moved: Vec<[f64; 3]> =
-        assembly.quadratic.nodes_m.iter().zip(&measured.displacement_m).map(|(x, u): (&Vector3<f64>, _)| (x + u).into()).collect();
+    let moved: Vec<[f64; 3]> = assembly
+        .quadratic
+        .nodes_m
+        .iter()
+        .zip(&measured.displacement_m)
+        .map(|(x, u): (&Vector3<f64>, _)| (x + u).into())
+        .collect();
     let triangles = |organ: usize| -> Vec<[u32; 3]> {
         let range = assembly.organs[organ].triangles.clone();
         assembly.quadratic.triangles[range].iter().map(|t| [t[0], t[1], t[2]]).collect()
@@ -64,7 +70,8 @@ fn draw(resolution: &Resolution, measured: &Measured, title: &str, folder: &Outp
         .map(|(((label, x), u), _)| Landmark { label, at_m: (x + u).into() })
         .collect();
     let below = format!("{} tets", assembly.quadratic.tets.len());
-    let picture = Superposed { title, below: &below, layers: &layers, landmarks: &landmarks, eye: [1.0, -0.45, 0.5], up: [0.0, 0.0, 1.0] };
+    let picture =
+        Superposed { title, below: &below, layers: &layers, landmarks: &landmarks, eye: [1.0, -0.45, 0.5], up: [0.0, 0.0, 1.0] };
     Ok(superposed(folder.path(), file, &picture)?)
 }
 
@@ -84,7 +91,11 @@ pub fn fig_3(scene: &HangingScene, resolution: &Resolution, folder: &OutputFolde
         .zip(&errors)
         .map(|(label, of)| BoxCluster {
             label,
-            boxes: of.iter().zip(SHORT).filter_map(|(values, name)| values.as_ref().map(|values| LabelledValues { name, values })).collect(),
+            boxes: of
+                .iter()
+                .zip(SHORT)
+                .filter_map(|(values, name)| values.as_ref().map(|values| LabelledValues { name, values }))
+                .collect(),
         })
         .collect();
     let points = resolution.assembly.surface.len();

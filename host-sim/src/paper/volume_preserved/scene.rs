@@ -137,7 +137,11 @@ impl HangingScene {
             return Self::parse(PRESET, TEXT);
         }
         let path = PathBuf::from(name_or_path);
-        let text = std::fs::read_to_string(&path).map_err(|source| SceneError::ReadOther { path: path.clone(), source, preset: PRESET })?;
+        let text = std::fs::read_to_string(&path).map_err(|source| SceneError::ReadOther {
+            path: path.clone(),
+            source,
+            preset: PRESET,
+        })?;
         let mut scene = Self::parse(name_or_path, &text)?;
         for mesh in scene.organ.iter_mut().filter_map(|organ| organ.mesh.as_mut()) {
             *mesh = path.parent().map_or(mesh.clone(), |folder| folder.join(&*mesh));
@@ -162,7 +166,10 @@ impl HangingScene {
             return refuse("organ", "is missing: give at least one [[organ]]");
         }
         for (n, organ) in self.organ.iter().enumerate() {
-            let positive = [("youngs_modulus_pa", organ.youngs_modulus_pa, 1.0, 1e9), ("density_kg_per_m3", organ.density_kg_per_m3, 1.0, 3e4)];
+            let positive = [
+                ("youngs_modulus_pa", organ.youngs_modulus_pa, 1.0, 1e9),
+                ("density_kg_per_m3", organ.density_kg_per_m3, 1.0, 3e4),
+            ];
             for (key, value, low, high) in positive {
                 if !(low..=high).contains(&value) {
                     return refuse(&format!("organ[{n}].{key}"), &format!("= {value} is out of range: give {low} .. {high}"));

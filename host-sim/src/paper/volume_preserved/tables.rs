@@ -44,7 +44,10 @@ pub fn write(findings: &Findings, folder: &OutputFolder) -> Result<(), Error> {
     for resolution in findings.resolutions {
         report.section(&format!("Table 1, {} resolution", resolution.name));
         let sizes: Vec<String> = resolution.assembly.meshes.iter().map(|m| m.tets.len().to_string()).collect();
-        report.say(format!("{} tets. Distances from rest and errors (13), mm. The paper's columns are porcine organs against tomography.", sizes.join(" + ")));
+        report.say(format!(
+            "{} tets. Distances from rest and errors (13), mm. The paper's columns are porcine organs against tomography.",
+            sizes.join(" + ")
+        ));
         for (n, name) in scene.attachment.names.iter().enumerate() {
             markers(resolution, n, name, &mut report);
         }
@@ -191,13 +194,27 @@ fn rows(findings: &Findings) -> Vec<Row> {
 }
 
 fn joined(values: &[f64], digits: usize) -> String {
-    if values.is_empty() { "diverged".into() } else { values.iter().map(|v| format!("{v:.digits$}")).collect::<Vec<_>>().join(" / ") }
+    if values.is_empty() {
+        "diverged".into()
+    } else {
+        values.iter().map(|v| format!("{v:.digits$}")).collect::<Vec<_>>().join(" / ")
+    }
 }
 
 fn means(findings: &Findings, report: &mut Report) {
     report.say("Small / large move. Volume: change of liver and gallbladder, small; large. Time: CPU of one core.");
     let header = [
-        "method", "resolution", "landmarks mm", "inside mm", "surface mm", "volume %", "min J", "step ms", "us a step", "CPU s a virtual s", "at rest",
+        "method",
+        "resolution",
+        "landmarks mm",
+        "inside mm",
+        "surface mm",
+        "volume %",
+        "min J",
+        "step ms",
+        "us a step",
+        "CPU s a virtual s",
+        "at rest",
     ];
     let printed = |name: &str, p: &Printed| {
         vec![
@@ -215,7 +232,12 @@ fn means(findings: &Findings, report: &mut Report) {
         ]
     };
     let ours = rows(findings).into_iter().map(|r| {
-        let volume = r.volume_pct.iter().map(|v| v.iter().map(|v| format!("{v:+.3}")).collect::<Vec<_>>().join(" ")).collect::<Vec<_>>().join("; ");
+        let volume = r
+            .volume_pct
+            .iter()
+            .map(|v| v.iter().map(|v| format!("{v:+.3}")).collect::<Vec<_>>().join(" "))
+            .collect::<Vec<_>>()
+            .join("; ");
         vec![
             r.method.clone(),
             r.resolution.into(),
@@ -239,7 +261,8 @@ fn failures(findings: &Findings, folder: &OutputFolder, report: &mut Report) -> 
         "**The damper (12)** has the unit kg/(s m), so its size depends on the unit of length. Largest step that the sparse scene survives, springs (11) as printed, no \
          corrections; explicit dampers along springs cost step whatever their form:",
     );
-    let rows = findings.steps.stable.iter().map(|(name, dt_s)| vec![(*name).to_string(), format!("{:.4}", 1e3 * f64::from(*dt_s))]);
+    let rows =
+        findings.steps.stable.iter().map(|(name, dt_s)| vec![(*name).to_string(), format!("{:.4}", 1e3 * f64::from(*dt_s))]);
     report.table(&["damping constant", "largest step ms"], rows.collect::<Vec<_>>());
     report.say(
         "**The length corrections (6)-(8)** move positions by a part of the violation at every step, which is a force of about m dx/dt^2: a block of 130 nodes, pressed 2 mm \
@@ -261,12 +284,20 @@ fn claims(findings: &Findings, report: &mut Report) {
     if let Some(r) = find(2, sharpest) {
         let held = r.landmarks_mm.len() == 2 && (0..2).all(|k| r.landmarks_mm[k] <= paper.landmarks_mm[k]);
         let said = format!("mean landmark error {} mm", joined(&paper.landmarks_mm, 2));
-        report.claim(format!("{said} ({sharpest} resolution, against tomography)"), format!("{} mm against finite elements", joined(&r.landmarks_mm, 2)), Some(held));
+        report.claim(
+            format!("{said} ({sharpest} resolution, against tomography)"),
+            format!("{} mm against finite elements", joined(&r.landmarks_mm, 2)),
+            Some(held),
+        );
         let total: Vec<f64> = r.volume_pct.iter().map(|v| v.iter().fold(0.0_f64, |a, b| a.max(b.abs()))).collect();
         let held = total.len() == 2 && (0..2).all(|k| total[k] <= paper.volume_pct[k]);
         let said = format!("volume changes by {} and {} %", paper.volume_pct[0], paper.volume_pct[1]);
         report.claim(said, format!("by {} % in the worse organ", joined(&total, 2)), Some(held));
-        report.claim("no local deformation: it is well distributed", format!("least local volume ratio {}", joined(&r.min_j, 2)), Some(r.min_j.iter().all(|j| *j > 0.3)));
+        report.claim(
+            "no local deformation: it is well distributed",
+            format!("least local volume ratio {}", joined(&r.min_j, 2)),
+            Some(r.min_j.iter().all(|j| *j > 0.3)),
+        );
     }
     if let (Some(with), Some(without)) = (find(2, sharpest), find(3, sharpest)) {
         let volume = |r: &Row| r.volume_pct.iter().flatten().fold(0.0_f64, |a, b| a.max(b.abs()));
@@ -349,13 +380,15 @@ fn csv(findings: &Findings, folder: &OutputFolder) -> Result<(), Error> {
                 let there = found.landmarks_m.iter().chain(&found.surface_m);
                 let wanted = truth.landmarks_m.iter().chain(&truth.surface_m);
                 let rows = points.zip(there).zip(wanted).map(|((x, u), t)| [x.x, x.y, x.z, u.x, u.y, u.z, t.x, t.y, t.z]);
-                let header = ["rest_x_m", "rest_y_m", "rest_z_m", "u_x_m", "u_y_m", "u_z_m", "fem_u_x_m", "fem_u_y_m", "fem_u_z_m"];
+                let header =
+                    ["rest_x_m", "rest_y_m", "rest_z_m", "u_x_m", "u_y_m", "u_z_m", "fem_u_x_m", "fem_u_y_m", "fem_u_z_m"];
                 folder.write_csv(&format!("points_{}_{name}_method{m}.csv", resolution.name), header, rows)?;
             }
         }
     }
     let labels = ["tau0", "tau0.1", "energy"];
-    let rows = findings.steps.force.iter().enumerate().flat_map(|(n, curve)| curve.iter().map(move |(dt, f)| [n as f64, *dt, *f]));
+    let rows =
+        findings.steps.force.iter().enumerate().flat_map(|(n, curve)| curve.iter().map(move |(dt, f)| [n as f64, *dt, *f]));
     debug_assert_eq!(labels.len(), findings.steps.force.len());
     folder.write_csv("force_against_step.csv", ["curve_0_tau0_1_tau0.1_2_energy", "step_s", "force_n"], rows)
 }
@@ -363,9 +396,20 @@ fn csv(findings: &Findings, folder: &OutputFolder) -> Result<(), Error> {
 fn print(findings: &Findings, claims: &[crate::paper::report::Claim], folder: &OutputFolder) {
     println!("{:<60} {:>7} {:>17} {:>15} {:>11}", "method", "mesh", "landmarks mm", "surface mm", "min J");
     for r in rows(findings) {
-        println!("{:<60} {:>7} {:>17} {:>15} {:>11}", r.method, r.resolution, joined(&r.landmarks_mm, 2), joined(&r.surface_mm, 2), joined(&r.min_j, 2));
+        println!(
+            "{:<60} {:>7} {:>17} {:>15} {:>11}",
+            r.method,
+            r.resolution,
+            joined(&r.landmarks_mm, 2),
+            joined(&r.surface_mm, 2),
+            joined(&r.min_j, 2)
+        );
     }
-    println!("paper, against tomography: landmarks {} mm full, {} mm sparse\n", joined(&FULL.landmarks_mm, 2), joined(&SPARSE.landmarks_mm, 2));
+    println!(
+        "paper, against tomography: landmarks {} mm full, {} mm sparse\n",
+        joined(&FULL.landmarks_mm, 2),
+        joined(&SPARSE.landmarks_mm, 2)
+    );
     for claim in claims {
         let verdict = claim.held.map_or("cannot be tried", |held| if held { "held" } else { "did not hold" });
         println!("{verdict:>15}: {} - here: {}", claim.printed, claim.found);
