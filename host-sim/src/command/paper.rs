@@ -6,6 +6,7 @@ use clap::{Args, Subcommand};
 
 use crate::error::Error;
 use crate::output::OutputFolder;
+use crate::paper::local_compression::{self, Options};
 use crate::paper::volume_preserved;
 
 #[derive(Clone, Debug, Subcommand)]
@@ -15,6 +16,23 @@ pub(super) enum PaperCommand {
     /// Writes report.md, summary.json, tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if the product's own promise at full resolution does not
     /// hold: landmarks within 1 mm and 2 mm of finite elements.
     VolumePreserved(PaperArgs),
+    /// Paper 004: a finger presses an abdomen and a foot. Figs. 5 to 9, and where its formulas fail.
+    ///
+    /// Writes report.md, summary.json, every curve as CSV and pictures as SVG and PNG. The annealing writes down where it is: stopped, the same command goes on.
+    LocalCompression(LocalCompressionArgs),
+}
+
+#[derive(Args, Clone, Debug)]
+pub(super) struct LocalCompressionArgs {
+    /// One scene, abdomen-press or foot-press, or the path of a file like host-sim/scenes/abdomen-press.toml [default: both].
+    #[arg(long, value_name = "NAME|FILE")]
+    scene: Option<String>,
+    /// Few forces, few trials at each temperature, coarse organs: under a minute.
+    #[arg(long)]
+    quick: bool,
+    /// Output folder, made if it is not there [default: out/paper-local-compression].
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -34,16 +52,18 @@ impl PaperCommand {
     pub(super) fn run(&self) -> Result<(), Error> {
         match self {
             Self::VolumePreserved(args) => {
-                let folder = args.folder("volume-preserved")?;
+                let folder = folder(args.out.as_ref(), "volume-preserved")?;
                 volume_preserved::run(&args.scene, args.quick, &folder)
+            }
+            Self::LocalCompression(args) => {
+                let folder = folder(args.out.as_ref(), "local-compression")?;
+                local_compression::run(&Options { quick: args.quick, scene: args.scene.clone() }, &folder)
             }
         }
     }
 }
 
-impl PaperArgs {
-    fn folder(&self, paper: &str) -> Result<OutputFolder, Error> {
-        let path = self.out.clone().unwrap_or_else(|| PathBuf::from("out").join(format!("paper-{paper}")));
-        OutputFolder::open(&path)
-    }
+fn folder(out: Option<&PathBuf>, paper: &str) -> Result<OutputFolder, Error> {
+    let path = out.cloned().unwrap_or_else(|| PathBuf::from("out").join(format!("paper-{paper}")));
+    OutputFolder::open(&path)
 }

@@ -110,11 +110,18 @@ pub fn time_to_rest(folder: &OutputFolder, scene: &str, below: &str, found: &[Cu
     curves(folder, &words, &all, &[])
 }
 
-/// Figs. 5 and 6: the organ with the finger, before and at a force.
+/// Figs. 5 and 6: the organ with the finger, before and at a force; the whole of it, or what lies within some finger radii.
 ///
 /// # Errors
 /// As [`curves`].
-pub fn pressed(folder: &OutputFolder, name: &str, scene: &str, site: &Site, press: Option<&Point>) -> Result<(), Error> {
+pub fn pressed(
+    folder: &OutputFolder,
+    name: &str,
+    scene: &str,
+    site: &Site,
+    press: Option<&Point>,
+    radii: Option<f64>,
+) -> Result<(), Error> {
     /// Before the press the finger is this far above the skin [m].
     const ABOVE_M: f64 = 0.004;
     let tissue = &site.block.tissue;
@@ -130,18 +137,19 @@ pub fn pressed(folder: &OutputFolder, name: &str, scene: &str, site: &Site, pres
         }
         None => format!("before interaction; {} nodes", deformed_m.len()),
     };
+    let probe_radius_m = f64::from(site.block.params.probe.radius_m);
+    let near = |n: u32| {
+        let away = Vector3::from(tissue.mesh.nodes_m[n as usize]) - Vector3::from(tissue.site_m);
+        radii.is_none_or(|radii| away.norm() <= radii * probe_radius_m)
+    };
+    let shown: Vec<[u32; 3]> = surface(&tissue.mesh.tets).into_iter().filter(|t| t.iter().all(|n| near(*n))).collect();
     let picture = Surface {
         scene,
         caption: &caption,
         rest_m: &tissue.mesh.nodes_m,
         deformed_m: &deformed_m,
-        triangles: &surface(&tissue.mesh.tets),
-        probe: Probe {
-            shape: ProbeShape::Hemisphere,
-            radius_m: f64::from(site.block.params.probe.radius_m),
-            tip_m: tip.into(),
-            axis: axis.into(),
-        },
+        triangles: &shown,
+        probe: Probe { shape: ProbeShape::Hemisphere, radius_m: probe_radius_m, tip_m: tip.into(), axis: axis.into() },
     };
     Ok(charts::surface(folder.path(), name, &picture)?)
 }

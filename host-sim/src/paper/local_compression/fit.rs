@@ -61,6 +61,8 @@ pub struct Found {
     pub steps: Vec<Step>,
     /// The best place.
     pub best: Step,
+    /// Where the walk ended.
+    pub end: Step,
     /// Simulations run, and how many of them had no answer.
     pub simulations: [usize; 2],
 }
@@ -121,7 +123,7 @@ impl Target {
         let own = elements.block(block, step_s.min(1e-3) / 2.0);
         let truth = elements.run(&own, |rival| follow(&own, rival, force_n, &keys))?;
         let truth = truth.ok_or_else(|| refuse("cannot be had".into()))?.map_err(|why| refuse(why.to_string()))?;
-        let any = Fitted { stiffness_n_per_m: 1.0, damping_n_s_per_m: 0.0, region: None };
+        let any = Fitted::new(1.0, 0.0);
         Ok(Self { block: Contestant::LocalCompression(any).block(block, tick_s), force_n, keys, truth })
     }
 
@@ -210,7 +212,7 @@ impl Simulator<'_> {
         }
         saved(&walk, &steps);
         let last = steps.last().map_or(0.0, |s| s.temperature_mm);
-        Found { best: Step::of(last, walk.best()), steps, simulations: self.simulations }
+        Found { best: Step::of(last, walk.best()), end: Step::of(last, walk.here()), steps, simulations: self.simulations }
     }
 }
 

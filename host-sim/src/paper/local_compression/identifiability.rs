@@ -59,7 +59,7 @@ pub fn seen(target: &Target, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> 
             block.params.node_damping_per_s = SETTLING_PER_S as f32;
             // half the step, so that stiffer springs are stable too
             block.params.tick_s *= 0.5;
-            let model = Contestant::LocalCompression(Fitted { stiffness_n_per_m: k, damping_n_s_per_m: d, region: None });
+            let model = Contestant::LocalCompression(Fitted::new(k, d));
             let found = model.run(&block, |rival| match drive {
                 Drive::Held => hold(&block, rival, HELD_M).map(|held| held.position_m).ok(),
                 _ => to_rest(&block, rival, target.force_n).map(|rest| rest.position_m).ok(),
@@ -94,7 +94,7 @@ const SHORTEST_TICK_S: f64 = 1e-5;
 /// # Errors
 /// What the core refuses.
 pub fn largest_step_s(block: &Block, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Result<f64, Error> {
-    let any = Fitted { stiffness_n_per_m, damping_n_s_per_m, region: None };
+    let any = Fitted::new(stiffness_n_per_m, damping_n_s_per_m);
     let block = Contestant::LocalCompression(any).block(block, 1e-3);
     let [mut low, mut high] = STEPS_S;
     while high / low > 1.03 {

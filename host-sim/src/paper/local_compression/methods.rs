@@ -2,12 +2,12 @@
 //!
 //! | method | force | masses | damping | step |
 //! |---|---|---|---|---|
-//! | `local-compression` | springs of one k (1), volume force off, region (7)-(8) | (10) of paper 000 | d of each spring (1) | velocity Verlet (9)-(10) |
+//! | `local-compression` | springs of one k (1), volume force off, region (7)-(8) | (10) of paper 000 | d of each spring (1), and 40/s on the masses unless "d alone" | velocity Verlet (9)-(10) |
 //! | `springs` | springs of paper 000, eq (11) | the same | 40/s on the masses | symplectic Euler |
 //! | `meshless`, `neo-hookean-nodal` | moving least squares; finite elements | the same | 40/s on the masses | symplectic Euler |
 //! | `palpate`, `palpate-calibrated` | the product | with its floor | 40/s on the masses | symplectic Euler, 1 ms |
 //!
-//! All touch the finger by the core's contact. The largest step of 1, 1/2, 1/4 .. ms with which a method bears the largest force is its step.
+//! All touch the finger by the core's contact. The largest step of 1, 1/2, 1/4 .. ms with which a method comes to rest under the largest force it bears is its step.
 
 use palpate::method::LocalCompression;
 use palpate::path::force::damper::{Dampers, DampingLaw};
@@ -30,8 +30,18 @@ pub struct Fitted {
     pub stiffness_n_per_m: f64,
     /// Damping of every spring, d [N s/m].
     pub damping_n_s_per_m: f64,
+    /// Damping of the masses [1/s]; the paper has none.
+    pub node_damping_per_s: f64,
     /// Stress rule; all nodes move without it.
     pub region: Option<StressRule>,
+}
+
+impl Fitted {
+    /// k [N/m] and d [N s/m] alone.
+    #[must_use]
+    pub fn new(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
+        Self { stiffness_n_per_m, damping_n_s_per_m, node_damping_per_s: 0.0, region: None }
+    }
 }
 
 /// A method at work.
@@ -48,7 +58,8 @@ impl Contestant {
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
-            Self::LocalCompression(_) => "local-compression",
+            Self::LocalCompression(fitted) if fitted.node_damping_per_s > 0.0 => "local-compression",
+            Self::LocalCompression(_) => "local-compression, d alone",
             Self::Charted(method) => method.name(),
         }
     }
@@ -66,8 +77,9 @@ impl Contestant {
         if !self.is_floored() {
             block.params = Params { mass_floor: 0.0, contact_mass: 0.0, ..block.params };
         }
-        if matches!(self, Self::LocalCompression(_)) {
-            block.params = Params { terms: Terms::SPRINGS_ONLY, node_damping_per_s: 0.0, ..block.params };
+        if let Self::LocalCompression(fitted) = self {
+            let node_damping_per_s = fitted.node_damping_per_s as f32;
+            block.params = Params { terms: Terms::SPRINGS_ONLY, node_damping_per_s, ..block.params };
         }
         block
     }
@@ -83,7 +95,7 @@ impl Contestant {
         }
     }
 
-    /// The largest step with which it bears a force [s], and why larger ones failed. `None` where it cannot be had.
+    /// The largest step with which it comes to rest under a force [s], or why it does not with the shortest tried. `None` where it cannot be had.
     ///
     /// # Errors
     /// What the core or the method refuses.
@@ -94,8 +106,9 @@ impl Contestant {
             let block = self.block(block, tick_s);
             match self.run(&block, |rival| to_rest(&block, rival, force_n))? {
                 None => return Ok(None),
-                // a smaller step does not make tissue stiffer
-                Some(Ok(_) | Err(NoRest::Sunk { .. })) => return Ok(Some(Ok(tick_s))),
+                Some(Ok(_)) => return Ok(Some(Ok(tick_s))),
+                // a shorter step damps no more
+                Some(Err(restless @ NoRest::Restless { .. })) => return Ok(Some(Err(restless))),
                 Some(Err(failure)) => why = Some(failure),
             }
         }

@@ -1,7 +1,7 @@
 //! From load to rest: a finger with a constant force on it is let go at the surface, and time is counted until nothing moves.
 //!
 //! The stop criterion is the same for every method that moves: within 10 ms of virtual time the tip goes less than a micrometre, and in the millisecond
-//! after that no node is faster than half a millimetre a second. The clock is CPU time of the thread and runs in the ticks only.
+//! after that no node is faster than two millimetres a second. The clock is CPU time of the thread and runs in the ticks only.
 
 use palpate::Vector3;
 
@@ -14,7 +14,7 @@ pub const STILL_TIP_M: f64 = 1e-6;
 /// .. in this time [ms].
 pub const STILL_MS: usize = 10;
 /// And no node is faster [m/s].
-pub const STILL_NODE_M_PER_S: f64 = 5e-4;
+pub const STILL_NODE_M_PER_S: f64 = 2e-3;
 /// Nobody waits longer for a deformation [ms].
 pub const LONGEST_MS: usize = 2000;
 /// The finger starts outside: a probe inside the tissue gets no force.

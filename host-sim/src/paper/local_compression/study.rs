@@ -9,7 +9,7 @@ use super::identifiability::{PRINTED, Seen, largest_step_s, seen};
 use super::methods::{Contestant, Fitted};
 use super::scene::PressScene;
 use super::site::{DEEPEST_RADII, Site};
-use super::sweep::{Curve, contestants, curve, region_for, static_curve};
+use super::sweep::{Curve, NODE_DAMPING_PER_S, contestants, curve, region_for, static_curve};
 use super::truth::Truth;
 use crate::calibrate::schedule::Schedule;
 use crate::error::Error;
@@ -22,8 +22,12 @@ pub const BLOCK_PA: f64 = 20e3;
 const BLOCK_NODES: usize = 130;
 /// Force of the fits [N], the middle one of the paper's.
 pub const FIT_N: f64 = 1.6;
+/// Force at which the region is chosen [N]: the paper's smallest, which most models bear.
+const REGION_N: f64 = 0.8;
 /// Steps of the fits [s], for the block and for organs. Their reciprocals bound the k and d that can be tried at all.
 pub const FIT_STEPS_S: [f64; 2] = [2.5e-4, 1.25e-4];
+/// Growth of the elements in pictures, over that of the scene: a shape far from the finger should still be seen.
+const PICTURE_GROWTH: f64 = 0.4;
 /// Ten groups of pressure in 0 .. 4 N.
 pub const FORCES_N: [f64; 10] = [0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.6, 4.0];
 
@@ -83,6 +87,8 @@ pub struct OnOrgan {
     pub scene: PressScene,
     /// The organ.
     pub site: Site,
+    /// The organ on a finer mesh, as in the pictures, with the product's presses.
+    pub pictured: (Site, Curve),
     /// The walk.
     pub walk: Found,
     /// Region that costs at most 2 %; none where all that were tried cost more.
@@ -158,7 +164,7 @@ pub fn on_block(folder: &OutputFolder, size: &Size, bar: &ProgressBar) -> Result
     bar.set_message("block: failures");
     let step_s: Vec<f64> = (0..size.halvings).map(|n| 5e-4 / f64::from(1 << n)).collect();
     let thresholds: Vec<f64> = (0..if size.layered.is_some() { 14 } else { 6 }).map(|n| 3000.0 * 0.56_f64.powi(n)).collect();
-    let coefficients = [0.0, 1e6, 1e7, 1e8, 3e8, 1e9, 3e9, 1e10];
+    let coefficients = [0.0, 1e5, 3e5, 1e6, 2e6, 5e6, 1e7, 2e7, 5e7, 1e8];
     Ok(OnBlock {
         walks,
         seen,
@@ -176,6 +182,15 @@ pub fn on_block(folder: &OutputFolder, size: &Size, bar: &ProgressBar) -> Result
 /// # Errors
 /// A scene that cannot be, or what the core or a method refuses.
 pub fn on_organ(folder: &OutputFolder, scene: PressScene, site: Site, size: &Size, bar: &ProgressBar) -> Result<OnOrgan, Error> {
+    bar.set_message(format!("{}: pictures", scene.name));
+    let mut smooth = scene.clone();
+    if let Some(mesh) = &mut smooth.mesh {
+        mesh.growth *= PICTURE_GROWTH;
+    }
+    let smooth = Site::of(&smooth, 1.0)?;
+    let product = Contestant::Charted(Method::Palpate);
+    let pictured =
+        curve(&product, &smooth.block, &scene.finger.forces_n, || bar.tick())?.unwrap_or_else(|| Curve::empty(product.name()));
     bar.set_message(format!("{}: annealing", scene.name));
     let target = Target::new(&site.block, FIT_N, FIT_STEPS_S[1])?;
     let walk = anneal(folder, &scene.name, &target, size.trials[1], 1, bar)?;
@@ -195,17 +210,19 @@ pub fn on_organ(folder: &OutputFolder, scene: PressScene, site: Site, size: &Siz
                 cpu_s: held.cpu_s,
                 position_m: held.position_m,
             });
-            let curve = Curve { name: "fem-layered", step_s: None, points: points.collect(), ended: None };
+            let curve = Curve { points: points.collect(), ..Curve::empty("fem-layered") };
             Some((curve, fine.block.size().nodes))
         }
     };
-    Ok(OnOrgan { scene, site, walk, fitted, curves, layered })
+    Ok(OnOrgan { scene, site, pictured: (smooth, pictured), walk, fitted, curves, layered })
 }
 
+/// Fitted values with the region that costs little; it is looked for with damped masses, so that all presses come to rest.
 fn with_region(block: &Block, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Result<Fitted, Error> {
-    let fitted = Fitted { stiffness_n_per_m, damping_n_s_per_m, region: None };
-    let region = match Contestant::LocalCompression(fitted).step_s(block, FIT_N)? {
-        Some(Ok(step_s)) => region_for(block, fitted, step_s, FIT_N)?,
+    let fitted = Fitted::new(stiffness_n_per_m, damping_n_s_per_m);
+    let damped = Fitted { node_damping_per_s: NODE_DAMPING_PER_S, ..fitted };
+    let region = match Contestant::LocalCompression(damped).step_s(block, REGION_N)? {
+        Some(Ok(step_s)) => region_for(block, damped, step_s, REGION_N)?,
         _ => None,
     };
     Ok(Fitted { region, ..fitted })

@@ -14,6 +14,8 @@ pub const STATIC: &str = "fem-static";
 const LONG_S: f64 = 0.2;
 /// How often a short one is.
 const RUNS: usize = 3;
+/// Damping of the masses of all methods but "d alone" [1/s].
+pub const NODE_DAMPING_PER_S: f64 = 40.0;
 /// Share of the force (1) that freezing nodes may cost.
 const REGION_ERROR: f64 = 0.02;
 /// Thresholds that are tried, as shares of the mean contact pressure under the force.
@@ -48,6 +50,12 @@ pub struct Curve {
 }
 
 impl Curve {
+    /// A method without presses.
+    #[must_use]
+    pub fn empty(name: &'static str) -> Self {
+        Self { name, step_s: None, points: Vec::new(), ended: None }
+    }
+
     /// The press at a force.
     #[must_use]
     pub fn at(&self, force_n: f64) -> Option<&Point> {
@@ -68,7 +76,8 @@ impl Curve {
 #[must_use]
 pub fn contestants(fitted: Fitted) -> Vec<Contestant> {
     let charted = [Method::Springs, Method::Meshless, Method::NeoHookeanNodal, Method::Palpate, Method::Calibrated];
-    std::iter::once(Contestant::LocalCompression(fitted)).chain(charted.map(Contestant::Charted)).collect()
+    let with_masses = Fitted { node_damping_per_s: NODE_DAMPING_PER_S, ..fitted };
+    [fitted, with_masses].into_iter().map(Contestant::LocalCompression).chain(charted.map(Contestant::Charted)).collect()
 }
 
 /// The highest threshold (7) that costs at most 2 % of the depth under a force, and whether one did.
@@ -101,24 +110,22 @@ pub fn curve(
     forces_n: &[f64],
     mut progress: impl FnMut(),
 ) -> Result<Option<Curve>, Error> {
-    let most_n = forces_n.iter().copied().fold(0.0, f64::max);
-    let step_s = match contestant.step_s(block, most_n)? {
-        None => return Ok(None),
-        Some(Ok(step_s)) => step_s,
-        // too hard a press for any step: perhaps the first is not
-        Some(Err(why)) => match contestant.step_s(block, forces_n.first().copied().unwrap_or(0.0))? {
-            Some(Ok(step_s)) => step_s,
-            _ => {
-                return Ok(Some(Curve {
-                    name: contestant.name(),
-                    step_s: None,
-                    points: Vec::new(),
-                    ended: Some(why.to_string()),
-                }));
+    let (mut step_s, mut why) = (None, None);
+    for &force_n in forces_n.iter().rev() {
+        match contestant.step_s(block, force_n)? {
+            None => return Ok(None),
+            Some(Ok(found)) => {
+                step_s = Some(found);
+                break;
             }
-        },
+            Some(Err(failure)) => why = Some(format!("{failure} under {force_n} N")),
+        }
+        progress();
+    }
+    let Some(step_s) = step_s else {
+        return Ok(Some(Curve { ended: why, ..Curve::empty(contestant.name()) }));
     };
-    let mut curve = Curve { name: contestant.name(), step_s: Some(step_s), points: Vec::new(), ended: None };
+    let mut curve = Curve { step_s: Some(step_s), ..Curve::empty(contestant.name()) };
     for &force_n in forces_n {
         let mut found = contestant.press(block, step_s, force_n, 1)?;
         if let Some(Ok(rest)) = &mut found

@@ -51,7 +51,7 @@ pub fn net_share(block: &Block) -> [f64; 2] {
 /// # Errors
 /// What the core refuses.
 pub fn measure(block: &Block, stiffness_n_per_m: f64, coefficients_pa_per_m: &[f64]) -> Result<Vec<WithCoefficient>, Error> {
-    let any = Fitted { stiffness_n_per_m, damping_n_s_per_m: 0.0, region: None };
+    let any = Fitted::new(stiffness_n_per_m, 0.0);
     let mut block = Contestant::LocalCompression(any).block(block, STEP_S);
     block.params.node_damping_per_s = SETTLING_PER_S;
     let patch = Patch::build(&block.tissue, &Material::default(), None);

@@ -1,6 +1,7 @@
 //! Over-compression correction (11)-(13): the force on a held finger against the time step.
 //!
-//! Moving a node by C/2 a step is an acceleration of C/(2 dt^2): a stiffness of about m/dt^2, whatever the tissue's.
+//! A node goes C/2 in every step, however short: a speed of C/(2 dt) that the tissue's forces do not know of, as the velocities stay. What the finger
+//! feels follows from the step and not from the tissue.
 
 use palpate::method::LocalCompression;
 use palpate::path::correct::over_compression::OverCompression;
@@ -14,9 +15,9 @@ use crate::patch::{Material, Memory, Patch};
 use crate::rivals::{Block, OnCore};
 
 /// Depth of the finger [m].
-pub const DEPTH_M: f64 = 0.002;
-/// Damping of the masses [1/s]: the force is read at rest.
-const SETTLING_PER_S: f32 = 60.0;
+pub const DEPTH_M: f64 = 0.004;
+/// Damping of the masses [1/s]. The correction feeds the tissue energy; with a tenth of this it diverges at longer steps.
+const SETTLING_PER_S: f32 = 400.0;
 
 /// What resists compression.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,7 +44,13 @@ pub struct AgainstStep {
 /// # Errors
 /// What the core refuses.
 pub fn measure(block: &Block, stiffness_n_per_m: f64, steps_s: &[f64]) -> Result<Vec<AgainstStep>, Error> {
-    let kinds = [Compensation::None, Compensation::Printed(0.0), Compensation::Printed(0.1), Compensation::Energy];
+    let kinds = [
+        Compensation::None,
+        Compensation::Printed(0.0),
+        Compensation::Printed(0.05),
+        Compensation::Printed(0.1),
+        Compensation::Energy,
+    ];
     let patch = Patch::build(&block.tissue, &Material::default(), None);
     let own = patch.wide_model();
     let mut found = Vec::new();

@@ -59,7 +59,7 @@ impl Rival for Counting<'_> {
 /// # Errors
 /// What the core refuses.
 pub fn measure(block: &Block, stiffness_n_per_m: f64, least_stresses_pa: &[f64]) -> Result<Vec<Awake>, Error> {
-    let any = Fitted { stiffness_n_per_m, damping_n_s_per_m: 0.0, region: None };
+    let any = Fitted::new(stiffness_n_per_m, 0.0);
     let mut block = Contestant::LocalCompression(any).block(block, STEP_S);
     block.params.node_damping_per_s = SETTLING_PER_S;
     let patch = Patch::build(&block.tissue, &Material::default(), None);
@@ -67,7 +67,7 @@ pub fn measure(block: &Block, stiffness_n_per_m: f64, least_stresses_pa: &[f64])
     let springs = springs_of(&own, &block.params, stiffness_n_per_m);
     let model = Model { springs: &springs, ..own };
     let free = (model.nodes.len() - model.anchors.len()) as f64;
-    let mut press = |region: Option<StressRule>| -> Result<Option<(f64, f64)>, Error> {
+    let press = |region: Option<StressRule>| -> Result<Option<(f64, f64)>, Error> {
         let mut memory = Memory::for_model(&model);
         let (tuned, state) = memory.start(&model, &block.params)?;
         let method = LocalCompression { dampers: None, volume: None, region, step: VelocityVerlet::default(), compression: None };
