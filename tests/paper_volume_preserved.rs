@@ -239,7 +239,8 @@ fn values_and_keys_that_cannot_be_are_refused() {
 /// "Position-based attachment": after the move every held node has moved by exactly that, every fixed one not at all.
 #[test]
 fn the_stick_takes_its_nodes_all_the_way() {
-    let text = text().replace("moves_m = [[0.0, 0.01148430, 0.04774740], [0.0, 0.03291362, 0.07634497]]", "moves_m = [[0.001, 0.002, 0.003]]");
+    let text = text()
+        .replace("moves_m = [[0.0, 0.01148430, 0.04774740], [0.0, 0.03291362, 0.07634497]]", "moves_m = [[0.001, 0.002, 0.003]]");
     let scene = HangingScene::parse("test", &text.replace("names = [\"small\", \"large\"]", "names = [\"tiny\"]")).unwrap();
     let assembly = assembly(&scene, 1);
     let setup = Setup { method: HangingMethod::Palpate, dt_s: 5e-4, substeps: Some(2), longest_s: 0.05 };

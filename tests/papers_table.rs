@@ -45,7 +45,10 @@ fn every_equation_has_a_place_and_a_test() {
         }
         seen[paper].extend(numbers(equation));
         let source = std::fs::read_to_string(repository().join(file)).unwrap_or_else(|e| panic!("{equation}: {file}: {e}"));
-        assert!(source.contains(&format!("fn {name}")) || source.contains(&format!("const {name}")), "{equation}: no {name} in {file}");
+        assert!(
+            source.contains(&format!("fn {name}")) || source.contains(&format!("const {name}")),
+            "{equation}: no {name} in {file}"
+        );
         assert!(tests.contains(&format!("fn {test}(")), "{equation}: there is no test {test}");
     }
     for (of, last) in seen.iter_mut().zip([13, 14]) {

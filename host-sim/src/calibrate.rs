@@ -12,6 +12,7 @@ pub mod gauss_newton;
 mod measurement;
 pub mod places;
 pub mod reference_map;
+pub mod schedule;
 mod sweep;
 pub mod targets;
 mod unknowns;

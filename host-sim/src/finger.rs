@@ -5,7 +5,7 @@
 use crate::scene::Drive;
 
 /// Mass of a firm fingertip [kg], its damping [N s/m] and stiffness [N/m] (order of Hajian & Howe 1997, grip scaled up).
-const FINGER: (f64, f64, f64) = (0.020, 4.0, 800.0);
+pub(crate) const FINGER: (f64, f64, f64) = (0.020, 4.0, 800.0);
 
 /// What the finger does in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]

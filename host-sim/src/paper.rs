@@ -2,5 +2,6 @@
 //!
 //! 000: *volume preserved mass-spring model* (liver and gallbladder, hung). 004: *local compression deformation of soft tissue* (abdomen and foot, pressed).
 
+pub mod local_compression;
 pub mod report;
 pub mod volume_preserved;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use crate::error::Error;
-use crate::paper::volume_preserved::{self, Options};
+use crate::paper::{local_compression, volume_preserved};
 
 #[derive(Clone, Debug, Subcommand)]
 pub(super) enum PaperCommand {
@@ -14,6 +14,23 @@ pub(super) enum PaperCommand {
     /// Writes report.md, summary.json, tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if the product's own promise at full resolution does not
     /// hold: landmarks within 1 mm and 2 mm of finite elements.
     VolumePreserved(PaperArgs),
+    /// Paper 004: a finger presses an abdomen and a foot. Figs. 5 to 9, and where its formulas fail.
+    ///
+    /// Writes report.md, summary.json, every curve as CSV and pictures as SVG and PNG. The annealing writes down where it is: stopped, the same command goes on.
+    LocalCompression(LocalCompressionArgs),
+}
+
+#[derive(Args, Clone, Debug)]
+pub(super) struct LocalCompressionArgs {
+    /// One scene, abdomen-press or foot-press, or the path of a file like host-sim/scenes/abdomen-press.toml [default: both].
+    #[arg(long, value_name = "NAME|FILE")]
+    scene: Option<String>,
+    /// Few forces, few trials at each temperature, coarse organs: under a minute.
+    #[arg(long)]
+    quick: bool,
+    /// Output folder, made if it is not there [default: out/paper-local-compression].
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -36,15 +53,17 @@ impl PaperCommand {
     pub(super) fn run(&self) -> Result<(), Error> {
         match self {
             Self::VolumePreserved(args) => {
-                let options = Options { scene: args.scene.clone(), quick: args.quick, solve: args.solve };
-                volume_preserved::run(&options, &args.folder("volume-preserved"))
+                let options = volume_preserved::Options { scene: args.scene.clone(), quick: args.quick, solve: args.solve };
+                volume_preserved::run(&options, &folder(args.out.as_ref(), "volume-preserved"))
+            }
+            Self::LocalCompression(args) => {
+                let options = local_compression::Options { quick: args.quick, scene: args.scene.clone() };
+                local_compression::run(&options, &folder(args.out.as_ref(), "local-compression"))
             }
         }
     }
 }
 
-impl PaperArgs {
-    fn folder(&self, paper: &str) -> PathBuf {
-        self.out.clone().unwrap_or_else(|| PathBuf::from("out").join(format!("paper-{paper}")))
-    }
+fn folder(out: Option<&PathBuf>, paper: &str) -> PathBuf {
+    out.cloned().unwrap_or_else(|| PathBuf::from("out").join(format!("paper-{paper}")))
 }

@@ -238,7 +238,12 @@ fn surface_of(body: &Body, displacement_m: &[Vector3<f64>]) -> Vec<(Vector3<f64>
 }
 
 /// Presses until the force over Young's modulus is `wanted_m2`: steps outward, then false position (Illinois).
-fn find_depth(press: &mut Press, wanted_m2: f64, radius_m: f64, progress: &mut impl FnMut(f64)) -> Result<(), Stalled> {
+pub(crate) fn find_depth(
+    press: &mut Press,
+    wanted_m2: f64,
+    radius_m: f64,
+    progress: &mut impl FnMut(f64),
+) -> Result<(), Stalled> {
     let step_m = SEARCH_RADII * radius_m;
     let mut low = (0.0, -wanted_m2);
     let mut high = loop {

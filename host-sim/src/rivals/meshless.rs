@@ -41,7 +41,8 @@ struct Part {
 struct Cell {
     /// Where its parts end; they begin where the last cell's end.
     end: usize,
-    volume_m3: f32,
+    /// Volume times stiffness as a multiple of the tissue's.
+    stiff_volume_m3: f32,
 }
 
 /// Rest data.
@@ -70,7 +71,7 @@ impl Meshless {
         let mesh = &block.tissue.mesh;
         let shape = ShapeFunctions::new(mesh, REACH);
         let (mut cells, mut parts) = (Vec::with_capacity(mesh.tets.len()), Vec::new());
-        for tet in &mesh.tets {
+        for (tet, ratio) in mesh.tets.iter().zip(&block.tissue.stiffness_ratio) {
             let corners_m = tet.map(|n| Vector3::from(mesh.nodes_m[n as usize]));
             let [a, b, c, d] = corners_m;
             let volume_m3 = (b - a).dot(&(c - a).cross(&(d - a))) / 6.0;
@@ -81,7 +82,7 @@ impl Meshless {
                 gradients.extend(shape.mean(&[a, b, c])?.into_iter().map(|(n, phi)| (n, area_over_volume * phi)));
             }
             parts.extend(summed(gradients).into_iter().map(|(node, g)| Part { node, gradient: g.cast() }));
-            cells.push(Cell { end: parts.len(), volume_m3: volume_m3 as f32 });
+            cells.push(Cell { end: parts.len(), stiff_volume_m3: (volume_m3 * ratio) as f32 });
         }
         let (lambda, mu) = block.lame_over_modulus();
         let rest_m: Vec<Vector3<f32>> = mesh.nodes_m.iter().map(|x| Vector3::from(*x).cast()).collect();
@@ -124,7 +125,7 @@ impl Law for Meshless {
             }
             let (cofactors, j) = cofactors(&f);
             let pressure = (self.lambda * j.ln() - self.mu) / j;
-            let stress = [0, 1, 2].map(|k| (f[k] * self.mu + cofactors[k] * pressure) * cell.volume_m3);
+            let stress = [0, 1, 2].map(|k| (f[k] * self.mu + cofactors[k] * pressure) * cell.stiff_volume_m3);
             for part in parts {
                 let on = &mut force[part.node as usize];
                 on.x -= stress[0].dot(&part.gradient);
@@ -145,7 +146,7 @@ fn diagonal_m(cells: &[Cell], parts: &[Part], nodes: usize, modulus: f32) -> Vec
     let mut begin = 0;
     for cell in cells {
         for part in &parts[begin..cell.end] {
-            diagonal[part.node as usize] += modulus * cell.volume_m3 * part.gradient.norm_squared();
+            diagonal[part.node as usize] += modulus * cell.stiff_volume_m3 * part.gradient.norm_squared();
         }
         begin = cell.end;
     }

@@ -29,6 +29,8 @@ pub struct NeoHookean {
     volume: Volume,
     /// One over the volume of each node's tets [1/m^3].
     around_reciprocal: Vec<f32>,
+    /// lambda over E of each node: the mean of its tets by volume.
+    node_lambda: Vec<f32>,
     /// Volume, then pressure over E of each node.
     node: Vec<f32>,
 }
@@ -45,7 +47,11 @@ impl NeoHookean {
         let tets = RestTet::of(block);
         let (lambda, mu) = block.lame_over_modulus();
         let mut around = vec![0.0_f32; block.tissue.mesh.nodes_m.len()];
-        tets.iter().for_each(|t| t.node.iter().for_each(|&n| around[n as usize] += t.volume_m3));
+        let mut stiff = around.clone();
+        for (t, n) in tets.iter().flat_map(|t| t.node.map(|n| (t, n as usize))) {
+            around[n] += t.volume_m3;
+            stiff[n] += t.volume_m3 * t.stiffness_ratio;
+        }
         // nodal averaging only softens: the diagonal of plain tets is an upper bound of its own
         Self {
             diagonal_m: diagonal_m(block, &tets, lambda, mu),
@@ -53,6 +59,7 @@ impl NeoHookean {
             lambda: lambda as f32,
             mu: mu as f32,
             volume,
+            node_lambda: stiff.iter().zip(&around).map(|(s, v)| lambda as f32 * (s / v)).collect(),
             node: around.clone(),
             around_reciprocal: around.into_iter().map(|v| 1.0 / v).collect(),
         }
@@ -66,9 +73,9 @@ impl NeoHookean {
             let volume = (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0;
             tet.node.iter().for_each(|&n| self.node[n as usize] += volume);
         }
-        for (p, reciprocal) in self.node.iter_mut().zip(&self.around_reciprocal) {
+        for ((p, reciprocal), lambda) in self.node.iter_mut().zip(&self.around_reciprocal).zip(&self.node_lambda) {
             let j = *p * reciprocal;
-            *p = self.lambda * j.ln() / j;
+            *p = lambda * j.ln() / j;
         }
     }
 }
@@ -82,13 +89,14 @@ impl Law for NeoHookean {
         for tet in &self.tets {
             let f = tet.deformation(position_m);
             let (cofactors, j) = cofactors(&f);
+            let mu = self.mu * tet.stiffness_ratio;
             // the coefficient of the cofactors, d psi / d J
             let pressure = match self.volume {
-                Volume::PerTet => (self.lambda * j.ln() - self.mu) / j,
+                Volume::PerTet => (tet.stiffness_ratio * self.lambda * j.ln() - mu) / j,
                 // d V / d F = V_0 cof F; a tet belongs to four nodes, each with a quarter of the weight
-                Volume::Nodal => 0.25 * tet.node.iter().map(|&n| self.node[n as usize]).sum::<f32>() - self.mu / j,
+                Volume::Nodal => 0.25 * tet.node.iter().map(|&n| self.node[n as usize]).sum::<f32>() - mu / j,
             };
-            let stress = [0, 1, 2].map(|k| f[k] * self.mu + cofactors[k] * pressure);
+            let stress = [0, 1, 2].map(|k| f[k] * mu + cofactors[k] * pressure);
             tet.scatter(&stress, force);
         }
     }

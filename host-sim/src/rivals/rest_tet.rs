@@ -14,6 +14,8 @@ pub struct RestTet {
     pub node: [u32; 4],
     /// Volume [m^3].
     pub volume_m3: f32,
+    /// Stiffness as a multiple of the tissue's. Only [`super::NeoHookean`] takes it; the others are run on even tissue.
+    pub stiffness_ratio: f32,
     /// Gradients of the shape functions of b, c, d [1/m]: the rows of the inverse of (b-a, c-a, d-a). That of a is minus their sum.
     pub gradient: [Vector3<f32>; 3],
 }
@@ -25,12 +27,13 @@ impl RestTet {
         let mesh = &block.tissue.mesh;
         mesh.tets
             .iter()
-            .map(|tet| {
+            .zip(&block.tissue.stiffness_ratio)
+            .map(|(tet, &ratio)| {
                 let [a, b, c, d] = tet.map(|n| Vector3::from(mesh.nodes_m[n as usize]));
                 let (u, v, w) = (b - a, c - a, d - a);
                 let six_volume = u.dot(&v.cross(&w));
                 let gradient = [v.cross(&w), w.cross(&u), u.cross(&v)].map(|g| (g / six_volume).cast::<f32>());
-                Self { node: *tet, volume_m3: (six_volume / 6.0) as f32, gradient }
+                Self { node: *tet, volume_m3: (six_volume / 6.0) as f32, stiffness_ratio: ratio as f32, gradient }
             })
             .collect()
     }
@@ -66,7 +69,7 @@ pub(super) fn cofactors(f: &Matrix) -> (Matrix, f32) {
 pub(super) fn diagonal_m(block: &Block, tets: &[RestTet], lambda: f64, mu: f64) -> Vec<f32> {
     let mut diagonal = vec![0.0_f32; block.tissue.mesh.nodes_m.len()];
     for tet in tets {
-        let per_square = tet.volume_m3 * (lambda + 4.0 * mu) as f32 / 3.0;
+        let per_square = tet.volume_m3 * tet.stiffness_ratio * (lambda + 4.0 * mu) as f32 / 3.0;
         for (n, g) in tet.node.iter().zip(tet.all_gradients()) {
             diagonal[*n as usize] += per_square * g.norm_squared();
         }

@@ -1,0 +1,157 @@
+//! The annealing schedule of paper 004 (sections 2.2 and 3.4) and a walk that follows it: proposals, Metropolis's criterion, cooling.
+//!
+//! The paper says neither how far a trial goes nor in what unit the objective is. Here the reach follows the share of trials taken, and every objective
+//! says its unit. A walk is plain numbers: written down and read back, it goes on where it stopped.
+
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{RngCore, SeedableRng};
+use serde::{Deserialize, Serialize};
+
+/// From hot to cold.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Schedule {
+    /// First temperature, in units of the cost.
+    pub first: f64,
+    /// Cooling ends here.
+    pub last: f64,
+    /// Each temperature over the one before.
+    pub cooling: f64,
+    /// Trials at each temperature.
+    pub trials: usize,
+}
+
+/// Furthest and nearest trial.
+const REACH: [f64; 2] = [1e-4, 1.0];
+/// Share of trials that the reach is to make worth taking, and how fast it follows.
+const TAKEN: f64 = 0.44;
+const FOLLOWS: f64 = 0.2;
+
+impl Schedule {
+    /// The paper's: 570 temperatures, 114 000 trials.
+    pub const PAPER: Self = Self { first: 100.0, last: 0.001, cooling: 0.98, trials: 200 };
+
+    /// How many temperatures there are.
+    #[must_use]
+    pub const fn temperatures(&self) -> usize {
+        let (mut temperature, mut count) = (self.first, 0);
+        while temperature > self.last {
+            temperature *= self.cooling;
+            count += 1;
+        }
+        count
+    }
+
+    /// Trials of the whole schedule.
+    #[must_use]
+    pub const fn length(&self) -> usize {
+        self.temperatures() * self.trials
+    }
+
+    /// Temperature of a trial where all temperatures are gone through with `trials` in all.
+    #[must_use]
+    pub fn temperature(&self, trial: usize, trials: usize) -> f64 {
+        self.first * self.cooling.powi((trial * self.temperatures() / trials) as i32)
+    }
+}
+
+/// What became of a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The walk stays.
+    Refused,
+    /// The walk goes there.
+    Taken,
+    /// The same, and it was never better.
+    Best,
+}
+
+/// A walk on its way.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Walk {
+    schedule: Schedule,
+    seed: u64,
+    trials: usize,
+    trial: usize,
+    reach: f64,
+    place: Vec<f64>,
+    cost: f64,
+    best: (Vec<f64>, f64),
+}
+
+impl Walk {
+    /// A walk of `trials` in all that starts at a place with its cost.
+    #[must_use]
+    pub fn start(schedule: Schedule, trials: usize, seed: u64, place: Vec<f64>, cost: f64) -> Self {
+        Self { schedule, seed, trials, trial: 0, reach: REACH[1], best: (place.clone(), cost), place, cost }
+    }
+
+    /// Trials judged so far, and in all.
+    #[must_use]
+    pub fn trials(&self) -> (usize, usize) {
+        (self.trial, self.trials)
+    }
+
+    /// Whether the schedule has been gone through.
+    #[must_use]
+    pub fn is_done(&self) -> bool {
+        self.trial >= self.trials
+    }
+
+    /// Temperature of the next trial, in units of the cost.
+    #[must_use]
+    pub fn temperature(&self) -> f64 {
+        self.schedule.temperature(self.trial, self.trials)
+    }
+
+    /// Where it is, and the cost there.
+    #[must_use]
+    pub fn here(&self) -> (&[f64], f64) {
+        (&self.place, self.cost)
+    }
+
+    /// The best place so far, and the cost there.
+    #[must_use]
+    pub fn best(&self) -> (&[f64], f64) {
+        (&self.best.0, self.best.1)
+    }
+
+    /// Whether another walk is the same one, further on or not.
+    #[must_use]
+    pub fn is_same(&self, other: &Self) -> bool {
+        (self.schedule, self.seed, self.trials) == (other.schedule, other.seed, other.trials)
+    }
+
+    /// The next trial: every coordinate by up to the reach. The same until it is judged.
+    #[must_use]
+    pub fn propose(&self) -> Vec<f64> {
+        let mut random = self.random();
+        self.place.iter().map(|x| x + self.reach * (2.0 * share(&mut random) - 1.0)).collect()
+    }
+
+    /// Judges the trial at `there`; a cost of `None` is never taken.
+    pub fn judge(&mut self, there: Vec<f64>, cost: Option<f64>) -> Verdict {
+        let mut random = self.random();
+        let luck = (0..=self.place.len()).map(|_| share(&mut random)).last().unwrap_or_default();
+        let temperature = self.temperature();
+        let taken = cost.filter(|cost| luck < ((self.cost - cost) / temperature).exp());
+        self.reach = (self.reach * (FOLLOWS * (f64::from(u8::from(taken.is_some())) - TAKEN)).exp()).clamp(REACH[0], REACH[1]);
+        self.trial += 1;
+        let Some(cost) = taken else { return Verdict::Refused };
+        (self.place, self.cost) = (there, cost);
+        if cost < self.best.1 {
+            self.best = (self.place.clone(), cost);
+            return Verdict::Best;
+        }
+        Verdict::Taken
+    }
+
+    /// Numbers of this trial alone, so that a walk read back draws what it would have drawn.
+    fn random(&self) -> Xoshiro256PlusPlus {
+        Xoshiro256PlusPlus::seed_from_u64(self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(self.trial as u64))
+    }
+}
+
+/// Evenly between zero and one.
+fn share(random: &mut impl RngCore) -> f64 {
+    (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+}

@@ -1,0 +1,46 @@
+//! A walk written down every so often, so that a run that was stopped goes on where it was.
+
+use serde::{Deserialize, Serialize};
+
+use super::fit::Step;
+use crate::calibrate::schedule::Walk;
+use crate::error::Error;
+use crate::output::OutputFolder;
+
+/// What is written down.
+#[derive(Deserialize, Serialize)]
+struct Checkpoint {
+    /// What the walk was fitting, so that another fit does not go on with it.
+    of: String,
+    walk: Walk,
+    steps: Vec<[f64; 4]>,
+}
+
+/// Reads a walk of the same fit, if there is one; whatever cannot be read is begun again.
+#[must_use]
+pub fn read(folder: &OutputFolder, name: &str, of: &str, fresh: &Walk) -> Option<(Walk, Vec<Step>)> {
+    let text = std::fs::read_to_string(folder.path().join(name)).ok()?;
+    let found: Checkpoint = serde_json::from_str(&text).ok()?;
+    let steps = found.steps.iter().map(|[temperature_mm, k, d, distance_mm]| Step {
+        temperature_mm: *temperature_mm,
+        stiffness_n_per_m: *k,
+        damping_n_s_per_m: *d,
+        distance_mm: *distance_mm,
+    });
+    (found.of == of && found.walk.is_same(fresh)).then(|| (found.walk, steps.collect()))
+}
+
+/// Writes a walk.
+///
+/// # Errors
+/// The folder cannot be written.
+pub fn write(folder: &OutputFolder, name: &str, of: &str, walk: &Walk, steps: &[Step]) -> Result<(), Error> {
+    let steps = steps.iter().map(|s| [s.temperature_mm, s.stiffness_n_per_m, s.damping_n_s_per_m, s.distance_mm]).collect();
+    folder.write_json(name, &Checkpoint { of: of.into(), walk: walk.clone(), steps })
+}
+
+/// Removes it: the fit is done and its result written.
+pub fn remove(folder: &OutputFolder, name: &str) {
+    // one that is left over is only ever read by the same fit
+    let _ = std::fs::remove_file(folder.path().join(name));
+}

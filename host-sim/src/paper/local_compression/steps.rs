@@ -1,0 +1,46 @@
+//! A finger that goes to a depth and stays there.
+
+use palpate::Vector3;
+
+use super::rest::NoRest;
+use crate::rivals::{Block, Rival};
+
+/// Speed on the way [m/s], and how long it stays [s].
+const SPEED_M_PER_S: f64 = 0.04;
+const STAY_S: f64 = 0.3;
+/// The force is the mean over this long at the end [s].
+const READ_S: f64 = 0.02;
+
+/// A press at the end of its stay.
+#[derive(Clone, Debug)]
+pub struct Held {
+    /// Mean force on the finger at the end [N].
+    pub force_n: f64,
+    /// Node positions [m], shape \[nodes\].
+    pub position_m: Vec<Vector3<f64>>,
+}
+
+/// Presses a method that is at rest and untouched to a depth.
+///
+/// # Errors
+/// [`NoRest::Diverged`].
+pub fn hold(block: &Block, rival: &mut dyn Rival, depth_m: f64) -> Result<Held, NoRest> {
+    let tick_s = f64::from(block.params.tick_s);
+    let clear_m = 1e-4;
+    let travel = ((depth_m + clear_m) / (SPEED_M_PER_S * tick_s)).ceil() as usize;
+    let (stay, read) = ((STAY_S / tick_s) as usize, (READ_S / tick_s).ceil() as usize);
+    let mut sum = 0.0;
+    for n in 0..=travel + stay {
+        let tip_m = (n as f64 * SPEED_M_PER_S * tick_s - clear_m).min(depth_m);
+        let diverged = NoRest::Diverged { depth_mm: tip_m * 1e3 };
+        let force = f64::from(rival.tick(block.tip_m(tip_m)).map_err(|_| diverged)?.dot(&block.params.probe.axis));
+        if !force.is_finite() {
+            return Err(diverged);
+        }
+        if n + read > travel + stay {
+            sum += force;
+        }
+    }
+    let position_m = (0..block.tissue.mesh.nodes_m.len()).map(|n| rival.position_m(n).cast()).collect();
+    Ok(Held { force_n: sum / read as f64, position_m })
+}
