@@ -282,8 +282,8 @@ fn failures(findings: &Findings, folder: &OutputFolder, report: &mut Report) -> 
          corrections; explicit dampers along springs cost step whatever their form:",
     );
     let rows =
-        findings.steps.stable.iter().map(|(name, dt_s)| vec![(*name).to_string(), format!("{:.4}", 1e3 * f64::from(*dt_s))]);
-    report.table(&["damping constant", "largest step ms"], rows.collect::<Vec<_>>());
+        findings.steps.stable.iter().map(|(name, dt_s)| vec![(*name).to_string(), format!("{:.3}", 1e6 * f64::from(*dt_s))]);
+    report.table(&["damping constant", "largest step us"], rows.collect::<Vec<_>>());
     report.say(
         "**The length corrections (6)-(8)** move positions by a part of the violation at every step, which is a force of about m dx/dt^2: a block of 130 nodes, pressed 2 mm \
          deep, answers with a force that grows as the step shrinks. With tau = 0, the paper's setting, every spring is corrected at every step. The same intent as an energy \
