@@ -144,7 +144,8 @@ fn the_tet_counts_of_paper_000_are_met_within_two_percent() {
 #[test]
 fn liver_and_gallbladder_have_a_bodys_sizes() {
     // ranges of the textbook, see the organs' own files
-    let ranges_m: [(&str, [[f64; 2]; 3], [f64; 2]); 2] = [
+    type Ranges = (&'static str, [[f64; 2]; 3], [f64; 2]);
+    let ranges_m: [Ranges; 2] = [
         ("liver", [[0.14, 0.18], [0.21, 0.265], [0.06, 0.10]], [1.2e-3, 1.6e-3]),
         ("gallbladder", [[0.07, 0.10], [0.03, 0.04], [0.03, 0.045]], [30e-6, 60e-6]),
     ];

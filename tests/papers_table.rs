@@ -21,7 +21,7 @@ fn all_tests() -> String {
 
 /// Numbers in brackets at the start of a row: "(4)-(6)" is 4, 5, 6.
 fn numbers(cell: &str) -> Vec<u32> {
-    let plain: Vec<u32> = cell.split(|c: char| c == '(' || c == ')').filter_map(|part| part.parse().ok()).collect();
+    let plain: Vec<u32> = cell.split(&['(', ')']).filter_map(|part| part.parse().ok()).collect();
     match plain[..] {
         [from, to] if cell.contains(")-(") => (from..=to).collect(),
         _ => plain,

@@ -91,7 +91,7 @@ impl StressRule {
     #[must_use]
     pub fn radius_m(&self, pressure_pa: f32, radius_m: f32) -> f32 {
         let share = self.least_stress_pa / pressure_pa;
-        if !(share < 1.0) {
+        if share >= 1.0 {
             return radius_m;
         }
         // cube root of 1 - s: the cosine of the disc's half angle seen from the depth

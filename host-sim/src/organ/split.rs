@@ -42,18 +42,18 @@ impl Cell {
             }
             (2, 1) => {
                 let [a, b, c, d] = [Corner(p), Corner(q), Cut(q, r), Cut(p, r)];
-                let halves = if self.from_first(p, q, r) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
+                let halves = if self.halved_at_first(p, q, r) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
                 halves.map(|[a, b, c]| [a, b, c, Corner(s)]).into()
             }
             (2, _) => {
                 let bottom = [Corner(p), Cut(p, r), Cut(p, s)];
                 let top = [Corner(q), Cut(q, r), Cut(q, s)];
-                let (first, second) = (self.from_first(p, q, r), self.from_first(p, q, s));
+                let (first, second) = (self.halved_at_first(p, q, r), self.halved_at_first(p, q, s));
                 let third = if first == second { shorter([bottom[1], top[2]], [bottom[2], top[1]]) } else { second };
                 prism(bottom, top, [first, second, third])
             }
             _ => {
-                let before = [(p, q), (p, r), (q, r)].map(|(a, b)| self.from_first(a, b, s));
+                let before = [(p, q), (p, r), (q, r)].map(|(a, b)| self.halved_at_first(a, b, s));
                 prism([p, q, r].map(Corner), [p, q, r].map(|k| Cut(k, s)), before)
             }
         }
@@ -72,7 +72,7 @@ impl Cell {
     }
 
     /// Whether the quadrilateral of the inner corners `a`, `b` and their cuts toward `out` is halved from `a`, not from `b`.
-    fn from_first(&self, a: usize, b: usize, out: usize) -> bool {
+    fn halved_at_first(&self, a: usize, b: usize, out: usize) -> bool {
         let long = |i: usize, j: usize| i / 2 == j / 2;
         if long(b, out) {
             true

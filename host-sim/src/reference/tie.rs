@@ -1,7 +1,7 @@
 //! An elastic layer that ties two surfaces together, be their meshes alike or not.
 //!
 //! At the seven points of each triangle of the one surface, the other's nearest point at rest is sought; from then on
-//! k/2 |x_a - x_b - (X_a - X_b)|^2 per rest area: a penalty tie on quadrature points, one surface leading (Wriggers, *Computational Contact
+//! `k/2 |x_a - x_b - (X_a - X_b)|^2` per rest area: a penalty tie on quadrature points, one surface leading (Wriggers, *Computational Contact
 //! Mechanics*, 6). The offset at rest is kept as a vector, so the energy is quadratic in the displacements and a common rotation costs
 //! energy where the surfaces do not touch at rest. An even pressure is passed on evenly only within the quadrature's error: one surface's points
 //! do not see the sides of the other's triangles.

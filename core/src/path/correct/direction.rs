@@ -81,7 +81,7 @@ impl SpringDirection<'_> {
         let mut across = scaled(&old, 1.0 / old_length);
         subtract(&mut across, &scaled(d, cosine / length));
         let sine = sqrt(dot(&across, &across));
-        if !(sine > 1e-3) {
+        if sine <= 1e-3 {
             return NONE;
         }
         let excess = libm::acosf(cosine.clamp(-1.0, 1.0)) - self.angle_rad;

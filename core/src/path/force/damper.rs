@@ -62,7 +62,7 @@ impl Dampers<'_> {
             let (d, v) = (difference(&b.x, &a.x), difference(&b.v, &a.v));
             let square: f32 = d.iter().map(|c| c * c).sum();
             let opening: f32 = d.iter().zip(&v).map(|(d, v)| d * v).sum();
-            if !(square > 0.0) {
+            if square == 0.0 {
                 continue;
             }
             let force = scaled(&d, constant * opening / square);

@@ -271,6 +271,9 @@ pub fn sweeps(
     Ok(())
 }
 
+/// What a chart of regions shows of one.
+type Pick = fn(&Awake) -> f64;
+
 /// Equations (11)-(13), (7)-(8), (2).
 ///
 /// # Errors
@@ -335,7 +338,7 @@ fn regions(report: &mut Report, folder: &OutputFolder, found: &[Awake]) -> Resul
     };
     let below = "block, springs of the fitted k, 4 mm deep, at rest";
     let x = ("least vertical stress [Pa]", Scale::Log);
-    let charts: [(&str, &str, &str, fn(&Awake) -> f64); 3] = [
+    let charts: [(&str, &str, &str, Pick); 3] = [
         ("region_radius", "Radius of the region (7)-(8)", "radius [mm]", |a| a.radius_m * 1e3),
         ("region_awake", "Free nodes that the region keeps awake", "share awake [%]", |a| a.share * 100.0),
         ("region_error", "Force error of the region", "force error [%]", |a| a.force_error * 100.0),

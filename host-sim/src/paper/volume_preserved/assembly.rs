@@ -327,10 +327,7 @@ fn eighths(tet: &[u32; 10]) -> Vec<[u32; 4]> {
         let edge = TET_EDGES.iter().position(|e| *e == [i, j] || *e == [j, i]).unwrap_or(0);
         tet[4 + edge]
     };
-    let corner = |k: usize| {
-        let others = [0, 1, 2, 3].map(|j| if j == k { tet[k] } else { middle(k.min(j), k.max(j)) });
-        others
-    };
+    let corner = |k: usize| [0, 1, 2, 3].map(|j| if j == k { tet[k] } else { middle(k.min(j), k.max(j)) });
     let (m01, m02, m03, m12, m13, m23) = (middle(0, 1), middle(0, 2), middle(0, 3), middle(1, 2), middle(1, 3), middle(2, 3));
     let mut parts: Vec<[u32; 4]> = (0..4).map(corner).collect();
     parts.extend([[m01, m02, m03, m23], [m01, m02, m23, m12], [m01, m12, m23, m13], [m01, m13, m23, m03]]);
