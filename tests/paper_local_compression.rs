@@ -6,7 +6,6 @@ use nalgebra::{Matrix3, Vector3};
 use palpate::path::region::ContactPressure;
 use palpate_sim::calibrate::schedule::{Schedule, Verdict, Walk};
 use palpate_sim::mesh::TetMesh;
-use palpate_sim::output::OutputFolder;
 use palpate_sim::paper::local_compression::failures::{barycentre, correction, region};
 use palpate_sim::paper::local_compression::fit::{Target, distance_mm};
 use palpate_sim::paper::local_compression::hausdorff::{directed, hausdorff};
@@ -282,8 +281,9 @@ fn bad_scenes_are_refused_in_one_line() {
     for (case, (text, says)) in cases.into_iter().enumerate() {
         let path = desk.path().join(format!("case{case}.toml"));
         std::fs::write(&path, text).unwrap();
-        let folder = OutputFolder::open(&desk.path().join("out")).unwrap();
-        let error = run(&Options { quick: true, scene: Some(path.display().to_string()) }, &folder).unwrap_err();
+        let out = desk.path().join("out");
+        let error = run(&Options { quick: true, scene: Some(path.display().to_string()) }, &out).unwrap_err();
+        assert!(!out.exists(), "case {case} left a folder");
         let line = error.to_string();
         assert!(line.contains(says) && !line.contains('\n'), "case {case}: {line}");
         assert_eq!(error.exit_code(), 2, "case {case}: {line}");
@@ -295,8 +295,7 @@ fn quick_run() -> &'static (String, serde_json::Value, tempfile::TempDir) {
     static RUN: OnceLock<(String, serde_json::Value, tempfile::TempDir)> = OnceLock::new();
     RUN.get_or_init(|| {
         let desk = tempfile::tempdir().unwrap();
-        let folder = OutputFolder::open(desk.path()).unwrap();
-        run(&Options { quick: true, scene: Some("foot-press".into()) }, &folder).unwrap();
+        run(&Options { quick: true, scene: Some("foot-press".into()) }, desk.path()).unwrap();
         let report = std::fs::read_to_string(desk.path().join("report.md")).unwrap();
         let summary = std::fs::read_to_string(desk.path().join("summary.json")).unwrap();
         (report, serde_json::from_str(&summary).unwrap(), desk)
