@@ -207,7 +207,8 @@ fn rivals_take_uneven_tissue() {
         law.forces(&x, &mut force);
         force
     };
-    let build: [fn(&Block) -> Box<dyn Law>; 3] = [
+    type Build = fn(&Block) -> Box<dyn Law>;
+    let build: [Build; 3] = [
         |b| Box::new(NeoHookean::new(b, Volume::PerTet)),
         |b| Box::new(NeoHookean::new(b, Volume::Nodal)),
         |b| Box::new(Meshless::new(b).unwrap()),
