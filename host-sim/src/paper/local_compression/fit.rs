@@ -206,7 +206,7 @@ impl Simulator<'_> {
             if walk.is_done() || walk.temperature() != temperature_mm {
                 steps.push(Step::of(temperature_mm, walk.here()));
             }
-            if walk.trials().0 % per_save == 0 {
+            if walk.trials().0.is_multiple_of(per_save) {
                 saved(&walk, &steps);
             }
         }

@@ -18,6 +18,9 @@ use crate::rivals::Method;
 
 /// Reach of the close pictures, in finger radii.
 const NEAR_RADII: f64 = 5.0;
+/// One number of a region.
+type Pick = fn(&Awake) -> f64;
+
 /// Force errors of the region that are allowed (1).
 pub const REGION_ERROR: f64 = 0.02;
 
@@ -335,7 +338,7 @@ fn regions(report: &mut Report, folder: &OutputFolder, found: &[Awake]) -> Resul
     };
     let below = "block, springs of the fitted k, 4 mm deep, at rest";
     let x = ("least vertical stress [Pa]", Scale::Log);
-    let charts: [(&str, &str, &str, fn(&Awake) -> f64); 3] = [
+    let charts: [(&str, &str, &str, Pick); 3] = [
         ("region_radius", "Radius of the region (7)-(8)", "radius [mm]", |a| a.radius_m * 1e3),
         ("region_awake", "Free nodes that the region keeps awake", "share awake [%]", |a| a.share * 100.0),
         ("region_error", "Force error of the region", "force error [%]", |a| a.force_error * 100.0),
