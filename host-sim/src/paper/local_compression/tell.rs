@@ -18,6 +18,9 @@ use crate::rivals::Method;
 
 /// Reach of the close pictures, in finger radii.
 const NEAR_RADII: f64 = 5.0;
+/// One number of a region.
+type Pick = fn(&Awake) -> f64;
+
 /// Force errors of the region that are allowed (1).
 pub const REGION_ERROR: f64 = 0.02;
 
