@@ -65,7 +65,7 @@ fn supports_and_grip_carry_the_weight_and_its_moment() {
     let grip = nodes_where(&mesh, |x| x.x >= 0.08 - 1e-9);
     let held = nodes_where(&mesh, |x| x.x <= 1e-9);
     let tets = mesh.tets.clone();
-    let heavy = |t: usize| if t % 2 == 0 { 900.0 } else { 1300.0 };
+    let heavy = |t: usize| if t.is_multiple_of(2) { 900.0 } else { 1300.0 };
     let corners = mesh.nodes_m.clone();
     let body = Body::with_stiffness(
         mesh,

@@ -58,6 +58,9 @@ pub fn pictures(report: &mut Report, folder: &OutputFolder, organs: &[OnOrgan]) 
             row
         });
         report.table(&header, rows);
+        if layered.is_some_and(|(curve, _)| organ.scene.finger.forces_n.iter().any(|f| curve.at(*f).is_none())) {
+            report.say("A dash: the finer finite elements found no equilibrium at that force or below it; the layers are then checked by nothing but the same mesh.");
+        }
         let (site, curve) = &organ.pictured;
         let name = |n: usize| format!("fig5_6_{}_{n}", organ.scene.name);
         let whole = format!("fig5_6_{}_whole", organ.scene.name);
