@@ -277,9 +277,6 @@ pub fn sweeps(
     Ok(())
 }
 
-/// What a chart of regions shows of one.
-type Pick = fn(&Awake) -> f64;
-
 /// Equations (11)-(13), (7)-(8), (2).
 ///
 /// # Errors
