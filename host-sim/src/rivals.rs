@@ -16,6 +16,7 @@ mod moving_least_squares;
 mod neo_hookean;
 mod node_contact;
 mod on_core;
+mod papers;
 mod rest_tet;
 mod xpbd;
 
@@ -60,6 +61,10 @@ pub trait Rival {
 pub enum Method {
     /// Springs of paper 000, eq 11 as printed, with masses and contact.
     Springs,
+    /// Paper 000: springs with corrections of length and direction.
+    VolumePreserved,
+    /// Paper 004: springs of one stiffness with an over-compression correction.
+    LocalCompression,
     /// Springs and per-tet volume energy.
     SpringsVolumeTet,
     /// Springs and nodal-averaged volume energy.
@@ -86,8 +91,10 @@ pub enum Method {
 
 impl Method {
     /// In the order of legends and tables.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 14] = [
         Self::Springs,
+        Self::VolumePreserved,
+        Self::LocalCompression,
         Self::SpringsVolumeTet,
         Self::SpringsVolumeNodal,
         Self::Palpate,
@@ -106,6 +113,8 @@ impl Method {
     pub fn name(self) -> &'static str {
         match self {
             Self::Springs => "springs",
+            Self::VolumePreserved => "volume-preserved",
+            Self::LocalCompression => "local-compression",
             Self::SpringsVolumeTet => "springs-volume-tet",
             Self::SpringsVolumeNodal => "springs-volume-nodal",
             Self::Palpate => "palpate",
@@ -151,7 +160,9 @@ impl Method {
         let usual = Material::default().per_tet_share;
         let without = Terms { compensation: false, ..Terms::ALL };
         let answer = match self {
-            Self::Springs => printed_springs(&patch(usual), &params, work)?,
+            Self::Springs => springs_alone(&patch(usual), &params, work)?,
+            Self::VolumePreserved => papers::volume_preserved(&patch(usual), &params, work)?,
+            Self::LocalCompression => papers::local_compression(&patch(usual), &params, work)?,
             Self::SpringsVolumeTet => own(&patch(1.0), &Params { terms: without, ..params }, work)?,
             Self::SpringsVolumeNodal => own(&patch(0.0), &Params { terms: without, ..params }, work)?,
             Self::Palpate => own(&patch(usual), &params, work)?,
@@ -184,14 +195,18 @@ fn own<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T
     on_core_alone(&patch.wide_model(), params, work)
 }
 
-/// The papers' plain model. Takes our factor `1/(0.8 (1 + nu))` off the springs again: with it they are meant to carry the shear alone.
-fn printed_springs<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+/// The papers' plain model.
+fn springs_alone<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
     let model = patch.wide_model();
-    let factor = 0.8 * (1.0 + params.poisson_ratio);
-    let springs: Vec<Spring> =
-        model.springs.iter().map(|s| Spring { k: s.k * factor, k_rest: s.k_rest * factor, ..*s }).collect();
+    let springs = printed_springs(&model, params);
     let params = Params { terms: Terms::SPRINGS_ONLY, ..*params };
     on_core_alone(&Model { springs: &springs, ..model }, &params, work)
+}
+
+/// Springs (11) as printed: our factor `1/(0.8 (1 + nu))`, with which they are meant to carry the shear alone, is taken off again.
+fn printed_springs(model: &Model, params: &Params) -> Vec<Spring> {
+    let factor = 0.8 * (1.0 + params.poisson_ratio);
+    model.springs.iter().map(|s| Spring { k: s.k * factor, k_rest: s.k_rest * factor, ..*s }).collect()
 }
 
 fn on_core_alone<T>(model: &Model, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {

@@ -35,6 +35,8 @@ fn quick_chart_leaves_what_it_promises() {
     let methods: std::collections::BTreeSet<_> = rows.iter().map(|r| r[0]).collect();
     for wanted in [
         "springs",
+        "volume-preserved",
+        "local-compression",
         "springs-volume-tet",
         "springs-volume-nodal",
         "palpate",

@@ -12,6 +12,10 @@ pub const CYCLES_PER_FLOP: f64 = 2.9;
 /// Conversion of a node's position and kick between the core and a rival.
 const KICK_FLOPS: f64 = 12.0;
 
+/// Operations of a damper and of a correction of one spring, roots and divisions as ten.
+const DAMPER_FLOPS: f64 = 45.0;
+const CORRECTION_FLOPS: f64 = 50.0;
+
 /// Estimated cycles of a tick on a Cortex-M4F at 168 MHz, `solver_flops` as [`crate::rivals::Rival::solver_flops`] counts them.
 #[must_use]
 pub fn m4f_cycles(method: Method, block: &Block, substeps: u16, solver_flops: f64) -> Option<f64> {
@@ -28,6 +32,10 @@ pub fn m4f_cycles(method: Method, block: &Block, substeps: u16, solver_flops: f6
     };
     Some(match method {
         Method::Springs => machine.cost(&bare(true), touched, substeps).units,
+        Method::VolumePreserved | Method::LocalCompression => {
+            let passes = if method == Method::VolumePreserved { DAMPER_FLOPS + 2.0 * CORRECTION_FLOPS } else { CORRECTION_FLOPS };
+            machine.cost(&bare(true), touched, substeps).units + steps * CYCLES_PER_FLOP * edges * passes
+        }
         Method::SpringsVolumeTet | Method::SpringsVolumeNodal | Method::Palpate | Method::Calibrated => {
             machine.cost(&model, touched, substeps).units
         }

@@ -20,8 +20,10 @@ pub enum Shape {
     Star,
 }
 
-const LOOKS: [Look; 12] = [
+const LOOKS: [Look; 14] = [
     Look { color: RGBColor(0x8c, 0x95, 0x9e), shape: Shape::Disc },
+    Look { color: RGBColor(0x5f, 0x68, 0x70), shape: Shape::Up },
+    Look { color: RGBColor(0xb0, 0xa0, 0x60), shape: Shape::Diamond },
     Look { color: RGBColor(0x4f, 0x9e, 0xd9), shape: Shape::Square },
     Look { color: RGBColor(0x2a, 0x6f, 0xb0), shape: Shape::Diamond },
     Look { color: RGBColor(0x12, 0x3f, 0x7d), shape: Shape::Disc },
