@@ -26,7 +26,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::error::Error;
 use crate::output::OutputFolder;
-use crate::paper::report::Report;
+use crate::paper::report::{Report, print_claims};
 use scene::{PRESETS, PressScene};
 use site::Site;
 use study::{Size, forget, on_block, on_organ};
@@ -76,7 +76,10 @@ pub fn run(options: &Options, out: &Path) -> Result<(), Error> {
     tell::sweeps(&mut report, folder, &machine, &block, &organs)?;
     tell::failures(&mut report, folder, &block)?;
     summary::write(folder, &machine, options.quick, &block, &organs, report.claims())?;
+    let claims = report.claims().to_vec();
     folder.write("report.md", report.finish().as_bytes())?;
+    summary::print(&block, &organs);
+    print_claims(&claims, folder);
     forget(folder, &organs);
     Ok(())
 }

@@ -2,6 +2,8 @@
 
 use std::fmt::{Display, Write};
 
+use crate::output::OutputFolder;
+
 /// Text in the making.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
@@ -78,4 +80,14 @@ impl Report {
         }
         self.text
     }
+}
+
+/// Says on the terminal which claims held, and where the report is.
+pub fn print_claims(claims: &[Claim], folder: &OutputFolder) {
+    println!();
+    for claim in claims {
+        let verdict = claim.held.map_or("cannot be tried", |held| if held { "held" } else { "did not hold" });
+        println!("{verdict:>15}: {} - here: {}", claim.printed, claim.found);
+    }
+    println!("\nwrote {}: report.md, summary.json, tables as CSV, pictures as SVG and PNG", folder.path().display());
 }

@@ -189,3 +189,22 @@ fn walk(found: &Found) -> Walk {
         without_answer: found.simulations[1],
     }
 }
+
+/// A short table on the terminal: every method under one force, on every scene.
+pub fn print(block: &OnBlock, organs: &[OnOrgan]) {
+    const FORCE_N: f64 = 1.6;
+    println!("{:<16} {:<28} {:>18} {:>22} {:>12}", "scene", "method", "depth at 1.6 N mm", "depth error, rms %", "to rest ms");
+    let scenes = std::iter::once(("block", &block.curves)).chain(organs.iter().map(|o| (o.scene.name.as_str(), &o.curves)));
+    for (scene, curves) in scenes {
+        let truth = named(curves, STATIC);
+        for curve in curves {
+            let point = curve.at(FORCE_N);
+            let depth = point.map_or("-".into(), |p| format!("{:.2}", p.depth_m * 1e3));
+            let error = truth
+                .and_then(|t| curve.depth_error(t))
+                .map_or("-".into(), |(rms, n)| format!("{:.1} ({n} forces)", rms * 100.0));
+            let time = point.map_or("-".into(), |p| format!("{:.1}", p.cpu_s * 1e3));
+            println!("{scene:<16} {:<28} {depth:>18} {error:>22} {time:>12}", curve.name);
+        }
+    }
+}

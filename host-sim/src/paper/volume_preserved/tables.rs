@@ -12,7 +12,7 @@ use super::truth::Truth;
 use super::{METHODS, PROMISED_M, PROMISED_VOLUME_PCT, Resolution, pictures};
 use crate::error::Error;
 use crate::output::OutputFolder;
-use crate::paper::report::Report;
+use crate::paper::report::{Claim, Report, print_claims};
 
 /// Markers on the surface; the landmarks after them are inside.
 const MARKERS: usize = 7;
@@ -412,7 +412,7 @@ fn csv(findings: &Findings, folder: &OutputFolder) -> Result<(), Error> {
     folder.write_csv("force_against_step.csv", ["curve_0_tau0_1_tau0.1_2_energy", "step_s", "force_n"], rows)
 }
 
-fn print(findings: &Findings, claims: &[crate::paper::report::Claim], folder: &OutputFolder) {
+fn print(findings: &Findings, claims: &[Claim], folder: &OutputFolder) {
     println!("{:<60} {:>7} {:>17} {:>15} {:>11}", "method", "mesh", "landmarks mm", "surface mm", "min J");
     for r in rows(findings).into_iter().chain(weighed_rows(findings)) {
         println!(
@@ -429,9 +429,5 @@ fn print(findings: &Findings, claims: &[crate::paper::report::Claim], folder: &O
         joined(&FULL.landmarks_mm, 2),
         joined(&SPARSE.landmarks_mm, 2)
     );
-    for claim in claims {
-        let verdict = claim.held.map_or("cannot be tried", |held| if held { "held" } else { "did not hold" });
-        println!("{verdict:>15}: {} - here: {}", claim.printed, claim.found);
-    }
-    println!("\nwrote {}: report.md, summary.json, points and steps as CSV, pictures as SVG and PNG", folder.path().display());
+    print_claims(claims, folder);
 }
