@@ -274,6 +274,8 @@ fn bad_scenes_are_refused_in_one_line() {
         (text.replace("from_m = [0.03, 0.0, 0.2]", "from_m = [0.5, 0.0, 0.2]"), "miss the organ"),
         (text.replace("youngs_modulus_pa = 35.0e3", "youngs_modulus_pa = -35.0e3"), "region[0].youngs_modulus_pa"),
         (text.replace("forces_n = [0.8, 1.6, 2.4]", "forces_n = [0.8, 0.6]"), "finger.forces_n[1]"),
+        (text.replace("from_m = [0.03, 0.0, 0.2]", "from_m = [0.03, 0.0, 0.02]"), "is inside the organ"),
+        (text.replace("name = \"abdomen-press\"", "name = \"block\""), "rename the scene"),
         (text.replace("growth = 2.0", "groth = 2.0"), "did you mean \"growth\""),
         (text.replace("poisson_ratio = 0.45", "poisson_ratio = 0.5"), "poisson_ratio"),
         (text.replace("organ = \"abdomen\"", "mesh_file = \"x.msh\""), "length_unit"),

@@ -86,8 +86,8 @@ impl StressRule {
         factor * plane * plane / force_n
     }
 
-    /// Radius of the region [m] (7) under a contact pressure [Pa] on a disc of radius `radius_m`; that radius itself where even the contact is below
-    /// the threshold.
+    /// Radius of the region [m] (7) under a contact pressure [Pa] on a disc of radius `radius_m`; that radius itself where (7) gives less, down to
+    /// nothing where even the contact is below the threshold: ours, so that what is touched can move.
     #[must_use]
     pub fn radius_m(&self, pressure_pa: f32, radius_m: f32) -> f32 {
         let share = self.least_stress_pa / pressure_pa;

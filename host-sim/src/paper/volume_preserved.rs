@@ -51,6 +51,8 @@ pub struct Resolution<'a> {
     pub truth: Truth,
     /// For each method and each move where it ended.
     pub runs: Vec<MethodRun>,
+    /// CPU time of one picture [s].
+    pub picture_s: f64,
 }
 
 /// A method's setup and, for each move, where it ended.
@@ -148,7 +150,9 @@ fn at_resolution<'a>(
         })?;
         runs.push((setup, rests));
     }
-    Ok(Resolution { name, assembly, truth, runs })
+    let mut resolution = Resolution { name, assembly, truth, runs, picture_s: f64::NAN };
+    resolution.picture_s = pictures::time_of_one_s(&resolution)?;
+    Ok(resolution)
 }
 
 /// Finite elements of the sparse resolution with every tet cut into eight; only where they ship or are asked for.

@@ -119,6 +119,9 @@ impl PressScene {
         if self.name.is_empty() || self.name.contains(|c: char| c.is_control() || c == '/' || c == '\\' || c == '|') {
             return Err(self.bad("name", "must be one line of text without slashes and bars, it names files: rename the scene"));
         }
+        if ["block", "block-1", "block-2"].contains(&self.name.as_str()) {
+            return Err(self.bad("name", "= is taken by the standard block's own files: rename the scene"));
+        }
         let numbers = [
             ("poisson_ratio", self.poisson_ratio, 0.25, 0.49),
             ("density_kg_per_m3", self.density_kg_per_m3, 1.0, 3e4),
@@ -127,7 +130,7 @@ impl PressScene {
         let mesh = self.mesh.iter().flat_map(|m| {
             [
                 ("mesh.fine_radius_m", m.fine_radius_m, 1e-3, 0.2),
-                ("mesh.spacing_m", m.spacing_m, 5e-4, 0.05),
+                ("mesh.spacing_m", m.spacing_m, 2e-3, 0.05),
                 ("mesh.growth", m.growth, 0.0, 5.0),
             ]
         });

@@ -43,6 +43,9 @@ impl Site {
         let axis = -direction;
         let (mesh, site_m) = match (&organ, scene.mesh) {
             (Some(organ), Some(mesh)) => {
+                if organ.implicit_m(scene.finger.from_m) <= 0.0 {
+                    return Err(scene.bad("finger.from_m", "is inside the organ: start the ray outside").into());
+                }
                 let at_m = organ.surface_point(scene.finger.from_m, scene.finger.direction).ok_or_else(|| miss(scene))?;
                 let spec = Fine { at_m, radius_m: mesh.fine_radius_m, spacing_m: mesh.spacing_m * coarser, growth: mesh.growth };
                 (organ.mesh(&Spec::Fine(spec)).map_err(|cause| scene.bad("mesh:", &cause.to_string()))?, at_m)

@@ -1,6 +1,7 @@
 //! Everything the report needs, computed: fits, sweeps, failures.
 
 use indicatif::ProgressBar;
+use palpate::{Fnv, Vector3};
 
 use super::checkpoint;
 use super::failures::{barycentre, correction, region};
@@ -99,6 +100,19 @@ pub struct OnOrgan {
     pub layered: Option<(Curve, usize)>,
 }
 
+/// Of mesh, stiffnesses, supports and site: what a walk belongs to.
+fn fingerprint(block: &Block) -> u64 {
+    let tissue = &block.tissue;
+    let mut hash = Fnv::default();
+    let mut add = |v: [f64; 3]| hash.vector(Vector3::from(v).cast::<f32>());
+    tissue.mesh.nodes_m.iter().for_each(|x| add(*x));
+    tissue.mesh.tets.iter().for_each(|t| add([f64::from(t[0]), f64::from(t[1]), f64::from(t[2]) + 0.5 * f64::from(t[3])]));
+    tissue.stiffness_ratio.iter().for_each(|r| add([*r, 0.0, 0.0]));
+    tissue.anchors.iter().for_each(|a| add([f64::from(*a), 0.0, 0.0]));
+    add(tissue.site_m);
+    hash.finish()
+}
+
 /// One fit: a walk, gone on with where one was written down.
 fn anneal(
     folder: &OutputFolder,
@@ -112,7 +126,7 @@ fn anneal(
     let no_start = || Error::Usage(format!("{name}: no start for the annealing found: press less or use a finer step"));
     let fresh = simulator.start(Schedule::PAPER, trials, seed).ok_or_else(no_start)?;
     let file = format!("{name}.walk.json");
-    let of = format!("{name} {} nodes {} N {:?}", target.block.size().nodes, target.force_n, target.block.params);
+    let of = format!("{name} {:016x} {} N {:?}", fingerprint(&target.block), target.force_n, target.block.params);
     let (walk, steps) = checkpoint::read(folder, &file, &of, &fresh).unwrap_or((fresh, Vec::new()));
     let (mut done, mut failed) = (walk.trials().0, None);
     bar.inc(done as u64);

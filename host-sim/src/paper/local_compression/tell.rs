@@ -90,7 +90,7 @@ pub fn annealing(report: &mut Report, folder: &OutputFolder, found: &OnBlock, or
     report.section("Fig. 7: k and d against temperature");
     let trials: usize = found.walks.iter().map(|w| w.simulations[0]).sum();
     report.say(format!(
-        "The paper's schedule (from 100 down to 0.001, each temperature 0.98 of the one before), {trials} simulations in all, two walks from random starts on the block of \
+        "The paper's schedule (from 100 down to 0.001, each temperature 0.98 of the one before), {trials} simulations in this run, k between 1 and 10^4 N/m and d between 10^-4 and 10 N s/m, two walks from random starts on the block of \
          {} nodes. Objective: Hausdorff distance (4)-(6) of the key points near the finger to those of finite elements, mean over {TIMES_MS:?} ms after a finger with {FIT_N} N \
          is let go, in mm; temperatures are in mm too, the paper gives no unit. So above some 10 mm every trial with an answer is taken. Step {} ms: stiffer or more damped springs \
          diverge at it and are never taken.",
@@ -117,7 +117,7 @@ pub fn annealing(report: &mut Report, folder: &OutputFolder, found: &OnBlock, or
         found.walks.iter().enumerate().map(|(n, w)| row(format!("block, walk {}", n + 1), w)).collect();
     rows.extend(organs.iter().map(|o| row(o.scene.name.clone(), &o.walk)));
     rows.push(["the paper".into(), "0.91".into(), "3.11 (\"Ns/m\")".into(), "not given".into(), "-".into(), "-".into()]);
-    report.table(&["fit", "k [N/mm]", "d [N s/m]", "distance left [mm]", "simulations", "without an answer"], rows);
+    report.table(&["fit", "k [N/mm]", "d [N s/m]", "distance left [mm]", "simulations in this run", "without an answer"], rows);
 
     report.say("**Steps.** The largest with which the network vibrates freely without growing, by bisection. The paper's values cannot be run at 1 ms on this mesh:");
     let what = ["fitted k, no d", "fitted k and d", "the paper's k, no d", "the paper's k and d"];
@@ -176,8 +176,10 @@ pub fn sweeps(
     organs: &[OnOrgan],
 ) -> Result<(), Error> {
     report.section("Figs. 8 and 9: force against displacement, and time from load to deformation");
+    // few forces on coarse organs decide nothing
+    let quick = organs.iter().all(|o| o.layered.is_none());
     report.say(format!(
-        "One finger (20 g, 4 N s/m) is let go at the surface with a constant force. Every method has the same mesh, the same stiffnesses, starts at rest and stops when the tip went \
+        "One finger (20 g, 4 N s/m) is let go at the surface with a constant force. Every method has the same mesh, the same tissue (`local-compression` has one k for all of it), starts at rest and stops when the tip went \
          less than {:.0} um in {STILL_MS} ms and no node is faster than {:.1} mm/s. `{STATIC}` (10-node tets on the same corners, Newton on one thread) has no time: it stops at a \
          residual of 1e-8, and its time to a force includes the smaller ones. Times are CPU time on {machine}, the least of up to three runs. Damping: 40/s on the masses for every \
          method, beside d in `local-compression`; with the fitted d alone, as the paper has it, it is a row of its own. Step: the largest of 1, 1/2, 1/4 .. 1/64 ms that comes to rest under the largest force that it bears at all. Masses are true but for the product, which has its floor.",
@@ -255,19 +257,23 @@ pub fn sweeps(
         if listed.is_empty() {
             "it never comes to rest".into()
         } else {
-            format!("rms depth error, values fitted on the same mesh: {}", listed.join(", "))
+            format!(
+                "rms depth error, values fitted on the same mesh: {}{}",
+                listed.join(", "),
+                if quick { " (quick run: too little to say)" } else { "" }
+            )
         },
-        Some(!errors.is_empty() && worst <= 0.1),
+        if quick { None } else { Some(!errors.is_empty() && worst <= 0.1) },
     );
     report.claim(
         "Fig. 9: takes less time than meshless, mass-spring and finite-element models in most cases",
-        format!("the fastest of these in {best} of {tried} presses"),
-        Some(2 * best > tried),
+        format!("the fastest of these in {best} of {tried} presses that the reference bears; one that sinks counts as slower"),
+        if quick { None } else { Some(2 * best > tried) },
     );
     report.claim(
         "Abstract: more accurate than the other models",
         format!("of springs, meshless and explicit finite elements none is nearer to the static reference in {most_accurate} of {} scenes", 1 + organs.len()),
-        Some(2 * most_accurate > 1 + organs.len()),
+        if quick { None } else { Some(2 * most_accurate > 1 + organs.len()) },
     );
     let faster = product(&found.curves).zip(named(&found.curves, "local-compression"));
     let ratio = faster.and_then(|(p, l)| Some(l.at(FIT_N)?.cpu_s / p.at(FIT_N)?.cpu_s));

@@ -35,6 +35,19 @@ pub fn fig_2(scene: &HangingScene, resolution: &Resolution, folder: &OutputFolde
     Ok(())
 }
 
+/// CPU time of drawing and writing one picture of Fig. 2 [s]; NaN if nothing came to rest.
+pub fn time_of_one_s(resolution: &Resolution) -> Result<f64, Error> {
+    let Some(rest) = resolution.runs.iter().find_map(|(_, rests)| rests.iter().find_map(|r| r.as_ref().ok())) else {
+        return Ok(f64::NAN);
+    };
+    let failed = |source| Error::Write { path: std::env::temp_dir(), source };
+    let desk = tempfile::tempdir().map_err(failed)?;
+    let folder = OutputFolder::open(desk.path())?;
+    let started = crate::clock::thread_time();
+    draw(resolution, &rest.measured, "one", &folder, "one")?;
+    Ok((crate::clock::thread_time() - started).as_secs_f64())
+}
+
 fn draw(resolution: &Resolution, measured: &Measured, title: &str, folder: &OutputFolder, file: &str) -> Result<(), Error> {
     let assembly = &resolution.assembly;
     let rest: Vec<[f64; 3]> = assembly.quadratic.nodes_m.iter().map(|x| (*x).into()).collect();

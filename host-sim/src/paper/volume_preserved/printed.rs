@@ -1,8 +1,5 @@
 //! Numbers printed in paper 000, to stand beside ours: Table 1 and sections 3.3, 3.4. Small move, then large.
 
-/// Move of the hanging point [mm].
-pub const MOVE_MM: [f64; 2] = [49.1091, 83.1376];
-
 /// Table 1: distance by tomography, estimated distance, error, of markers 1 to 7 [mm].
 pub const TABLE_1_MM: [[[f64; 3]; 2]; 7] = [
     [[28.7457, 31.2330, 2.7084], [58.4756, 61.6608, 4.4024]],

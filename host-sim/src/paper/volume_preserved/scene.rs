@@ -182,19 +182,8 @@ impl HangingScene {
                 return refuse(&format!("organ[{n}].length_unit"), "goes with mesh: give both or neither");
             }
         }
-        if !(0.25..=0.4995).contains(&self.poisson_ratio) {
-            return refuse("poisson_ratio", &format!("= {} is out of range: give 0.25 .. 0.4995", self.poisson_ratio));
-        }
-        let lengths = [
-            ("joint.reach_m", self.joint.reach_m),
-            ("joint.stiffness_pa_per_m", self.joint.stiffness_pa_per_m),
-            ("attachment.radius_m", self.attachment.radius_m),
-        ];
-        for (key, value) in lengths {
-            if !(value.is_finite() && value > 0.0) {
-                return refuse(key, &format!("= {value} must be above zero and finite"));
-            }
-        }
+        self.check_numbers()?;
+        self.check_names()?;
         if self.attachment.moves_m.is_empty() || self.attachment.moves_m.len() != self.attachment.names.len() {
             return refuse("attachment.names", "must name every entry of attachment.moves_m, of which there is at least one");
         }
@@ -214,6 +203,89 @@ impl HangingScene {
         }
         if self.surface.points.contains(&0) {
             return refuse("surface.points", "must be above zero");
+        }
+        Ok(())
+    }
+
+    /// Every place and direction is finite and of a body's size.
+    fn check_numbers(&self) -> Result<(), SceneError> {
+        const FARTHEST_M: f64 = 2.0;
+        let mut places: Vec<(String, &[f64])> = Vec::new();
+        let stick = &self.attachment;
+        places.push(("attachment.from_m".into(), &stick.from_m));
+        places.push(("attachment.to_m".into(), &stick.to_m));
+        stick.moves_m.iter().enumerate().for_each(|(n, m)| places.push((format!("attachment.moves_m[{n}]"), m)));
+        for (n, f) in self.fixed.iter().enumerate() {
+            f.box_m.iter().for_each(|c| places.push((format!("fixed[{n}].box_m"), c)));
+            places.push((format!("fixed[{n}].facing"), &f.facing));
+        }
+        self.joint.box_m.iter().for_each(|c| places.push(("joint.box_m".into(), c)));
+        places.push(("joint.facing".into(), &self.joint.facing));
+        places.push(("surface.low_m".into(), &self.surface.low_m));
+        places.push(("surface.high_m".into(), &self.surface.high_m));
+        for (n, l) in self.landmark.iter().enumerate() {
+            l.above_m.iter().for_each(|x| places.push((format!("landmark[{n}].above_m"), x)));
+            l.inside_m.iter().for_each(|x| places.push((format!("landmark[{n}].inside_m"), x)));
+        }
+        for (key, value) in places {
+            if !value.iter().all(|c| c.abs() <= FARTHEST_M) {
+                let why = format!("= {value:?} must be finite and at most {FARTHEST_M} m: give metres");
+                return Err(SceneError::value(&self.file, &key, &why));
+            }
+            if key.ends_with("facing") && value.iter().all(|c| *c == 0.0) {
+                return Err(SceneError::value(&self.file, &key, "= 0 points nowhere: give a direction"));
+            }
+        }
+        let ranges = [
+            (
+                "gravity_m_per_s2",
+                self.gravity_m_per_s2.iter().fold(0.0_f64, |a, b| if b.is_nan() { *b } else { a.max(b.abs()) }),
+                0.0,
+                100.0,
+            ),
+            ("poisson_ratio", self.poisson_ratio, 0.3, 0.4995),
+            ("joint.reach_m", self.joint.reach_m, 1e-7, 0.1),
+            ("joint.stiffness_pa_per_m", self.joint.stiffness_pa_per_m, 1e3, 1e9),
+            ("attachment.radius_m", self.attachment.radius_m, 1e-5, 0.2),
+            ("surface.points", self.surface.points.iter().copied().max().unwrap_or(0) as f64, 1.0, 1e4),
+        ];
+        for (key, value, low, high) in ranges {
+            if !(low..=high).contains(&value) {
+                return Err(SceneError::value(&self.file, key, &format!("= {value} is out of range: give {low} .. {high}")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Names are there, differ, and can be parts of file names.
+    fn check_names(&self) -> Result<(), SceneError> {
+        let sets: [(&str, Vec<&str>); 3] = [
+            ("organ.shape", self.organ.iter().map(|o| o.shape.as_str()).collect()),
+            ("attachment.names", self.attachment.names.iter().map(String::as_str).collect()),
+            ("landmark.name", self.landmark.iter().map(|l| l.name.as_str()).collect()),
+        ];
+        for (key, names) in sets {
+            if names.is_empty() {
+                return Err(SceneError::value(&self.file, key, "is missing: give at least one"));
+            }
+            for (n, name) in names.iter().enumerate() {
+                if name.is_empty() || name.contains(|c: char| c.is_control() || c == '/' || c == '\\' || c == '|') {
+                    return Err(SceneError::value(
+                        &self.file,
+                        key,
+                        "must be one line of text without slashes and bars, it names files: rename it",
+                    ));
+                }
+                if names[..n].contains(name) {
+                    return Err(SceneError::value(&self.file, key, &format!("= \"{name}\" is there twice: rename one")));
+                }
+            }
+        }
+        if self.fixed.is_empty() {
+            return Err(SceneError::value(&self.file, "fixed", "is missing: hold the organs somewhere, they would drift"));
+        }
+        if self.joint.organ == self.joint.onto {
+            return Err(SceneError::value(&self.file, "joint.onto", "is joint.organ itself: give two organs that touch"));
         }
         Ok(())
     }

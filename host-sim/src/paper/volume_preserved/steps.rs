@@ -22,7 +22,7 @@ const PUSH_M_PER_S2: f32 = 0.1;
 /// Steps are tried down to the shortest, this much apart.
 const RATIO: f32 = 1.122;
 const LONGEST_S: f32 = 8e-3;
-const SHORTEST_S: f32 = 1e-7;
+const SHORTEST_S: f32 = 1e-9;
 
 /// What was measured.
 #[derive(Clone, Debug)]
