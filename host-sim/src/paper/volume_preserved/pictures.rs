@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::measured::Measured;
 use super::scene::HangingScene;
-use super::steps::Steps;
+use super::steps::{PRINTED_LAWS, Steps};
 use super::{METHODS, Resolution};
 use crate::charts::{
     BoxCluster, BoxPlot, LabelledValues, Landmark, Layer, LineSeries, Lines, Look, Scale, ScaledAxis, Superposed, box_plot,
@@ -146,5 +146,28 @@ pub fn force_against_step(steps: &Steps, folder: &OutputFolder, report: &mut Rep
     };
     lines(folder.path(), "force_against_step", &chart)?;
     report.picture("force_against_step", title);
+    Ok(())
+}
+
+/// The largest step against damping; the printed forms as levels.
+pub fn stable_step(steps: &Steps, folder: &OutputFolder, report: &mut Report) -> Result<(), Error> {
+    let points = steps.damped.iter().map(|(share, dt_s)| (*share, 1e3 * dt_s)).collect();
+    let series = [LineSeries { name: "a share of critical", points, joined: true, marked: true }];
+    let level = |name: &'static str| {
+        let found = steps.stable.iter().find(|(law, _)| *law == name);
+        found.map(|(name, dt_s)| crate::charts::Level { name, y: 1e3 * f64::from(*dt_s) })
+    };
+    let levels: Vec<_> = PRINTED_LAWS.into_iter().filter_map(level).collect();
+    let title = "The damper (12) as printed leaves no step that a tick could take";
+    let chart = Lines {
+        title,
+        below: "largest step of the sparse scene, springs (11); a tick is 1 ms",
+        x: ScaledAxis { title: "damping of each spring over critical [1]", scale: Scale::Log },
+        y: ScaledAxis { title: "largest step [ms]", scale: Scale::Log },
+        series: &series,
+        levels: &levels,
+    };
+    lines(folder.path(), "stable_step", &chart)?;
+    report.picture("stable_step", title);
     Ok(())
 }

@@ -29,9 +29,14 @@ const SHORTEST_S: f32 = 1e-9;
 pub struct Steps {
     /// Form of the damper, largest step at the sparse resolution [s].
     pub stable: Vec<(&'static str, f32)>,
+    /// Share of critical damping, largest step [s]: what any damper along springs costs.
+    pub damped: Vec<(f64, f64)>,
     /// Step [s], force at 2 mm of a block [N]: with (6)-(8) at tau = 0, at tau = 0.1, and with compensation as an energy.
     pub force: [Vec<(f64, f64)>; 3],
 }
+
+/// Forms of (12) among [`LAWS`] that have the unit wrong or the masses summed.
+pub const PRINTED_LAWS: [&str; 3] = ["2 sqrt(k (m1+m2)), without l0", "(12), l0 in mm", "(12) as printed, l0 in m"];
 
 /// Forms of the damper in tables.
 pub const LAWS: [(&str, DampingLaw); 6] = [
@@ -101,13 +106,19 @@ impl Steps {
         for (name, damping) in LAWS {
             stable.push((name, largest_step_s(HangingMethod::VolumePreserved { rates: None, damping }, sparse)?));
         }
+        let shares: &[f32] = if quick { &[0.01, 0.1, 1.0, 10.0] } else { &[0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0] };
+        let damped = shares.iter().map(|share| {
+            let method = HangingMethod::VolumePreserved { rates: None, damping: DampingLaw::Critical(*share) };
+            Ok((f64::from(*share), f64::from(largest_step_s(method, sparse)?)))
+        });
+        let damped = damped.collect::<Result<Vec<_>, Error>>()?;
         let substeps: &[u16] = if quick { &[2, 8, 32] } else { &[2, 4, 8, 16, 32, 64, 128] };
         let force = [Some(0.0), Some(0.1), None].map(|tau| {
             let at = |n: &u16| press_force_n(*n, tau).map(|force_n| (1e-3 / f64::from(*n), force_n));
             substeps.iter().map(at).collect::<Result<Vec<_>, _>>()
         });
         let [zero, tenth, energy] = force;
-        Ok(Self { stable, force: [zero?, tenth?, energy?] })
+        Ok(Self { stable, damped, force: [zero?, tenth?, energy?] })
     }
 }
 

@@ -309,6 +309,7 @@ fn failures(findings: &Findings, folder: &OutputFolder, report: &mut Report) -> 
     let rows =
         findings.steps.stable.iter().map(|(name, dt_s)| vec![(*name).to_string(), format!("{:.3}", 1e6 * f64::from(*dt_s))]);
     report.table(&["damping constant", "largest step us"], rows.collect::<Vec<_>>());
+    pictures::stable_step(findings.steps, folder, report)?;
     report.say(
         "**The length corrections (6)-(8)** move positions by a part of the violation at every step, which is a force of about m dx/dt^2: a block of 130 nodes, pressed 2 mm \
          deep, answers with a force that grows as the step shrinks. With tau = 0, the paper's setting, every spring is corrected at every step. The same intent as an energy \
@@ -448,6 +449,8 @@ fn csv(findings: &Findings, folder: &OutputFolder) -> Result<(), Error> {
     }
     let rows =
         findings.steps.force.iter().enumerate().flat_map(|(n, curve)| curve.iter().map(move |(dt, f)| [n as f64, *dt, *f]));
+    let damped = findings.steps.damped.iter().map(|(share, dt_s)| [*share, *dt_s]);
+    folder.write_csv("stable_step.csv", ["damping_over_critical", "largest_step_s"], damped)?;
     folder.write_csv("force_against_step.csv", ["curve_0_tau0_1_tau0.1_2_energy", "step_s", "force_n"], rows)
 }
 
