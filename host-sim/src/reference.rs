@@ -9,6 +9,7 @@ pub mod answer;
 mod assembly;
 pub mod body;
 mod cholesky;
+pub mod condensed;
 pub mod domain;
 pub mod hang;
 pub mod locate;
