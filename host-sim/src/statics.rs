@@ -7,6 +7,7 @@
 mod contact;
 mod elastic;
 mod equilibrium;
+mod glued;
 mod sensitivity;
 mod tangent;
 
@@ -17,6 +18,7 @@ use crate::patch::Memory;
 
 pub use contact::outer_face_m;
 pub use equilibrium::{Balance, Solver, Unbalanced};
+pub use glued::Glued;
 pub use sensitivity::Gradient;
 
 /// A point or a vector.
