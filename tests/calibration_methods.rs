@@ -148,7 +148,7 @@ fn descent_has_the_slope_of_the_cost() {
 fn glued(truth: &Statics) -> Vec<GluedTarget> {
     let solver = Solver::of(truth).unwrap();
     let cases = [[0.0, 0.0], [0.006, -0.004]].into_iter().flat_map(|at| [Vector::z(), Vector::x()].map(|way| (at, way)));
-    let target = |([x, y], direction)| {
+    let target = |([x, y], direction): ([f64; 2], Vector)| {
         let place_m = Vector::new(x, y, 0.0);
         let stiffness_m = solver.glued(truth, place_m, RADIUS_M, direction).unwrap().stiffness_m;
         GluedTarget { place_m, radius_m: RADIUS_M, direction, stiffness_m, tolerance: 0.01 }

@@ -90,24 +90,33 @@ impl Glued {
     pub fn gradient(&self, statics: &Statics) -> Gradient {
         let (x, u) = (&statics.rest_m, &self.u);
         let spring = statics.springs.iter().map(|s| {
-            let along = (x[s.node[1]] - x[s.node[0]]).normalize();
-            s.k * (u[s.node[1]] - u[s.node[0]]).dot(&along).powi(2)
+            let (edge, moved) = (x[s.node[1]] - x[s.node[0]], u[s.node[1]] - u[s.node[0]]);
+            let length_m = edge.norm();
+            let opens = moved.dot(&edge) / length_m;
+            // at rest a spring is off its length by the rounding of its constants
+            s.k * (opens * opens + (1.0 - s.rest_m / length_m) * (moved.norm_squared() - opens * opens))
         });
         let spring = spring.collect();
         let (mut node, mut bulk) = (vec![0.0; x.len()], vec![0.0; statics.tets.len()]);
         if statics.volume_acts {
-            let (mut around, mut swell) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+            let (mut around, mut swell, mut turn) = (vec![0.0; x.len()], vec![0.0; x.len()], vec![0.0; x.len()]);
             for (t, bulk) in statics.tets.iter().zip(&mut bulk) {
                 let shape = elastic::shape(t, x);
                 let grows: f64 = t.node.iter().zip(&shape.gradient).map(|(&n, g)| u[n].dot(g)).sum();
+                let between = shape.between();
+                let pairs = (0..4).flat_map(|i| (0..4).map(move |j| (i, j)));
+                let again: f64 = pairs.map(|(i, j)| u[t.node[i]].dot(&(between[i][j] * u[t.node[j]]))).sum();
                 for &n in &t.node {
                     around[n] += shape.six_volume;
                     swell[n] += grows;
+                    turn[n] += again;
                 }
-                *bulk = t.bulk * t.six_volume_reciprocal * grows * grows;
+                let (pressure, bend) = elastic::own_pressure(t, shape.six_volume, false);
+                *bulk = bend * grows * grows + pressure * again;
             }
-            for ((slope, (_, bend)), swell) in node.iter_mut().zip(statics.node_pressures(&around)).zip(swell) {
-                *slope = bend * swell * swell;
+            let pressures = statics.node_pressures(&around);
+            for (n, (pressure, bend)) in pressures.into_iter().enumerate() {
+                node[n] = bend * swell[n] * swell[n] + pressure * turn[n];
             }
         }
         let mut point: Vec<Vec<f64>> = statics.triangles.iter().map(|t| vec![0.0; t.k.len()]).collect();
