@@ -39,20 +39,20 @@ impl Grading {
     /// Largest element that fits twice between shell and wall through `p`; no limit without a shell.
     pub fn room(&self, p: Vec3) -> f64 {
         match self.shell {
-            Some(radius) => 0.5 * (self.to_wall(p) + (self.away(p) - radius).abs()),
+            Some(radius) => 0.5 * (self.wall_distance(p) + (self.away(p) - radius).abs()),
             None => f64::INFINITY,
         }
     }
 
     /// Distance to the nearest of the four sides and the bottom.
-    fn to_wall(&self, p: Vec3) -> f64 {
+    fn wall_distance(&self, p: Vec3) -> f64 {
         let sides = (0..2).map(|k| (p[k] - self.low[k]).min(self.high[k] - p[k]));
         sides.fold(p[2] - self.low[2], f64::min)
     }
 
     /// Distance from the way of the spot to the nearest wall.
     pub fn way_to_wall(&self) -> f64 {
-        let end = |s: f64| self.to_wall(add_scaled(self.spot, s, self.half_stroke));
+        let end = |s: f64| self.wall_distance(add_scaled(self.spot, s, self.half_stroke));
         end(-1.0).min(end(1.0))
     }
 
