@@ -22,7 +22,13 @@ fn main() {
     let params = Params::default();
     let far = FarField::of(&whole, &sizes, &material, &params).unwrap();
     let tissue = &far.cut.patch;
-    println!("{a:?}: {} nodes {} tets rim {} mended {}", tissue.mesh.nodes_m.len(), tissue.mesh.tets.len(), far.cut.rim.len(), far.springs.mended);
+    println!(
+        "{a:?}: {} nodes {} tets rim {} mended {}",
+        tissue.mesh.nodes_m.len(),
+        tissue.mesh.tets.len(),
+        far.cut.rim.len(),
+        far.springs.mended
+    );
     let answer = Answer::block();
     let map = ReferenceMap::of(&answer).unwrap();
     let mut top: Vec<usize> = tissue.skin.iter().flatten().map(|n| *n as usize).collect();
@@ -36,13 +42,27 @@ fn main() {
     let settings = Settings { places, rounds, fit: Fit::GaussNewton };
     let mut last = String::new();
     let fit = calibrate(tissue, &material, Some(&far.springs), &params, &targets, &settings, &mut |r| {
-        last = format!("{:>3} cost {:>9.1} rms {:.3} dent {:.4} {:.1}s", r.evaluations, r.cost, r.force_rms_pct, r.dent_mean_mm, r.elapsed_s);
+        last = format!(
+            "{:>3} cost {:>9.1} rms {:.3} dent {:.4} {:.1}s",
+            r.evaluations, r.cost, r.force_rms_pct, r.dent_mean_mm, r.elapsed_s
+        );
         println!("{last}");
     })
     .unwrap();
     let acc = Accuracy::of(&fit.patch, &fit.params, &map, 1.0, 60).unwrap();
     for f in &acc.forces {
-        println!("{:>5.2} mm centred {:+.2}  disc rms {:.2} worst {:+.2}", f.depth_mm, f.centred_pct, f.disc_rms_pct.unwrap_or(f64::NAN), f.disc_worst_pct.unwrap_or(f64::NAN));
+        println!(
+            "{:>5.2} mm centred {:+.2}  disc rms {:.2} worst {:+.2}",
+            f.depth_mm,
+            f.centred_pct,
+            f.disc_rms_pct.unwrap_or(f64::NAN),
+            f.disc_worst_pct.unwrap_or(f64::NAN)
+        );
     }
-    println!("{a:?} centred rms .5-8: {:.2}; disc 1-4: {:?} glued {:?}", acc.centred_rms_pct(&[0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0]), acc.disc_pct(&[1.0, 2.0, 4.0]), acc.glued);
+    println!(
+        "{a:?} centred rms .5-8: {:.2}; disc 1-4: {:?} glued {:?}",
+        acc.centred_rms_pct(&[0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0]),
+        acc.disc_pct(&[1.0, 2.0, 4.0]),
+        acc.glued
+    );
 }
