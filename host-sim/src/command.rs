@@ -3,6 +3,7 @@
 mod calibrate;
 mod chart;
 mod mesh;
+mod pack;
 mod paper;
 mod press;
 mod reference;
