@@ -145,7 +145,7 @@ impl Targets {
 /// A force this far off counts as one unit of error (1).
 const FORCE_TOLERANCE: f64 = 0.005;
 /// A glued disc's force this far off counts as one unit of error (1).
-const GLUED_TOLERANCE: f64 = 0.01;
+const GLUED_TOLERANCE: f64 = 0.003;
 /// A surface node this share of the depth off counts as one unit of error (1).
 const DENT_TOLERANCE: f64 = 0.008;
 
