@@ -74,7 +74,7 @@ fn shipped_patches_keep_their_promises() {
     let mut broken = Vec::new();
     for p in PROMISES {
         let (patch, params) = calibrated::sized(p.nodes).unwrap();
-        let accuracy = Accuracy::of(&patch, &params, &map, p.places).unwrap();
+        let accuracy = Accuracy::of(&patch, &params, &map, DISC_RADII, p.places).unwrap();
         let (disc, shallow) = (accuracy.disc_pct(&[1.0, 1.5, 2.0, 3.0, 4.0, 6.0]), accuracy.disc_pct(&[0.5]));
         let mut hold = |what: &str, found: f64, most: f64| {
             println!("{} nodes, {what}: {found:.3}, at most {most}", p.nodes);

@@ -21,7 +21,7 @@ fn tissue(nodes: usize) -> Tissue {
     let mesh = block(&BlockSpec { size_m, nodes, fine_at_m: [0.0; 2], fine_radius_m: RADIUS_M }).unwrap();
     let anchors = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| x[2] < -0.0399).map(|(n, _)| n).collect();
     let stiffness_ratio = vec![1.0; mesh.tets.len()];
-    Tissue { mesh, stiffness_ratio, anchors, site_m: [0.0; 3], depth_limit_m: 0.01 }
+    Tissue::closed(mesh, stiffness_ratio, anchors, [0.0; 3], 0.01)
 }
 
 fn statics(tissue: &Tissue) -> Statics {
@@ -49,7 +49,7 @@ fn targets(truth: &Statics, places: usize) -> Targets {
     };
     let mut all = vec![at(Vector::zeros(), true)];
     all.extend(sunflower(places, DISC_M).iter().map(|[x, y]| at(Vector::new(*x, *y, 0.0), false)));
-    Targets { places: all, glued: Vec::new(), centre_m: Vector::zeros(), radius_m: RADIUS_M }
+    Targets { places: all, glued: Vec::new(), centre_m: Vector::zeros(), radius_m: RADIUS_M, disc_radii: 1.65 }
 }
 
 struct Case {

@@ -25,6 +25,7 @@ pub use unknowns::Unknowns;
 use palpate::Params;
 use thiserror::Error;
 
+use crate::far_field::RimSprings;
 use crate::patch::{Material, Multipliers, Patch, Tissue};
 use crate::statics::{Statics, Unbalanced};
 
@@ -98,19 +99,20 @@ pub struct Calibration {
     pub rounds: Vec<Round>,
 }
 
-/// Fits a tissue's patch to `targets`.
+/// Fits a tissue's patch to `targets`, with its far field attached if it has one: rim springs are never unknowns, so that another organ's can take their place.
 ///
 /// # Errors
 /// [`CalibrateError`].
 pub fn calibrate(
     tissue: &Tissue,
     material: &Material,
+    rim: Option<&RimSprings>,
     params: &Params,
     targets: &Targets,
     settings: &Settings,
     progress: &mut dyn FnMut(&Round),
 ) -> Result<Calibration, CalibrateError> {
-    let patch = Patch::build(tissue, material, None);
+    let patch = built(tissue, material, rim, None);
     let statics = Statics::of(&patch.model(), params)?;
     let unknowns = Unknowns::of(&statics, tissue, targets.reach_m());
     let mut objective = Objective::new(statics, unknowns, targets)?;
@@ -120,7 +122,13 @@ pub fn calibrate(
         Fit::Annealing => annealing::fit(&mut objective, settings.rounds, progress)?,
     };
     let (multipliers, params) = objective.unknowns().result(objective.statics(), objective.place(), params);
-    let mut patch = Patch::build(tissue, material, Some(&multipliers));
+    let mut patch = built(tissue, material, rim, Some(&multipliers));
     patch.set_fitted_places(settings.places as u32);
     Ok(Calibration { multipliers, params, patch, rounds })
+}
+
+fn built(tissue: &Tissue, material: &Material, rim: Option<&RimSprings>, multipliers: Option<&Multipliers>) -> Patch {
+    let mut patch = Patch::build(tissue, material, multipliers);
+    rim.into_iter().for_each(|rim| patch.set_rim(rim));
+    patch
 }

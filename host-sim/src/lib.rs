@@ -10,6 +10,7 @@ pub mod charts;
 pub mod clock;
 pub mod command;
 pub mod error;
+pub mod far_field;
 pub mod finger;
 pub mod measure;
 pub mod mesh;

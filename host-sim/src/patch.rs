@@ -14,6 +14,7 @@ use palpate::{
     Vector3,
 };
 
+use crate::far_field::RimSprings;
 use crate::mesh::{TetMesh, surface};
 use crate::scene::Inclusion;
 use crate::tissue::ratio_of;
@@ -26,7 +27,7 @@ pub struct Multipliers {
     pub edge: Vec<f64>,
     /// On each node's volume stiffness, shape \[nodes\].
     pub node: Vec<f64>,
-    /// On each foundation point, shape [surface triangles][points], triangles in the order of [`surface::surface`].
+    /// On each foundation point, shape [skin triangles][points], triangles in the order of [`Tissue::skin`].
     pub point: Vec<Vec<f64>>,
     /// On the volume stiffness that acts per tet.
     pub bulk: f64,
@@ -68,12 +69,23 @@ pub struct Tissue {
     pub mesh: TetMesh,
     /// Stiffness of each tet as a multiple of the tissue's, shape \[tets\].
     pub stiffness_ratio: Vec<f64>,
+    /// The surface that a probe can touch, counter-clockwise seen from outside.
+    pub skin: Vec<[u32; 3]>,
     /// Fixed nodes, ascending.
     pub anchors: Vec<u32>,
     /// Where the probe presses, on the rest surface [m].
     pub site_m: [f64; 3],
     /// Deepest press that the patch must answer [m].
     pub depth_limit_m: f64,
+}
+
+impl Tissue {
+    /// A tissue that can be touched all round.
+    #[must_use]
+    pub fn closed(mesh: TetMesh, stiffness_ratio: Vec<f64>, anchors: Vec<u32>, site_m: [f64; 3], depth_limit_m: f64) -> Self {
+        let skin = surface::surface(&mesh.tets);
+        Self { mesh, stiffness_ratio, skin, anchors, site_m, depth_limit_m }
+    }
 }
 
 /// A spring between nodes that share no tet: what joins two organs (paper 000, "repulsive springs"). Its rest length is their distance.
@@ -119,8 +131,7 @@ impl Patch {
     #[must_use]
     pub fn build_joined(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>, joints: &[Joint]) -> Self {
         let elastic = Elastic::of(tissue, material, multipliers, joints);
-        let triangles = surface::surface(&tissue.mesh.tets);
-        let law = foundation::of(tissue, material, multipliers, &triangles);
+        let law = foundation::of(tissue, material, multipliers);
         let nodes = elastic.nodes(&tissue.mesh, &law.contact_m);
         let (springs, spring_rows) = order::rows(&elastic.springs, nodes.len());
         Self {
@@ -250,7 +261,8 @@ impl Patch {
             };
             let anchors = self.anchors.iter().map(|&a| a.into()).collect();
             let site_m = self.site_m.map(f64::from);
-            let tissue = Tissue { mesh, stiffness_ratio, anchors, site_m, depth_limit_m: self.depth_limit_m.into() };
+            let skin = self.triangles.iter().map(|t| t.node.map(u32::from)).collect();
+            let tissue = Tissue { mesh, stiffness_ratio, skin, anchors, site_m, depth_limit_m: self.depth_limit_m.into() };
             Self::build(&tissue, &material, None)
         };
         let (plain, stiffened) = (build(&[]), build(inclusions));
@@ -280,6 +292,27 @@ impl Patch {
     #[must_use]
     pub fn fitted_places(&self) -> u32 {
         self.fitted_places
+    }
+
+    /// Puts another far field around the patch; nothing else of it changes.
+    pub fn set_rim(&mut self, rim: &RimSprings) {
+        let trace = |b: &[f32; 6]| (b[0] + b[1] + b[2]) / 3.0;
+        for old in &self.rim_nodes {
+            self.nodes[old.node as usize].stiffness_m -= trace(&old.block_m);
+        }
+        (self.rim_nodes, self.rim_edges) = (Vec::new(), Vec::new());
+        for ([i, j], b) in &rim.blocks {
+            let [ni, nj] = [i, j].map(|k| rim.node[*k]);
+            if i == j {
+                let block_m = [b[0][0], b[1][1], b[2][2], b[0][1], b[0][2], b[1][2]].map(|v| v as f32);
+                self.nodes[ni as usize].stiffness_m += trace(&block_m);
+                self.rim_nodes.push(RimNode { node: ni, block_m });
+            } else {
+                let row = |r: usize| b[r].map(|v| v as f32);
+                let [[a, b, c], [d, e, g], [h, k, l]] = [row(0), row(1), row(2)];
+                self.rim_edges.push(RimEdge { node: [ni as u16, nj as u16], block_m: [a, b, c, d, e, g, h, k, l] });
+            }
+        }
     }
 
     /// Says over how many places the constants were fitted.

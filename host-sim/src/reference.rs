@@ -10,6 +10,7 @@ pub mod answer;
 mod assembly;
 pub mod body;
 mod cholesky;
+pub mod condensed;
 pub mod domain;
 pub mod glued;
 pub mod hang;

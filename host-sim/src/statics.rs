@@ -8,6 +8,7 @@ mod contact;
 mod elastic;
 mod equilibrium;
 mod glued;
+mod rim;
 mod sensitivity;
 mod tangent;
 
@@ -19,6 +20,7 @@ use crate::patch::Memory;
 pub use contact::outer_face_m;
 pub use equilibrium::{Balance, Solver, Unbalanced};
 pub use glued::Glued;
+pub use rim::Rim;
 pub use sensitivity::Gradient;
 
 /// A point or a vector.
@@ -85,12 +87,14 @@ pub struct Statics {
     /// Which of volume and compensation act.
     pub(crate) volume_acts: bool,
     pub(crate) compensation_acts: bool,
+    /// What holds the rim.
+    pub rim: Option<Rim>,
     /// The probe.
     pub probe: Probe,
 }
 
 impl Statics {
-    /// Takes a patch over. Rim springs are not supported yet: none of the patches made here has any.
+    /// Takes a patch over.
     ///
     /// # Errors
     /// What [`Params::build`] refuses.
@@ -148,6 +152,7 @@ impl Statics {
             compensation_threshold: f64::from(params.compensation_threshold),
             volume_acts: params.terms.volume,
             compensation_acts: params.terms.compensation,
+            rim: Rim::of(model),
             probe: params.probe,
         })
     }

@@ -106,7 +106,7 @@ fn finish(
     scene.refuse_deeper_than(high - low, "the tissue is thick")?;
     let depth_limit_m = depth_limit_m(scene, tips_m, site_m, axis);
     let stiffness_ratio = mesh.tets.iter().map(|tet| ratio_of(&mesh, tet, &scene.tissue.inclusion)).collect();
-    Ok(Tissue { mesh, stiffness_ratio, anchors, site_m, depth_limit_m })
+    Ok(Tissue::closed(mesh, stiffness_ratio, anchors, site_m, depth_limit_m))
 }
 
 fn anchored(mesh: &TetMesh, fixed: impl Fn(&[f64; 3]) -> bool) -> Vec<u32> {

@@ -67,7 +67,7 @@ impl Bench {
         let on_bottom = |x: &[f64; 3]| x[2] < -size_m[2] * (1.0 - 1e-9);
         let anchors = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| fixed && on_bottom(x)).map(|(n, _)| n).collect();
         let stiffness_ratio = vec![1.0; mesh.tets.len()];
-        let tissue = Tissue { mesh, stiffness_ratio, anchors, site_m: [0.0; 3], depth_limit_m: DEPTH_LIMIT_M * scale };
+        let tissue = Tissue::closed(mesh, stiffness_ratio, anchors, [0.0; 3], DEPTH_LIMIT_M * scale);
         let mut params = Params::default();
         params.probe.radius_m = (RADIUS_M * scale) as f32;
         let patch = Patch::build(&tissue, &Material { points_per_triangle, ..Material::default() }, None);

@@ -12,11 +12,11 @@ use crate::statics::{Balance, Solver, Statics, Unbalanced, Vector};
 
 /// Centred depths, fitted and held out, and depths over the disc [probe radii]: 0.5, 1, .. mm for a radius of 8 mm.
 const CENTRED_RADII: [f64; 8] = [0.0625, 0.125, 0.1875, 0.25, 0.375, 0.5, 0.75, 1.0];
-const DISC_RADII: [f64; 7] = [0.0625, 0.125, 0.1875, 0.25, 0.375, 0.5, 0.75];
+const DISC_DEPTHS_RADII: [f64; 7] = [0.0625, 0.125, 0.1875, 0.25, 0.375, 0.5, 0.75];
 /// How many places it takes to judge a patch.
 pub const PLACES: usize = 40;
-/// Radius of the disc [probe radii], and the seed of its places, which no fit uses.
-const DISC_RADIUS: f64 = 1.5;
+/// Radius of the disc on a whole block [probe radii], and the seed of its places, which no fit uses.
+pub const DISC_RADII: f64 = 1.5;
 const SEED: u64 = 2026;
 /// Dents are compared at these depths, this far around [probe radii].
 const DENTS_RADII: [f64; 2] = [0.25, 0.5];
@@ -74,11 +74,17 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
-    /// Presses a patch at the centre and at `places` random places.
+    /// Presses a patch at the centre and at `places` random places over `disc_radii` probe radii.
     ///
     /// # Errors
     /// A press without balance.
-    pub fn of(patch: &Patch, params: &Params, reference: &ReferenceMap, places: usize) -> Result<Self, Unbalanced> {
+    pub fn of(
+        patch: &Patch,
+        params: &Params,
+        reference: &ReferenceMap,
+        disc_radii: f64,
+        places: usize,
+    ) -> Result<Self, Unbalanced> {
         faer::set_global_parallelism(faer::Par::Seq);
         let refused = Unbalanced { depth_mm: 0.0, steps: 0 };
         let statics = Statics::of(&patch.model(), params).map_err(|_| refused)?;
@@ -100,16 +106,16 @@ impl Accuracy {
             wanted.map(|w| 100.0 * (balance.force / w - 1.0))
         };
         let centred = press(site_m, &CENTRED_RADII)?;
-        let over_disc: Vec<Vec<Option<f64>>> = random(places, DISC_RADIUS * radius_m, SEED)
+        let over_disc: Vec<Vec<Option<f64>>> = random(places, disc_radii * radius_m, SEED)
             .into_par_iter()
             .map(|[x, y]| {
                 let place_m = site_m + Vector::new(x, y, 0.0);
-                Ok(press(place_m, &DISC_RADII)?.iter().map(|b| error(place_m, b)).collect())
+                Ok(press(place_m, &DISC_DEPTHS_RADII)?.iter().map(|b| error(place_m, b)).collect())
             })
             .collect::<Result<_, Unbalanced>>()?;
         let mut forces = Vec::new();
         for at in &centred {
-            let column = DISC_RADII.iter().position(|d| (d * radius_m - at.0).abs() < 1e-9);
+            let column = DISC_DEPTHS_RADII.iter().position(|d| (d * radius_m - at.0).abs() < 1e-9);
             let disc: Option<Vec<f64>> = column.and_then(|c| over_disc.iter().map(|e| e.get(c).copied().flatten()).collect());
             forces.push(DepthError {
                 depth_mm: at.0 * 1e3,

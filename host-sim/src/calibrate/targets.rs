@@ -4,8 +4,8 @@ use super::places::sunflower;
 use crate::reference::answer::GluedAnswer;
 use crate::statics::Vector;
 
-/// Radius of the disc over which places are spread [probe radii]: a little more than the 1.5 over which the force is held to its tolerance.
-const DISC_RADII: f64 = 1.65;
+/// Radius of the disc over which places are spread for a whole block [probe radii]: a little more than the 1.5 over which the force is held to its tolerance.
+pub const DISC_RADII: f64 = 1.65;
 /// Depths of the presses at every place [probe radii].
 const DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 0.875];
 /// Depths of the presses at the centre [probe radii].
@@ -74,6 +74,8 @@ pub struct Targets {
     pub centre_m: Vector,
     /// Radius of the probe [m].
     pub radius_m: f64,
+    /// Radius of the disc of places [probe radii].
+    pub disc_radii: f64,
 }
 
 /// What the reference is asked: force over E [m^2] at a place [m] and a depth [m], and the displacement of the surface at an offset from the centre
@@ -86,13 +88,14 @@ pub trait Reference {
 }
 
 impl Targets {
-    /// Presses at the centre and at `places` more, on a flat top (normal along z).
+    /// Presses at the centre and at `places` more over `disc_radii` probe radii, on a flat top (normal along z).
     #[must_use]
     pub fn over_a_disc(
         reference: &impl Reference,
         surface: &[(usize, Vector)],
         centre_m: Vector,
         radius_m: f64,
+        disc_radii: f64,
         places: usize,
     ) -> Option<Self> {
         let forces = |place_m: Vector, depths: &[f64]| {
@@ -114,11 +117,11 @@ impl Targets {
         };
         let dents = DENT_DEPTHS_RADII.iter().map(dent).collect::<Option<Vec<_>>>()?;
         let mut all = vec![PlaceTarget { place_m: centre_m, forces: forces(centre_m, &CENTRE_DEPTHS_RADII)?, dents }];
-        for [x, y] in sunflower(places, DISC_RADII * radius_m) {
+        for [x, y] in sunflower(places, disc_radii * radius_m) {
             let place_m = centre_m + Vector::new(x, y, 0.0);
             all.push(PlaceTarget { place_m, forces: forces(place_m, &DEPTHS_RADII)?, dents: Vec::new() });
         }
-        Some(Self { places: all, glued: Vec::new(), centre_m, radius_m })
+        Some(Self { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii })
     }
 
     /// The same with the glued discs of an answer, whose places count from the centre.
@@ -138,14 +141,14 @@ impl Targets {
     /// Radius around the centre that any press touches [m].
     #[must_use]
     pub fn reach_m(&self) -> f64 {
-        (DISC_RADII + 1.0) * self.radius_m
+        (self.disc_radii + 1.0) * self.radius_m
     }
 }
 
 /// A force this far off counts as one unit of error (1).
 const FORCE_TOLERANCE: f64 = 0.005;
 /// A glued disc's force this far off counts as one unit of error (1).
-const GLUED_TOLERANCE: f64 = 0.003;
+const GLUED_TOLERANCE: f64 = 0.002;
 /// A surface node this share of the depth off counts as one unit of error (1).
 const DENT_TOLERANCE: f64 = 0.008;
 

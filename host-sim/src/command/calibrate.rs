@@ -7,8 +7,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::Common;
-use crate::calibrate::accuracy::{Accuracy, PLACES};
+use crate::calibrate::accuracy::{self, Accuracy, PLACES};
 use crate::calibrate::reference_map::ReferenceMap;
+use crate::calibrate::targets::DISC_RADII;
 use crate::calibrate::{Calibration, Fit, Round, Settings, Targets, annealing, calibrate};
 use crate::charts;
 use crate::error::Error;
@@ -131,7 +132,7 @@ impl CalibrateArgs {
         println!("\n{:>11} {:>12} {:>12} {:>10} {:>8}", "evaluations", "cost", "force rms %", "dent mm", "time s");
         let settings = Settings { places, rounds, fit: self.fit.into() };
         let bar = Bar::new();
-        let calibration = calibrate(&tissue, &material, &params, &targets, &settings, &mut |r: &Round| bar.say(r))
+        let calibration = calibrate(&tissue, &material, None, &params, &targets, &settings, &mut |r: &Round| bar.say(r))
             .map_err(|cause| Error::Usage(format!("scene {}: {cause}", scene.name)))?;
         bar.0.finish_and_clear();
         self.write(&folder, &scene, &answer, &calibration)
@@ -174,7 +175,8 @@ impl CalibrateArgs {
         folder.write_csv("convergence.csv", header, rows)?;
         charts::convergence(folder.path(), "convergence", &scene.name, rounds)?;
         let map = ReferenceMap::of(answer).ok_or_else(|| too_few(scene))?;
-        let accuracy = Accuracy::of(patch, params, &map, PLACES).map_err(|cause| Error::Check(cause.to_string()))?;
+        let accuracy =
+            Accuracy::of(patch, params, &map, accuracy::DISC_RADII, PLACES).map_err(|cause| Error::Check(cause.to_string()))?;
         print_accuracy(&name, &accuracy);
         write_accuracy(folder, &accuracy)?;
         folder.write_json(
@@ -212,8 +214,8 @@ impl CalibrateArgs {
                 )));
             }
             let session = Session::prepare(&scene)?;
-            let accuracy =
-                Accuracy::of(&session.patch, &session.params, &map, PLACES).map_err(|cause| Error::Check(cause.to_string()))?;
+            let accuracy = Accuracy::of(&session.patch, &session.params, &map, accuracy::DISC_RADII, PLACES)
+                .map_err(|cause| Error::Check(cause.to_string()))?;
             let fitted = session.patch.fitted_places();
             print_accuracy(&format!("{} nodes, fitted over {fitted} places", session.report.nodes), &accuracy);
             folder.write_json(&format!("accuracy-{nodes}.json"), &accuracy)?;
@@ -230,7 +232,7 @@ fn targets(scene: &Scene, tissue: &Tissue, answer: &Answer, places: usize) -> Re
     let map = ReferenceMap::of(answer).ok_or_else(|| too_few(scene))?;
     let top = (0..).zip(&tissue.mesh.nodes_m).filter(|(_, x)| (x[2] - tissue.site_m[2]).abs() < 1e-9);
     let surface: Vec<(usize, Vector)> = top.map(|(n, x)| (n, Vector::from(*x))).collect();
-    Targets::over_a_disc(&map, &surface, tissue.site_m.into(), scene.probe.radius_m, places).ok_or_else(|| {
+    Targets::over_a_disc(&map, &surface, tissue.site_m.into(), scene.probe.radius_m, DISC_RADII, places).ok_or_else(|| {
         Error::Usage(format!(
             "scene {}: the reference answer lacks presses this fit needs (to a probe's radius at the centre, places off it, surfaces at a quarter and a half radius): solve them with palpate reference",
             scene.name

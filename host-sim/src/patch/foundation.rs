@@ -18,7 +18,8 @@ pub(super) struct Foundation {
     pub element_m: f64,
 }
 
-pub(super) fn of(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>, surface: &[[u32; 3]]) -> Foundation {
+pub(super) fn of(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>) -> Foundation {
+    let surface = &tissue.skin;
     let nodes = &tissue.mesh.nodes_m;
     let corners = |t: &[u32; 3]| t.map(|n| nodes[n as usize]);
     let areas: Vec<f64> = surface.iter().map(|t| area(corners(t))).collect();

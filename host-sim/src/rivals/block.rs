@@ -59,7 +59,7 @@ impl Block {
     pub fn of_mesh(mesh: TetMesh, youngs_modulus_pa: f64, fixed: impl Fn(&[f64; 3]) -> bool) -> Self {
         let anchors = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| fixed(x)).map(|(n, _)| n).collect();
         let stiffness_ratio = vec![1.0; mesh.tets.len()];
-        let tissue = Tissue { mesh, stiffness_ratio, anchors, site_m: [0.0; 3], depth_limit_m: DEPTH_MARGIN * DEEPEST_M };
+        let tissue = Tissue::closed(mesh, stiffness_ratio, anchors, [0.0; 3], DEPTH_MARGIN * DEEPEST_M);
         let mut params = Params { youngs_modulus_pa: youngs_modulus_pa as f32, ..Params::default() };
         params.probe.shape = ProbeShape::Hemisphere;
         params.probe.radius_m = RADIUS_M as f32;

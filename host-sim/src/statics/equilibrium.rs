@@ -141,6 +141,12 @@ impl Solver {
 }
 
 impl Balance {
+    /// Small displacement [1/m] under small forces on the nodes over E, at the balance; anchors stay.
+    #[must_use]
+    pub fn answer(&self, statics: &Statics, force: &[Vector]) -> Vec<Vector> {
+        self.factor.solve_nodes(statics, force)
+    }
+
     /// The same patch at rest, its untouching probe elsewhere.
     #[must_use]
     pub fn with_tip(&self, tip_m: Vector) -> Self {
@@ -187,6 +193,9 @@ impl Statics {
                 let pressure = own + t.node.iter().map(|&n| nodal[n].0).sum::<f64>();
                 t.node.iter().zip(&shape.gradient).for_each(|(&n, g)| slope[n] += g * pressure);
             }
+        }
+        if let Some(rim) = &self.rim {
+            rim.add_slope(&self.rest_m, x, &mut slope);
         }
         let mut force = 0.0;
         for push in self.pushes(x, tip_m) {

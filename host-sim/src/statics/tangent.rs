@@ -37,6 +37,12 @@ impl Pattern {
                 below[a].extend(free.iter().filter(|&&b| b >= a));
             }
         }
+        if let Some(rim) = &statics.rim {
+            let free: Vec<usize> = rim.node.iter().filter_map(|&n| statics.free[n]).collect();
+            for &a in &free {
+                below[a].extend(free.iter().filter(|&&b| b >= a));
+            }
+        }
         let rows: Vec<Vec<usize>> = below.into_iter().map(|r| r.into_iter().collect()).collect();
         let mut start = Vec::with_capacity(rows.len());
         let (mut columns, mut indices) = (vec![0], Vec::new());
@@ -123,6 +129,13 @@ impl Statics {
         }
         if self.volume_acts {
             self.add_volume(pattern, x, &mut |a, b, block| add(&mut values, a, b, block));
+        }
+        if let Some(rim) = &self.rim {
+            for (i, &a) in rim.node.iter().enumerate() {
+                for (j, &b) in rim.node.iter().enumerate() {
+                    add(&mut values, a, b, &rim.block(i, j));
+                }
+            }
         }
         let pushes = tip_m.map_or_else(Vec::new, |tip_m| self.pushes(x, tip_m));
         let pushed = pushes.iter().map(|p| (self.triangles[p.triangle].node, p.weights, p.curvature));

@@ -113,13 +113,8 @@ impl Site {
         params.probe.shape = ProbeShape::Hemisphere;
         params.probe.radius_m = scene.finger.radius_m as f32;
         params.probe.axis = axis.cast();
-        let tissue = Tissue {
-            stiffness_ratio: per_tet_pa.iter().map(|e| e / reference_pa).collect(),
-            mesh,
-            anchors,
-            site_m,
-            depth_limit_m: DEEPEST_RADII * scene.finger.radius_m,
-        };
+        let stiffness_ratio = per_tet_pa.iter().map(|e| e / reference_pa).collect();
+        let tissue = Tissue::closed(mesh, stiffness_ratio, anchors, site_m, DEEPEST_RADII * scene.finger.radius_m);
         let layers = scene.region.iter().map(|r| {
             let name = r.name.clone().or(r.number.map(|n| format!("region {n}"))).unwrap_or_default();
             (name, r.youngs_modulus_pa)

@@ -51,8 +51,7 @@ impl Network {
         let anchors: BTreeSet<u32> = fixed.chain(held.iter().copied()).collect();
         let springs = springs(assembly, &corner_of, joints, first.youngs_modulus_pa);
         let held = held.iter().map(|n| (*n as usize, Vector3::from(mesh.nodes_m[*n as usize]))).collect();
-        let tissue =
-            Tissue { mesh, stiffness_ratio, anchors: anchors.into_iter().collect(), site_m: [0.0; 3], depth_limit_m: 1e-3 };
+        let tissue = Tissue::closed(mesh, stiffness_ratio, anchors.into_iter().collect(), [0.0; 3], 1e-3);
         let mut patch = Patch::build_joined(&tissue, material, None, &springs);
         patch.scale_masses(&mass_ratio);
         let params = Params {

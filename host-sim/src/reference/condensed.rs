@@ -1,0 +1,73 @@
+//! The stiffness of a body as a few of its nodes feel it: everything else condensed out.
+//!
+//! Linear elasticity about the rest shape (the tangent of [`super::body`] there). Nodes may be tied: their displacement is a weighted mean of those of the
+//! kept nodes, so that a curved quadratic face can follow a flat linear one.
+
+use faer::Mat;
+use nalgebra::Vector3;
+
+use super::body::Body;
+
+/// What a node's displacement is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Tie {
+    /// What equilibrium makes it.
+    Free,
+    /// The sum of weights times displacements of kept nodes; without any it stands still.
+    To(Vec<(usize, f64)>),
+}
+
+/// Stiffness over E [m], shape [3 kept][3 kept], of a body seen from `kept` displacements; `tie` says what each node of the body's mesh follows.
+/// Components that the body itself fixes stay fixed. `None` if something is left loose or memory runs out.
+#[must_use]
+pub fn condensed(body: &Body, tie: &[Tie], kept: usize) -> Option<Mat<f64>> {
+    let nodes = body.mesh.nodes_m.len();
+    let rest = body.assemble(&vec![Vector3::zeros(); nodes], None)?;
+    let fixed: Vec<[bool; 3]> = body.fixed.iter().zip(tie).map(|(f, t)| if *t == Tie::Free { *f } else { [true; 3] }).collect();
+    let mut matrix = rest.tangent.clone();
+    body.pattern.fix(&mut matrix, &fixed);
+    let mut solver = body.pattern.analyse()?;
+    if !solver.factorise(&matrix) {
+        return None;
+    }
+    let mut followers: Vec<Vec<(usize, f64)>> = vec![Vec::new(); kept];
+    for (node, tie) in tie.iter().enumerate() {
+        if let Tie::To(weights) = tie {
+            weights.iter().for_each(|(k, w)| followers[*k].push((node, *w)));
+        }
+    }
+    let mut stiffness = Mat::zeros(3 * kept, 3 * kept);
+    let mut column = vec![0.0; 3 * nodes];
+    for (k, own) in followers.iter().enumerate() {
+        for c in 0..3 {
+            let mut moved = vec![Vector3::zeros(); nodes];
+            for (node, weight) in own {
+                moved[*node][c] = if body.fixed[*node][c] { 0.0 } else { *weight };
+            }
+            let pull = body.pattern.multiply(&rest.tangent, &moved);
+            for ((right, pull), fixed) in column.chunks_mut(3).zip(&pull).zip(&fixed) {
+                (0..3).for_each(|a| right[a] = if fixed[a] { 0.0 } else { -pull[a] });
+            }
+            solver.solve(&mut column);
+            for (moved, answer) in moved.iter_mut().zip(column.chunks(3)) {
+                *moved += Vector3::from_column_slice(answer);
+            }
+            let reaction = body.pattern.multiply(&rest.tangent, &moved);
+            for (row, own) in followers.iter().enumerate() {
+                for a in 0..3 {
+                    stiffness[(3 * row + a, 3 * k + c)] =
+                        own.iter().filter(|(n, _)| !body.fixed[*n][a]).map(|(n, w)| w * reaction[*n][a]).sum::<f64>();
+                }
+            }
+        }
+    }
+    // symmetric but for rounding
+    for i in 0..3 * kept {
+        for j in 0..i {
+            let mean = 0.5 * (stiffness[(i, j)] + stiffness[(j, i)]);
+            stiffness[(i, j)] = mean;
+            stiffness[(j, i)] = mean;
+        }
+    }
+    Some(stiffness)
+}
