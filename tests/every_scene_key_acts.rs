@@ -243,7 +243,7 @@ fn organ_has_its_shape_its_nodes_and_its_regions() {
     let all = ratios(&foot(&format!("nodes = 300\nregion = [{}]", all.join(", "))), &plain);
     let fat = ratios(&foot("nodes = 300\nregion = [{ name = \"fat pad\", youngs_modulus_pa = 7000.0 }]"), &plain);
     println!("all regions twice as stiff {all:.4?}, fat alone {fat:.4?}");
-    // every stiffness doubled; contact and damping are of the scene's own modulus
-    assert!(all.iter().all(|r| (1.6..2.1).contains(r)));
+    // every stiffness doubled, but the contact's, which is of the scene's own modulus: in series with it
+    assert!(all.iter().all(|r| (1.3..2.0).contains(r)) && all.is_sorted_by(|a, b| a < b));
     assert!(fat.iter().zip(&all).all(|(fat, all)| *fat > 1.1 && fat < all));
 }
