@@ -61,7 +61,7 @@ pub struct TissueScene {
     pub mesh: Option<PathBuf>,
     /// Unit of the mesh file's coordinates.
     pub length_unit: Option<LengthUnit>,
-    /// Young's modulus [Pa].
+    /// Young's modulus [Pa]. Contact follows from it: of an organ in layers, give that of the tissue touched.
     pub youngs_modulus_pa: f64,
     /// Poisson's ratio (1).
     pub poisson_ratio: f64,

@@ -18,7 +18,6 @@ use crate::reference::probe::RigidProbe;
 use crate::reference::quadratic::QuadraticMesh;
 use crate::reference::refine::refine;
 use crate::reference::shape::{TET_EDGES, TetRule};
-use crate::reference::study::extrapolate;
 use crate::scene::Scene;
 use crate::tissue::shape::held;
 use crate::tissue::{Layout, Placed};
@@ -46,7 +45,7 @@ pub struct OrganReference {
     pub places: Vec<PlaceForces>,
     /// Depths [m], rising, shape \[depths\].
     pub depths_m: Vec<f64>,
-    /// How far the force at the site may be off at each depth (1): what the last refinement changed or what is left to the limit, whichever is more.
+    /// How far the force at the site may be off at each depth (1): what the last refinement changed.
     pub error: Vec<f64>,
     /// Nodes of the finest quadratic mesh.
     pub nodes: usize,
@@ -65,7 +64,6 @@ pub struct PlaceForces {
 
 /// One press to all depths.
 struct Pressed {
-    corners: usize,
     nodes: usize,
     force_over_e_m2: Vec<f64>,
 }
@@ -99,13 +97,11 @@ pub fn organ_reference(
     let (Some(fine), Some(coarse)) = (pressed.next(), pressed.next()) else {
         return Err(Error::Usage(format!("{}: no press was asked for: give places and depths", scene.file)));
     };
-    let limits: Vec<_> = coarse
-        .force_over_e_m2
-        .iter()
-        .zip(&fine.force_over_e_m2)
-        .filter_map(|(c, f)| extrapolate(&[(coarse.corners, *c), (fine.corners, *f)]))
-        .collect();
-    let ratio: Vec<f64> = limits.iter().zip(&coarse.force_over_e_m2).map(|(limit, c)| limit.limit / c).collect();
+    // third order in the edge under the probe, as [`crate::reference::study`] has it
+    let gain = (COARSE.edge / FINE.edge).powi(3) - 1.0;
+    let both = || fine.force_over_e_m2.iter().zip(&coarse.force_over_e_m2);
+    let ratio: Vec<f64> = both().map(|(f, c)| (f + (f - c) / gain) / c).collect();
+    let error = both().map(|(f, c)| (f - c).abs() / f).collect();
     let scaled = |own: &Pressed| own.force_over_e_m2.iter().zip(&ratio).map(|(f, ratio)| f * ratio).collect();
     let at_places = offsets_m.iter().zip(&places).map(|(offset_m, place)| {
         let force_over_e_m2 =
@@ -113,12 +109,7 @@ pub fn organ_reference(
         PlaceForces { offset_m: *offset_m, place_m: (*place).into(), force_over_e_m2 }
     });
     let at_places: Vec<PlaceForces> = at_places.collect();
-    Ok(OrganReference {
-        places: at_places,
-        depths_m: depths_m.to_vec(),
-        error: limits.iter().map(|limit| limit.error / limit.limit).collect(),
-        nodes: fine.nodes,
-    })
+    Ok(OrganReference { places: at_places, depths_m: depths_m.to_vec(), error, nodes: fine.nodes })
 }
 
 /// What is the same for all presses.
@@ -168,7 +159,6 @@ impl<'a> Bench<'a> {
         let mesh = &self.placed.tissue.mesh;
         let mesh = refine(mesh, longest_m, MOST_NODES.max(mesh.nodes_m.len()));
         let anchors = held(&mesh, self.placed.axis, self.organ.as_ref());
-        let corners = mesh.nodes_m.len();
         let mesh = QuadraticMesh::new(&mesh);
         let mut fixed = vec![[false; 3]; mesh.nodes_m.len()];
         for n in &anchors {
@@ -207,6 +197,6 @@ impl<'a> Bench<'a> {
             })?;
             force_over_e_m2.push(press.force_over_e_m2());
         }
-        Ok(Pressed { corners, nodes: body.mesh.nodes_m.len(), force_over_e_m2 })
+        Ok(Pressed { nodes: body.mesh.nodes_m.len(), force_over_e_m2 })
     }
 }

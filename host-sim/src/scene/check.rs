@@ -8,7 +8,7 @@ use crate::tissue::Layout;
 /// Smallest and largest side of a block [m]: beyond it a unit is wrong. A mesh file has the same range.
 const SIDE_M: std::ops::RangeInclusive<f64> = 1e-3..=2.0;
 /// Nodes that an organ's mesh may be asked for, and Young's modulus [Pa] of its regions.
-const ORGAN_NODES: std::ops::RangeInclusive<usize> = 30..=5000;
+const ORGAN_NODES: std::ops::RangeInclusive<usize> = 100..=5000;
 const MODULUS_PA: std::ops::RangeInclusive<f64> = 1.0..=1e9;
 /// Longest run, in tissue time [s].
 const LONGEST_S: f64 = 1000.0;

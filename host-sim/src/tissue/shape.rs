@@ -127,6 +127,8 @@ impl Shape {
     /// Nodes of a mesh of it that are held when it is pressed along `axis`: its underside, and what is in a bone; ascending.
     pub fn anchors(&self, mesh: &TetMesh, axis: [f64; 3]) -> Vec<u32> {
         match self {
+            // what an edge or a corner that is cut off shows downward holds nothing
+            Self::File(_, own, _) if underside(own, axis).is_empty() => Vec::new(),
             Self::File(..) => underside(mesh, axis),
             Self::Organ(organ) => held(mesh, axis, Some(organ)),
         }
