@@ -25,11 +25,16 @@ const DISC_RADII: f64 = 1.15;
 pub const JUDGED_RADII: f64 = 1.0;
 /// Places over it, unknown to any fit.
 pub const JUDGED_PLACES: usize = 60;
+/// Presses at the centre count as this many times more exact.
+const CENTRE_WEIGHT: f64 = 3.0;
+/// Glued discs are fitted at the site and on a ring of this radius [probe radii], this many.
+const RING_RADII: f64 = 0.5;
+const RING: usize = 4;
 /// Places at which the finite elements of an organ are pressed, the site not counted, and how far around it [probe radii].
-const SOLVED_PLACES: usize = 12;
+const SOLVED_PLACES: usize = 10;
 const SOLVED_RADII: f64 = 1.2;
 /// Depths they are pressed to, as shares of the deepest hold.
-const SOLVED_DEPTHS: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 1.0];
+const SOLVED_DEPTHS: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
 
 /// What a patch of a scene is fitted to and judged by.
 pub enum Truth {
@@ -181,9 +186,9 @@ impl Prepared {
             Targets::over_a_disc(reference, &surface, site_m, radius_m, DISC_RADII, settings.places).ok_or_else(|| {
                 Error::Check("the reference lacks presses that the fit needs: press deeper or take a larger organ".into())
             })?;
-        // discs at the site are fitted, the others are what the fit is judged by
-        let centred: Vec<GluedAnswer> = reference.glued().iter().filter(|disc| disc.place_m == [0.0; 3]).cloned().collect();
-        let targets = targets.with_glued(&centred);
+        let mut targets = targets.with_glued(&glued_around(reference.glued(), radius_m));
+        // the centre is one place of a hundred and the one that is pressed most
+        targets.places[0].forces.iter_mut().for_each(|f| f.tolerance /= CENTRE_WEIGHT);
         let failed = |cause: &dyn std::fmt::Display| Error::Check(format!("the patch cannot be fitted: {cause}"));
         let fit = calibrate(tissue, &self.material, Some(&self.far.springs), &self.params, &targets, settings, progress)
             .map_err(|cause| failed(&cause))?;
@@ -191,6 +196,25 @@ impl Prepared {
             Accuracy::of(&fit.patch, &fit.params, reference, JUDGED_RADII, JUDGED_PLACES).map_err(|cause| failed(&cause))?;
         Ok(Fitted { patch: fit.patch, params: fit.params, rounds: fit.rounds, accuracy })
     }
+}
+
+/// Solved discs at the site, and what lies between them and those solved away from it: on a ring, where the stiffness has gone the square of the way's share.
+fn glued_around(solved: &[GluedAnswer], probe_m: f64) -> Vec<GluedAnswer> {
+    let away = |disc: &GluedAnswer| disc.place_m[0].hypot(disc.place_m[1]);
+    let mut discs = Vec::new();
+    for centred in solved.iter().filter(|disc| away(disc) == 0.0) {
+        discs.push(centred.clone());
+        let aside = solved.iter().find(|d| away(d) > 0.0 && d.direction == centred.direction && d.radius_m == centred.radius_m);
+        let Some(aside) = aside else { continue };
+        let share = (RING_RADII * probe_m / away(aside)).powi(2).min(1.0);
+        let stiffness_over_e_m = centred.stiffness_over_e_m + share * (aside.stiffness_over_e_m - centred.stiffness_over_e_m);
+        for n in 0..RING {
+            let (sin, cos) = (std::f64::consts::TAU * (n as f64 + 0.25) / RING as f64).sin_cos();
+            let place_m = [RING_RADII * probe_m * cos, RING_RADII * probe_m * sin, 0.0];
+            discs.push(GluedAnswer { place_m, stiffness_over_e_m, ..centred.clone() });
+        }
+    }
+    discs
 }
 
 fn skin_nodes(tissue: &Tissue) -> Vec<(usize, Vector)> {
