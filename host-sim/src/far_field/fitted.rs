@@ -25,6 +25,8 @@ const DISC_RADII: f64 = 1.15;
 pub const JUDGED_RADII: f64 = 1.0;
 /// Places over it, unknown to any fit.
 pub const JUDGED_PLACES: usize = 60;
+/// Most nodes within the fine radius.
+const MOST_FINE_NODES: f64 = 1000.0;
 /// Presses at the centre count as this many times more exact.
 const CENTRE_WEIGHT: f64 = 3.0;
 /// Glued discs are fitted at the site and on a ring of this radius [probe radii], this many.
@@ -150,6 +152,7 @@ impl Prepared {
                 "is not zero: a far field carries no weight, take the shape under gravity as the rest shape",
             )?);
         }
+        refuse_too_fine(scene, &recipe.sizes)?;
         let placed = whole(scene, &[], &recipe.sizes)?;
         let params = scene.params(placed.axis);
         let material = Material {
@@ -196,6 +199,21 @@ impl Prepared {
             Accuracy::of(&fit.patch, &fit.params, reference, JUDGED_RADII, JUDGED_PLACES).map_err(|cause| failed(&cause))?;
         Ok(Fitted { patch: fit.patch, params: fit.params, rounds: fit.rounds, accuracy })
     }
+}
+
+/// A mesh takes minutes to make long before it is too large for any board.
+fn refuse_too_fine(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
+    // nodes of a half ball of regular tets, sqrt(2) to a cube of the edge
+    let half_ball_m3 = 2.0 / 3.0 * std::f64::consts::PI * sizes.fine_radius_m.min(sizes.radius_m).powi(3);
+    let nodes = half_ball_m3 * std::f64::consts::SQRT_2 / sizes.fine_m.powi(3);
+    if nodes <= MOST_FINE_NODES {
+        return Ok(());
+    }
+    let least_m = sizes.fine_m * (nodes / MOST_FINE_NODES).cbrt();
+    Err(Error::Usage(format!(
+        "{}: elements of {} m put about {nodes:.0} nodes under the probe alone: give at least {least_m:.5} m",
+        scene.file, sizes.fine_m
+    )))
 }
 
 /// Solved discs at the site, and what lies between them and those solved away from it: on a ring, where the stiffness has gone the square of the way's share.
