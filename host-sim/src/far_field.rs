@@ -6,9 +6,12 @@
 
 pub mod condense;
 pub mod cut;
+pub mod edges;
 pub mod springs;
+pub mod table;
 
 pub use cut::{Cut, CutError};
+pub use edges::{Edge, Edges};
 pub use springs::RimSprings;
 
 /// How a whole organ is meshed around the patch that will be cut out of it.
