@@ -4,7 +4,7 @@ use palpate::Params;
 use palpate_sim::calibrate::places::sunflower;
 use palpate_sim::calibrate::targets::PlaceTarget;
 use palpate_sim::calibrate::{
-    DentTarget, ForceTarget, Objective, Round, Sweep, Targets, Unknowns, annealing, descent, gauss_newton,
+    DentTarget, ForceTarget, GluedTarget, Objective, Round, Sweep, Targets, Unknowns, annealing, descent, gauss_newton,
 };
 use palpate_sim::mesh::{BlockSpec, block};
 use palpate_sim::patch::{Material, Patch, Tissue};
@@ -49,7 +49,7 @@ fn targets(truth: &Statics, places: usize) -> Targets {
     };
     let mut all = vec![at(Vector::zeros(), true)];
     all.extend(sunflower(places, DISC_M).iter().map(|[x, y]| at(Vector::new(*x, *y, 0.0), false)));
-    Targets { places: all, centre_m: Vector::zeros(), radius_m: RADIUS_M, disc_radii: 1.65 }
+    Targets { places: all, glued: Vec::new(), centre_m: Vector::zeros(), radius_m: RADIUS_M, disc_radii: 1.65 }
 }
 
 struct Case {
@@ -142,6 +142,51 @@ fn descent_has_the_slope_of_the_cost() {
         let least = gradient[k].abs().max(1e-3 * scale);
         assert!(error < 5e-3 * least, "unknown {k} of {all}: gradient {}, differences {found}", gradient[k]);
     }
+}
+
+/// The truth's glued discs at two places, pressed and sheared.
+fn glued(truth: &Statics) -> Vec<GluedTarget> {
+    let solver = Solver::of(truth).unwrap();
+    let cases = [[0.0, 0.0], [0.006, -0.004]].into_iter().flat_map(|at| [Vector::z(), Vector::x()].map(|way| (at, way)));
+    let target = |([x, y], direction): ([f64; 2], Vector)| {
+        let place_m = Vector::new(x, y, 0.0);
+        let stiffness_m = solver.glued(truth, place_m, RADIUS_M, direction).unwrap().stiffness_m;
+        GluedTarget { place_m, radius_m: RADIUS_M, direction, stiffness_m, tolerance: 0.01 }
+    };
+    cases.map(target).collect()
+}
+
+#[test]
+fn glued_discs_are_fitted_with_the_presses_and_have_the_slope_of_the_cost() {
+    let mut case = Case::small();
+    // another truth than that of the presses: what the presses alone would leave off
+    let z: Vec<f64> = (0..case.unknowns.len()).map(|n| 0.5 * (2.3 * n as f64).cos()).collect();
+    case.targets.glued = glued(&case.unknowns.apply(&case.base, &z));
+    case.targets.places.truncate(2);
+    let worst = |sweep: &Sweep| sweep.measurement.glued.iter().fold(0.0, |worst: f64, e| worst.max(e.abs()));
+    let mut objective = case.objective();
+    let rounds = gauss_newton::fit(&mut objective, 8, &mut |_| {}).unwrap();
+    let sweep = check_record(&mut objective, &rounds, 20);
+    let (start, _) = case.objective().evaluate(&vec![0.0; case.unknowns.len()], false).unwrap();
+    assert!(worst(&start) > 0.03, "nothing to fit: {:?}", start.measurement.glued);
+    assert!(worst(&sweep) < 0.01, "{:?}, first {:?}", sweep.measurement.glued, start.measurement.glued);
+
+    // discs alone: their slopes beside nothing else
+    case.targets.places.iter_mut().for_each(|p| (p.forces, p.dents) = (Vec::new(), Vec::new()));
+    let mut objective = case.objective();
+    let z: Vec<f64> = (0..case.unknowns.len()).map(|n| 0.3 * (n as f64).sin()).collect();
+    let (sweep, _) = objective.evaluate(&z, true).unwrap();
+    let gradient = descent::gradient(&sweep, &z);
+    let along: Vec<f64> = (0..z.len()).map(|n| (0.7 * n as f64).cos()).collect();
+    let mut cost = |by: f64| {
+        let there: Vec<f64> = z.iter().zip(&along).map(|(z, a)| z + by * a).collect();
+        let (sweep, _) = objective.evaluate(&there, false).unwrap();
+        objective.round(&sweep, &there).cost
+    };
+    let step = 1e-4;
+    let found = (cost(step) - cost(-step)) / (2.0 * step);
+    let expected: f64 = gradient.iter().zip(&along).map(|(g, a)| g * a).sum();
+    assert!((found / expected - 1.0).abs() < 1e-4, "gradient {expected}, differences {found}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Calibration: the constants of a patch are fitted to a finite-element reference.
 //!
 //! Unknown are a positive multiplier on every spring, every node's volume stiffness and every foundation point under the probe, and five scalars. Measured
-//! are the force on the probe over a disc of places at several depths, and the shape of the dent at the centre. Every simulation is the *nonlinear* static solution of
+//! are the force on the probe over a disc of places at several depths, the shape of the dent at the centre, and, where the reference has them, discs glued to the surface, pressed and sheared ([`crate::statics::Glued`]). Every simulation is the *nonlinear* static solution of
 //! the model that the tick runs ([`crate::statics`]), with its adjoint: one tangent factor gives a force and its slopes along thousands of unknowns.
 //! [`gauss_newton`] does the fitting; [`descent`] (L-BFGS) and [`annealing`] (paper 004) minimise the same objective and are there to be compared with.
 
@@ -19,7 +19,7 @@ mod unknowns;
 
 pub use measurement::Measurement;
 pub use sweep::{Objective, Sweep};
-pub use targets::{DentTarget, ForceTarget, Targets};
+pub use targets::{DentTarget, ForceTarget, GluedTarget, Targets};
 pub use unknowns::Unknowns;
 
 use palpate::Params;

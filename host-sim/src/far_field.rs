@@ -4,12 +4,14 @@
 //! ([`condense`]), and [`springs`] fits to that what a tick can afford: a positive symmetric set of *rim springs*, a block a rim node and a block a rim
 //! edge. Stress dies as 1/h^2 but displacement only as 1/h: an edge that is merely fixed makes the force 28-51 % too high at four contact radii.
 
+pub mod build;
 pub mod condense;
 pub mod cut;
 pub mod edges;
 pub mod springs;
 pub mod table;
 
+pub use build::{FarField, FarFieldError};
 pub use cut::{Cut, CutError};
 pub use edges::{Edge, Edges};
 pub use springs::RimSprings;

@@ -16,7 +16,7 @@ mod topology;
 mod vtk;
 mod word;
 
-pub use block::{BlockError, BlockSpec, block, radius_ratio};
+pub use block::{BlockError, BlockSpec, block, block_with_rim, radius_ratio};
 pub use error::{Defect, MeshError};
 pub use import::{ImportReport, Imported, WorstTet};
 pub use quality::worst;

@@ -7,6 +7,7 @@
 mod contact;
 mod elastic;
 mod equilibrium;
+mod glued;
 mod rim;
 mod sensitivity;
 mod tangent;
@@ -18,6 +19,7 @@ use crate::patch::Memory;
 
 pub use contact::outer_face_m;
 pub use equilibrium::{Balance, Solver, Unbalanced};
+pub use glued::Glued;
 pub use rim::Rim;
 pub use sensitivity::Gradient;
 

@@ -3,6 +3,7 @@
 mod balance;
 mod block;
 mod command;
+mod glued;
 mod half_space;
 mod linearity;
 mod mesh;

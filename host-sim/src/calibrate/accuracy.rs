@@ -1,4 +1,4 @@
-//! How right a patch is, by the static solution of its tick: centred presses, random places over a disc, dents.
+//! How right a patch is, by the static solution of its tick: centred presses, random places over a disc, dents, discs glued to the surface.
 
 use palpate::Params;
 use rayon::prelude::*;
@@ -49,6 +49,19 @@ pub struct DentError {
     pub surface_max_mm: f64,
 }
 
+/// A disc glued to the surface and moved a little.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct GluedError {
+    /// Centre of the disc [mm].
+    pub place_mm: [f64; 3],
+    /// Radius of the disc [mm].
+    pub radius_mm: f64,
+    /// Which way it moves.
+    pub direction: [f64; 3],
+    /// Error of its force [%].
+    pub error_pct: f64,
+}
+
 /// All errors of a patch.
 #[derive(Clone, Debug, Serialize)]
 pub struct Accuracy {
@@ -56,6 +69,8 @@ pub struct Accuracy {
     pub forces: Vec<DepthError>,
     /// Dents.
     pub dents: Vec<DentError>,
+    /// Glued discs, where the reference has them.
+    pub glued: Vec<GluedError>,
 }
 
 impl Accuracy {
@@ -111,7 +126,18 @@ impl Accuracy {
         }
         let dent = |at: &(f64, Balance)| dent(&statics, at, site_m, radius_m, reference);
         let dented = centred.iter().filter(|at| DENTS_RADII.iter().any(|d| (d * radius_m - at.0).abs() < 1e-9));
-        Ok(Self { forces, dents: dented.filter_map(dent).collect() })
+        let glued = reference.glued().iter().map(|disc| {
+            let place_m = site_m + Vector::from(disc.place_m);
+            let found = solver.glued(&statics, place_m, disc.radius_m, disc.direction.into())?;
+            Ok(GluedError {
+                place_mm: disc.place_m.map(|c| c * 1e3),
+                radius_mm: disc.radius_m * 1e3,
+                direction: disc.direction,
+                error_pct: 100.0 * (found.stiffness_m / disc.stiffness_over_e_m - 1.0),
+            })
+        });
+        let glued = glued.collect::<Result<_, Unbalanced>>()?;
+        Ok(Self { forces, dents: dented.filter_map(dent).collect(), glued })
     }
 
     /// Root mean square of the centred errors at these depths [%].

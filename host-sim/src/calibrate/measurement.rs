@@ -9,6 +9,8 @@ pub struct Measurement {
     pub forces: Vec<Vec<f64>>,
     /// Distances of the surface nodes from the reference [m], one list a dent.
     pub dents_m: Vec<Vec<f64>>,
+    /// Force of each glued disc over its target minus one (1).
+    pub glued: Vec<f64>,
     /// Squared errors in units of their tolerance.
     pub misfit: f64,
 }

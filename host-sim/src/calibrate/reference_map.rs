@@ -7,7 +7,7 @@
 use nalgebra::Matrix3;
 
 use super::targets::Reference;
-use crate::reference::answer::Answer;
+use crate::reference::answer::{Answer, GluedAnswer};
 use crate::statics::Vector;
 
 /// Places closer to the centre than this are the centre [m].
@@ -58,6 +58,12 @@ impl<'a> ReferenceMap<'a> {
             }
         }
         Some(map)
+    }
+
+    /// Glued discs of the answer; there may be none.
+    #[must_use]
+    pub fn glued(&self) -> &[GluedAnswer] {
+        &self.answer.glued
     }
 
     /// Deepest centred press [m].

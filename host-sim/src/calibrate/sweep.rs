@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::targets::{PlaceTarget, Targets};
+use super::targets::{GluedTarget, PlaceTarget, Targets};
 use super::{Measurement, Round, Unknowns};
 use crate::statics::{Balance, Solver, Statics, Unbalanced, Vector};
 
@@ -111,6 +111,19 @@ impl<'a> Objective<'a> {
             sweep.measurement.dents_m.extend(place.dents_m);
             found.push(place.positions);
         }
+        let glued: Vec<(f64, Vec<f64>)> = self
+            .targets
+            .glued
+            .par_iter()
+            .map(|target| self.glued_sweep(&statics, target, with_slopes))
+            .collect::<Result<_, _>>()?;
+        for ((stiffness_m, row), target) in glued.into_iter().zip(&self.targets.glued) {
+            sweep.measurement.glued.push(stiffness_m / target.stiffness_m - 1.0);
+            sweep.residuals.push((stiffness_m / target.stiffness_m).ln() / target.tolerance);
+            if with_slopes {
+                sweep.rows.push(row);
+            }
+        }
         sweep.measurement.misfit = sweep.residuals.iter().map(|r| r * r).sum();
         Ok((sweep, Found(found)))
     }
@@ -164,6 +177,18 @@ impl<'a> Objective<'a> {
             out.positions.push(here.x_m.clone());
         }
         Ok(out)
+    }
+
+    /// Stiffness over E [m] of a glued disc, and the slopes of its error; empty if not asked for.
+    fn glued_sweep(&self, statics: &Statics, target: &GluedTarget, with_slopes: bool) -> Result<(f64, Vec<f64>), Unbalanced> {
+        let glued = self.solver.glued(statics, target.place_m, target.radius_m, target.direction)?;
+        let mut row = Vec::new();
+        if with_slopes {
+            row.resize(self.unknowns.len(), 0.0);
+            let scale = 1.0 / (glued.stiffness_m * target.tolerance);
+            self.unknowns.slopes(statics, &glued.gradient(statics), scale, &mut row);
+        }
+        Ok((glued.stiffness_m, row))
     }
 
     /// A round's entry in the record.

@@ -1,6 +1,7 @@
-//! What a calibration aims at: forces over a disc of places, and dents at its centre.
+//! What a calibration aims at: forces over a disc of places, dents at its centre, and discs glued to the surface.
 
 use super::places::sunflower;
+use crate::reference::answer::GluedAnswer;
 use crate::statics::Vector;
 
 /// Radius of the disc over which places are spread for a whole block [probe radii]: a little more than the 1.5 over which the force is held to its tolerance.
@@ -47,11 +48,28 @@ pub struct PlaceTarget {
     pub dents: Vec<DentTarget>,
 }
 
+/// A disc glued to the surface and moved a little.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GluedTarget {
+    /// Its centre on the rest surface [m].
+    pub place_m: Vector,
+    /// Its radius [m].
+    pub radius_m: f64,
+    /// Which way it moves, a unit vector.
+    pub direction: Vector,
+    /// Force along the way over E, per way [m].
+    pub stiffness_m: f64,
+    /// How far off counts as one unit of error (1).
+    pub tolerance: f64,
+}
+
 /// Everything a patch is fitted to. The first place is the centre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Targets {
     /// Places.
     pub places: Vec<PlaceTarget>,
+    /// Glued discs, pressed and sheared; there may be none.
+    pub glued: Vec<GluedTarget>,
     /// The centre [m].
     pub centre_m: Vector,
     /// Radius of the probe [m].
@@ -103,7 +121,21 @@ impl Targets {
             let place_m = centre_m + Vector::new(x, y, 0.0);
             all.push(PlaceTarget { place_m, forces: forces(place_m, &DEPTHS_RADII)?, dents: Vec::new() });
         }
-        Some(Self { places: all, centre_m, radius_m, disc_radii })
+        Some(Self { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii })
+    }
+
+    /// The same with the glued discs of an answer, whose places count from the centre.
+    #[must_use]
+    pub fn with_glued(mut self, answers: &[GluedAnswer]) -> Self {
+        let target = |disc: &GluedAnswer| GluedTarget {
+            place_m: self.centre_m + Vector::from(disc.place_m),
+            radius_m: disc.radius_m,
+            direction: disc.direction.into(),
+            stiffness_m: disc.stiffness_over_e_m,
+            tolerance: GLUED_TOLERANCE,
+        };
+        self.glued = answers.iter().map(target).collect();
+        self
     }
 
     /// Radius around the centre that any press touches [m].
@@ -115,6 +147,8 @@ impl Targets {
 
 /// A force this far off counts as one unit of error (1).
 const FORCE_TOLERANCE: f64 = 0.005;
+/// A glued disc's force this far off counts as one unit of error (1).
+const GLUED_TOLERANCE: f64 = 0.002;
 /// A surface node this share of the depth off counts as one unit of error (1).
 const DENT_TOLERANCE: f64 = 0.008;
 

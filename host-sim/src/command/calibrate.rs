@@ -55,6 +55,9 @@ pub(super) struct CalibrateArgs {
     /// The finite-element answer to fit to, answer.json of `palpate reference` [default: the one that ships].
     #[arg(long, value_name = "FILE")]
     reference: Option<PathBuf>,
+    /// Fit the answer's glued discs too, pressed and sheared.
+    #[arg(long, conflicts_with = "check")]
+    glued: bool,
     /// Fit nothing: press the patches that ship, or the scene's own, at held-out depths and places.
     #[arg(long)]
     check: bool,
@@ -110,7 +113,13 @@ impl CalibrateArgs {
             )));
         }
         let (tissue, material, params) = self.prepare(&scene)?;
-        let targets = targets(&scene, &tissue, &answer, places)?;
+        let mut targets = targets(&scene, &tissue, &answer, places)?;
+        if self.glued {
+            if answer.glued.is_empty() {
+                return Err(Error::Usage("--glued: the reference answer has no glued discs: take the one that ships".into()));
+            }
+            targets = targets.with_glued(&answer.glued);
+        }
         let folder = OutputFolder::open(&self.common.folder("calibrate"))?;
         println!(
             "scene {}: {} nodes, {} points a triangle, {places} places, {} forces and dents of {} nodes",
@@ -244,6 +253,13 @@ fn print_accuracy(name: &str, accuracy: &Accuracy) {
         println!(
             "surface at {:.0} mm: {:.4} mm off on average, {:.3} at most (nodes alone {:.4})",
             d.depth_mm, d.surface_mean_mm, d.surface_max_mm, d.nodes_mean_mm
+        );
+    }
+    for g in &accuracy.glued {
+        let ([x, y, _], [i, j, k]) = (g.place_mm, g.direction);
+        println!(
+            "disc of {:.0} mm glued at ({x:.0}, {y:.0}) mm and moved along ({i:.0}, {j:.0}, {k:.0}): {:+.2} %",
+            g.radius_mm, g.error_pct
         );
     }
 }

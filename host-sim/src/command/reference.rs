@@ -260,6 +260,7 @@ fn write(folder: &OutputFolder, scene: &Scene, study: &Study, report: &Report) -
                 surface: h.grid.clone(),
             })
             .collect(),
+        glued: Vec::new(),
     };
     answer.save(folder, "answer.json")?;
     let levels: Vec<_> = study

@@ -24,6 +24,9 @@ pub struct Answer {
     pub probe: AnswerProbe,
     /// Every place and depth.
     pub holds: Vec<HoldAnswer>,
+    /// Discs glued to the surface and moved a little, if they were solved; the probe has no part in them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub glued: Vec<GluedAnswer>,
 }
 
 /// What was pressed.
@@ -64,6 +67,20 @@ pub struct HoldAnswer {
     pub surface: Option<SurfaceGrid>,
 }
 
+/// What a disc glued to the surface meets, to first order: see [`super::glued`].
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct GluedAnswer {
+    /// Centre of the disc on the rest surface [m].
+    pub place_m: [f64; 3],
+    /// Its radius [m].
+    pub radius_m: f64,
+    /// Which way it moves, a unit vector.
+    pub direction: [f64; 3],
+    /// Force along the way over Young's modulus, per way [m].
+    pub stiffness_over_e_m: f64,
+}
+
 impl Answer {
     /// The shipped answer: block 80 x 80 x 40 mm, nu = 0.45, hemisphere R = 8 mm.
     ///
@@ -89,6 +106,14 @@ impl Answer {
             }
             if answer.hold(hold.place_m, hold.depth_m).is_some_and(|first| !std::ptr::eq(first, hold)) {
                 return Err(refuse(format!("holds[{n}] is there twice")));
+            }
+        }
+        for (n, disc) in answer.glued.iter().enumerate() {
+            let positive = [disc.radius_m, disc.stiffness_over_e_m].iter().all(|v| v.is_finite() && *v > 0.0);
+            let length = disc.direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+            if !positive || !disc.place_m.iter().all(|c| c.is_finite()) || (length - 1.0).is_nan() || (length - 1.0).abs() > 1e-6
+            {
+                return Err(refuse(format!("glued[{n}] has a radius, stiffness, place or direction that cannot be")));
             }
         }
         Ok(answer)

@@ -3,16 +3,19 @@
 //! Forces of centred presses come from meshes as fine as the contact needs, one mesh for every range of depths. A place off the centre has no
 //! symmetry to shrink the mesh, so there only the *ratio* to the centre is taken from a coarser mesh, solved at the same fineness and with the same
 //! symmetry at both places: what the mesh does to the force cancels. That ratio times the fine centred force is what is stored.
+//! Discs glued to the block are solved on the whole of it.
 
 use nalgebra::Vector3;
 
-use super::answer::{Answer, AnswerProbe, AnswerTissue, HoldAnswer};
-use super::body::Material;
+use super::answer::{Answer, AnswerProbe, AnswerTissue, GluedAnswer, HoldAnswer};
+use super::body::{Material, Stiffness};
 use super::domain::BlockCase;
+use super::glued::{Disc, glued_stiffness};
 use super::newton::Press;
 use super::probe::RigidProbe;
 use super::shape::TetRule;
 use crate::error::Error;
+use crate::mesh::{BlockSpec, block};
 use crate::scene::{Inclusion, Shape};
 
 const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
@@ -20,6 +23,9 @@ const POISSON_RATIO: f64 = 0.45;
 /// Surface grid of a hold that has one.
 const SPACING_M: f64 = 1e-3;
 const HALF_COUNT: usize = 22;
+/// Corner nodes of the block that a disc is glued to, before refinement, and the longest edges at the disc's edge [disc radii].
+const GLUED_NODES: usize = 300;
+const GLUED_EDGES: [f64; 2] = [0.05, 0.025];
 
 /// One shipped file.
 pub struct Shipped {
@@ -32,6 +38,8 @@ pub struct Shipped {
     /// Holds with a surface grid [mm].
     surfaces_mm: &'static [f64],
     moved: Option<Moved>,
+    /// Centres of discs of the probe's radius, each glued and moved along z and along x [mm].
+    glued_mm: &'static [[f64; 2]],
 }
 
 /// Presses on one mesh.
@@ -75,6 +83,7 @@ pub const SHIPPED: [Shipped; 4] = [
             fine_radius_mm: 5.0,
             ratio: true,
         }),
+        glued_mm: &[[0.0, 0.0], [9.0, 5.0]],
     },
     Shipped {
         file: "flat.json",
@@ -84,6 +93,7 @@ pub const SHIPPED: [Shipped; 4] = [
         centred: &[Batch { depths_mm: &[1.0, 2.0], nodes: 1200, fine_radius_mm: 9.0 }],
         surfaces_mm: &[],
         moved: None,
+        glued_mm: &[],
     },
     Shipped {
         file: "sphere-5mm.json",
@@ -96,6 +106,7 @@ pub const SHIPPED: [Shipped; 4] = [
         ],
         surfaces_mm: &[],
         moved: None,
+        glued_mm: &[],
     },
     Shipped {
         file: "nodule.json",
@@ -111,6 +122,7 @@ pub const SHIPPED: [Shipped; 4] = [
             fine_radius_mm: 12.0,
             ratio: false,
         }),
+        glued_mm: &[],
     },
 ];
 
@@ -151,9 +163,39 @@ impl Shipped {
         for hold in &mut holds {
             hold.force_over_e_m2 = rounded(hold.force_over_e_m2);
         }
+        let glued = self.glued(&mut progress)?;
         let tissue =
             AnswerTissue { block_m: Some(BLOCK_M), mesh: None, poisson_ratio: POISSON_RATIO, inclusion: self.inclusion.to_vec() };
-        Ok(Answer { tissue, probe: AnswerProbe { shape: self.shape, radius_m: metres(self.radius_mm) }, holds })
+        Ok(Answer { tissue, probe: AnswerProbe { shape: self.shape, radius_m: metres(self.radius_mm) }, holds, glued })
+    }
+
+    /// Solves the glued discs; `progress` hears of each, at depth zero.
+    ///
+    /// # Errors
+    /// A mesh that cannot be made or solved.
+    pub fn glued(&self, mut progress: impl FnMut([f64; 2], f64)) -> Result<Vec<GluedAnswer>, Error> {
+        let mut solved = Vec::new();
+        let tissue = Stiffness { ratio: 1.0, poisson_ratio: POISSON_RATIO };
+        let radius_m = metres(self.radius_mm);
+        for place_mm in self.glued_mm {
+            let [x, y] = place_mm.map(metres);
+            progress([x, y], 0.0);
+            let spec = BlockSpec { size_m: BLOCK_M, nodes: GLUED_NODES, fine_at_m: [x, y], fine_radius_m: 1.5 * radius_m };
+            let mesh = block(&spec).map_err(|cause| Error::Usage(format!("{}: {cause}", self.file)))?;
+            let bottom = (0..).zip(&mesh.nodes_m).filter(|(_, x)| x[2] <= -BLOCK_M[2]).map(|(n, _)| n);
+            let anchors: Vec<u32> = bottom.collect();
+            let disc = Disc { place_m: Vector3::new(x, y, 0.0), axis: Vector3::z(), radius_m };
+            let directions = [Vector3::z(), Vector3::x()];
+            let found = glued_stiffness(&mesh, |_, _| tissue, &anchors, &disc, &directions, &GLUED_EDGES)
+                .map_err(|cause| Error::Check(format!("{}: {cause}", self.file)))?;
+            solved.extend(directions.iter().zip(found.limit_m).map(|(direction, stiffness_m)| GluedAnswer {
+                place_m: [x, y, 0.0],
+                radius_m,
+                direction: (*direction).into(),
+                stiffness_over_e_m: rounded(stiffness_m),
+            }));
+        }
+        Ok(solved)
     }
 
     fn case(&self, place_m: [f64; 2], nodes: usize, fine_radius_mm: f64, may_cut: [bool; 2]) -> BlockCase {

@@ -101,6 +101,18 @@ impl Factor {
 impl Statics {
     /// Curvature of the energy over E at `x`, probe included; `shift` is added to the diagonal as a share of itself.
     pub(super) fn factor(&self, pattern: &Pattern, x: &[Vector], tip_m: Option<Vector>, shift: f64) -> Result<Factor, LltError> {
+        self.factor_with(pattern, x, tip_m, &[], shift)
+    }
+
+    /// The same with what else holds points of surface triangles: their corners, weights and stiffness over E [m].
+    pub(super) fn factor_with(
+        &self,
+        pattern: &Pattern,
+        x: &[Vector],
+        tip_m: Option<Vector>,
+        held: &[([usize; 3], [f64; 3], Matrix3<f64>)],
+        shift: f64,
+    ) -> Result<Factor, LltError> {
         let mut values = vec![0.0; pattern.symbolic.as_ref().row_idx().len()];
         let add = |values: &mut [f64], a: usize, b: usize, block: &Matrix3<f64>| {
             if let (Some(i), Some(j)) = (self.free[a], self.free[b]) {
@@ -125,13 +137,12 @@ impl Statics {
                 }
             }
         }
-        if let Some(tip_m) = tip_m {
-            for push in self.pushes(x, tip_m) {
-                let node = self.triangles[push.triangle].node;
-                for (a, wa) in node.iter().zip(push.weights) {
-                    for (b, wb) in node.iter().zip(push.weights) {
-                        add(&mut values, *a, *b, &(push.curvature * (wa * wb)));
-                    }
+        let pushes = tip_m.map_or_else(Vec::new, |tip_m| self.pushes(x, tip_m));
+        let pushed = pushes.iter().map(|p| (self.triangles[p.triangle].node, p.weights, p.curvature));
+        for (node, weights, curvature) in pushed.chain(held.iter().copied()) {
+            for (a, wa) in node.iter().zip(weights) {
+                for (b, wb) in node.iter().zip(weights) {
+                    add(&mut values, *a, *b, &(curvature * (wa * wb)));
                 }
             }
         }

@@ -9,6 +9,8 @@ use super::vector::{Vec3, distance};
 const MAX_RING: usize = 9;
 /// A flip must raise the worst tet by this share, else rounding could flip back and forth for ever.
 const GAIN: f64 = 1.0 + 1e-6;
+/// Quality of a tet that crosses the shell, as a share of its shape: it is the first to go.
+const CROSSING: f64 = 0.25;
 const DEAD: [u32; 4] = [u32::MAX; 4];
 
 /// A tet complex that is edited in place.
@@ -39,7 +41,7 @@ impl<'a> Complex<'a> {
             let tet = self.tets[*t as usize];
             let others = tet.into_iter().filter(|n| *n as usize != node);
             let nearest = others.map(|n| distance(there, corner(n))).fold(short, f64::min);
-            radius_ratio(tet.map(corner)) * (nearest / short)
+            self.score(tet, corner) * (nearest / short)
         };
         self.around[node].iter().map(score).fold(1.0, f64::min)
     }
@@ -65,7 +67,13 @@ impl<'a> Complex<'a> {
     }
 
     fn quality_of(&self, tet: [u32; 4]) -> f64 {
-        radius_ratio(tet.map(|n| self.cloud.at[n as usize]))
+        self.score(tet, |n| self.cloud.at[n as usize])
+    }
+
+    /// Radius ratio, lowered for a tet that lies on both sides of the shell.
+    fn score(&self, tet: [u32; 4], at: impl Fn(u32) -> Vec3) -> f64 {
+        let shape = radius_ratio(tet.map(at));
+        if shape > 0.0 && self.cloud.crosses_shell(tet) { CROSSING * shape } else { shape }
     }
 
     fn add(&mut self, tet: [u32; 4]) {
@@ -195,12 +203,13 @@ fn link(tet: [u32; 4], a: u32, b: u32) -> [u32; 2] {
 
 #[cfg(test)]
 mod tests {
+    use super::super::shell::Side;
     use super::*;
 
     /// Two tets around the long edge 0-1; 2 and 3 lie on the hull to either side of it, 4 inside.
     fn wedge(pinned: [bool; 3]) -> Cloud {
         let at = vec![[0.0, 0.0, -3.0], [0.0, 0.0, 3.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.9, 0.9, 0.0]];
-        Cloud { pinned: vec![pinned; at.len()], at }
+        Cloud { pinned: vec![pinned; at.len()], side: vec![Side::Outside; at.len()], at }
     }
 
     const AROUND: [[u32; 4]; 2] = [[0, 1, 2, 4], [0, 1, 4, 3]];
@@ -233,7 +242,7 @@ mod tests {
         for (reach, tall) in [(1.0, 3.0), (3.0, 0.6)] {
             let [a, b, c] = ring(reach);
             let at = vec![[0.0, 0.0, -tall], [0.0, 0.0, tall], a, b, c];
-            let mut cloud = Cloud { pinned: vec![[false; 3]; 5], at };
+            let mut cloud = Cloud { pinned: vec![[false; 3]; 5], side: vec![Side::Outside; 5], at };
             let three = vec![[0, 1, 2, 3], [0, 1, 3, 4], [0, 1, 4, 2]];
             let two = vec![[2, 3, 4, 1], [3, 2, 4, 0]];
             let (start, end) = if tall > 1.0 { (three, 2) } else { (two, 3) };

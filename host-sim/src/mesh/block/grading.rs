@@ -1,6 +1,6 @@
 //! Element size in a box, and how many nodes that size asks for. Unit of length: the longest side of the block.
 
-use super::vector::{Vec3, distance};
+use super::vector::Vec3;
 
 /// Growth of the element size per distance is this times sqrt(fine size / fine radius), and at most `MAX_GROWTH`:
 /// more nodes refine the far side too. A block of 80 x 80 x 40 mm with 410 nodes and a radius of 8 mm gets 0.45.
@@ -9,8 +9,12 @@ const MAX_GROWTH: f64 = 0.8;
 /// Nodes per element area and per element volume in an isotropic Delaunay mesh whose mean edge is one element.
 const PER_AREA: f64 = 1.1547;
 const PER_VOLUME: f64 = 1.45;
+/// Elements around a patch are this much longer than the size asked for: the fewest nodes that keep the mean edge within 15 % of it.
+const LONGER: f64 = 1.09;
 /// Quadrature points per axis on each side of the fine spot.
 const SAMPLES: usize = 12;
+/// The same with a shell, whose neighbourhood is not centred on the spot.
+const SHELL_SAMPLES: usize = 24;
 
 /// A box with a fine spot on its top.
 #[derive(Clone, Copy, Debug)]
@@ -18,6 +22,10 @@ pub(super) struct Grading {
     pub low: Vec3,
     pub high: Vec3,
     pub spot: Vec3,
+    /// The spot travels from `spot - half_stroke` to `spot + half_stroke`.
+    pub half_stroke: Vec3,
+    /// Radius around that way on which nodes are held.
+    pub shell: Option<f64>,
     pub fine_radius: f64,
     /// Element size within the fine radius.
     pub fine_size: f64,
@@ -25,20 +33,28 @@ pub(super) struct Grading {
     pub growth: f64,
 }
 
-/// How many nodes lie inside each edge, each face and the volume.
+/// How many nodes lie inside each edge, each face, on the shell (its circle in the top face apart) and in the volume.
 #[derive(Debug)]
 pub(super) struct Budget {
     pub edges: [usize; 12],
     pub faces: [usize; 6],
+    pub circle: usize,
+    pub shell: usize,
     pub volume: usize,
+}
+
+impl Budget {
+    pub fn total(&self) -> usize {
+        8 + self.edges.iter().sum::<usize>() + self.faces.iter().sum::<usize>() + self.circle + self.shell + self.volume
+    }
 }
 
 impl Grading {
     /// Element size wanted at `p`.
     pub fn size_at(&self, p: Vec3) -> f64 {
-        let beyond = distance(p, self.spot) - self.fine_radius;
+        let beyond = self.away(p) - self.fine_radius;
         let size = if beyond > 0.0 { self.fine_size + self.growth * beyond } else { self.fine_size };
-        size.min(self.max_size())
+        size.min(self.max_size()).min(self.room(p))
     }
 
     /// The thinnest side: a block is at least one element thick.
@@ -89,8 +105,29 @@ impl Grading {
         Ok(Budget {
             edges: edges.map(|n| n as usize),
             faces: faces.map(|n| n as usize),
+            circle: 0,
+            shell: 0,
             volume: nodes.checked_sub(surface).ok_or(surface)?,
         })
+    }
+
+    /// The budget that the sizes ask for as they are, with a shell.
+    pub fn with_shell(&self) -> Budget {
+        let asked = Self { fine_size: LONGER * self.fine_size, growth: LONGER * self.growth, ..*self };
+        let RealBudget { edges, faces, volume } = asked.real_budget();
+        let [along, area] = asked.shell_elements();
+        let circle = along.round();
+        let shell = (PER_AREA * area - 0.5 * circle).max(1.0).round();
+        let whole = |n: f64| n.round() as usize;
+        let mut budget = Budget {
+            edges: edges.map(whole),
+            faces: faces.map(whole),
+            circle: circle as usize,
+            shell: shell as usize,
+            volume: (volume - shell).max(0.0).round() as usize,
+        };
+        budget.faces[TOP] = budget.faces[TOP].saturating_sub(budget.circle);
+        budget
     }
 
     /// A node on an edge fills half its cell of the face, a corner a quarter: those are taken off.
@@ -123,11 +160,12 @@ impl Grading {
     /// Midpoint rule that crowds toward the fine spot: x = spot + reach t^2.
     fn samples(&self, axis: usize, span: Span) -> Vec<(f64, f64)> {
         let mut samples = vec![];
+        let count = if self.shell.is_some() { SHELL_SAMPLES } else { SAMPLES };
         for end in [self.low[axis], self.high[axis]] {
             let reach = end - self.spot[axis];
-            for i in 0..SAMPLES {
-                let t = (i as f64 + 0.5) / SAMPLES as f64;
-                samples.push((self.spot[axis] + reach * t * t, 2.0 * t * reach.abs() / SAMPLES as f64));
+            for i in 0..count {
+                let t = (i as f64 + 0.5) / count as f64;
+                samples.push((self.spot[axis] + reach * t * t, 2.0 * t * reach.abs() / count as f64));
             }
         }
         match span {
@@ -149,6 +187,9 @@ impl RealBudget {
         8.0 + self.edges.iter().sum::<f64>() + self.faces.iter().sum::<f64>() + self.volume
     }
 }
+
+/// The face z = 0 among those of [`face_axes`].
+const TOP: usize = 5;
 
 /// How a face, an edge or the volume extends along one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -185,13 +226,13 @@ mod tests {
 
     fn unit_cube(fine_radius: f64) -> Grading {
         let (low, high) = ([-0.5, -0.5, -1.0], [0.5, 0.5, 0.0]);
-        Grading { low, high, spot: [0.0; 3], fine_radius, fine_size: 0.0, growth: 0.0 }
+        Grading { low, high, spot: [0.0; 3], half_stroke: [0.0; 3], shell: None, fine_radius, fine_size: 0.0, growth: 0.0 }
     }
 
     #[test]
     fn every_budget_adds_up() {
         for nodes in (30..300).step_by(9) {
-            let Budget { edges, faces, volume } = unit_cube(0.1).fit(nodes).unwrap();
+            let Budget { edges, faces, volume, .. } = unit_cube(0.1).fit(nodes).unwrap();
             assert_eq!(8 + edges.iter().sum::<usize>() + faces.iter().sum::<usize>() + volume, nodes);
         }
     }

@@ -14,6 +14,8 @@ const PASSES: usize = 12;
 /// First and last step of a move, in elements.
 const FIRST_STEP: f64 = 0.2;
 const LAST_STEP: f64 = 0.01;
+/// Elements between the shell and a node that is not on it, at least.
+const OFF_SHELL: f64 = 0.35;
 
 /// Improves the tets of a cloud and moves its nodes; no hull face leaves its plane, no tet is inverted.
 pub(super) fn remove_slivers(cloud: &mut Cloud, grading: &Grading, tets: Vec<[u32; 4]>) -> Vec<[u32; 4]> {
@@ -37,12 +39,13 @@ fn smooth(complex: &mut Complex, grading: &Grading) -> bool {
         if start >= GOOD {
             continue;
         }
+        let side = complex.cloud.side[node];
         let (mut best, mut step) = (start, FIRST_STEP);
         while step > LAST_STEP {
             let here = complex.cloud.at[node];
             let mut better = here;
             for direction in directions(complex.cloud.pinned[node]) {
-                let there = add_scaled(here, step * size, direction);
+                let there = grading.hold(side, add_scaled(here, step * size, direction), OFF_SHELL * size);
                 let worst = score(complex, there);
                 if worst > best {
                     (best, better) = (worst, there);
@@ -83,10 +86,19 @@ mod tests {
     #[test]
     fn worst_tet_rises_and_the_volume_stays() {
         let (low, high) = ([-0.5, -0.5, -1.0], [0.5, 0.5, 0.0]);
-        let mut grading = Grading { low, high, spot: [0.0; 3], fine_radius: 0.1, fine_size: 0.0, growth: 0.0 };
+        let mut grading = Grading {
+            low,
+            high,
+            spot: [0.0; 3],
+            half_stroke: [0.0; 3],
+            shell: None,
+            fine_radius: 0.1,
+            fine_size: 0.0,
+            growth: 0.0,
+        };
         let budget = grading.fit(200).unwrap();
         // Not relaxed: plenty of slivers.
-        let mut cloud = seed(&grading, &budget);
+        let mut cloud = seed(&grading, &budget, 0);
         let tets = delaunay(&cloud.at).unwrap();
         let worst = |cloud: &Cloud, tets: &[[u32; 4]]| {
             tets.iter().map(|t| radius_ratio(t.map(|n| cloud.at[n as usize]))).fold(1.0, f64::min)
