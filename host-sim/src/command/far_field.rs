@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Common;
 use crate::error::Error;
-use crate::far_field::table::{Awake, Kind, Plan, Row, Setting, Summary, Table, awake, pictures, table, write};
+use crate::far_field::table::{Awake, Errors, Plan, Row, Setting, Summary, Table, awake, pictures, table, write};
 use crate::output::OutputFolder;
 use crate::scene::Scene;
 
@@ -76,32 +76,17 @@ fn pct(value: Option<f64>) -> String {
     value.map_or("-".into(), |v| if v.abs() < 9.95 { format!("{v:+.2}") } else { format!("{v:+.0}") })
 }
 
-fn joined(values: &[Option<f64>]) -> String {
-    values.iter().map(|v| pct(*v)).collect::<Vec<_>>().join(" ")
-}
-
+/// One line a row, short enough for a terminal; everything is in the CSV.
 fn print_table(setting: &Setting, table: &Table, summary: &Summary) {
-    let mm = |m: &f64| format!("{:.3}", m * 1e3).trim_end_matches('0').trim_end_matches('.').to_owned();
-    let depths = setting.depths_m().iter().map(mm).collect::<Vec<_>>().join("/");
-    let asides = summary.aside_distances_m.iter().map(mm).collect::<Vec<_>>().join("/");
+    let mm = |m: f64| format!("{:.3}", m * 1e3).trim_end_matches('0').trim_end_matches('.').to_owned();
+    let [_, _, half, full] = setting.depths_m().map(mm);
+    let aside = mm(summary.aside_distances_m.iter().copied().fold(0.0, f64::max));
     println!(
-        "errors of the force in %: centred {depths} mm deep | worst {asides} mm off the centre, {} mm deep",
-        mm(&summary.aside_depth_m)
+        "force error in %: centred {half} and {full} mm deep, worst {aside} mm off the centre {half} mm deep, glued disc sheared; FE rms: centred"
     );
     println!(
-        "{:>5} {:>4} {:<20} {:>5} {:>4} {:>37} {:>37} {:>27} {:>8} {:>6} {:>8} {:>6}",
-        "whole",
-        "mm",
-        "edge",
-        "nodes",
-        "rim",
-        "against dense S",
-        "against the whole springs",
-        "finite elements",
-        "flops",
-        "us",
-        "x ours",
-        "kcyc"
+        "{:>4} {:>4} {:<20} {:>5} {:>4} {:>27} {:>27} {:>6} {:>6} {:>6} {:>5}",
+        "el.", "mm", "edge", "nodes", "rim", "against dense S", "against whole springs", "FE rms", "us", "x ours", "kcyc"
     );
     for row in &table.rows {
         print_row(row);
@@ -109,28 +94,34 @@ fn print_table(setting: &Setting, table: &Table, summary: &Summary) {
     for left_out in &table.left_out {
         println!("left out: {left_out}");
     }
-    println!("kcyc: thousands of estimated Cortex-M4F cycles a tick; us: {}; {}", summary.machine, summary.build);
+    println!(
+        "el.: element under the probe [mm]; kcyc: thousands of estimated Cortex-M4F cycles a tick; us: {}; {}",
+        summary.machine, summary.build
+    );
 }
 
 fn print_row(row: &Row) {
-    let errors = |e: &Option<_>| {
-        e.as_ref().map_or(String::new(), |e: &crate::far_field::table::Errors| {
-            format!("{} | {}", joined(&e.centred_pct), joined(&e.aside_pct))
-        })
+    let errors = |e: &Option<Errors>| {
+        let shown = |e: &Errors| [e.centred_pct[2], e.centred_pct[3], e.aside_pct[1], e.glued_pct[1]].map(pct);
+        e.as_ref().map_or(String::new(), |e| shown(e).map(|c| format!("{c:>6}")).join(" "))
     };
-    let cost = row.cost.as_ref();
     let number = |v: Option<f64>, digits: usize| v.map_or("-".into(), |v| format!("{v:.digits$}"));
+    let rms = row.against_elements.and_then(|e| {
+        let all: Option<Vec<f64>> = e.centred_pct.into_iter().collect();
+        all.map(|all| (all.iter().map(|e| e * e).sum::<f64>() / all.len() as f64).sqrt())
+    });
+    let cost = row.cost.as_ref();
+    let count = |n: usize| if n > 0 { n.to_string() } else { "-".into() };
     println!(
-        "{:>5} {:>4} {:<20} {:>5} {:>4} {:>37} {:>37} {:>27} {:>8} {:>6} {:>8} {:>6}",
-        row.whole_nodes,
-        number(row.radius_m.map(|r| r * 1e3), 0),
+        "{:>4.1} {:>4.0} {:<20} {:>5} {:>4} {:>27} {:>27} {:>6} {:>6} {:>6} {:>5}",
+        row.fine_m * 1e3,
+        row.radius_m * 1e3,
         row.kind.name(),
-        if row.kind == Kind::Elements { "-".into() } else { row.size.nodes.to_string() },
-        if row.radius_m.is_some() { row.size.rim_nodes.to_string() } else { "-".into() },
+        count(row.size.nodes),
+        count(row.size.rim_nodes),
         errors(&row.against_dense),
         errors(&row.against_whole),
-        joined(&row.against_elements_pct),
-        cost.map_or("-".into(), |c| c.rim_flops.to_string()),
+        number(rms, 1),
         number(cost.and_then(|c| c.tick_us), 1),
         number(cost.and_then(|c| c.over_rim_springs), 2),
         number(cost.map(|c| c.tick_m4f_cycles * 1e-3), 0),
@@ -139,16 +130,20 @@ fn print_row(row: &Row) {
 
 fn print_awake(awake: &Awake) {
     println!("\nawake share of the free nodes that the force needs (- : more than all that were tried)");
-    println!("{:>5} {:>7} {:>8} {:>18} {:>12}", "nodes", "mm off", "within %", "rest stands still", "rim springs");
+    println!(
+        "{:>5} {:>7} {:>8} {:>18} {:>12} {:>20}",
+        "nodes", "mm off", "within %", "rest stands still", "rim springs", "fitted to elements"
+    );
     let share = |s: Option<f64>| s.map_or("-".into(), |s| format!("{:.0} %", 100.0 * s));
     for n in &awake.needed {
         println!(
-            "{:>5} {:>7.0} {:>8} {:>18} {:>12}",
+            "{:>5} {:>7.0} {:>8} {:>18} {:>12} {:>20}",
             n.whole_nodes,
             n.aside_m * 1e3,
             n.tolerance_pct,
             share(n.frozen_share),
-            share(n.rim_springs_share)
+            share(n.rim_springs_share),
+            share(n.rim_springs_from_elements_share)
         );
     }
 }

@@ -5,22 +5,25 @@
 
 use faer::{Mat, Scale, Side};
 
-use super::cut::Cut;
-use super::springs::{RimSprings, rim_answers};
+use super::FarField;
+use super::springs::RimSprings;
 use crate::error::Error;
-use crate::statics::{Statics, Unbalanced};
+use crate::statics::{Solver, Statics, Vector};
 
 /// What slaved rims are held with across their modes, in units of the mean diagonal of S: the force no longer changes in four digits.
 const HELD: f64 = 1e4;
 /// Block-diagonal stiffness is kept this share above what positivity needs, so that what is taken off it stays invertible.
 const ABOVE: f64 = 1e-6;
+/// Between these the factor of Winkler springs is looked for, by halving their ratio so often.
+const WINKLER: (f64, f64) = (1e-3, 10.0);
+const HALVINGS: usize = 24;
 
 /// An edge treatment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Edge {
     /// Rim nodes stand still: what the papers do with the edge of a region.
     Fixed,
-    /// Springs to the ground, one number for the whole rim: `c diag(S)`, c fitted to the loads.
+    /// Springs to the ground, one number for the whole rim: `c diag(S)`, c fitted to a press.
     Winkler,
     /// S cut off to the blocks of rim nodes and rim edges.
     Truncated,
@@ -75,39 +78,45 @@ pub struct LowRank {
 /// All edge treatments of one cut.
 #[derive(Clone, Debug)]
 pub struct Edges<'a> {
-    /// The patch and its outside.
-    pub cut: &'a Cut,
-    /// Condensed outside over E [m], shape [3 rim nodes][3 rim nodes].
-    pub outside_m: Mat<f64>,
-    /// Rim springs fitted to it.
-    pub springs: RimSprings,
-    /// Displacements of the rim under unit loads [1/m], shape [3 rim nodes][loads].
-    answers: Mat<f64>,
+    /// Patch, outside, S and the rim springs fitted to it.
+    pub far: &'a FarField,
     /// Shapes of the rim, orthonormal, the leading one first, shape [3 rim nodes][3 rim nodes].
     shapes: Mat<f64>,
+    /// c of the Winkler springs (1).
+    winkler: f64,
 }
 
 impl<'a> Edges<'a> {
-    /// Fits everything that needs a fit. `free` is the patch with its rim free; loads stand within `reach_m` of the site.
+    /// Fits everything that needs a fit. `free` is the patch with its rim free; the Winkler springs are the ones with which a disc of radius `disc_m`, glued to the
+    /// site and pressed, meets the stiffness that it meets with S: a single number can be right in one case, so that is the one a force curve shows.
     ///
     /// # Errors
     /// The patch with its far field is not stiff at rest.
-    pub fn of(cut: &'a Cut, outside_m: Mat<f64>, free: &Statics, reach_m: f64) -> Result<Self, Unbalanced> {
-        let answers = rim_answers(free, cut, &outside_m, reach_m)?;
-        let springs = RimSprings::fit(cut, &outside_m, &answers);
-        let refused = |_| Unbalanced { depth_mm: 0.0, steps: 0 };
-        let squares = &answers * answers.transpose();
-        let eigen = squares.self_adjoint_eigen(Side::Lower).map_err(refused)?;
+    pub fn of(far: &'a FarField, free: &Statics, disc_m: f64) -> Result<Self, Error> {
+        let squares = &far.answers_per_m * far.answers_per_m.transpose();
+        let eigen = squares.self_adjoint_eigen(Side::Lower).map_err(|_| not_positive())?;
         let size = squares.nrows();
         // eigenvalues come in ascending order
         let shapes = Mat::from_fn(size, size, |r, c| eigen.U()[(r, size - 1 - c)]);
-        Ok(Self { cut, outside_m, springs, answers, shapes })
+        let mut edges = Self { far, shapes, winkler: 1.0 };
+        let dense = edges.statics(free, Edge::Dense)?;
+        let solver = Solver::of(&dense).ok_or_else(not_positive)?;
+        let site_m = Vector::from(far.cut.patch.site_m);
+        let stiffness = |statics: &Statics| solver.glued(statics, site_m, disc_m, statics.axis()).map(|g| g.stiffness_m);
+        let wanted = stiffness(&dense).map_err(|e| Error::Check(e.to_string()))?;
+        let (mut low, mut high) = WINKLER;
+        for _ in 0..HALVINGS {
+            edges.winkler = (low * high).sqrt();
+            let softer = stiffness(&edges.statics(free, Edge::Winkler)?).is_ok_and(|found| found < wanted);
+            if softer { low = edges.winkler } else { high = edges.winkler }
+        }
+        Ok(edges)
     }
 
     /// Rim nodes.
     #[must_use]
     pub fn rim(&self) -> Vec<usize> {
-        self.cut.rim.iter().map(|n| *n as usize).collect()
+        self.far.cut.rim.iter().map(|n| *n as usize).collect()
     }
 
     /// The patch `free` with one of the treatments at its edge.
@@ -119,7 +128,7 @@ impl<'a> Edges<'a> {
         Ok(match edge {
             Edge::Fixed => free.with_fixed(&rim),
             Edge::Winkler | Edge::Truncated | Edge::RimSprings => {
-                free.with_rim(&rim, &self.sparse(edge).unwrap_or_else(|| self.springs.clone()).dense())
+                free.with_rim(&rim, &self.sparse(edge).unwrap_or_else(|| self.far.springs.clone()).dense())
             }
             Edge::Modes(q) => free.with_rim(&rim, &self.slaved(q)),
             Edge::LowRank(q) => {
@@ -128,43 +137,28 @@ impl<'a> Edges<'a> {
                 let block = |r: usize, c: usize| if r / 3 == c / 3 { blocks[r / 3][r % 3][c % 3] } else { 0.0 };
                 free.with_rim(&rim, &Mat::from_fn(3 * rim.len(), 3 * rim.len(), |r, c| block(r, c) - taken[(r, c)]))
             }
-            Edge::Dense => free.with_rim(&rim, &self.outside_m),
+            Edge::Dense => free.with_rim(&rim, &self.far.exact_m),
         })
     }
 
     /// The treatments that are springs of the product's kind; `None` for the others.
     #[must_use]
     pub fn sparse(&self, edge: Edge) -> Option<RimSprings> {
-        let s = &self.outside_m;
+        let s = &self.far.exact_m;
         let blocks = match edge {
             Edge::Winkler => {
-                let c = self.winkler();
+                let c = self.winkler;
                 let own = |k: usize| {
                     let d = [0, 1, 2].map(|a| c * s[(3 * k + a, 3 * k + a)]);
                     ([k, k], [[d[0], 0.0, 0.0], [0.0, d[1], 0.0], [0.0, 0.0, d[2]]])
                 };
-                (0..self.cut.rim.len()).map(own).collect()
+                (0..self.far.cut.rim.len()).map(own).collect()
             }
-            Edge::Truncated => self.springs.blocks.iter().map(|(at, _)| (*at, block(s, *at))).collect(),
-            Edge::RimSprings => return Some(self.springs.clone()),
+            Edge::Truncated => self.far.springs.blocks.iter().map(|(at, _)| (*at, block(s, *at))).collect(),
+            Edge::RimSprings => return Some(self.far.springs.clone()),
             _ => return None,
         };
-        Some(RimSprings { node: self.cut.rim.clone(), blocks, mended: 0 })
-    }
-
-    /// c with which `c diag(S)` comes nearest to S under the loads.
-    fn winkler(&self) -> f64 {
-        let s = &self.outside_m;
-        let wanted = s * &self.answers;
-        let (mut above, mut below) = (0.0, 0.0);
-        for r in 0..wanted.nrows() {
-            for l in 0..wanted.ncols() {
-                let own = s[(r, r)] * self.answers[(r, l)];
-                above += own * wanted[(r, l)];
-                below += own * own;
-            }
-        }
-        above / below
+        Some(RimSprings { node: self.far.cut.rim.clone(), blocks, mended: 0 })
     }
 
     /// The `q` leading shapes, or as many as there are, shape [3 rim nodes][q].
@@ -179,8 +173,8 @@ impl<'a> Edges<'a> {
         let modes = self.modes(q);
         let on = &modes * modes.transpose();
         let size = on.nrows();
-        let held = HELD * (0..size).map(|r| self.outside_m[(r, r)]).sum::<f64>() / size as f64;
-        let along = &on * &self.outside_m * &on;
+        let held = HELD * (0..size).map(|r| self.far.exact_m[(r, r)]).sum::<f64>() / size as f64;
+        let along = &on * &self.far.exact_m * &on;
         Mat::from_fn(size, size, |r, c| 0.5 * (along[(r, c)] + along[(c, r)]) + held * (f64::from(u8::from(r == c)) - on[(r, c)]))
     }
 
@@ -190,25 +184,28 @@ impl<'a> Edges<'a> {
     /// # Errors
     /// S is not positive.
     pub fn low_rank(&self, q: usize) -> Result<LowRank, Error> {
-        let s = &self.outside_m;
+        let s = &self.far.exact_m;
         let size = s.nrows();
-        let refused = || Error::Check("the condensed outside is not positive: no low-rank far field".into());
         let diagonal = Mat::from_fn(size, size, |r, c| if r / 3 == c / 3 { s[(r, c)] } else { 0.0 });
-        let root = diagonal.llt(Side::Lower).map_err(|_| refused())?;
+        let root = diagonal.llt(Side::Lower).map_err(|_| not_positive())?;
         let scaled = within(root.L(), s);
-        let largest = scaled.self_adjoint_eigenvalues(Side::Lower).map_err(|_| refused())?.into_iter().fold(0.0, f64::max);
+        let largest = scaled.self_adjoint_eigenvalues(Side::Lower).map_err(|_| not_positive())?.into_iter().fold(0.0, f64::max);
         let above = largest * (1.0 + ABOVE);
         let phi = self.modes(q);
         let rest = &diagonal * Scale(above) - s;
         let pulled = &rest * &phi;
         let inner = phi.transpose() * &pulled;
-        let root = inner.llt(Side::Lower).map_err(|_| refused())?;
+        let root = inner.llt(Side::Lower).map_err(|_| not_positive())?;
         // factor = pulled L^-T
         let mut flat = pulled.transpose().to_owned();
         forward(root.L(), &mut flat);
         let blocks = (0..size / 3).map(|k| block(&diagonal, [k, k]).map(|row| row.map(|v| above * v))).collect();
         Ok(LowRank { blocks, factor: flat.transpose().to_owned() })
     }
+}
+
+fn not_positive() -> Error {
+    Error::Check("the patch with its far field is not stiff at rest: take another radius or another mesh".into())
 }
 
 fn block(m: &Mat<f64>, [i, j]: [usize; 2]) -> [[f64; 3]; 3] {

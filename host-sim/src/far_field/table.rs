@@ -1,8 +1,8 @@
 //! The table "region radius x edge treatment -> force error, cost".
 //!
-//! One whole mesh of a block, patches of several radii cut out of it, every treatment of [`super::edges`] at each cut. Forces are equilibria of [`crate::statics`]; the
-//! error against dense S is the edge's alone, the one against the whole mesh of the same springs adds that the outside is linear and better resolved than those
-//! springs, the one against finite elements adds the springs inside.
+//! A whole mesh of a block around every patch, every treatment of [`super::edges`] at its cut. Forces are equilibria of [`crate::statics`]; the error against dense S
+//! is the edge's alone, the one against the whole mesh of the same springs adds that the outside is linear and better resolved than those springs, the one
+//! against finite elements adds the springs inside, which are not calibrated here.
 
 mod awake;
 mod cost;
@@ -11,23 +11,23 @@ mod presses;
 mod timing;
 mod write;
 
-pub use awake::{Awake, Frozen, Needed, Stress, awake};
+pub use awake::{Awake, Frozen, Held, Needed, Stress, awake};
 pub use cost::{Cost, m4f_rim_cycles};
 pub use pictures::pictures;
 pub use presses::{Errors, Presses, Setting};
 pub use write::{Summary, write};
 
-use super::condense::condense;
-use super::cut::Cut;
 use super::edges::{Edge, Edges};
+use super::{FarField, FarFieldError, Sizes};
 use crate::error::Error;
+use crate::mesh::{TetMesh, block_with_rim};
 use crate::patch::{Material, Patch, Tissue};
 use crate::scene::Scene;
 use crate::statics::Statics;
-use crate::tissue::place;
+use crate::tissue::{place, ratio_of};
 
-/// Loads that rims are fitted to stand this far around the site [probe radii].
-const LOADS_RADII: f64 = 1.5;
+/// A patch answers presses this deep [probe radii].
+const DEPTH_LIMIT_RADII: f64 = 1.25;
 /// Rim springs are held to this from [`PROMISED_RADII`] on [%].
 pub const PROMISED_PCT: f64 = 0.5;
 /// Smallest patch that is held to it [probe radii].
@@ -36,8 +36,8 @@ pub const PROMISED_RADII: f64 = 2.0;
 /// What is run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// Nodes of the whole meshes.
-    pub nodes: Vec<usize>,
+    /// Edge length under the probe [probe radii] and its growth per distance (1), for each fineness.
+    pub fine: Vec<(f64, f64)>,
     /// Radii of the patches [probe radii].
     pub radii: Vec<f64>,
     /// Directions in which the probe goes off the centre.
@@ -47,16 +47,17 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Two element sizes.
+    /// Two finenesses: a patch of two probe radii has about 60 nodes, or 150.
     #[must_use]
     pub fn full() -> Self {
-        Self { nodes: vec![200, 410], radii: vec![1.5, 2.0, 2.5, 3.0, 4.0], directions: 8, awake_nodes: vec![130, 410] }
+        let fine = vec![(0.575, 0.45), (0.4, 0.4)];
+        Self { fine, radii: vec![1.5, 2.0, 2.5, 3.0, 4.0], directions: 8, awake_nodes: vec![130, 410] }
     }
 
     /// One.
     #[must_use]
     pub fn quick() -> Self {
-        Self { nodes: vec![200], radii: vec![1.5, 2.0, 2.5, 3.0], directions: 4, awake_nodes: vec![130] }
+        Self { fine: vec![(0.5, 0.45)], radii: vec![1.5, 2.0, 2.5, 3.0], directions: 4, awake_nodes: vec![130] }
     }
 }
 
@@ -86,10 +87,10 @@ impl Kind {
 /// A row of the table.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Nodes of the mesh that the patch was cut out of.
-    pub whole_nodes: usize,
-    /// Radius of the patch [m]; `None` for the whole organ.
-    pub radius_m: Option<f64>,
+    /// Edge length under the probe [m].
+    pub fine_m: f64,
+    /// Radius of the patch, or of the one that the mesh was made for [m].
+    pub radius_m: f64,
     /// What is pressed.
     pub kind: Kind,
     /// Its nodes, tets, rim nodes and rim edges.
@@ -100,8 +101,8 @@ pub struct Row {
     pub against_dense: Option<presses::Errors>,
     /// Against the whole mesh of the same springs.
     pub against_whole: Option<presses::Errors>,
-    /// Against finite elements, where the scene has them: centred presses [%].
-    pub against_elements_pct: [Option<f64>; presses::DEPTHS],
+    /// Against finite elements, where the scene has them.
+    pub against_elements: Option<presses::Errors>,
     /// Smallest eigenvalue of what stands at the edge over E [m].
     pub lowest_m: Option<f64>,
     /// What a tick costs.
@@ -133,64 +134,27 @@ pub struct Table {
 /// Fills the table. `progress` hears of each finished patch and how many there will be.
 ///
 /// # Errors
-/// A scene that is no block, a block that cannot be meshed, a patch that is not stiff at rest, or no patch at all.
+/// A scene that is no block, a patch that is not stiff at rest, or no patch at all.
 pub fn table(scene: &Scene, plan: &Plan, progress: &mut dyn FnMut(usize, usize, &str)) -> Result<Table, Error> {
     let setting = Setting::of(scene, plan.directions)?;
     let mut table = Table::default();
-    let total = plan.nodes.len() * (plan.radii.len() + 1);
-    let mut done = 0;
-    for &nodes in &plan.nodes {
-        progress(done, total, &format!("{nodes} nodes, whole"));
-        let tissue = whole(scene, nodes)?;
-        let patch = Patch::build(&tissue, &setting.material(), None);
-        let statics = Statics::of(&patch.model(), &setting.params)?;
-        let own = setting.press(&statics)?;
-        done += 1;
-        let mut whole_us: Option<f64> = None;
-        let first = table.rows.len();
-        for &radii in &plan.radii {
-            let radius_m = radii * setting.radius_m();
-            progress(done, total, &format!("{nodes} nodes, patch of {:.0} mm", radius_m * 1e3));
-            done += 1;
-            let sizes = super::Sizes { radius_m, fine_m: 0.0, fine_radius_m: 0.0, growth: 0.0, stroke_m: [0.0; 3] };
-            match Cut::of(&tissue, &sizes) {
-                Err(cause) => table.left_out.push(format!("{nodes} nodes: {cause}")),
-                Ok(cut) => {
-                    let us = patch_rows(&setting, &cut, (nodes, radius_m), (&patch, &own), &mut table.rows)?;
-                    whole_us = whole_us.into_iter().chain(us).reduce(f64::min);
-                }
+    let tasks: Vec<_> = plan.fine.iter().flat_map(|fine| plan.radii.iter().map(move |radii| (*fine, *radii))).collect();
+    for (done, &((fine, growth), radii)) in tasks.iter().enumerate() {
+        let r = setting.radius_m();
+        let sizes = Sizes { radius_m: radii * r, fine_m: fine * r, fine_radius_m: r, growth, stroke_m: [0.0; 3] };
+        progress(done, tasks.len(), &format!("patch of {:.0} mm", sizes.radius_m * 1e3));
+        let named = |cause: &dyn std::fmt::Display| format!("patch of {:.0} mm: {cause}", sizes.radius_m * 1e3);
+        let tissue = match block_with_rim(block_of(scene)?, [setting.site_m.x, setting.site_m.y], &sizes, 0) {
+            Ok(mesh) => tissue(scene, &setting, mesh)?,
+            Err(cause) => {
+                table.left_out.push(named(&cause));
+                continue;
             }
-        }
-        if table.rows.len() == first {
-            continue;
-        }
-        let size = Size { nodes: tissue.mesh.nodes_m.len(), tets: tissue.mesh.tets.len(), ..Size::default() };
-        table.rows.push(Row {
-            whole_nodes: nodes,
-            radius_m: None,
-            kind: Kind::Whole,
-            size,
-            against_dense: None,
-            against_whole: None,
-            against_elements_pct: setting.against_elements(&own),
-            presses: own,
-            lowest_m: None,
-            cost: Some(Cost::whole(&setting, &patch, whole_us)),
-        });
-        if let Some(elements) = setting.elements() {
-            let whole = &table.rows[table.rows.len() - 1].presses;
-            table.rows.push(Row {
-                whole_nodes: nodes,
-                radius_m: None,
-                kind: Kind::Elements,
-                size: Size::default(),
-                against_dense: None,
-                against_whole: Some(elements.against(whole)),
-                against_elements_pct: [None; presses::DEPTHS],
-                presses: elements,
-                lowest_m: None,
-                cost: None,
-            });
+        };
+        match FarField::of(&tissue, &sizes, &setting.material(), &setting.params) {
+            Ok(far) => patch_rows(&setting, &sizes, &tissue, &far, &mut table.rows)?,
+            Err(FarFieldError::Cut(cause)) => table.left_out.push(named(&cause)),
+            Err(cause) => return Err(Error::Check(cause.to_string())),
         }
     }
     if table.rows.is_empty() {
@@ -199,68 +163,74 @@ pub fn table(scene: &Scene, plan: &Plan, progress: &mut dyn FnMut(usize, usize, 
     Ok(table)
 }
 
+/// Sides of the scene's block [m].
+fn block_of(scene: &Scene) -> Result<[f64; 3], Error> {
+    scene.tissue.block_m.ok_or_else(|| {
+        Error::Usage(format!("{}: tissue.block_m is not there, and the table is made of a block: take --scene block", scene.file))
+    })
+}
+
 /// The scene's block, meshed with so many nodes.
 ///
 /// # Errors
 /// No block, or a node count that its proportions do not take.
 pub fn whole(scene: &Scene, nodes: usize) -> Result<Tissue, Error> {
-    if scene.tissue.block_m.is_none() {
-        let why = format!("{}: the table is made of a block, and tissue.block_m is not there: take --scene block", scene.file);
-        return Err(Error::Usage(why));
-    }
+    block_of(scene)?;
     let mut sized = scene.clone();
     sized.tissue.nodes = Some(nodes);
     Ok(place(&sized, &[])?.tissue)
 }
 
-/// Condenses and fits what can stand at the edge of a cut.
-///
-/// # Errors
-/// Memory runs out, or the patch with its far field is not stiff at rest.
-pub fn edges<'a>(setting: &Setting, cut: &'a Cut, free: &Statics) -> Result<Edges<'a>, Error> {
-    let poisson_ratio = f64::from(setting.params.poisson_ratio);
-    let nodes = cut.outside.mesh.nodes_m.len();
-    let outside_m = condense(&cut.outside, poisson_ratio)
-        .ok_or_else(|| Error::Check(format!("the outside of {nodes} nodes cannot be condensed: take fewer nodes")))?;
-    Edges::of(cut, outside_m, free, LOADS_RADII * setting.radius_m()).map_err(|cause| Error::Check(cause.to_string()))
+/// A mesh of the scene's block, its bottom fixed.
+fn tissue(scene: &Scene, setting: &Setting, mesh: TetMesh) -> Result<Tissue, Error> {
+    let bottom = -block_of(scene)?[2] * (1.0 - 1e-9);
+    let anchors = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| x[2] <= bottom).map(|(n, _)| n).collect();
+    let stiffness_ratio = mesh.tets.iter().map(|tet| ratio_of(&mesh, tet, &scene.tissue.inclusion)).collect();
+    let depth_limit_m = DEPTH_LIMIT_RADII * setting.radius_m();
+    Ok(Tissue::closed(mesh, stiffness_ratio, anchors, setting.site_m.into(), depth_limit_m))
 }
 
-/// Adds a row for each treatment; the time of a tick of the whole mesh, measured in turn with theirs [us].
-fn patch_rows(
-    setting: &Setting,
-    cut: &Cut,
-    (whole_nodes, radius_m): (usize, f64),
-    (whole, own): (&Patch, &Presses),
-    rows: &mut Vec<Row>,
-) -> Result<Option<f64>, Error> {
-    let patch = Patch::build(&cut.patch, &setting.material(), None);
+/// Adds a row for each treatment of a patch, one for the whole mesh and one for finite elements.
+fn patch_rows(setting: &Setting, sizes: &Sizes, tissue: &Tissue, far: &FarField, rows: &mut Vec<Row>) -> Result<(), Error> {
+    let whole = Patch::build(tissue, &setting.material(), None);
+    let own = setting.press(&Statics::of(&whole.model(), &setting.params)?)?;
+    let patch = Patch::build(&far.cut.patch, &setting.material(), None);
     let free = Statics::of(&patch.model(), &setting.params)?;
-    let edges = edges(setting, cut, &free)?;
+    let edges = Edges::of(far, &free, setting.radius_m())?;
     let dense = setting.press(&edges.statics(&free, Edge::Dense)?)?;
-    let times = timing::tick_times(setting, &edges, &patch, whole)?;
+    let times = timing::tick_times(setting, &edges, &patch, &whole)?;
+    let row = |kind: Kind, size: Size, presses: Presses| Row {
+        fine_m: sizes.fine_m,
+        radius_m: sizes.radius_m,
+        kind,
+        size,
+        against_dense: (kind != Kind::Patch(Edge::Dense)).then(|| presses.against(&dense)),
+        against_whole: (kind != Kind::Whole).then(|| presses.against(&own)),
+        against_elements: setting.against_elements(&presses).filter(|_| kind != Kind::Elements),
+        presses,
+        lowest_m: None,
+        cost: None,
+    };
     let size = Size {
-        nodes: cut.patch.mesh.nodes_m.len(),
-        tets: cut.patch.mesh.tets.len(),
-        rim_nodes: cut.rim.len(),
-        rim_edges: edges.springs.blocks.len() - cut.rim.len(),
+        nodes: far.cut.patch.mesh.nodes_m.len(),
+        tets: far.cut.patch.mesh.tets.len(),
+        rim_nodes: far.cut.rim.len(),
+        rim_edges: far.springs.blocks.len() - far.cut.rim.len(),
     };
     for edge in Edge::ALL {
         let statics = edges.statics(&free, edge)?;
         let presses = if edge == Edge::Dense { dense.clone() } else { setting.press(&statics)? };
-        rows.push(Row {
-            whole_nodes,
-            radius_m: Some(radius_m),
-            kind: Kind::Patch(edge),
-            size,
-            against_dense: (edge != Edge::Dense).then(|| presses.against(&dense)),
-            against_whole: Some(presses.against(own)),
-            against_elements_pct: setting.against_elements(&presses),
-            presses,
-            lowest_m: statics.rim.as_ref().and_then(|rim| lowest(&rim.stiffness_m)),
-            cost: Some(Cost::of(setting, &patch, edge, size, &times)),
-        });
+        let lowest_m = statics.rim.as_ref().and_then(|rim| lowest(&rim.stiffness_m));
+        let cost = Some(Cost::of(setting, &patch, edge, size, &times));
+        rows.push(Row { lowest_m, cost, ..row(Kind::Patch(edge), size, presses) });
     }
-    Ok(times.whole_us)
+    let size = Size { nodes: tissue.mesh.nodes_m.len(), tets: tissue.mesh.tets.len(), ..Size::default() };
+    let cost = Some(Cost::whole(setting, &whole, times.whole_us));
+    rows.push(Row { cost, ..row(Kind::Whole, size, own.clone()) });
+    if let Some(elements) = setting.elements() {
+        rows.push(row(Kind::Elements, Size::default(), elements));
+    }
+    Ok(())
 }
 
 fn lowest(matrix: &faer::Mat<f64>) -> Option<f64> {
@@ -275,14 +245,14 @@ impl Table {
         let ours = self.rows.iter().filter(|r| r.kind == Kind::Patch(Edge::RimSprings));
         let mut broken = Vec::new();
         for row in ours {
-            let (Some(errors), Some(radius_m)) = (&row.against_dense, row.radius_m) else { continue };
-            let named = format!("rim springs at {:.0} mm, {} nodes", radius_m * 1e3, row.whole_nodes);
+            let Some(errors) = &row.against_dense else { continue };
+            let named = format!("rim springs at {:.0} mm, elements of {:.1} mm,", row.radius_m * 1e3, row.fine_m * 1e3);
             if row.lowest_m.is_none_or(|l| l <= 0.0) {
                 broken.push(format!("{named} are not positive"));
             }
             let worst = errors.centred_pct[..presses::PROMISED_DEPTHS].iter().chain(&errors.aside_pct);
             let worst = worst.map(|e| e.map_or(f64::INFINITY, f64::abs)).fold(0.0, f64::max);
-            if radius_m >= (PROMISED_RADII - 1e-9) * probe_radius_m && worst > PROMISED_PCT {
+            if row.radius_m >= (PROMISED_RADII - 1e-9) * probe_radius_m && worst > PROMISED_PCT {
                 broken.push(format!("{named} are {worst:.2} % off dense S, promised {PROMISED_PCT} %"));
             }
         }

@@ -1,16 +1,20 @@
 //! A region whose outside stands still: how much of an organ must be awake for the force to be right, and what the papers' stress rule picks.
 //!
 //! The nodes nearest to the contact are free, all others stand at rest. Beside it, patches of the same place and about the same size with rim springs, and
-//! the regions of (7)-(8) of paper 004 for thresholds of so many shares of the contact pressure. Errors are against the whole mesh awake.
+//! the regions of (7)-(8) of paper 004 for thresholds of so many shares of the contact pressure. Errors are against the whole mesh awake. Rim springs
+//! come in two kinds: fitted to the condensed *springs* of the outside, which leaves the error of the edge alone, and to its condensed elements, as the product's
+//! are, which also shows by how much coarse springs far from the contact are stiffer than elements.
 
+use faer::Mat;
+use faer::linalg::solvers::DenseSolveCore;
 use palpate::path::region::{ContactPressure, StressRule};
 use rayon::prelude::*;
 
 use super::presses::solver;
-use super::{Plan, Setting, edges, whole};
+use super::{Plan, Setting, whole};
 use crate::error::Error;
-use crate::far_field::edges::Edge;
-use crate::far_field::{Cut, Sizes};
+use crate::far_field::springs::rim_answers;
+use crate::far_field::{FarField, RimSprings, Sizes};
 use crate::patch::{Patch, Tissue};
 use crate::scene::Scene;
 use crate::statics::{Statics, Vector};
@@ -26,7 +30,34 @@ const DEPTHS_RADII: [f64; 2] = [0.25, 0.5];
 /// Errors that a share is looked for [%].
 pub const TOLERANCES_PCT: [f64; 3] = [5.0, 2.0, 1.0];
 /// Least stresses of the rule, as shares of the contact pressure.
-const THRESHOLDS: [f64; 6] = [0.3, 0.1, 0.03, 0.01, 0.003, 0.001];
+const THRESHOLDS: [f64; 7] = [0.5, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01];
+/// Springs that hold the rim of the outside while it is condensed [probe radii].
+const HELD_RADII: f64 = 1.0;
+/// Loads that rims are fitted to stand this far around the site [probe radii].
+const LOADS_RADII: f64 = 1.5;
+
+/// What is around a region.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Held {
+    /// The rest stands still at rest.
+    Frozen,
+    /// Rim springs fitted to the condensed springs of the rest.
+    SpringsOfSprings,
+    /// Rim springs fitted to the condensed elements of the rest.
+    SpringsOfElements,
+}
+
+impl Held {
+    /// Name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Frozen => "frozen",
+            Self::SpringsOfSprings => "rim-springs",
+            Self::SpringsOfElements => "rim-springs-from-elements",
+        }
+    }
+}
 
 /// A region of nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,8 +66,8 @@ pub struct Frozen {
     pub whole_nodes: usize,
     /// Distance of the press from the site [m].
     pub aside_m: f64,
-    /// Whether rim springs hold its edge; otherwise the rest stands still.
-    pub rim_springs: bool,
+    /// What is around it.
+    pub held: Held,
     /// Radius of the region [m].
     pub radius_m: f64,
     /// Awake share of the free nodes (1).
@@ -56,8 +87,10 @@ pub struct Needed {
     pub tolerance_pct: f64,
     /// Least share from which on the error stays within it with the rest standing still (1); `None` if not even 95 % do.
     pub frozen_share: Option<f64>,
-    /// The same with rim springs; `None` if none of the patches tried does.
+    /// The same with rim springs fitted to the springs of the rest; `None` if none of the patches tried does.
     pub rim_springs_share: Option<f64>,
+    /// The same with the product's rim springs, fitted to elements.
+    pub rim_springs_from_elements_share: Option<f64>,
 }
 
 /// A region of the stress rule.
@@ -125,15 +158,18 @@ pub fn awake(scene: &Scene, plan: &Plan, progress: &mut dyn FnMut(usize, usize, 
             let site = Site::of(&setting, tissue.clone(), &statics, aside_m)?;
             let frozen: Vec<Frozen> =
                 SHARES.into_par_iter().map(|s| site.frozen(site.radius_m(s))).collect::<Result<_, Error>>()?;
-            let held: Vec<Option<Frozen>> =
+            let patches: Vec<Vec<Frozen>> =
                 PATCH_SHARES.into_par_iter().map(|s| site.held(site.radius_m(s))).collect::<Result<_, Error>>()?;
-            let held: Vec<Frozen> = held.into_iter().flatten().collect();
+            let held: Vec<Frozen> = patches.into_iter().flatten().collect();
+            let of = |kind: Held| held.iter().filter(|h| h.held == kind).copied().collect::<Vec<_>>();
+            let (springs, elements) = (of(Held::SpringsOfSprings), of(Held::SpringsOfElements));
             found.needed.extend(TOLERANCES_PCT.map(|tolerance_pct| Needed {
                 whole_nodes: tissue.mesh.nodes_m.len(),
                 aside_m,
                 tolerance_pct,
                 frozen_share: least(&frozen, tolerance_pct),
-                rim_springs_share: least(&held, tolerance_pct),
+                rim_springs_share: least(&springs, tolerance_pct),
+                rim_springs_from_elements_share: least(&elements, tolerance_pct),
             }));
             found.stress.extend(site.stress()?);
             found.regions.extend(frozen.into_iter().chain(held));
@@ -173,28 +209,66 @@ impl<'a> Site<'a> {
         Ok(std::array::from_fn(|k| Some(100.0 * (forces[k]? / self.all[k]? - 1.0))))
     }
 
-    fn region(&self, radius_m: f64, awake: usize, rim_springs: bool, error_pct: [Option<f64>; 2]) -> Frozen {
+    fn region(&self, radius_m: f64, awake: usize, held: Held, error_pct: [Option<f64>; 2]) -> Frozen {
         let share = awake as f64 / self.away.len() as f64;
-        Frozen { whole_nodes: self.statics.rest_m.len(), aside_m: self.aside_m, rim_springs, radius_m, share, error_pct }
+        Frozen { whole_nodes: self.statics.rest_m.len(), aside_m: self.aside_m, held, radius_m, share, error_pct }
     }
 
     /// The ball is awake, the rest stands at rest.
     fn frozen(&self, radius_m: f64) -> Result<Frozen, Error> {
         let asleep: Vec<usize> = self.away.iter().filter(|(away, _)| *away > radius_m).map(|(_, n)| *n).collect();
         let errors = self.errors(&self.statics.with_fixed(&asleep))?;
-        Ok(self.region(radius_m, self.away.len() - asleep.len(), false, errors))
+        Ok(self.region(radius_m, self.away.len() - asleep.len(), Held::Frozen, errors))
     }
 
-    /// A patch of this radius with rim springs; `None` if it cannot be cut.
-    fn held(&self, radius_m: f64) -> Result<Option<Frozen>, Error> {
+    /// A patch of this radius with rim springs of both kinds; nothing if it cannot be cut.
+    fn held(&self, radius_m: f64) -> Result<Vec<Frozen>, Error> {
         let sizes = Sizes { radius_m, fine_m: 0.0, fine_radius_m: 0.0, growth: 0.0, stroke_m: [0.0; 3] };
-        let Ok(cut) = Cut::of(&self.tissue, &sizes) else { return Ok(None) };
-        let patch = Patch::build(&cut.patch, &self.setting.material(), None);
-        let free = Statics::of(&patch.model(), &self.setting.params)?;
-        let edges = edges(self.setting, &cut, &free)?;
-        let errors = self.errors(&edges.statics(&free, Edge::RimSprings)?)?;
-        let awake = cut.patch.mesh.nodes_m.len() - cut.patch.anchors.len();
-        Ok(Some(self.region(radius_m, awake, true, errors)))
+        let setting = self.setting;
+        let Ok(far) = FarField::of(&self.tissue, &sizes, &setting.material(), &setting.params) else { return Ok(Vec::new()) };
+        let free = Statics::of(&Patch::build(&far.cut.patch, &setting.material(), None).model(), &setting.params)?;
+        let rim: Vec<usize> = far.cut.rim.iter().map(|n| *n as usize).collect();
+        let exact_m = self.condensed_springs(&far)?;
+        let reach_m = LOADS_RADII * setting.radius_m();
+        let answers = rim_answers(&free, &far.cut, &exact_m, reach_m).map_err(|e| Error::Check(e.to_string()))?;
+        let springs = RimSprings::fit(&far.cut, &exact_m, &answers);
+        let awake = far.cut.patch.mesh.nodes_m.len() - far.cut.patch.anchors.len();
+        let mut found = Vec::new();
+        for (kind, springs) in [(Held::SpringsOfSprings, &springs), (Held::SpringsOfElements, &far.springs)] {
+            let errors = self.errors(&free.with_rim(&rim, &springs.dense()))?;
+            found.push(self.region(radius_m, awake, kind, errors));
+        }
+        Ok(found)
+    }
+
+    /// The outside as springs, condensed to the rim: what is left of the compliance of a rim that is also held by springs to the ground, when those are taken off.
+    fn condensed_springs(&self, far: &FarField) -> Result<Mat<f64>, Error> {
+        let setting = self.setting;
+        let outside = &far.cut.outside;
+        let tissue = Tissue::closed(
+            outside.mesh.clone(),
+            outside.stiffness_ratio.clone(),
+            outside.anchors.clone(),
+            self.tissue.site_m,
+            self.tissue.depth_limit_m,
+        );
+        let free = Statics::of(&Patch::build(&tissue, &setting.material(), None).model(), &setting.params)?;
+        let rim: Vec<usize> = outside.rim.iter().map(|n| *n as usize).collect();
+        let size = 3 * rim.len();
+        let held_m = HELD_RADII * setting.radius_m();
+        let held = free.with_rim(&rim, &Mat::from_fn(size, size, |r, c| if r == c { held_m } else { 0.0 }));
+        // its probe is far from it
+        let failed = |_| Error::Check("the outside is not stiff at rest: take another mesh".into());
+        let rest = solver(&held)?.rest(&held, self.place_m, 1.0).map_err(failed)?;
+        let mut compliance = Mat::zeros(size, size);
+        for c in 0..size {
+            let mut force = vec![Vector::zeros(); free.rest_m.len()];
+            force[rim[c / 3]][c % 3] = 1.0;
+            let moved = rest.answer(&held, &force);
+            (0..size).for_each(|r| compliance[(r, c)] = moved[rim[r / 3]][r % 3]);
+        }
+        let both = compliance.partial_piv_lu().inverse();
+        Ok(Mat::from_fn(size, size, |r, c| 0.5 * (both[(r, c)] + both[(c, r)]) - if r == c { held_m } else { 0.0 }))
     }
 
     /// What the rule picks, under both forms of (8).

@@ -1,7 +1,7 @@
 //! The table's pictures: error over radius, error over cost, error over the share that is awake.
 
 use super::presses::Setting;
-use super::{Awake, Cost, Kind, PROMISED_PCT, Row, Table};
+use super::{Awake, Cost, Held, Kind, PROMISED_PCT, Row, Table};
 use crate::chart::front;
 use crate::charts::{
     Level, LineSeries, Lines, MethodPoint, MethodPoints, Scale, ScaledAxis, SpeedAccuracy, lines, speed_accuracy,
@@ -27,33 +27,37 @@ pub fn pictures(
     table: &Table,
     awake: &Awake,
 ) -> Result<Vec<String>, Error> {
-    let mut sizes: Vec<usize> = table.rows.iter().map(|r| r.whole_nodes).collect();
-    sizes.dedup();
+    let mut finenesses: Vec<f64> = table.rows.iter().map(|r| r.fine_m).collect();
+    finenesses.dedup();
     let depth_mm = 0.5e3 * setting.radius_m();
     let centred: Pick = |r| r.against_dense?.centred_pct[2];
     let aside: Pick = |r| r.against_dense?.aside_pct[1];
     let mut names = Vec::new();
-    for nodes in sizes {
+    for fine_m in finenesses {
+        let fine = format!("elements of {:.1} mm", fine_m * 1e3);
+        let ending = format!("{:.1}mm", fine_m * 1e3);
+        let shear: Pick = |r| r.against_dense?.glued_pct[1];
         for (name, pick, words) in [
             ("centred", centred, format!("centred press, {depth_mm:.0} mm deep")),
             ("aside", aside, format!("worst press {:.0} mm off the centre, {depth_mm:.0} mm deep", 1e3 * setting.radius_m())),
+            ("shear", shear, "glued disc, sheared".to_owned()),
         ] {
-            let name = format!("error_over_radius_{name}_{nodes}");
-            if over_radius(folder, &name, setting, table, nodes, pick, &format!("{scene}, {nodes} nodes: {words}"))? {
+            let name = format!("error_over_radius_{name}_{ending}");
+            if over_radius(folder, &name, setting, table, fine_m, pick, &format!("{scene}, {fine}: {words}"))? {
                 names.push(name);
             }
         }
         let in_us = |c: &Cost| c.tick_us;
         let in_cycles = |c: &Cost| Some(1e-3 * c.tick_m4f_cycles);
         let below = format!(
-            "{scene} cut out of {nodes} nodes; larger marks: larger patches; drawn at {FLOOR_PCT} %: dense S (zero by definition)"
+            "{scene}, {fine}; each line: patches of rising radius; dense S, zero by definition, is drawn at {FLOOR_PCT} %"
         );
         let desktop = ("time of a 1 ms tick on one desktop core [µs]", (1000.0, "1 ms"));
         let board = ("cycles of a 1 ms tick on a Cortex-M4F [thousands, estimated]", (168.0, "1 ms at 168 MHz"));
         for (name, cost, (axis, budget)) in [("us", in_us as fn(&Cost) -> Option<f64>, desktop), ("m4f_cycles", in_cycles, board)]
         {
-            let name = format!("error_over_{name}_{nodes}");
-            if over_cost(folder, &name, table, nodes, cost, (axis, budget), &below)? {
+            let name = format!("error_over_{name}_{ending}");
+            if over_cost(folder, &name, table, fine_m, cost, (axis, budget), &below)? {
                 names.push(name);
             }
         }
@@ -94,16 +98,16 @@ fn over_radius(
     name: &str,
     setting: &Setting,
     table: &Table,
-    nodes: usize,
+    fine_m: f64,
     pick: Pick,
     title: &str,
 ) -> Result<bool, Error> {
-    let rows = |edge: Edge| table.rows.iter().filter(move |r| r.whole_nodes == nodes && r.kind == Kind::Patch(edge));
+    let rows = |edge: Edge| table.rows.iter().filter(move |r| r.fine_m == fine_m && r.kind == Kind::Patch(edge));
     let labels: Vec<(Edge, String)> = Edge::ALL.iter().filter(|e| **e != Edge::Dense).map(|e| (*e, words(*e))).collect();
     let series: Vec<LineSeries> = labels
         .iter()
         .map(|(edge, label)| {
-            let point = |r: &Row| Some((r.radius_m? / setting.radius_m(), drawn(pick(r)?)));
+            let point = |r: &Row| Some((r.radius_m / setting.radius_m(), drawn(pick(r)?)));
             LineSeries { name: label, points: rows(*edge).filter_map(point).collect(), joined: true, marked: true }
         })
         .filter(|s| !s.points.is_empty())
@@ -128,7 +132,7 @@ fn over_cost(
     folder: &OutputFolder,
     name: &str,
     table: &Table,
-    nodes: usize,
+    fine_m: f64,
     cost: fn(&Cost) -> Option<f64>,
     (axis, budget): (&str, (f64, &str)),
     below: &str,
@@ -142,7 +146,7 @@ fn over_cost(
         .iter()
         .zip(&labels)
         .map(|(edge, label)| {
-            let rows = table.rows.iter().filter(|r| r.whole_nodes == nodes && r.kind == Kind::Patch(*edge));
+            let rows = table.rows.iter().filter(|r| r.fine_m == fine_m && r.kind == Kind::Patch(*edge));
             let point = |r: &Row| {
                 let cost = cost(r.cost.as_ref()?)?;
                 Some(MethodPoint { nodes: r.size.nodes, cost, error: drawn(worst(r)?), survived: true })
@@ -185,18 +189,17 @@ fn over_share(
     places.dedup();
     let at = |aside_m: f64| if aside_m == 0.0 { "centre".to_string() } else { format!("{:.0} mm off", aside_m * 1e3) };
     let mut labelled: Vec<(String, Vec<(f64, f64)>, bool)> = Vec::new();
-    for rim_springs in [false, true] {
+    for (held, what) in [(Held::Frozen, "rest stands still"), (Held::SpringsOfSprings, "rim springs")] {
         for &aside_m in &places {
-            let label = format!("{}, {}", if rim_springs { "rim springs" } else { "rest stands still" }, at(aside_m));
-            let own =
-                awake.regions.iter().filter(|r| r.whole_nodes == nodes && r.aside_m == aside_m && r.rim_springs == rim_springs);
+            let own = awake.regions.iter().filter(|r| r.whole_nodes == nodes && r.aside_m == aside_m && r.held == held);
             let points: Vec<(f64, f64)> = own.filter_map(|r| Some((100.0 * r.share, drawn(r.error_pct[1]?)))).collect();
-            labelled.push((label, points, true));
+            labelled.push((format!("{what}, {}", at(aside_m)), points, true));
         }
     }
-    let rule = awake.stress.iter().filter(|s| s.whole_nodes == nodes && s.aside_m == 0.0);
+    // where the rule wakes everything there is nothing to see
+    let rule = awake.stress.iter().filter(|s| s.whole_nodes == nodes && s.aside_m == 0.0 && s.share < 1.0);
     let points = rule.filter_map(|s| Some((100.0 * s.share, drawn(s.error_pct?)))).collect();
-    labelled.push(("stress rule, centre".into(), points, false));
+    labelled.push(("papers' stress rule, centre".into(), points, false));
     let series: Vec<LineSeries> = labelled
         .iter()
         .filter(|(_, points, _)| !points.is_empty())
@@ -204,7 +207,7 @@ fn over_share(
         .collect();
     let chart = Lines {
         title: &format!("{scene}, {nodes} nodes: how much must be awake, {:.0} mm deep", 0.5e3 * setting.radius_m()),
-        below: "nodes within a ball around the contact move, the rest stands still or is replaced by rim springs",
+        below: "only nodes within a ball around the contact move; the rest stands still, or is replaced by rim springs fitted to it",
         x: ScaledAxis { title: "awake share of the free nodes [%]", scale: Scale::Linear },
         y: ScaledAxis { title: "error of the force against all nodes awake [%]", scale: Scale::Log },
         series: &series,

@@ -2,6 +2,7 @@
 
 use palpate::Params;
 use rayon::prelude::*;
+use serde::Serialize;
 
 use crate::calibrate::reference_map::ReferenceMap;
 use crate::calibrate::targets::Reference;
@@ -20,6 +21,8 @@ pub const ASIDE_DEPTH_RADII: f64 = 0.5;
 /// How far beside the site [probe radii].
 pub const ASIDE_RADII: [f64; ASIDES] = [0.5, 1.0];
 pub const ASIDES: usize = 2;
+/// Ways of the glued disc: pressed, sheared.
+const GLUED: [[f64; 3]; 2] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]];
 /// The probe starts this far above the surface [m].
 pub const CLEAR_M: f64 = 1e-4;
 
@@ -31,6 +34,7 @@ pub struct Setting {
     /// Where the probe presses [m].
     pub site_m: Vector,
     directions: usize,
+    radius_m: f64,
     /// The finite-element answer of the scene, if it ships.
     answer: Option<Answer>,
 }
@@ -42,15 +46,24 @@ pub struct Presses {
     pub centred: [Option<f64>; DEPTHS],
     /// Beside it, by distance and direction.
     pub aside: [Vec<Option<f64>>; ASIDES],
+    /// Stiffness over E of a disc of the probe's radius glued to the site and pressed, and of one sheared [m].
+    pub glued_m: [Option<f64>; 2],
 }
 
 /// Errors of a force [%].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Errors {
     /// At the site, by depth; `None` where one of the two forces is not known.
     pub centred_pct: [Option<f64>; DEPTHS],
     /// The largest over the directions, with its sign, by distance; `None` where one direction is not known.
     pub aside_pct: [Option<f64>; ASIDES],
+    /// Of a glued disc: pressed, sheared.
+    pub glued_pct: [Option<f64>; 2],
+}
+
+impl Errors {
+    /// Nothing known.
+    pub const NONE: Self = Self { centred_pct: [None; DEPTHS], aside_pct: [None; ASIDES], glued_pct: [None; 2] };
 }
 
 fn error_pct(found: Option<f64>, wanted: Option<f64>) -> Option<f64> {
@@ -68,6 +81,7 @@ impl Presses {
         Errors {
             centred_pct: std::array::from_fn(|k| error_pct(self.centred[k], other.centred[k])),
             aside_pct: std::array::from_fn(worst),
+            glued_pct: std::array::from_fn(|k| error_pct(self.glued_m[k], other.glued_m[k])),
         }
     }
 }
@@ -85,6 +99,7 @@ impl Setting {
             params: scene.params([0.0, 0.0, 1.0]),
             site_m: Vector::new(x, y, 0.0),
             directions,
+            radius_m: scene.probe.radius_m,
             answer: (centred && answer.is_for(scene)).then_some(answer),
         })
     }
@@ -92,7 +107,7 @@ impl Setting {
     /// Radius of the probe [m].
     #[must_use]
     pub fn radius_m(&self) -> f64 {
-        f64::from(self.params.probe.radius_m)
+        self.radius_m
     }
 
     /// Depths at the site [m].
@@ -135,7 +150,15 @@ impl Setting {
         let found: Vec<Vec<Option<f64>>> =
             places.par_iter().map(|(place, depths)| Self::forces(statics, &solver, *place, depths)).collect();
         let aside = |k: usize| found[1 + k * self.directions..][..self.directions].iter().map(|f| f[0]).collect();
-        Ok(Presses { centred: std::array::from_fn(|k| found[0][k]), aside: std::array::from_fn(aside) })
+        let glued = |direction: Vector| {
+            let disc = solver.glued(statics, self.site_m, self.radius_m(), direction);
+            disc.ok().map(|disc| disc.stiffness_m)
+        };
+        Ok(Presses {
+            centred: std::array::from_fn(|k| found[0][k]),
+            aside: std::array::from_fn(aside),
+            glued_m: GLUED.map(|direction| glued(direction.into())),
+        })
     }
 
     /// What finite elements say, where the scene has them.
@@ -148,13 +171,19 @@ impl Setting {
             places.into_iter().map(|place| map.force(place - self.site_m, depth_m)).collect()
         };
         let centred = self.depths_m().map(|d| map.force(Vector::zeros(), d));
-        Some(Presses { centred, aside: std::array::from_fn(aside) })
+        let same = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9);
+        let glued = |direction: [f64; 3]| {
+            let discs = self.answer.iter().flat_map(|a| &a.glued);
+            let mut here = discs.filter(|d| same(d.place_m, [0.0; 3]) && (d.radius_m - self.radius_m()).abs() < 1e-9);
+            here.find(|d| same(d.direction, direction)).map(|d| d.stiffness_over_e_m)
+        };
+        Some(Presses { centred, aside: std::array::from_fn(aside), glued_m: GLUED.map(glued) })
     }
 
-    /// Errors of centred presses against finite elements [%].
+    /// Errors against finite elements, where the scene has them.
     #[must_use]
-    pub fn against_elements(&self, presses: &Presses) -> [Option<f64>; DEPTHS] {
-        self.elements().map_or([None; DEPTHS], |elements| presses.against(&elements).centred_pct)
+    pub fn against_elements(&self, presses: &Presses) -> Option<Errors> {
+        self.elements().map(|elements| presses.against(&elements))
     }
 }
 

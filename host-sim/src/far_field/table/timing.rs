@@ -48,13 +48,13 @@ impl Times {
 /// A patch whose nodes carry the mass of what is put at its edge.
 fn contestant(setting: &Setting, edges: &Edges, patch: &Patch, edge: Edge) -> Patch {
     if edge == Edge::Fixed {
-        let mut tissue = edges.cut.patch.clone();
-        tissue.anchors.extend(&edges.cut.rim);
+        let mut tissue = edges.far.cut.patch.clone();
+        tissue.anchors.extend(&edges.far.cut.rim);
         tissue.anchors.sort_unstable();
         return Patch::build(&tissue, &setting.material(), None);
     }
     let mut patch = patch.clone();
-    patch.set_rim(&edges.sparse(edge).unwrap_or_else(|| diagonal(&edges.cut.rim, &edges.outside_m)));
+    patch.set_rim(&edges.sparse(edge).unwrap_or_else(|| diagonal(&edges.far.cut.rim, &edges.far.exact_m)));
     patch
 }
 
@@ -78,7 +78,7 @@ fn rival<'a>(
     Ok(match edge {
         Edge::Modes(q) => {
             let shapes = edges.modes(q);
-            let method = ModeRim::new(model, tuned, params, &rim, &shapes, &edges.outside_m);
+            let method = ModeRim::new(model, tuned, params, &rim, &shapes, &edges.far.exact_m);
             method.map(|method| Box::new(OnCore { model, tuned, state, method }) as Box<dyn Rival + 'a>)
         }
         Edge::LowRank(q) => {
@@ -86,7 +86,7 @@ fn rival<'a>(
             Some(Box::new(OnCore { model, tuned, state, method }))
         }
         Edge::Dense => {
-            let method = DenseRim::new(model, tuned, params, &rim, &edges.outside_m);
+            let method = DenseRim::new(model, tuned, params, &rim, &edges.far.exact_m);
             Some(Box::new(OnCore { model, tuned, state, method }))
         }
         _ => Some(Box::new(OnCore { model, tuned, state, method: Product })),
@@ -193,9 +193,8 @@ fn batch_us(setting: &Setting, rival: &mut dyn Rival) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::far_field::table::{edges, whole};
-    use crate::far_field::{Cut, Sizes};
-    use crate::patch::Material;
+    use crate::far_field::table::whole;
+    use crate::far_field::{FarField, Sizes};
     use crate::scene::Scene;
     use crate::statics::Statics;
 
@@ -206,12 +205,12 @@ mod tests {
         let mut setting = Setting::of(&scene, 1).unwrap();
         setting.params.node_damping_per_s = 120.0;
         let tissue = whole(&scene, 130).unwrap();
-        let cut = Cut::of(&tissue, &Sizes { radius_m: 0.018, fine_m: 0.0, fine_radius_m: 0.0, growth: 0.0, stroke_m: [0.0; 3] })
-            .unwrap();
-        let patch = Patch::build(&cut.patch, &Material::default(), None);
+        let sizes = Sizes { radius_m: 0.018, fine_m: 0.0, fine_radius_m: 0.0, growth: 0.0, stroke_m: [0.0; 3] };
+        let far = FarField::of(&tissue, &sizes, &setting.material(), &setting.params).unwrap();
+        let patch = Patch::build(&far.cut.patch, &setting.material(), None);
         let free = Statics::of(&patch.model(), &setting.params).unwrap();
-        let edges = edges(&setting, &cut, &free).unwrap();
-        let whole = Patch::build(&tissue, &Material::default(), None);
+        let edges = Edges::of(&far, &free, setting.radius_m()).unwrap();
+        let whole = Patch::build(&tissue, &setting.material(), None);
         let depth_m = 0.003;
         let forces_n: Vec<f64> = ticking(&setting, &edges, &patch, &whole, |rivals| {
             let mut press = |rival: &mut Box<dyn Rival + '_>| {

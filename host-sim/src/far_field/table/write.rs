@@ -41,19 +41,19 @@ pub struct Summary {
 /// A row of the table; `null` where a force has no equilibrium or a column does not apply.
 #[derive(Clone, Debug, Serialize)]
 pub struct RowSummary {
-    whole_nodes: usize,
-    radius_m: Option<f64>,
+    fine_m: f64,
+    radius_m: f64,
     edge: String,
     nodes: usize,
     tets: usize,
     rim_nodes: usize,
     rim_edges: usize,
     force_over_e_m2: [Option<f64>; DEPTHS],
-    against_dense_pct: Option<[Option<f64>; DEPTHS]>,
-    aside_against_dense_pct: Option<Vec<Option<f64>>>,
-    against_whole_pct: Option<[Option<f64>; DEPTHS]>,
-    aside_against_whole_pct: Option<Vec<Option<f64>>>,
-    against_elements_pct: [Option<f64>; DEPTHS],
+    glued_press_over_e_m: Option<f64>,
+    glued_shear_over_e_m: Option<f64>,
+    against_dense: Option<Errors>,
+    against_whole: Option<Errors>,
+    against_elements: Option<Errors>,
     lowest_eigenvalue_m: Option<f64>,
     rim_flops: Option<usize>,
     rim_bytes: Option<usize>,
@@ -71,15 +71,14 @@ pub struct NeededSummary {
     tolerance_pct: f64,
     frozen_share: Option<f64>,
     rim_springs_share: Option<f64>,
+    rim_springs_from_elements_share: Option<f64>,
 }
 
 impl RowSummary {
     fn of(row: &Row) -> Self {
-        let centred = |e: &Option<Errors>| e.as_ref().map(|e| e.centred_pct);
-        let aside = |e: &Option<Errors>| e.as_ref().map(|e| e.aside_pct.to_vec());
         let cost = row.cost.as_ref();
         Self {
-            whole_nodes: row.whole_nodes,
+            fine_m: row.fine_m,
             radius_m: row.radius_m,
             edge: row.kind.name(),
             nodes: row.size.nodes,
@@ -87,11 +86,11 @@ impl RowSummary {
             rim_nodes: row.size.rim_nodes,
             rim_edges: row.size.rim_edges,
             force_over_e_m2: row.presses.centred,
-            against_dense_pct: centred(&row.against_dense),
-            aside_against_dense_pct: aside(&row.against_dense),
-            against_whole_pct: centred(&row.against_whole),
-            aside_against_whole_pct: aside(&row.against_whole),
-            against_elements_pct: row.against_elements_pct,
+            glued_press_over_e_m: row.presses.glued_m[0],
+            glued_shear_over_e_m: row.presses.glued_m[1],
+            against_dense: row.against_dense,
+            against_whole: row.against_whole,
+            against_elements: row.against_elements,
             lowest_eigenvalue_m: row.lowest_m,
             rim_flops: cost.map(|c| c.rim_flops),
             rim_bytes: cost.map(|c| c.rim_bytes),
@@ -130,6 +129,7 @@ impl Summary {
                     tolerance_pct: n.tolerance_pct,
                     frozen_share: n.frozen_share,
                     rim_springs_share: n.rim_springs_share,
+                    rim_springs_from_elements_share: n.rim_springs_from_elements_share,
                 })
                 .collect(),
         }
@@ -156,35 +156,27 @@ fn rows_csv(summary: &Summary) -> String {
     let of = |what: &str| {
         let centred = summary.depths_m.iter().map(|d| format!("force_{}mm_{what}_pct", mm(d)));
         let aside = summary.aside_distances_m.iter().map(|a| format!("worst_{}mm_aside_{what}_pct", mm(a)));
-        centred.chain(aside).collect::<Vec<_>>().join(",")
+        let glued = ["press", "shear"].map(|way| format!("glued_{way}_{what}_pct"));
+        centred.chain(aside).chain(glued).collect::<Vec<_>>().join(",")
     };
     let forces = summary.depths_m.iter().map(|d| format!("force_{}mm_over_e_m2", mm(d))).collect::<Vec<_>>().join(",");
-    let elements = summary.depths_m.iter().map(|d| format!("force_{}mm_vs_elements_pct", mm(d))).collect::<Vec<_>>().join(",");
     let mut text = format!(
-        "whole_nodes,radius_m,edge,nodes,tets,rim_nodes,rim_edges,{forces},{},{},{elements},lowest_eigenvalue_m,rim_flops,rim_bytes,tick_us,tick_over_rim_springs,rim_m4f_cycles_estimate,tick_m4f_cycles_estimate\n",
+        "fine_m,radius_m,edge,nodes,tets,rim_nodes,rim_edges,{forces},glued_press_over_e_m,glued_shear_over_e_m,{},{},{},lowest_eigenvalue_m,rim_flops,rim_bytes,tick_us,tick_over_rim_springs,rim_m4f_cycles_estimate,tick_m4f_cycles_estimate\n",
         of("vs_dense"),
-        of("vs_whole")
+        of("vs_whole"),
+        of("vs_elements")
     );
+    let tiny = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.6e}"));
     for row in &summary.rows {
-        let mut cells = vec![
-            row.whole_nodes.to_string(),
-            cell(row.radius_m, 4),
-            row.edge.clone(),
-            row.nodes.to_string(),
-            row.tets.to_string(),
-            row.rim_nodes.to_string(),
-            row.rim_edges.to_string(),
-        ];
-        cells.extend(row.force_over_e_m2.map(|f| f.map_or(String::new(), |f| format!("{f:.6e}"))));
-        for (centred, aside) in
-            [(row.against_dense_pct, &row.aside_against_dense_pct), (row.against_whole_pct, &row.aside_against_whole_pct)]
-        {
-            cells.extend(centred.unwrap_or_default().map(|e| cell(e, 3)));
-            let none = vec![None; summary.aside_distances_m.len()];
-            cells.extend(aside.as_ref().unwrap_or(&none).iter().map(|e| cell(*e, 3)));
+        let mut cells = vec![format!("{:.5}", row.fine_m), format!("{:.5}", row.radius_m), row.edge.clone()];
+        cells.extend([row.nodes, row.tets, row.rim_nodes, row.rim_edges].map(|n| n.to_string()));
+        cells.extend(row.force_over_e_m2.map(tiny));
+        cells.extend([row.glued_press_over_e_m, row.glued_shear_over_e_m].map(tiny));
+        for errors in [row.against_dense, row.against_whole, row.against_elements] {
+            let errors = errors.unwrap_or(Errors::NONE);
+            cells.extend(errors.centred_pct.iter().chain(&errors.aside_pct).chain(&errors.glued_pct).map(|e| cell(*e, 3)));
         }
-        cells.extend(row.against_elements_pct.map(|e| cell(e, 3)));
-        cells.push(row.lowest_eigenvalue_m.map_or(String::new(), |l| format!("{l:.3e}")));
+        cells.push(tiny(row.lowest_eigenvalue_m));
         cells.extend([row.rim_flops, row.rim_bytes].map(|n| n.map_or(String::new(), |n| n.to_string())));
         cells.extend([cell(row.tick_us, 2), cell(row.tick_over_rim_springs, 3)]);
         cells.extend([cell(row.rim_m4f_cycles, 0), cell(row.tick_m4f_cycles, 0)]);
@@ -198,9 +190,9 @@ fn awake_csv(awake: &Awake) -> String {
     let mut text =
         String::from("whole_nodes,aside_m,edge,radius_m,awake_share,error_quarter_radius_deep_pct,error_half_radius_deep_pct\n");
     for r in &awake.regions {
-        let edge = if r.rim_springs { "rim-springs" } else { "frozen" };
+        let edge = r.held.name();
         let [quarter, half] = r.error_pct.map(|e| cell(e, 3));
-        text.push_str(&format!("{},{},{edge},{:.5},{:.4},{quarter},{half}\n", r.whole_nodes, r.aside_m, r.radius_m, r.share));
+        text.push_str(&format!("{},{:.5},{edge},{:.5},{:.4},{quarter},{half}\n", r.whole_nodes, r.aside_m, r.radius_m, r.share));
     }
     text
 }
@@ -210,7 +202,7 @@ fn stress_csv(awake: &Awake) -> String {
     for s in &awake.stress {
         let pressure = format!("{:?}", s.pressure);
         text.push_str(&format!(
-            "{},{},{pressure},{:.2},{:.3},{:.5},{:.4},{}\n",
+            "{},{:.5},{pressure},{:.2},{:.3},{:.5},{:.4},{}\n",
             s.whole_nodes,
             s.aside_m,
             s.contact_pa,
