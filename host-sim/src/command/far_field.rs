@@ -27,8 +27,8 @@ impl FarFieldArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let scene = Scene::load(&self.common.scene)?;
         let plan = if self.quick { Plan::quick() } else { Plan::full() };
-        let folder = OutputFolder::open(&self.common.folder("far-field"))?;
         let setting = Setting::of(&scene, plan.directions)?;
+        let folder = OutputFolder::open(&self.common.folder("far-field"))?;
         let mut bar = Bar::default();
         let table = table(&scene, &plan, &mut |done, total, what| bar.show(done, total, what))?;
         let awake = awake(&scene, &plan, &mut |done, total, what| bar.show(done, total, what))?;

@@ -129,7 +129,7 @@ pub struct Awake {
 struct Site<'a> {
     setting: &'a Setting,
     tissue: Tissue,
-    statics: &'a Statics,
+    statics: Statics,
     place_m: Vector,
     aside_m: f64,
     /// Distance of each free node [m], nearest first.
@@ -152,10 +152,9 @@ pub fn awake(scene: &Scene, plan: &Plan, progress: &mut dyn FnMut(usize, usize, 
     let mut found = Awake::default();
     for (m, &nodes) in plan.awake_nodes.iter().enumerate() {
         let tissue = whole(scene, nodes)?;
-        let statics = Statics::of(&Patch::build(&tissue, &setting.material(), None).model(), &setting.params)?;
         for (p, &aside_m) in places.iter().enumerate() {
             progress(m * places.len() + p, plan.awake_nodes.len() * places.len(), &format!("{nodes} nodes, awake shares"));
-            let site = Site::of(&setting, tissue.clone(), &statics, aside_m)?;
+            let site = Site::of(&setting, tissue.clone(), aside_m)?;
             let frozen: Vec<Frozen> =
                 SHARES.into_par_iter().map(|s| site.frozen(site.radius_m(s))).collect::<Result<_, Error>>()?;
             let patches: Vec<Vec<Frozen>> =
@@ -185,15 +184,17 @@ fn least(regions: &[Frozen], tolerance_pct: f64) -> Option<f64> {
 }
 
 impl<'a> Site<'a> {
-    fn of(setting: &'a Setting, mut tissue: Tissue, statics: &'a Statics, aside_m: f64) -> Result<Self, Error> {
+    fn of(setting: &'a Setting, mut tissue: Tissue, aside_m: f64) -> Result<Self, Error> {
         let place_m = setting.site_m + Vector::new(aside_m, 0.0, 0.0);
+        // the foundation has one stiffness, that of an element at the site
         tissue.site_m = place_m.into();
+        let statics = Statics::of(&Patch::build(&tissue, &setting.material(), None).model(), &setting.params)?;
         let free = |n: &usize| tissue.anchors.binary_search(&(*n as u32)).is_err();
         let mut away: Vec<(f64, usize)> =
             (0..statics.rest_m.len()).filter(free).map(|n| ((statics.rest_m[n] - place_m).norm(), n)).collect();
         away.sort_by(|a, b| a.0.total_cmp(&b.0));
         let depths = DEPTHS_RADII.map(|d| d * setting.radius_m());
-        let all = Setting::forces(statics, &solver(statics)?, place_m, &depths);
+        let all = Setting::forces(&statics, &solver(&statics)?, place_m, &depths);
         Ok(Self { setting, tissue, statics, place_m, aside_m, away, all })
     }
 

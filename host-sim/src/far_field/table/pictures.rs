@@ -1,7 +1,7 @@
 //! The table's pictures: error over radius, error over cost, error over the share that is awake.
 
 use super::presses::Setting;
-use super::{Awake, Cost, Held, Kind, PROMISED_PCT, Row, Table};
+use super::{Awake, Held, Kind, PROMISED_PCT, Row, Table};
 use crate::chart::front;
 use crate::charts::{
     Level, LineSeries, Lines, MethodPoint, MethodPoints, Scale, ScaledAxis, SpeedAccuracy, lines, speed_accuracy,
@@ -47,19 +47,14 @@ pub fn pictures(
                 names.push(name);
             }
         }
-        let in_us = |c: &Cost| c.tick_us;
-        let in_cycles = |c: &Cost| Some(1e-3 * c.tick_m4f_cycles);
-        let below = format!(
-            "{scene}, {fine}; each line: patches of rising radius; dense S, zero by definition, is drawn at {FLOOR_PCT} %"
-        );
-        let desktop = ("time of a 1 ms tick on one desktop core [µs]", (1000.0, "1 ms"));
-        let board = ("cycles of a 1 ms tick on a Cortex-M4F [thousands, estimated]", (168.0, "1 ms at 168 MHz"));
-        for (name, cost, (axis, budget)) in [("us", in_us as fn(&Cost) -> Option<f64>, desktop), ("m4f_cycles", in_cycles, board)]
-        {
-            let name = format!("error_over_{name}_{ending}");
-            if over_cost(folder, &name, table, fine_m, cost, (axis, budget), &below)? {
-                names.push(name);
-            }
+        let name = format!("error_over_m4f_cycles_{ending}");
+        if over_cycles(folder, &name, table, fine_m, &format!("{scene}, {fine}"))? {
+            names.push(name);
+        }
+        let name = format!("error_over_us_{ending}");
+        let title = format!("{scene}, {fine}: error against time of a tick");
+        if over_time(folder, &name, table, fine_m, &title)? {
+            names.push(name);
         }
     }
     for nodes in distinct(awake.regions.iter().map(|r| r.whole_nodes)) {
@@ -128,28 +123,21 @@ fn over_radius(
     Ok(true)
 }
 
-fn over_cost(
-    folder: &OutputFolder,
-    name: &str,
-    table: &Table,
-    fine_m: f64,
-    cost: fn(&Cost) -> Option<f64>,
-    (axis, budget): (&str, (f64, &str)),
-    below: &str,
-) -> Result<bool, Error> {
+/// Worst error one probe radius off the centre against dense S [%]: what tells edges apart.
+fn worst_pct(row: &Row) -> Option<f64> {
+    if row.kind == Kind::Patch(Edge::Dense) { Some(0.0) } else { row.against_dense?.aside_pct[1] }
+}
+
+fn over_cycles(folder: &OutputFolder, name: &str, table: &Table, fine_m: f64, scene: &str) -> Result<bool, Error> {
     let labels: Vec<String> = Edge::ALL.iter().map(|e| words(*e)).collect();
-    let worst = |r: &Row| match (r.kind, r.against_dense) {
-        (Kind::Patch(Edge::Dense), _) => Some(0.0),
-        (_, errors) => errors?.aside_pct[1],
-    };
     let methods: Vec<MethodPoints> = Edge::ALL
         .iter()
         .zip(&labels)
         .map(|(edge, label)| {
             let rows = table.rows.iter().filter(|r| r.fine_m == fine_m && r.kind == Kind::Patch(*edge));
             let point = |r: &Row| {
-                let cost = cost(r.cost.as_ref()?)?;
-                Some(MethodPoint { nodes: r.size.nodes, cost, error: drawn(worst(r)?), survived: true })
+                let cost = 1e-3 * r.cost.as_ref()?.tick_m4f_cycles;
+                Some(MethodPoint { nodes: r.size.nodes, cost, error: drawn(worst_pct(r)?), survived: true })
             };
             MethodPoints { name: label, points: rows.filter_map(point).collect() }
         })
@@ -164,14 +152,40 @@ fn over_cost(
     let front: Vec<(usize, usize)> = front(&points).into_iter().map(|n| places[n]).collect();
     let chart = SpeedAccuracy {
         title: "Edge of a patch: error against cost",
-        below,
-        cost: axis,
+        below: &format!("{scene}; each line: patches of rising radius; dense S, zero by definition, is drawn at {FLOOR_PCT} %"),
+        cost: "cycles of a 1 ms tick on a Cortex-M4F [thousands, estimated]",
         error: "worst error one probe radius off the centre, against dense S [%]",
-        budget,
+        budget: (168.0, "1 ms at 168 MHz"),
         methods: &methods,
         front: &front,
     };
     speed_accuracy(folder.path(), name, &chart)?;
+    Ok(true)
+}
+
+fn over_time(folder: &OutputFolder, name: &str, table: &Table, fine_m: f64, title: &str) -> Result<bool, Error> {
+    let labels: Vec<(Edge, String)> = Edge::ALL.iter().filter(|e| **e != Edge::Dense).map(|e| (*e, words(*e))).collect();
+    let series: Vec<LineSeries> = labels
+        .iter()
+        .map(|(edge, label)| {
+            let rows = table.rows.iter().filter(|r| r.fine_m == fine_m && r.kind == Kind::Patch(*edge));
+            let point = |r: &Row| Some((r.cost.as_ref()?.tick_us?, drawn(worst_pct(r)?)));
+            LineSeries { name: label, points: rows.filter_map(point).collect(), joined: true, marked: true }
+        })
+        .filter(|s| !s.points.is_empty())
+        .collect();
+    if series.is_empty() {
+        return Ok(false);
+    }
+    let chart = Lines {
+        title,
+        below: &format!("each line: patches of rising radius; {}; {}", crate::summary::machine(), crate::chart::build()),
+        x: ScaledAxis { title: "time of a 1 ms tick on one desktop core [µs]", scale: Scale::Linear },
+        y: ScaledAxis { title: "worst error one probe radius off the centre [%]", scale: Scale::Log },
+        series: &series,
+        levels: &[],
+    };
+    lines(folder.path(), name, &chart)?;
     Ok(true)
 }
 

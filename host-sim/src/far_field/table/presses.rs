@@ -92,6 +92,7 @@ impl Setting {
     /// # Errors
     /// The scene has no block.
     pub fn of(scene: &Scene, directions: usize) -> Result<Self, Error> {
+        super::block_of(scene)?;
         let [x, y] = scene.probe.position_m.unwrap_or_default();
         let answer = Answer::block();
         let centred = [x, y] == [0.0, 0.0];
