@@ -25,14 +25,16 @@ fn a_swapped_far_field_changes_the_force_as_the_other_organ_does() {
     let (patch, own) = pressed(&whole(&on_bottom));
     let walls = |x: &[f64; 3]| on_bottom(x) || x[0].abs() > 0.0399 || x[1].abs() > 0.0399;
     let bone = |x: &[f64; 3]| x[2] < -0.024;
-    for (name, fixed, felt_pct) in [("walls", &walls as &dyn Fn(&[f64; 3]) -> bool, 0.0), ("thin layer", &bone, 5.0)] {
+    for (name, fixed) in [("walls", &walls as &dyn Fn(&[f64; 3]) -> bool), ("thin layer", &bone)] {
         let (swapped, other) = pressed(&whole(fixed));
         for k in 0..DEPTHS_M.len() {
             let (found, wanted) = (swapped[k] / patch[k], other[k] / own[k]);
             let (off_pct, not_swapped_pct) = (100.0 * (found / wanted - 1.0), 100.0 * (1.0 / wanted - 1.0));
             println!("{name}, {} m: swapped {off_pct:+.2} %, not swapped {not_swapped_pct:+.2} %", DEPTHS_M[k]);
             assert!(off_pct.abs() < 2.0, "{name}, {} m: {off_pct} % off the other organ", DEPTHS_M[k]);
-            assert!(not_swapped_pct.abs() >= felt_pct, "{name}, {} m: nobody feels {not_swapped_pct} %", DEPTHS_M[k]);
+            // measured: five times as far off and more
+            let felt = not_swapped_pct.abs() > 2.0 && not_swapped_pct.abs() > 5.0 * off_pct.abs();
+            assert!(felt, "{name}, {} m: swapped {off_pct} %, not swapped {not_swapped_pct} %", DEPTHS_M[k]);
         }
     }
 }

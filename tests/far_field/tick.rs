@@ -1,10 +1,11 @@
 //! The tick with a rim: it settles to the equilibrium, and what the probe feels is what the rim bears.
 
-use palpate::{Limits, Model, Params, ProbePose, State, tick};
+use palpate::{Limits, Model, Node, Params, ProbePose, State, tick};
 use palpate_sim::far_field::Sizes;
 use palpate_sim::mesh::block_with_rim;
 use palpate_sim::patch::{Material, Memory};
 use palpate_sim::statics::{Statics, Vector};
+use palpate_tests::bench::{Bench, at_depth};
 
 use super::{BLOCK_M, RADIUS_M, far_field, forces, on_bottom, tissue};
 
@@ -28,6 +29,36 @@ fn rim_force(model: &Model, state: &State) -> Vector {
         }
     }
     sum
+}
+
+/// Momentum that a tick adds is what the probe and the rim give: nothing inside the patch pushes it along.
+#[test]
+fn momentum_comes_from_the_probe_and_the_rim_alone() {
+    let bench = Bench::far_field(200, 0.018).with(|p| p.node_damping_per_s = 0.0);
+    let model = bench.patch.wide_model();
+    assert!(model.anchors.is_empty());
+    let mut memory = bench.memory();
+    let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
+    let e = f64::from(bench.params.youngs_modulus_pa);
+    let momentum = |state: &State| -> Vector {
+        let of = |(n, node): (usize, &Node)| node.velocity_m_per_s().cast::<f64>() * f64::from(tuned.mass_kg(n).unwrap());
+        state.nodes().iter().enumerate().map(of).sum()
+    };
+    let mut largest = 0.0_f64;
+    for n in 0..200_u8 {
+        // 40 mm/s to 4 mm, tilted, then a hold in which it swings
+        let depth_m = (-0.5e-3 + 40e-6 * f32::from(n)).min(4e-3);
+        let pose = ProbePose { tip_m: at_depth(depth_m) + Vector::new(0.1, 0.05, 0.0).cast::<f32>() * depth_m };
+        let (before, rim) = (momentum(&state), rim_force(&model, &state) * e);
+        let output = tick(&model, &tuned, &mut state, pose);
+        assert_eq!(output.fault, None);
+        let gained = momentum(&state) - before;
+        let given = -(output.force_n.cast::<f64>() + rim) * 1e-3;
+        largest = largest.max(rim.norm());
+        // rounding: single precision of the sums of all inner forces, a few N over the nodes
+        assert!((gained - given).norm() < 2e-8, "tick {n}: gained {gained:?}, given {given:?}");
+    }
+    assert!(largest > 0.05, "the rim must pull for this to say anything: {largest} N");
 }
 
 #[test]
