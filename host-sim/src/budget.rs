@@ -81,6 +81,12 @@ impl Machine {
         MACHINES.iter().find(|m| m.name == name)
     }
 
+    /// Cost of so many rim springs in a substep.
+    #[must_use]
+    pub fn rim(&self, nodes: usize, edges: usize) -> f64 {
+        nodes as f64 * self.rim_node + edges as f64 * self.rim_edge
+    }
+
     /// Cost of a tick with `touched` triangles under the probe.
     #[must_use]
     pub fn cost(&self, model: &Model, touched: usize, substeps: u16) -> Cost {
@@ -88,8 +94,7 @@ impl Machine {
         let step = of(model.springs.len(), self.spring)
             + of(model.tets.len(), self.tet)
             + of(model.nodes.len(), self.node)
-            + of(model.rim_nodes.len(), self.rim_node)
-            + of(model.rim_edges.len(), self.rim_edge)
+            + self.rim(model.rim_nodes.len(), model.rim_edges.len())
             + of(touched, self.touched);
         let units = self.tick + of(model.triangles.len(), self.passed) + f64::from(substeps) * step;
         Cost { units, budget: self.load * self.per_ms }

@@ -2,6 +2,7 @@
 
 mod calibrate;
 mod chart;
+mod far_field;
 mod mesh;
 mod pack;
 mod paper;
@@ -54,6 +55,12 @@ enum Command {
     /// Writes chart.csv (one row a run), summary.json (with the Pareto fronts) and pictures as SVG and PNG. A method that does not survive the
     /// press is a row that says how.
     Chart(chart::ChartArgs),
+    /// Table of what can stand at the edge of a patch in place of the organ: radius of the patch, edge treatment, force error, cost.
+    ///
+    /// Fixed edge, Winkler springs, cut-off S, rim springs, modes, low rank, dense S and the whole organ on a block, and how much of it must be awake if
+    /// the rest stands still. Writes summary.json, far_field.csv, awake.csv, stress_rule.csv and pictures as SVG and PNG. Fails (exit code 1) if rim
+    /// springs are further than 0.5 % from dense S on a patch of two probe radii or more, or not positive.
+    FarField(far_field::FarFieldArgs),
     /// Score a training: what three physicians' marks say of interns before and after it (paper 004, equation 14).
     ///
     /// Writes summary.json, scores.csv (one row an intern and phase) and a picture as SVG and PNG. Groups are compared by a permutation test.
@@ -92,6 +99,7 @@ impl Cli {
             Some(Command::Calibrate(args)) => args.run(),
             Some(Command::Mesh(command)) => command.run(),
             Some(Command::Chart(args)) => args.run(),
+            Some(Command::FarField(args)) => args.run(),
             Some(Command::Paper(command)) => command.run(),
             Some(Command::Score(args)) => args.run(),
         }

@@ -7,14 +7,17 @@
 pub mod build;
 pub mod condense;
 pub mod cut;
+pub mod edges;
 pub mod fitted;
 pub mod organ_reference;
 pub mod springs;
 pub mod surface_map;
+pub mod table;
 pub mod whole;
 
 pub use build::{FarField, FarFieldError};
 pub use cut::{Cut, CutError};
+pub use edges::{Edge, Edges};
 pub use springs::RimSprings;
 
 /// How a whole organ is meshed around the patch that will be cut out of it.

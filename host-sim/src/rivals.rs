@@ -18,6 +18,7 @@ mod node_contact;
 mod on_core;
 mod papers;
 mod rest_tet;
+mod rims;
 mod xpbd;
 
 pub use block::{BLOCK_M, Block, DEEPEST_M, RADIUS_M, Size};
@@ -31,6 +32,7 @@ pub use moving_least_squares::{ShapeFunctions, Share, integration_points_m};
 pub use neo_hookean::{NeoHookean, Volume};
 pub use on_core::{Law, OnCore};
 pub use rest_tet::RestTet;
+pub use rims::{DenseRim, LowRankRim, ModeRim};
 pub use xpbd::Xpbd;
 
 use palpate::method::Product;

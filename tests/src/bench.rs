@@ -1,6 +1,7 @@
 //! Blocks of tissue under a probe, and states of them that no press would reach.
 
 use palpate::{Model, Params, Vector3};
+use palpate_sim::far_field::{FarField, Sizes};
 use palpate_sim::mesh::{BlockSpec, block};
 use palpate_sim::patch::{Material, Memory, Patch, Tissue};
 use palpate_sim::stable_step::limits;
@@ -60,19 +61,38 @@ impl Bench {
         Self::build(nodes, 1.0, false, 4)
     }
 
+    /// A patch of this radius [m] cut out of the default block of `nodes` nodes, held by nothing but its rim springs.
+    ///
+    /// # Panics
+    /// A node count that the block generator refuses, or a radius that leaves no outside.
+    #[must_use]
+    pub fn far_field(nodes: usize, radius_m: f64) -> Self {
+        let whole = Self::tissue(nodes, 1.0, true);
+        let sizes = Sizes { radius_m, fine_m: 0.0, fine_radius_m: 0.0, growth: 0.0, stroke_m: [0.0; 3] };
+        let mut params = Params::default();
+        let material = Material::default();
+        let patch = FarField::of(&whole, &sizes, &material, &params).expect("a patch with an outside").patch(&material);
+        params.limits = limits(&patch, f64::from(params.tick_s));
+        Self { patch, params }
+    }
+
     fn build(nodes: usize, scale: f64, fixed: bool, points_per_triangle: usize) -> Self {
+        let tissue = Self::tissue(nodes, scale, fixed);
+        let mut params = Params::default();
+        params.probe.radius_m = (RADIUS_M * scale) as f32;
+        let patch = Patch::build(&tissue, &Material { points_per_triangle, ..Material::default() }, None);
+        params.limits = limits(&patch, f64::from(params.tick_s));
+        Self { patch, params }
+    }
+
+    fn tissue(nodes: usize, scale: f64, fixed: bool) -> Tissue {
         let size_m = BLOCK_M.map(|side| side * scale);
         let spec = BlockSpec { size_m, nodes, fine_at_m: [0.0; 2], fine_radius_m: RADIUS_M * scale };
         let mesh = block(&spec).expect("a block that can be meshed");
         let on_bottom = |x: &[f64; 3]| x[2] < -size_m[2] * (1.0 - 1e-9);
         let anchors = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| fixed && on_bottom(x)).map(|(n, _)| n).collect();
         let stiffness_ratio = vec![1.0; mesh.tets.len()];
-        let tissue = Tissue::closed(mesh, stiffness_ratio, anchors, [0.0; 3], DEPTH_LIMIT_M * scale);
-        let mut params = Params::default();
-        params.probe.radius_m = (RADIUS_M * scale) as f32;
-        let patch = Patch::build(&tissue, &Material { points_per_triangle, ..Material::default() }, None);
-        params.limits = limits(&patch, f64::from(params.tick_s));
-        Self { patch, params }
+        Tissue::closed(mesh, stiffness_ratio, anchors, [0.0; 3], DEPTH_LIMIT_M * scale)
     }
 
     /// The same block with other parameters.

@@ -90,7 +90,7 @@ pub(super) fn with_law<T>(
 }
 
 /// What a force over E changes each node's velocity by [m/s per N/Pa], before the damping that follows.
-fn steps(tuned: &Tuned, params: &Params, nodes: usize) -> Vec<f32> {
+pub(super) fn steps(tuned: &Tuned, params: &Params, nodes: usize) -> Vec<f32> {
     let dt_s = params.tick_s / f32::from(params.substeps);
     let mass = |n| tuned.mass_kg(n).unwrap_or(f32::INFINITY);
     let keep = 1.0 - params.node_damping_per_s * dt_s;

@@ -1,0 +1,149 @@
+//! `palpate far-field`.
+
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::Common;
+use crate::error::Error;
+use crate::far_field::table::{Awake, Errors, Plan, Row, Setting, Summary, Table, awake, pictures, table, write};
+use crate::output::OutputFolder;
+use crate::scene::Scene;
+
+/// A progress bar appears on a terminal when a run takes longer than this.
+const QUIET: Duration = Duration::from_secs(2);
+
+#[derive(Args, Clone, Debug)]
+pub(super) struct FarFieldArgs {
+    #[command(flatten)]
+    common: Common,
+    /// One mesh and fewer places: under a minute.
+    #[arg(long)]
+    quick: bool,
+}
+
+impl FarFieldArgs {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let scene = Scene::load(&self.common.scene)?;
+        let plan = if self.quick { Plan::quick() } else { Plan::full() };
+        let setting = Setting::of(&scene, plan.directions)?;
+        let folder = OutputFolder::open(&self.common.folder("far-field"))?;
+        let mut bar = Bar::default();
+        let table = table(&scene, &plan, &mut |done, total, what| bar.show(done, total, what))?;
+        let awake = awake(&scene, &plan, &mut |done, total, what| bar.show(done, total, what))?;
+        bar.clear();
+        let summary = Summary::of(&scene.name, &setting, &table, &awake);
+        write(&folder, &summary, &awake)?;
+        pictures(&folder, &scene.name, &setting, &table, &awake)?;
+        print_table(&setting, &table, &summary);
+        print_awake(&awake);
+        let names = "summary.json, far_field.csv, awake.csv, stress_rule.csv, pictures as SVG and PNG";
+        println!("\nwrote {}: {names}", folder.path().display());
+        if summary.broken.is_empty() { Ok(()) } else { Err(Error::Check(summary.broken.join("; "))) }
+    }
+}
+
+/// Progress of whatever takes long.
+#[derive(Default)]
+struct Bar {
+    began: Option<Instant>,
+    bar: Option<ProgressBar>,
+}
+
+impl Bar {
+    fn show(&mut self, done: usize, total: usize, what: &str) {
+        if self.began.get_or_insert_with(Instant::now).elapsed() < QUIET {
+            return;
+        }
+        let bar = self.bar.get_or_insert_with(|| {
+            let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg} {elapsed}");
+            ProgressBar::new(0).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        });
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+        bar.set_message(what.to_owned());
+    }
+
+    fn clear(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn pct(value: Option<f64>) -> String {
+    value.map_or("-".into(), |v| if v.abs() < 9.95 { format!("{v:+.2}") } else { format!("{v:+.0}") })
+}
+
+/// One line a row, short enough for a terminal; everything is in the CSV.
+fn print_table(setting: &Setting, table: &Table, summary: &Summary) {
+    let mm = |m: f64| format!("{:.3}", m * 1e3).trim_end_matches('0').trim_end_matches('.').to_owned();
+    let [_, _, half, full] = setting.depths_m().map(mm);
+    let aside = mm(summary.aside_distances_m.iter().copied().fold(0.0, f64::max));
+    println!(
+        "force error in %: centred {half} and {full} mm deep, worst {aside} mm off the centre {half} mm deep, glued disc sheared; FE rms: centred"
+    );
+    println!(
+        "{:>4} {:>4} {:<20} {:>5} {:>4} {:>27} {:>27} {:>6} {:>6} {:>6} {:>5}",
+        "el.", "mm", "edge", "nodes", "rim", "against dense S", "against whole springs", "FE rms", "us", "x ours", "kcyc"
+    );
+    for row in &table.rows {
+        print_row(row);
+    }
+    for left_out in &table.left_out {
+        println!("left out: {left_out}");
+    }
+    println!(
+        "el.: element under the probe [mm]; kcyc: thousands of estimated Cortex-M4F cycles a tick; us: {}; {}",
+        summary.machine, summary.build
+    );
+}
+
+fn print_row(row: &Row) {
+    let errors = |e: &Option<Errors>| {
+        let shown = |e: &Errors| [e.centred_pct[2], e.centred_pct[3], e.aside_pct[1], e.glued_pct[1]].map(pct);
+        e.as_ref().map_or(String::new(), |e| shown(e).map(|c| format!("{c:>6}")).join(" "))
+    };
+    let number = |v: Option<f64>, digits: usize| v.map_or("-".into(), |v| format!("{v:.digits$}"));
+    let rms = row.against_elements.and_then(|e| {
+        let all: Option<Vec<f64>> = e.centred_pct.into_iter().collect();
+        all.map(|all| (all.iter().map(|e| e * e).sum::<f64>() / all.len() as f64).sqrt())
+    });
+    let cost = row.cost.as_ref();
+    let count = |n: usize| if n > 0 { n.to_string() } else { "-".into() };
+    println!(
+        "{:>4.1} {:>4.0} {:<20} {:>5} {:>4} {:>27} {:>27} {:>6} {:>6} {:>6} {:>5}",
+        row.fine_m * 1e3,
+        row.radius_m * 1e3,
+        row.kind.name(),
+        count(row.size.nodes),
+        count(row.size.rim_nodes),
+        errors(&row.against_dense),
+        errors(&row.against_whole),
+        number(rms, 1),
+        number(cost.and_then(|c| c.tick_us), 1),
+        number(cost.and_then(|c| c.over_rim_springs), 2),
+        number(cost.map(|c| c.tick_m4f_cycles * 1e-3), 0),
+    );
+}
+
+fn print_awake(awake: &Awake) {
+    println!("\nawake share of the free nodes that the force needs (- : more than all that were tried)");
+    println!(
+        "{:>5} {:>7} {:>8} {:>18} {:>12} {:>20}",
+        "nodes", "mm off", "within %", "rest stands still", "rim springs", "fitted to elements"
+    );
+    let share = |s: Option<f64>| s.map_or("-".into(), |s| format!("{:.0} %", 100.0 * s));
+    for n in &awake.needed {
+        println!(
+            "{:>5} {:>7.0} {:>8} {:>18} {:>12} {:>20}",
+            n.whole_nodes,
+            n.aside_m * 1e3,
+            n.tolerance_pct,
+            share(n.frozen_share),
+            share(n.rim_springs_share),
+            share(n.rim_springs_from_elements_share)
+        );
+    }
+}
