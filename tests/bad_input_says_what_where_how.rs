@@ -252,6 +252,37 @@ fn keys_that_contradict_each_other() {
 }
 
 #[test]
+fn an_organ_that_is_none_or_is_pressed_elsewhere() {
+    let desk = Desk::default();
+    let organ = |source: &str, place: &str| edited(&edited(&edited(SMALL_BLOCK, BLOCK, source), NODES, ""), PLACE, place);
+    let foot = |more: &str| organ(&format!("organ = \"foot\"\n{more}"), "site = [-0.075, 0.0, 0.031]");
+    let region = |name: &str, e: &str| format!("region = [{{ name = \"{name}\", youngs_modulus_pa = {e} }}]");
+    refused_scene(
+        &desk,
+        &organ("organ = \"spleen\"", "site = [0.0, 0.0, 0.0]"),
+        &["tissue.organ", "`spleen`", "liver, gallbladder, abdomen, foot"],
+    );
+    refused_scene(&desk, &organ("organ = \"foot\"", ""), &["probe.site", "is missing", "site = [x, y, z]"]);
+    refused_scene(&desk, &organ("organ = \"foot\"", PLACE), &["probe.position_m", "site = [x, y, z]"]);
+    refused_scene(
+        &desk,
+        &organ("organ = \"foot\"", "site = [-0.075, 0.0, 0.06]"),
+        &["probe.site", "mm from the surface", "site = [-0.076"],
+    );
+    refused_scene(&desk, &foot("length_unit = \"mm\""), &["tissue.length_unit", "remove it"]);
+    refused_scene(&desk, &foot("nodes = 7"), &["tissue.nodes = 7", "from 100 to 5000"]);
+    refused_scene(&desk, &foot("mesh = \"a.msh\""), &["both mesh and organ", "keep one"]);
+    refused_scene(&desk, &foot(BLOCK), &["both block_m and organ", "keep one"]);
+    refused_scene(&desk, &foot(&region("fat", "1e4")), &["tissue.region[0].name", "\"fat\"", "skin, fat pad, deep tissue"]);
+    refused_scene(&desk, &foot(&region("skin", "0.0")), &["tissue.region[0].youngs_modulus_pa = 0", "1 .."]);
+    let twice = region("skin", "1e4").replace(']', ", { name = \"skin\", youngs_modulus_pa = 2e4 }]");
+    refused_scene(&desk, &foot(&twice), &["tissue.region[1].name", "there twice", "remove one"]);
+    refused_edit(BLOCK, &format!("{BLOCK}\n{}", region("skin", "1e4")), &["tissue.region", "belongs to an organ"]);
+    let patch = format!("{}[solver]\npatch = \"a.patch\"\n", foot(""));
+    refused_scene(&desk, &patch, &["solver.patch", "replaces the organ"]);
+}
+
+#[test]
 fn a_trace_that_cannot_be_repeated() {
     let scene = format!("{}[drive]\nkind = \"trace\"\ntrace = \"t.csv\"\n", SMALL_BLOCK.split("[drive]").next().unwrap());
     let desk = Desk::default();

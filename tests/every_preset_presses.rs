@@ -61,3 +61,19 @@ fn liver_presses_if_its_mesh_is_there() {
     assert_eq!(liver.number("/nodes"), 181.0);
     assert!((liver.summary["report"]["size_mm"][0].as_f64().unwrap() - 162.1).abs() < 0.1);
 }
+
+#[test]
+fn organs_of_our_own_press_and_are_as_large_as_their_files_say() {
+    for (name, size_mm) in
+        [("abdomen", [300.0, 260.0, 210.0]), ("foot", [250.0, 95.0, 70.0]), ("organ-liver", [168.0, 220.0, 80.0])]
+    {
+        let organ = press_preset(SCRATCH, name);
+        sound(&organ);
+        for (axis, size_mm) in size_mm.into_iter().enumerate() {
+            let ratio = organ.summary["report"]["size_mm"][axis].as_f64().unwrap() / size_mm;
+            assert!((0.9..1.05).contains(&ratio), "{name}: axis {axis}: {ratio}");
+        }
+        // about the default number
+        assert!((organ.number("/nodes") / 600.0 - 1.0).abs() < 0.15, "{name}");
+    }
+}

@@ -224,3 +224,26 @@ fn site_is_pressed_along_its_normal() {
     let deepest = x.iter().copied().fold(f64::INFINITY, f64::min);
     assert!((deepest - 0.056).abs() < 1e-6, "{deepest}");
 }
+
+/// An organ pressed from above, with more keys of its tissue.
+fn organ_scene(name: &str, site: &str, more: &str) -> String {
+    let scene = edited(SMALL_BLOCK, BLOCK, &format!("organ = \"{name}\"\n{more}"));
+    edited(&edited(&scene, NODES, ""), PLACE, &format!("site = {site}"))
+}
+
+#[test]
+fn organ_has_its_shape_its_nodes_and_its_regions() {
+    let foot = |more: &str| press(SCRATCH, &organ_scene("foot", "[-0.075, 0.0, 0.031]", more));
+    let plain = foot("nodes = 300");
+    assert!((plain.number("/report/size_mm/0") / 250.0 - 1.0).abs() < 0.1);
+    assert!((plain.number("/nodes") / 300.0 - 1.0).abs() < 0.15);
+    // the probe comes down on the sole
+    assert!(plain.trace.column("probe_z_m").into_iter().fold(1.0, f64::min) < 0.03);
+    let all = ["skin", "fat pad", "deep tissue"].map(|name| format!("{{ name = \"{name}\", youngs_modulus_pa = 7000.0 }}"));
+    let all = ratios(&foot(&format!("nodes = 300\nregion = [{}]", all.join(", "))), &plain);
+    let fat = ratios(&foot("nodes = 300\nregion = [{ name = \"fat pad\", youngs_modulus_pa = 7000.0 }]"), &plain);
+    println!("all regions twice as stiff {all:.4?}, fat alone {fat:.4?}");
+    // every stiffness doubled, but the contact's, which is of the scene's own modulus: in series with it
+    assert!(all.iter().all(|r| (1.3..2.0).contains(r)) && all.is_sorted_by(|a, b| a < b));
+    assert!(fat.iter().zip(&all).all(|(fat, all)| *fat > 1.1 && fat < all));
+}

@@ -4,6 +4,7 @@ mod calibrate;
 mod chart;
 mod far_field;
 mod mesh;
+mod pack;
 mod paper;
 mod press;
 mod reference;

@@ -8,8 +8,12 @@ pub mod build;
 pub mod condense;
 pub mod cut;
 pub mod edges;
+pub mod fitted;
+pub mod organ_reference;
 pub mod springs;
+pub mod surface_map;
 pub mod table;
+pub mod whole;
 
 pub use build::{FarField, FarFieldError};
 pub use cut::{Cut, CutError};

@@ -1,7 +1,8 @@
-//! Tetrahedral meshes: the built-in graded block, files, checks, surface.
+//! Tetrahedral meshes: the built-in graded block, files, checks, surface and distance to it.
 
 pub mod block;
 mod check;
+mod distance;
 mod error;
 mod gmsh;
 pub mod import;
@@ -13,10 +14,12 @@ mod solid;
 pub mod surface;
 mod tetgen;
 mod topology;
+pub mod triangle;
 mod vtk;
 mod word;
 
 pub use block::{BlockError, BlockSpec, block, block_with_rim, radius_ratio};
+pub use distance::{ClosedSurface, Foot};
 pub use error::{Defect, MeshError};
 pub use import::{ImportReport, Imported, WorstTet};
 pub use quality::worst;

@@ -15,8 +15,10 @@ mod parts;
 mod sound;
 mod split;
 mod stuffing;
+mod turned;
 
 pub use error::OrganError;
+pub use turned::{Turned, tangents};
 
 use crate::mesh::TetMesh;
 use lattice::Lattice;
@@ -131,6 +133,12 @@ impl Organ {
     #[must_use]
     pub fn bone_m(&self, at_m: [f64; 3]) -> Option<f64> {
         self.bone.map(|bone| bone(at_m.into()))
+    }
+
+    /// Point of the surface nearest to a place [m]; as sure as [`Self::distance_m`].
+    #[must_use]
+    pub fn nearest_m(&self, at_m: [f64; 3]) -> [f64; 3] {
+        self.foot(at_m.into()).0.into()
     }
 
     /// Where a ray first crosses the surface [m]; `None` if it misses, or has no direction. Thinner than a four-thousandth of its way it may miss.

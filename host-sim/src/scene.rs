@@ -13,12 +13,15 @@ pub use drive::Drive;
 pub use error::SceneError;
 
 /// The presets, by name.
-pub const PRESETS: [(&str, &str); 5] = [
+pub const PRESETS: [(&str, &str); 8] = [
     ("block", include_str!("../scenes/block.toml")),
     ("block-deep", include_str!("../scenes/block-deep.toml")),
     ("block-20kpa", include_str!("../scenes/block-20kpa.toml")),
     ("liver", include_str!("../scenes/liver.toml")),
     ("nodule", include_str!("../scenes/nodule.toml")),
+    ("abdomen", include_str!("../scenes/abdomen.toml")),
+    ("foot", include_str!("../scenes/foot.toml")),
+    ("organ-liver", include_str!("../scenes/organ-liver.toml")),
 ];
 
 /// A scene.
@@ -41,19 +44,24 @@ pub struct Scene {
     pub solver: Solver,
 }
 
-/// The tissue: a block made here or a mesh from a file.
+/// The tissue: a block or an organ made here, or a mesh from a file.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct TissueScene {
     /// Sides of the block [m]; top at z = 0, bottom fixed.
     pub block_m: Option<[f64; 3]>,
-    /// Nodes of the block's mesh.
+    /// An organ of [`crate::organ`] by its name; its underside and its bones are fixed.
+    pub organ: Option<String>,
+    /// Regions of the organ that have another stiffness than the rest.
+    #[serde(default)]
+    pub region: Vec<RegionScene>,
+    /// Nodes of the block's mesh; of an organ's, about.
     pub nodes: Option<usize>,
     /// Mesh file, relative to the scene file (to the working directory for a preset); its underside is fixed.
     pub mesh: Option<PathBuf>,
     /// Unit of the mesh file's coordinates.
     pub length_unit: Option<LengthUnit>,
-    /// Young's modulus [Pa].
+    /// Young's modulus [Pa]. Contact follows from it: of an organ in layers, give that of the tissue touched.
     pub youngs_modulus_pa: f64,
     /// Poisson's ratio (1).
     pub poisson_ratio: f64,
@@ -118,6 +126,24 @@ pub struct Inclusion {
     pub stiffness_ratio: f64,
 }
 
+impl Inclusion {
+    /// Whether a point [m] is in it.
+    #[must_use]
+    pub fn holds(&self, at_m: [f64; 3]) -> bool {
+        (0..3).map(|k| (at_m[k] - self.center_m[k]).powi(2)).sum::<f64>() <= self.radius_m * self.radius_m
+    }
+}
+
+/// A region of an organ.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct RegionScene {
+    /// As the organ calls it.
+    pub name: String,
+    /// Young's modulus [Pa].
+    pub youngs_modulus_pa: f64,
+}
+
 /// Shape of the probe in a scene file.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -140,7 +166,7 @@ pub struct ProbeScene {
     pub radius_m: f64,
     /// Where on the block's top [m].
     pub position_m: Option<[f64; 2]>,
-    /// Where on a mesh [m]: the nearest surface point is pressed, along its normal.
+    /// Where on a mesh or an organ [m]: the nearest surface point is pressed, along its normal.
     pub site: Option<[f64; 3]>,
 }
 

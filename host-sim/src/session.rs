@@ -83,8 +83,9 @@ impl Session {
         let tips_m = read_tips(&scene.drive)?;
         if let Some(path) = scene.solver.patch.as_deref().filter(|p| p.as_os_str() != NO_PATCH) {
             let (patch, packed) = packed::open(scene, path)?;
-            // a fitted patch is of a homogeneous block; any other was packed with its inclusions
-            let patch = if patch.fitted_places() > 0 { patch.with_inclusions(&scene.tissue.inclusion) } else { patch };
+            // a patch fitted as a whole block is a homogeneous one's; any other was packed with its inclusions
+            let homogeneous = patch.fitted_places() > 0 && patch.model().rim_nodes.is_empty();
+            let patch = if homogeneous { patch.with_inclusions(&scene.tissue.inclusion) } else { patch };
             let params = fitted(scene, &packed);
             return Self::of_patch(patch, params, tips_m, 0);
         }
@@ -100,6 +101,14 @@ impl Session {
         let material = Material { poisson_ratio: f64::from(params.poisson_ratio), ..Material::default() };
         let flipped = placed.import.as_ref().map_or(0, |i| i.flipped_tets);
         Self::of_patch(Patch::build(&placed.tissue, &material, None), params, tips_m, flipped)
+    }
+
+    /// A patch made elsewhere, with the parameters it was made with.
+    ///
+    /// # Errors
+    /// A model that cannot keep 1 kHz: with the numbers.
+    pub fn of_fitted(patch: Patch, params: Params) -> Result<Self, Error> {
+        Self::of_patch(patch, params, Vec::new(), 0)
     }
 
     fn of_patch(patch: Patch, params: Params, tips_m: Vec<[f32; 3]>, flipped_tets: usize) -> Result<Self, Error> {

@@ -1,10 +1,16 @@
-//! From a scene to a tissue: mesh, what is fixed, where the probe presses.
+//! From a scene to a tissue: mesh ([`shape`], [`organ`] for an organ), what it is made of ([`Layout`]), what is fixed, where the probe presses.
+
+mod material;
+pub(crate) mod organ;
+pub(crate) mod shape;
 
 use crate::error::Error;
-use crate::mesh::import::import;
 use crate::mesh::{BlockError, BlockSpec, ImportReport, TetMesh, block, surface};
 use crate::patch::Tissue;
-use crate::scene::{Drive, Inclusion, PRESETS, Scene, SceneError};
+use crate::scene::{Drive, Inclusion, Scene, SceneError};
+pub use material::Layout;
+pub use organ::DEFAULT_ORGAN_NODES;
+use shape::Shape;
 
 /// A mesh rests on its underside: surface triangles whose outward normal has less than this cosine with the press axis are fixed.
 pub(crate) const UNDERSIDE_COSINE: f64 = -0.5;
@@ -40,37 +46,65 @@ pub fn place(scene: &Scene, tips_m: &[[f32; 3]]) -> Result<Placed, Error> {
 /// # Errors
 /// As [`place`].
 pub fn place_fine(scene: &Scene, tips_m: &[[f32; 3]], fine_radii: f64) -> Result<Placed, Error> {
-    if let (Some(path), Some(unit), Some(site)) = (&scene.tissue.mesh, scene.tissue.length_unit, scene.probe.site) {
-        if !path.is_file() && PRESETS.iter().any(|(name, _)| *name == scene.file) {
-            let why = format!(
-                "= {} is looked for from the working directory and is not there: start from the repository's root, or give your own mesh in a copy of host-sim/scenes/{}.toml",
-                path.display(),
-                scene.file
-            );
-            return Err(SceneError::value(&scene.file, "tissue.mesh", &why).into());
+    match Shape::of(scene)? {
+        Some(Shape::File(_, mesh, report)) => return place_imported(scene, tips_m, mesh, report),
+        Some(shape) => {
+            let site = shape.near_site(scene)?;
+            let mesh = organ::graded(scene, &shape, &site)?;
+            return on_shape(scene, tips_m, &shape, mesh, (site.at_m, site.axis));
         }
-        let imported = import(path, unit.metres)?;
-        let (site_m, axis) = nearest_on_surface(&imported.mesh, site, scene.probe.radius_m);
-        let (away, long) = (sub(site, site_m), imported.report.size_m.into_iter().fold(0.0, f64::max));
-        if dot(away, away) > long * long {
-            let why =
-                format!("= {site:?} is further from the mesh than that is long ({long:.4} m): give metres, in the mesh's frame");
-            return Err(SceneError::value(&scene.file, "probe.site", &why).into());
-        }
-        let anchors = underside(&imported.mesh, axis);
-        let tissue = finish(scene, tips_m, imported.mesh, anchors, site_m, axis)?;
-        return Ok(Placed { tissue, axis, import: Some(imported.report) });
+        None => {}
     }
     let size_m = scene.tissue.block_m.unwrap_or_default();
     let [x, y] = scene.probe.position_m.unwrap_or_default();
     let nodes = scene.tissue.nodes.unwrap_or(DEFAULT_NODES);
     let mesh = block(&BlockSpec { size_m, nodes, fine_at_m: [x, y], fine_radius_m: fine_radii * scene.probe.radius_m })
         .map_err(|cause| not_meshed(scene, cause))?;
+    place_block(scene, tips_m, mesh)
+}
+
+/// A block's own mesh, however fine where.
+pub(crate) fn place_block(scene: &Scene, tips_m: &[[f32; 3]], mesh: TetMesh) -> Result<Placed, Error> {
+    let size_m = scene.tissue.block_m.unwrap_or_default();
+    let [x, y] = scene.probe.position_m.unwrap_or_default();
     // the generator puts the bottom nodes exactly there
     let anchors = anchored(&mesh, |x| x[2] <= -size_m[2] * (1.0 - 1e-9));
     let axis = [0.0, 0.0, 1.0];
     let tissue = finish(scene, tips_m, mesh, anchors, [x, y, 0.0], axis)?;
     Ok(Placed { tissue, axis, import: None })
+}
+
+/// The file's own mesh.
+fn place_imported(scene: &Scene, tips_m: &[[f32; 3]], mesh: TetMesh, report: ImportReport) -> Result<Placed, Error> {
+    let site = scene.probe.site.unwrap_or_default();
+    let (site_m, axis) = nearest_on_surface(&mesh, site, scene.probe.radius_m);
+    let (away, long) = (sub(site, site_m), report.size_m.into_iter().fold(0.0, f64::max));
+    if dot(away, away) > long * long {
+        let why =
+            format!("= {site:?} is further from the mesh than that is long ({long:.4} m): give metres, in the mesh's frame");
+        return Err(SceneError::value(&scene.file, "probe.site", &why).into());
+    }
+    let anchors = underside(&mesh, axis);
+    let tissue = finish(scene, tips_m, mesh, anchors, site_m, axis)?;
+    Ok(Placed { tissue, axis, import: Some(report) })
+}
+
+/// A mesh made of a shape, held where the shape is.
+pub(crate) fn on_shape(
+    scene: &Scene,
+    tips_m: &[[f32; 3]],
+    shape: &Shape,
+    mesh: TetMesh,
+    (site_m, axis): ([f64; 3], [f64; 3]),
+) -> Result<Placed, Error> {
+    let anchors = shape.anchors(&mesh, axis);
+    if anchors.is_empty() {
+        let why = "leaves nothing of the surface that faces away from the press to rest on: press another side";
+        return Err(SceneError::value(&scene.file, "probe.site", why).into());
+    }
+    let tissue = finish(scene, tips_m, mesh, anchors, site_m, axis)?;
+    let import = if let Shape::File(_, _, report) = shape { Some(report.clone()) } else { None };
+    Ok(Placed { tissue, axis, import })
 }
 
 fn not_meshed(scene: &Scene, cause: BlockError) -> SceneError {
@@ -105,7 +139,8 @@ fn finish(
     let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
     scene.refuse_deeper_than(high - low, "the tissue is thick")?;
     let depth_limit_m = depth_limit_m(scene, tips_m, site_m, axis);
-    let stiffness_ratio = mesh.tets.iter().map(|tet| ratio_of(&mesh, tet, &scene.tissue.inclusion)).collect();
+    let layout = Layout::of(scene)?;
+    let stiffness_ratio = mesh.tets.iter().map(|tet| layout.of_tet(&mesh, tet)).collect();
     Ok(Tissue::closed(mesh, stiffness_ratio, anchors, site_m, depth_limit_m))
 }
 
@@ -130,13 +165,7 @@ pub(crate) fn ratio_of(mesh: &TetMesh, tet: &[u32; 4], inclusions: &[Inclusion])
     if inclusions.is_empty() {
         return 1.0;
     }
-    blended(mesh, tet, |x| {
-        let inside = |ball: &&Inclusion| {
-            let d = [0, 1, 2].map(|c| x[c] - ball.center_m[c]);
-            dot(d, d) <= ball.radius_m * ball.radius_m
-        };
-        inclusions.iter().rev().find(inside).map_or(1.0, |ball| ball.stiffness_ratio)
-    })
+    blended(mesh, tet, |x| inclusions.iter().rev().find(|ball| ball.holds(x)).map_or(1.0, |ball| ball.stiffness_ratio))
 }
 
 /// Stiffness of a tet: blended over a fine sample of it, so that a small ball or a thin layer is not lost

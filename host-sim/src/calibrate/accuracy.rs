@@ -5,7 +5,6 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::places::random;
-use super::reference_map::ReferenceMap;
 use super::targets::Reference;
 use crate::patch::Patch;
 use crate::statics::{Balance, Solver, Statics, Unbalanced, Vector};
@@ -81,7 +80,7 @@ impl Accuracy {
     pub fn of(
         patch: &Patch,
         params: &Params,
-        reference: &ReferenceMap,
+        reference: &(impl Reference + ?Sized),
         disc_radii: f64,
         places: usize,
     ) -> Result<Self, Unbalanced> {
@@ -109,7 +108,8 @@ impl Accuracy {
         let over_disc: Vec<Vec<Option<f64>>> = random(places, disc_radii * radius_m, SEED)
             .into_par_iter()
             .map(|[x, y]| {
-                let place_m = site_m + Vector::new(x, y, 0.0);
+                let Some(offset_m) = reference.place_m([x, y]) else { return Ok(Vec::new()) };
+                let place_m = site_m + offset_m;
                 Ok(press(place_m, &DISC_DEPTHS_RADII)?.iter().map(|b| error(place_m, b)).collect())
             })
             .collect::<Result<_, Unbalanced>>()?;
@@ -163,7 +163,7 @@ fn dent(
     (depth_m, balance): &(f64, Balance),
     site_m: Vector,
     radius_m: f64,
-    reference: &ReferenceMap,
+    reference: &(impl Reference + ?Sized),
 ) -> Option<DentError> {
     let top = statics.rest_m.iter().enumerate().filter(|(_, x)| (x.z - site_m.z).abs() < 1e-9);
     let near = top.filter(|(_, x)| (*x - site_m).norm() <= DENT_AROUND * radius_m);

@@ -110,6 +110,14 @@ impl<'a> ReferenceMap<'a> {
 }
 
 impl Reference for ReferenceMap<'_> {
+    fn deepest_m(&self) -> f64 {
+        Self::deepest_m(self)
+    }
+
+    fn glued(&self) -> &[GluedAnswer] {
+        Self::glued(self)
+    }
+
     fn force(&self, place_m: Vector, depth_m: f64) -> Option<f64> {
         let centred = (depth_m <= self.deepest_m() * (1.0 + 1e-9)).then(|| self.centred_force(depth_m))?;
         if place_m.x.hypot(place_m.y) < CENTRED_M {

@@ -78,20 +78,33 @@ pub struct Targets {
     pub disc_radii: f64,
 }
 
-/// What the reference is asked: force over E [m^2] at a place [m] and a depth [m], and the displacement of the surface at an offset from the centre
-/// [m] under a centred press; `None` where it does not know.
-pub trait Reference {
-    /// Force over E [m^2].
+/// What the reference is asked; `None` where it does not know. Places count from the site.
+pub trait Reference: Sync {
+    /// Force over E [m^2] of a press at a place [m].
     fn force(&self, place_m: Vector, depth_m: f64) -> Option<f64>;
+    /// Deepest centred press [m].
+    fn deepest_m(&self) -> f64;
+    /// Shallowest press [m].
+    fn shallowest_m(&self) -> f64 {
+        0.0
+    }
+    /// Place on the surface [m] at an offset in the plane that touches it at the site [m]: of a flat top that plane itself.
+    fn place_m(&self, offset_m: [f64; 2]) -> Option<Vector> {
+        Some(Vector::new(offset_m[0], offset_m[1], 0.0))
+    }
+    /// Discs glued to the surface.
+    fn glued(&self) -> &[GluedAnswer] {
+        &[]
+    }
     /// Displacement [m].
     fn displacement_m(&self, depth_m: f64, offset_m: [f64; 2]) -> Option<[f64; 3]>;
 }
 
 impl Targets {
-    /// Presses at the centre and at `places` more over `disc_radii` probe radii, on a flat top (normal along z).
+    /// Presses at the centre and at `places` more over `disc_radii` probe radii, to all depths that the reference knows; dents at `surface` nodes, if there are any.
     #[must_use]
     pub fn over_a_disc(
-        reference: &impl Reference,
+        reference: &(impl Reference + ?Sized),
         surface: &[(usize, Vector)],
         centre_m: Vector,
         radius_m: f64,
@@ -99,12 +112,14 @@ impl Targets {
         places: usize,
     ) -> Option<Self> {
         let forces = |place_m: Vector, depths: &[f64]| {
+            let solved = reference.shallowest_m()..=reference.deepest_m() * (1.0 + 1e-9);
+            let known = depths.iter().filter(|d| solved.contains(&(**d * radius_m)));
             let at = |depth: &f64| {
                 let depth_m = depth * radius_m;
-                let force = reference.force(place_m, depth_m)?;
+                let force = reference.force(place_m - centre_m, depth_m)?;
                 Some(ForceTarget { depth_m, force, tolerance: tolerance(*depth) })
             };
-            depths.iter().map(at).collect::<Option<Vec<_>>>()
+            known.map(at).collect::<Option<Vec<_>>>()
         };
         let dent = |depth: &f64| {
             let depth_m = depth * radius_m;
@@ -115,10 +130,11 @@ impl Targets {
             });
             Some(DentTarget { depth_m, nodes: nodes.collect::<Option<Vec<_>>>()?, tolerance_m: DENT_TOLERANCE * depth_m })
         };
-        let dents = DENT_DEPTHS_RADII.iter().map(dent).collect::<Option<Vec<_>>>()?;
+        // without surface nodes to compare there are no dents
+        let dents = DENT_DEPTHS_RADII.iter().filter(|_| !surface.is_empty()).map(dent).collect::<Option<Vec<_>>>()?;
         let mut all = vec![PlaceTarget { place_m: centre_m, forces: forces(centre_m, &CENTRE_DEPTHS_RADII)?, dents }];
         for [x, y] in sunflower(places, disc_radii * radius_m) {
-            let place_m = centre_m + Vector::new(x, y, 0.0);
+            let place_m = centre_m + reference.place_m([x, y])?;
             all.push(PlaceTarget { place_m, forces: forces(place_m, &DEPTHS_RADII)?, dents: Vec::new() });
         }
         Some(Self { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii })

@@ -230,14 +230,20 @@ fn too_few(scene: &Scene) -> Error {
 
 fn targets(scene: &Scene, tissue: &Tissue, answer: &Answer, places: usize) -> Result<Targets, Error> {
     let map = ReferenceMap::of(answer).ok_or_else(|| too_few(scene))?;
+    if map.deepest_m() < scene.probe.radius_m {
+        return Err(lacking(scene));
+    }
     let top = (0..).zip(&tissue.mesh.nodes_m).filter(|(_, x)| (x[2] - tissue.site_m[2]).abs() < 1e-9);
     let surface: Vec<(usize, Vector)> = top.map(|(n, x)| (n, Vector::from(*x))).collect();
-    Targets::over_a_disc(&map, &surface, tissue.site_m.into(), scene.probe.radius_m, DISC_RADII, places).ok_or_else(|| {
-        Error::Usage(format!(
-            "scene {}: the reference answer lacks presses this fit needs (to a probe's radius at the centre, places off it, surfaces at a quarter and a half radius): solve them with palpate reference",
-            scene.name
-        ))
-    })
+    Targets::over_a_disc(&map, &surface, tissue.site_m.into(), scene.probe.radius_m, DISC_RADII, places)
+        .ok_or_else(|| lacking(scene))
+}
+
+fn lacking(scene: &Scene) -> Error {
+    Error::Usage(format!(
+        "scene {}: the reference answer lacks presses this fit needs (to a probe's radius at the centre, places off it, surfaces at a quarter and a half radius): solve them with palpate reference",
+        scene.name
+    ))
 }
 
 fn print_accuracy(name: &str, accuracy: &Accuracy) {

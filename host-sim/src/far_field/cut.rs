@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use thiserror::Error;
 
 use super::Sizes;
+use super::whole::from_stroke_m;
 use crate::mesh::{TetMesh, surface};
 use crate::patch::Tissue;
 
@@ -71,7 +72,7 @@ impl Cut {
             return Err(CutError::NoAnchor);
         }
         let mesh = &whole.mesh;
-        let away: Vec<f64> = mesh.tets.iter().map(|t| away_m(centroid(mesh, t), whole.site_m, sizes.stroke_m)).collect();
+        let away: Vec<f64> = mesh.tets.iter().map(|t| from_stroke_m(whole.site_m, sizes.stroke_m, centroid(mesh, t))).collect();
         let choose = |radius_m: f64| held(whole, connected(&mesh.tets, &away, radius_m));
         if !away.iter().any(|a| *a <= sizes.radius_m) {
             return Err(CutError::Empty { radius_mm });
@@ -126,15 +127,6 @@ impl Cut {
         };
         Self { patch, rim, outside, node }
     }
-}
-
-/// Distance to the site, or to the way it travels [m].
-fn away_m(x: [f64; 3], site_m: [f64; 3], stroke_m: [f64; 3]) -> f64 {
-    let d = [0, 1, 2].map(|k| x[k] - site_m[k]);
-    let square: f64 = stroke_m.iter().map(|s| s * s).sum();
-    let along: f64 = d.iter().zip(stroke_m).map(|(d, s)| d * s).sum();
-    let share = if square > 0.0 { (along / square).clamp(-0.5, 0.5) } else { 0.0 };
-    [0, 1, 2].map(|k| d[k] - share * stroke_m[k]).iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
 fn centroid(mesh: &TetMesh, tet: &[u32; 4]) -> [f64; 3] {

@@ -45,6 +45,29 @@ pub fn surface(tets: &[[u32; 4]]) -> Vec<[u32; 3]> {
     open.into_iter().map(|(_, _, corners)| corners).collect()
 }
 
+/// How many pieces tets make that hang together by faces.
+#[must_use]
+pub fn pieces(tets: &[[u32; 4]]) -> usize {
+    let mut parent: Vec<usize> = (0..tets.len()).collect();
+    let mut first = |mut tet: usize, joined: Option<usize>| {
+        while parent[tet] != tet {
+            parent[tet] = parent[parent[tet]];
+            tet = parent[tet];
+        }
+        if let Some(other) = joined {
+            parent[tet] = other;
+        }
+        tet
+    };
+    for face in face_sides(tets).chunk_by(|a, b| a.key == b.key) {
+        for pair in face.windows(2) {
+            let other = first(pair[1].tet, None);
+            first(pair[0].tet, Some(other));
+        }
+    }
+    (0..tets.len()).filter(|t| first(*t, None) == *t).count()
+}
+
 /// Edges `[i, j]`, `i < j`, each once, in rising order, shape `[edges][2]`.
 #[must_use]
 pub fn edges(tets: &[[u32; 4]]) -> Vec<[u32; 2]> {
@@ -90,6 +113,17 @@ mod tests {
     #[test]
     fn no_tets_have_no_surface_and_no_edges() {
         assert!(surface(&[]).is_empty());
+        assert_eq!(pieces(&[]), 0);
+    }
+
+    #[test]
+    fn a_shared_edge_joins_no_pieces_and_a_shared_face_does() {
+        assert_eq!(pieces(&[[0, 1, 2, 3], [2, 3, 4, 5]]), 2);
+        assert_eq!(pieces(&[[0, 1, 2, 3], [2, 3, 4, 5], [1, 2, 3, 4]]), 1);
+    }
+
+    #[test]
+    fn no_tets_have_no_edges() {
         assert!(edges(&[]).is_empty());
     }
 }

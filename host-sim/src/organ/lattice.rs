@@ -51,6 +51,10 @@ pub(super) struct Lattice {
 struct Growth {
     radius: f64,
     factor: f64,
+    /// Largest stretch along the ray (1).
+    most: f64,
+    /// Half of the segment that stands for the place, from its middle.
+    half_stroke: V3,
 }
 
 /// A lattice that cannot be; [`Refusal::of`] says for which organ.
@@ -71,7 +75,12 @@ impl Lattice {
     }
 
     /// Spacing growing away from a place.
-    pub fn fine(fine: &Fine, [low, high]: [[f64; 3]; 2]) -> Result<Self, Refusal> {
+    pub fn fine(fine: &Fine, bounds: [[f64; 3]; 2]) -> Result<Self, Refusal> {
+        Self::along(fine, [0.0; 3], f64::INFINITY, bounds)
+    }
+
+    /// The same around a segment, `stroke_m` long and centred on the place, elements along a ray not longer than `coarsest_m`.
+    pub fn along(fine: &Fine, stroke_m: [f64; 3], coarsest_m: f64, [low, high]: [[f64; 3]; 2]) -> Result<Self, Refusal> {
         length("radius_m", fine.radius_m)?;
         if !(0.0..=100.0).contains(&fine.growth) {
             return Err(Refusal::Number { what: "growth", value: fine.growth, wanted: "0 to 100" });
@@ -79,8 +88,11 @@ impl Lattice {
         if let Some(value) = fine.at_m.into_iter().find(|v| !(-10.0..=10.0).contains(v)) {
             return Err(Refusal::Number { what: "at_m", value, wanted: "a place in the organ's frame, in metres" });
         }
-        let growth = Growth { radius: fine.radius_m, factor: fine.growth };
-        let reach = [low, high].map(|corner| std::array::from_fn(|k| growth.unmoved((corner[k] - fine.at_m[k]).abs())));
+        let most = (coarsest_m / fine.spacing_m).max(1.0);
+        let growth = Growth { radius: fine.radius_m, factor: fine.growth, most, half_stroke: 0.5 * V3::from(stroke_m) };
+        let half = growth.half_stroke.abs();
+        let reach = [low, high]
+            .map(|corner| std::array::from_fn(|k| half[k] + growth.unmoved((corner[k] - fine.at_m[k]).abs() + half[k])));
         Self::around(fine.spacing_m, fine.at_m.into(), Some(growth), reach)
     }
 
@@ -107,7 +119,11 @@ impl Lattice {
         let [i, j, k] = triple.map(f64::from);
         let from = 0.5 * self.spacing_m * V3::new(i, j, k);
         match self.growth {
-            Some(growth) => self.at + from * growth.stretch(from.norm()),
+            Some(growth) => {
+                let nearest = growth.nearest(from);
+                let off = from - nearest;
+                self.at + nearest + off * growth.stretch(off.norm())
+            }
             None => self.at + from,
         }
     }
@@ -165,7 +181,17 @@ impl Growth {
             return 1.0;
         }
         let w = before / self.radius - 1.0;
-        self.radius * (1.0 + w + self.factor * w * w * (1.0 + w / 3.0)) / before
+        // where the stretch along the ray, 1 + g (2 w + w^2), is at its limit
+        let limit = if self.factor > 0.0 { (1.0 + (self.most - 1.0) / self.factor).sqrt() - 1.0 } else { f64::INFINITY };
+        let grown = w.min(limit);
+        let beyond = if w > limit { self.most * (w - limit) } else { 0.0 };
+        self.radius * (1.0 + grown + self.factor * grown * grown * (1.0 + grown / 3.0) + beyond) / before
+    }
+
+    /// The segment's point nearest to one, both from its middle.
+    fn nearest(self, from: V3) -> V3 {
+        let square = self.half_stroke.norm_squared();
+        if square > 0.0 { self.half_stroke * (from.dot(&self.half_stroke) / square).clamp(-1.0, 1.0) } else { V3::zeros() }
     }
 
     /// Distance before, from that after, by bisection; from outside.
@@ -260,12 +286,24 @@ mod tests {
 
     #[test]
     fn growth_is_smooth_at_the_fine_radius_and_inverted_by_unmoved() {
-        let growth = Growth { radius: 0.01, factor: 1.0 };
+        let growth = Growth { radius: 0.01, factor: 1.0, most: f64::INFINITY, half_stroke: V3::zeros() };
         for after in [0.004, 0.01, 0.0101, 0.05, 0.2] {
             let before = growth.unmoved(after);
             assert!((before * growth.stretch(before) - after).abs() < 1e-12);
         }
         // R ((rho/R)^3 + 2)/3 at rho = 2 R
         assert!((0.02 * growth.stretch(0.02) - 0.01 * 10.0 / 3.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_stretch_at_its_limit_stays_there_and_a_segment_is_followed() {
+        let growth = Growth { radius: 0.01, factor: 1.0, most: 4.0, half_stroke: V3::new(0.0, 0.02, 0.0) };
+        let slope = |at: f64| ((at + 1e-6) * growth.stretch(at + 1e-6) - (at - 1e-6) * growth.stretch(at - 1e-6)) / 2e-6;
+        // (rho/R)^2 along the ray, until it is 4
+        for (at, expected) in [(0.005, 1.0), (0.015, 2.25), (0.0199, 3.9601), (0.021, 4.0), (0.1, 4.0)] {
+            assert!((slope(at) - expected).abs() < 1e-6, "{at}: {}", slope(at));
+        }
+        assert_eq!(growth.nearest(V3::new(0.5, 0.011, 0.3)), V3::new(0.0, 0.011, 0.0));
+        assert_eq!(growth.nearest(V3::new(0.5, -0.3, 0.3)), V3::new(0.0, -0.02, 0.0));
     }
 }

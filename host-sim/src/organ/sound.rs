@@ -1,21 +1,36 @@
-//! Whether a mesh is one solid ball: what every organ here is.
+//! Whether a mesh is one solid, and a ball: what every organ here is.
 
 use std::collections::BTreeMap;
 
 use crate::mesh::{TetMesh, surface};
 
-/// What is wrong with the surface, if anything: it must be one sphere, every edge of it in two triangles.
-pub(super) fn defect(tets: &[[u32; 4]]) -> Option<&'static str> {
-    let triangles = surface::surface(tets);
-    let mut edges: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
+type Edges = BTreeMap<[u32; 2], Vec<usize>>;
+
+/// Triangles at every edge; `None` if one has not just two.
+fn sides(triangles: &[[u32; 3]]) -> Option<Edges> {
+    let mut edges = Edges::new();
     for (index, &[a, b, c]) in triangles.iter().enumerate() {
         for [i, j] in [[a, b], [b, c], [c, a]] {
             edges.entry([i.min(j), i.max(j)]).or_default().push(index);
         }
     }
-    if edges.values().any(|sides| sides.len() != 2) {
+    edges.values().all(|sides| sides.len() == 2).then_some(edges)
+}
+
+/// What is wrong with a solid that may have holes through it and hollows, if anything: it must be one piece, every edge of its surface in two triangles.
+pub(super) fn torn(tets: &[[u32; 4]]) -> Option<&'static str> {
+    if sides(&surface::surface(tets)).is_none() {
         return Some("touches itself along an edge");
     }
+    (surface::pieces(tets) != 1).then_some("is in pieces")
+}
+
+/// What is wrong with the surface, if anything: it must be one sphere, every edge of it in two triangles.
+pub(super) fn defect(tets: &[[u32; 4]]) -> Option<&'static str> {
+    let triangles = surface::surface(tets);
+    let Some(edges) = sides(&triangles) else {
+        return Some("touches itself along an edge");
+    };
     let mut nodes: Vec<u32> = triangles.iter().flatten().copied().collect();
     nodes.sort_unstable();
     nodes.dedup();

@@ -46,6 +46,15 @@ pub(super) fn stuff(organ: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice
     }
 }
 
+/// The same for a shape that may have holes through it, and hollows.
+pub(super) fn stuff_any(name: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice) -> Result<TetMesh, OrganError> {
+    let mesh = cut_out(name, implicit, lattice)?;
+    match sound::torn(&mesh.tets) {
+        Some(defect) => Err(OrganError::TooCoarse { organ: name.to_owned(), spacing_m: lattice.spacing_m, defect }),
+        None => Ok(mesh),
+    }
+}
+
 /// The same without the check of its topology.
 pub(super) fn cut_out(organ: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice) -> Result<TetMesh, OrganError> {
     let mut sides = vec![Side::Out; lattice.len()];

@@ -126,7 +126,7 @@ fn on_one_mesh(
     anchors.iter().for_each(|n| anchor[*n as usize] = true);
     let anchored: Vec<usize> =
         (0..coarse.triangles.len()).filter(|t| coarse.triangles[*t][..3].iter().all(|n| anchor[*n as usize])).collect();
-    let longest_m = |x: [f64; 3]| edge_m + GROWTH * disc.from_edge_m(&Vector3::from(x));
+    let longest_m = |x: [f64; 3]| edge_m + GROWTH * disc.edge_distance_m(&Vector3::from(x));
     let fine = refine(&own, longest_m, MOST_NODES.max(mesh.nodes_m.len()));
     let fine = circle::cut(&fine, disc);
     let regions = fine.regions.clone();
@@ -174,7 +174,7 @@ fn on_one_mesh(
 
 impl Disc {
     /// Distance to the disc's edge [m].
-    fn from_edge_m(&self, x: &Vector3<f64>) -> f64 {
+    fn edge_distance_m(&self, x: &Vector3<f64>) -> f64 {
         let arm = x - self.place_m;
         let height = arm.dot(&self.axis);
         ((arm - self.axis * height).norm() - self.radius_m).hypot(height)

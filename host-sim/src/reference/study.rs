@@ -136,6 +136,9 @@ pub fn study(scene: &Scene, quick: bool, mut progress: impl FnMut(usize, f64)) -
 impl<'a> Task<'a> {
     fn new(scene: &'a Scene) -> Result<Self, Error> {
         let tissue = &scene.tissue;
+        if tissue.organ.is_some() {
+            return Ok(scene.bad("tissue.organ", "has no answer in this command: give tissue.block_m or tissue.mesh")?);
+        }
         if tissue.block_m.is_none() && tissue.mesh.is_none() {
             return Ok(scene.bad("solver.patch", "has no tissue to solve: give tissue.block_m or tissue.mesh")?);
         }

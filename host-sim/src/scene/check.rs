@@ -3,9 +3,13 @@
 use palpate::{BuildError, Limits};
 
 use super::{Drive, Scene, SceneError};
+use crate::tissue::Layout;
 
 /// Smallest and largest side of a block [m]: beyond it a unit is wrong. A mesh file has the same range.
 const SIDE_M: std::ops::RangeInclusive<f64> = 1e-3..=2.0;
+/// Nodes that an organ's mesh may be asked for, and Young's modulus [Pa] of its regions.
+const ORGAN_NODES: std::ops::RangeInclusive<usize> = 100..=5000;
+const MODULUS_PA: std::ops::RangeInclusive<f64> = 1.0..=1e9;
 /// Longest run, in tissue time [s].
 const LONGEST_S: f64 = 1000.0;
 
@@ -48,18 +52,33 @@ impl Scene {
     /// One source of tissue, with the keys that belong to it.
     fn check_source(&self) -> Result<(), SceneError> {
         let (tissue, probe) = (&self.tissue, &self.probe);
-        match (&tissue.block_m, &tissue.mesh, &self.solver.patch) {
-            (Some(_), None, _) | (None, Some(_), None) | (None, None, Some(_)) => {}
-            (Some(_), Some(_), _) => return self.bad("tissue", "has both block_m and mesh: keep one"),
-            (None, None, None) => return self.bad("tissue", "has neither block_m nor mesh: give one"),
-            (None, Some(_), Some(_)) => return self.bad("solver.patch", "replaces the mesh: remove one of the two"),
+        match (tissue.block_m.is_some(), tissue.mesh.is_some(), tissue.organ.is_some()) {
+            (false, false, false) if self.solver.patch.is_none() => {
+                return self.bad("tissue", "has neither block_m nor mesh nor organ: give one");
+            }
+            (true, true, _) => return self.bad("tissue", "has both block_m and mesh: keep one"),
+            (true, _, true) => return self.bad("tissue", "has both block_m and organ: keep one"),
+            (_, true, true) => return self.bad("tissue", "has both mesh and organ: keep one"),
+            (_, true, _) if self.solver.patch.is_some() => {
+                return self.bad("solver.patch", "replaces the mesh: remove one of the two");
+            }
+            (.., true) if self.solver.patch.as_ref().is_some_and(|p| p.as_os_str() != crate::session::NO_PATCH) => {
+                return self.bad("solver.patch", "replaces the organ: remove one of the two");
+            }
+            _ => {}
+        }
+        if tissue.organ.is_some() {
+            return self.check_organ();
+        }
+        if !tissue.region.is_empty() {
+            return self.bad("tissue.region", "belongs to an organ: remove it");
         }
         if tissue.mesh.is_none() {
             if tissue.length_unit.is_some() {
                 return self.bad("tissue.length_unit", "belongs to a mesh file; block_m is in metres: remove it");
             }
             if probe.site.is_some() {
-                return self.bad("probe.site", "belongs to a mesh; a block has position_m = [x, y]: use that");
+                return self.bad("probe.site", "belongs to a mesh or an organ; a block has position_m = [x, y]: use that");
             }
             return Ok(());
         }
@@ -70,11 +89,37 @@ impl Scene {
         if tissue.nodes.is_some() {
             return self.bad("tissue.nodes", "belongs to a block; a mesh file has its own nodes: remove it");
         }
-        if probe.position_m.is_some() {
-            return self.bad("probe.position_m", "belongs to a block; a mesh has site = [x, y, z]: use that");
+        self.check_site("a mesh")
+    }
+
+    /// An organ with its regions.
+    fn check_organ(&self) -> Result<(), SceneError> {
+        let tissue = &self.tissue;
+        if tissue.length_unit.is_some() {
+            return self.bad("tissue.length_unit", "belongs to a mesh file; organs are in metres: remove it");
         }
-        match probe.site {
-            None => self.bad("probe.site", "is missing: a mesh needs the place to press, site = [x, y, z] in metres"),
+        if let Some(nodes) = tissue.nodes.filter(|n| !ORGAN_NODES.contains(n)) {
+            let why = format!("= {nodes}: give a number from {} to {}", ORGAN_NODES.start(), ORGAN_NODES.end());
+            return self.bad("tissue.nodes", &why);
+        }
+        for (n, region) in tissue.region.iter().enumerate() {
+            let e = region.youngs_modulus_pa;
+            if !MODULUS_PA.contains(&e) {
+                let why = format!("= {e} is out of range: give {} .. {}", MODULUS_PA.start(), MODULUS_PA.end());
+                return self.bad(&format!("tissue.region[{n}].youngs_modulus_pa"), &why);
+            }
+        }
+        Layout::of(self)?;
+        self.check_site("an organ")
+    }
+
+    /// Where `what` is pressed.
+    fn check_site(&self, what: &str) -> Result<(), SceneError> {
+        if self.probe.position_m.is_some() {
+            return self.bad("probe.position_m", &format!("belongs to a block; {what} has site = [x, y, z]: use that"));
+        }
+        match self.probe.site {
+            None => self.bad("probe.site", &format!("is missing: {what} needs the place to press, site = [x, y, z] in metres")),
             Some(site) if !site.iter().all(|c| c.is_finite()) => {
                 self.bad("probe.site", &format!("= {site:?} is not finite: give x, y, z in metres"))
             }

@@ -45,7 +45,9 @@ fn agree(scene: &Scene, path: &Path, file: &PatchFile) -> Result<(), SceneError>
         let why = format!("= {}, but {path} was packed for {packed}: use that or pack it again", scene.tissue.poisson_ratio);
         return scene.bad("tissue.poisson_ratio", &why);
     }
-    for (axis, side) in scene.tissue.block_m.iter().flatten().enumerate() {
+    // a patch with a far field is smaller than what it answers for
+    let whole = file.model.rim_nodes.is_empty();
+    for (axis, side) in scene.tissue.block_m.iter().filter(|_| whole).flatten().enumerate() {
         let (low, high) =
             file.model.nodes.iter().fold((f32::MAX, f32::MIN), |(l, h), n| (l.min(n.rest_m[axis]), h.max(n.rest_m[axis])));
         let packed = f64::from(high - low);

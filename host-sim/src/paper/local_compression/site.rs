@@ -7,11 +7,13 @@ use crate::error::Error;
 use crate::mesh::TetMesh;
 use crate::mesh::import::import;
 use crate::mesh::surface::surface;
+use crate::mesh::triangle::entry_m;
 use crate::organ::{Fine, Organ, Spec};
 use crate::patch::Tissue;
 use crate::reference::refine::refine;
 use crate::rivals::Block;
-use crate::tissue::{blended, underside};
+use crate::tissue::blended;
+use crate::tissue::shape::held;
 
 /// Deepest press that is answered, in finger radii: beyond it the finger's shaft would touch too.
 pub const DEEPEST_RADII: f64 = 3.0;
@@ -92,13 +94,7 @@ impl Site {
             None => mesh.regions.iter().map(|n| modulus(*n)).collect(),
         };
         let reference_pa = mean_near(&mesh, &per_tet_pa, site_m, scene.finger.radius_m);
-        let mut anchors = underside(&mesh, axis.into());
-        if let Some(organ) = &organ {
-            let in_bone = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| organ.bone_m(**x).is_some_and(|d| d <= 0.0));
-            anchors.extend(in_bone.map(|(n, _)| n));
-            anchors.sort_unstable();
-            anchors.dedup();
-        }
+        let anchors = held(&mesh, axis.into(), organ.as_ref());
         if anchors.is_empty() {
             return Err(scene
                 .bad("finger.direction", "leaves nothing that faces away from the press to rest on: turn it")
@@ -168,21 +164,10 @@ fn read(scene: &PressScene) -> Result<(TetMesh, [f64; 3]), Error> {
     };
     let mesh = import(path, unit.metres)?.mesh;
     let (from, direction) = (Vector3::from(scene.finger.from_m), Vector3::from(scene.finger.direction).normalize());
-    let hits = surface(&mesh.tets)
-        .into_iter()
-        .filter_map(|t| along_ray_m(t.map(|n| mesh.nodes_m[n as usize].into()), &from, &direction));
+    let hits =
+        surface(&mesh.tets).into_iter().filter_map(|t| entry_m(t.map(|n| mesh.nodes_m[n as usize].into()), &from, &direction));
     let way_m = hits.min_by(f64::total_cmp).ok_or_else(|| miss(scene))?;
     Ok((mesh, (from + direction * way_m).into()))
-}
-
-/// How far along a ray it enters a triangle from outside [m] (Moeller and Trumbore 1997); `None` if it misses.
-fn along_ray_m([a, b, c]: [Vector3<f64>; 3], from: &Vector3<f64>, direction: &Vector3<f64>) -> Option<f64> {
-    let (u, v, w) = (b - a, c - a, from - a);
-    let across = direction.cross(&v);
-    let determinant = u.dot(&across);
-    let (s, t) = (w.dot(&across) / determinant, direction.dot(&w.cross(&u)) / determinant);
-    let way = v.dot(&w.cross(&u)) / determinant;
-    (determinant > 0.0 && s >= 0.0 && t >= 0.0 && s + t <= 1.0 && way >= 0.0).then_some(way)
 }
 
 /// Mean over the volume of the tets that have a corner within `reach_m` of a place [Pa].

@@ -1,0 +1,245 @@
+//! `palpate mesh pack --radius-m`: a patch cut out of a whole organ, with its far field, calibrated.
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use super::Common;
+use crate::budget::{Cost, Machine, triangles_in_reach};
+use crate::calibrate::Round;
+use crate::calibrate::accuracy::Accuracy;
+use crate::error::Error;
+use crate::far_field::fitted::{Fitted, Prepared, Recipe, Short, Truth};
+use crate::output::OutputFolder;
+use crate::patch::Patch;
+use crate::scene::Scene;
+use crate::session::Session;
+
+/// Element sizes that are tried when none is given [probe radii].
+const ELEMENTS_RADII: [f64; 2] = [0.3, 0.9];
+/// Halvings between them: a few tenths of a millimetre.
+const HALVINGS: usize = 5;
+/// Rounds of the fit may be fewer, but not places: 20 over-fit.
+const PLACES_RANGE: std::ops::RangeInclusive<usize> = 20..=2000;
+
+#[derive(Args, Clone, Debug)]
+pub(super) struct FarArgs {
+    /// Pack only what lies within this of the site [m], 1.5 to 2.5 probe radii; rim springs stand in for the rest of the organ.
+    #[arg(long, value_name = "METRES", conflicts_with = "nodes")]
+    radius_m: Option<f64>,
+    /// Edge length of the elements at the site [m] [default: the smallest that fits the board].
+    #[arg(long, value_name = "METRES", requires = "radius_m")]
+    element_m: Option<f64>,
+    /// Places to calibrate over, with --radius-m.
+    #[arg(long, value_name = "COUNT", requires = "radius_m", default_value_t = 100)]
+    places: usize,
+}
+
+impl FarArgs {
+    pub(super) fn asked(&self) -> Option<f64> {
+        self.radius_m
+    }
+
+    pub(super) fn pack(&self, common: &Common, machine: &'static Machine, radius_m: f64) -> Result<(), Error> {
+        let scene = Scene::load(&common.scene)?;
+        if !PLACES_RANGE.contains(&self.places) {
+            return Err(Error::Usage(format!(
+                "--places {}: take {} to {}",
+                self.places,
+                PLACES_RANGE.start(),
+                PLACES_RANGE.end()
+            )));
+        }
+        let probe_m = scene.probe.radius_m;
+        let recipe = |fine_m: f64| {
+            let mut recipe = Recipe::new(radius_m, fine_m, probe_m);
+            recipe.settings.places = self.places;
+            recipe
+        };
+        let bar = bar();
+        let fine_m = match self.element_m {
+            Some(fine_m) => fine_m,
+            None => smallest_element(&scene, machine, probe_m, &recipe, &bar)?,
+        };
+        let recipe = recipe(fine_m);
+        let prepared = Prepared::of(&scene, &recipe)?;
+        let before = cost(&prepared.patch(), machine, probe_m, 1);
+        if before.units > before.budget {
+            return Err(too_slow(&prepared.patch(), &before, machine));
+        }
+        bar.set_message("finite elements of the whole");
+        let truth = Truth::of(&scene, &prepared.placed, |done, all| {
+            bar.set_message(format!("finite elements of the whole: {done} of {all} presses"))
+        })?;
+        let mut rounds = 0;
+        let fitted = prepared.fit(&truth, &recipe.settings, &mut |r: &Round| {
+            rounds += 1;
+            bar.set_message(format!("fit: round {rounds}, force error {:.2} % rms", r.force_rms_pct));
+        })?;
+        let session = Session::of_fitted(fitted.patch.clone(), fitted.params)?;
+        let cost = cost(&session.patch, machine, probe_m, session.params.substeps);
+        bar.finish_and_clear();
+        if cost.units > cost.budget {
+            return Err(too_slow(&session.patch, &cost, machine));
+        }
+        write(common, &scene, &prepared, &fitted, &session, machine, &cost)
+    }
+}
+
+fn bar() -> ProgressBar {
+    let bar = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(std::time::Duration::from_millis(200));
+    bar
+}
+
+fn cost(patch: &Patch, machine: &Machine, radius_m: f64, substeps: u16) -> Cost {
+    let radius_m = radius_m as f32;
+    let model = patch.model();
+    let site_m = patch.site_m();
+    let touched = triangles_in_reach(&model, site_m.into(), radius_m);
+    machine.cost(&model, touched, substeps)
+}
+
+fn too_slow(patch: &Patch, cost: &Cost, machine: &Machine) -> Error {
+    Error::TooSlow(format!(
+        "{} nodes take about {:.0} {} a tick, {:.0} fit on {}: take a larger --element-m, a smaller --radius-m or a faster board",
+        patch.model().nodes.len(),
+        cost.units,
+        machine.unit,
+        cost.budget,
+        machine.name
+    ))
+}
+
+/// The smallest element with which a patch fits the machine in one substep.
+fn smallest_element(
+    scene: &Scene,
+    machine: &Machine,
+    probe_m: f64,
+    recipe: &impl Fn(f64) -> Recipe,
+    bar: &ProgressBar,
+) -> Result<f64, Error> {
+    let fits = |fine_m: f64| {
+        bar.set_message(format!("elements of {:.2} mm", fine_m * 1e3));
+        let patch = Prepared::of(scene, &recipe(fine_m))?.patch();
+        let cost = cost(&patch, machine, probe_m, 1);
+        if cost.units <= cost.budget { Ok(()) } else { Err(too_slow(&patch, &cost, machine)) }
+    };
+    let [mut small, mut large] = ELEMENTS_RADII.map(|r| r * probe_m);
+    fits(large)?;
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (small + large);
+        if fits(middle).is_ok() { large = middle } else { small = middle }
+    }
+    Ok(large)
+}
+
+#[derive(Serialize)]
+struct Summary<'a> {
+    scene: &'a str,
+    board: &'a str,
+    nodes: usize,
+    springs: usize,
+    tets: usize,
+    rim_nodes: usize,
+    rim_edges: usize,
+    rim_lowest_eigenvalue_over_e_m: f64,
+    outside_tets: usize,
+    radius_m: f64,
+    element_m: f64,
+    substeps: u16,
+    stable_dt_s: f64,
+    estimated_units: f64,
+    budget_units: f64,
+    unit: &'a str,
+    fitted_places: u32,
+    errors: Short,
+    rounds: &'a [Round],
+    accuracy: &'a Accuracy,
+    machine: String,
+}
+
+fn write(
+    common: &Common,
+    scene: &Scene,
+    prepared: &Prepared,
+    fitted: &Fitted,
+    session: &Session,
+    machine: &Machine,
+    cost: &Cost,
+) -> Result<(), Error> {
+    let folder = OutputFolder::open(&common.folder("mesh-pack"))?;
+    let name = format!("{}-{}.patch", scene.name, machine.name);
+    let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
+    folder.write(&name, &bytes)?;
+    let model = session.patch.model();
+    let radius_m = scene.probe.radius_m;
+    let errors = fitted.short(0.124 * radius_m, 0.51 * radius_m);
+    let rows = fitted
+        .accuracy
+        .forces
+        .iter()
+        .map(|f| [f.depth_mm, f.centred_pct, f.disc_rms_pct.unwrap_or(f64::NAN), f.disc_worst_pct.unwrap_or(f64::NAN)]);
+    folder.write_csv("accuracy.csv", ["depth_mm", "centred_pct", "disc_rms_pct", "disc_worst_pct"], rows)?;
+    folder.write_json(
+        "summary.json",
+        &Summary {
+            scene: &scene.name,
+            board: machine.name,
+            nodes: model.nodes.len(),
+            springs: model.springs.len(),
+            tets: model.tets.len(),
+            rim_nodes: model.rim_nodes.len(),
+            rim_edges: model.rim_edges.len(),
+            rim_lowest_eigenvalue_over_e_m: prepared.far.springs.lowest_m(),
+            outside_tets: prepared.far.cut.outside.mesh.tets.len(),
+            radius_m: model_radius_m(session),
+            element_m: session.patch.element_m(),
+            substeps: session.params.substeps,
+            stable_dt_s: session.stable.pressed_s,
+            estimated_units: cost.units,
+            budget_units: cost.budget,
+            unit: machine.unit,
+            fitted_places: session.patch.fitted_places(),
+            errors,
+            rounds: &fitted.rounds,
+            accuracy: &fitted.accuracy,
+            machine: crate::summary::machine(),
+        },
+    )?;
+    println!(
+        "{}: {} nodes, {} springs, {} tets, {} rim nodes and {} rim edges for {} elements outside, {} bytes",
+        folder.path().join(&name).display(),
+        model.nodes.len(),
+        model.springs.len(),
+        model.tets.len(),
+        model.rim_nodes.len(),
+        model.rim_edges.len(),
+        prepared.far.cut.outside.mesh.tets.len(),
+        bytes.len()
+    );
+    println!(
+        "about {:.0} of {:.0} {} a tick on {} (estimate), {} substeps, stable step {:.2} ms",
+        cost.units,
+        cost.budget,
+        machine.unit,
+        machine.name,
+        session.params.substeps,
+        session.stable.pressed_s * 1e3
+    );
+    println!(
+        "force against finite elements of the whole: centred {:.2} % rms, unseen places {:.2} % rms, worst {:+.2} %",
+        errors.centred_rms_pct, errors.disc_rms_pct, errors.disc_worst_pct
+    );
+    Ok(())
+}
+
+/// Farthest node from the site [m].
+fn model_radius_m(session: &Session) -> f64 {
+    let site = session.patch.site_m();
+    let model = session.patch.model();
+    f64::from(model.nodes.iter().map(|n| (palpate::Vector3::from(n.rest_m) - site).norm()).fold(0.0, f32::max))
+}

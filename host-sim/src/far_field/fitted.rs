@@ -1,0 +1,279 @@
+//! From a scene to a calibrated patch with its far field: whole organ, cut, rim springs, reference of the whole organ, fit.
+
+use palpate::Params;
+use serde::Serialize;
+
+use super::organ_reference::organ_reference;
+use super::surface_map::SurfaceMap;
+use super::whole::whole;
+use super::{FarField, Sizes};
+use crate::calibrate::accuracy::Accuracy;
+use crate::calibrate::places::sunflower;
+use crate::calibrate::reference_map::ReferenceMap;
+use crate::calibrate::targets::Reference;
+use crate::calibrate::{Fit, Round, Settings, Targets, calibrate};
+use crate::error::Error;
+use crate::patch::{Material, Patch, Tissue};
+use crate::reference::answer::{Answer, GluedAnswer};
+use crate::scene::{Drive, Scene};
+use crate::statics::Vector;
+use crate::tissue::Placed;
+
+/// Places of the fit are spread this far around the site [probe radii]: a little more than the one radius over which the force is promised.
+const DISC_RADII: f64 = 1.15;
+/// Radius of the disc over which a patch is judged [probe radii].
+pub const JUDGED_RADII: f64 = 1.0;
+/// Places over it, unknown to any fit.
+pub const JUDGED_PLACES: usize = 60;
+/// Most nodes within the fine radius.
+const MOST_FINE_NODES: f64 = 1000.0;
+/// Presses at the centre count as this many times more exact.
+const CENTRE_WEIGHT: f64 = 3.0;
+/// Glued discs are fitted at the site and on a ring of this radius [probe radii], this many.
+const RING_RADII: f64 = 0.5;
+const RING: usize = 4;
+/// Places at which the finite elements of an organ are pressed, the site not counted, and how far around it [probe radii].
+const SOLVED_PLACES: usize = 10;
+const SOLVED_RADII: f64 = 1.2;
+/// Depths they are pressed to, as shares of the deepest hold.
+const SOLVED_DEPTHS: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
+
+/// What a patch of a scene is fitted to and judged by.
+pub enum Truth {
+    /// The answer that ships, for the block it is of.
+    Block(Answer),
+    /// Finite elements of this organ.
+    Organ(Box<SurfaceMap>),
+}
+
+impl Truth {
+    /// The shipped answer if it is of this scene, pressed at its centre; else finite elements of the whole, some minutes for an organ.
+    ///
+    /// # Errors
+    /// What [`organ_reference`] refuses.
+    pub fn of(scene: &Scene, placed: &Placed, progress: impl Fn(usize, usize) + Sync) -> Result<Self, Error> {
+        let answer = Answer::block();
+        let centred = scene.probe.position_m.unwrap_or_default() == [0.0; 2];
+        if centred && answer.is_for(scene) && ReferenceMap::of(&answer).is_some() {
+            return Ok(Self::Block(answer));
+        }
+        let radius_m = scene.probe.radius_m;
+        let deepest_m = deepest_hold_m(scene).unwrap_or(placed.tissue.depth_limit_m);
+        let depths_m = SOLVED_DEPTHS.map(|share| share * deepest_m);
+        let mut offsets_m = vec![[0.0; 2]];
+        offsets_m.extend(sunflower(SOLVED_PLACES, SOLVED_RADII * radius_m));
+        let solved = organ_reference(scene, placed, &offsets_m, &depths_m, progress)?;
+        let map = SurfaceMap::of(&solved, placed, radius_m);
+        map.map(|map| Self::Organ(Box::new(map)))
+            .ok_or_else(|| Error::Check("the finite elements gave no smooth surface of forces".into()))
+    }
+
+    /// Asks it.
+    pub fn ask<R>(&self, question: impl FnOnce(&dyn Reference) -> R) -> R {
+        match self {
+            Self::Block(answer) => match ReferenceMap::of(answer) {
+                Some(map) => question(&map),
+                None => question(&Nothing),
+            },
+            Self::Organ(map) => question(map.as_ref()),
+        }
+    }
+}
+
+/// Knows no press.
+struct Nothing;
+
+impl Reference for Nothing {
+    fn force(&self, _: Vector, _: f64) -> Option<f64> {
+        None
+    }
+
+    fn deepest_m(&self) -> f64 {
+        0.0
+    }
+
+    fn displacement_m(&self, _: f64, _: [f64; 2]) -> Option<[f64; 3]> {
+        None
+    }
+}
+
+fn deepest_hold_m(scene: &Scene) -> Option<f64> {
+    match &scene.drive {
+        Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } => holds_m.iter().copied().reduce(f64::max),
+        _ => None,
+    }
+}
+
+/// How a patch is made of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Recipe {
+    /// Its size and its elements.
+    pub sizes: Sizes,
+    /// Foundation points on a triangle, 4 or 9.
+    pub points_per_triangle: usize,
+    /// Places and rounds of the fit.
+    pub settings: Settings,
+}
+
+impl Recipe {
+    /// Elements of `fine_m` under a probe of `probe_radius_m`, a patch of `radius_m`.
+    #[must_use]
+    pub fn new(radius_m: f64, fine_m: f64, probe_radius_m: f64) -> Self {
+        Self {
+            sizes: Sizes { radius_m, fine_m, fine_radius_m: probe_radius_m, growth: 0.45, stroke_m: [0.0; 3] },
+            points_per_triangle: if fine_m > 0.4 * probe_radius_m { 9 } else { 4 },
+            settings: Settings { places: 100, rounds: 14, fit: Fit::GaussNewton },
+        }
+    }
+}
+
+/// A scene's whole organ with the far field around a patch of it: everything before the fit.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// The whole.
+    pub placed: Placed,
+    /// Cut and rim springs.
+    pub far: FarField,
+    /// Constants of the material.
+    pub material: Material,
+    /// Parameters of the scene.
+    pub params: Params,
+}
+
+impl Prepared {
+    /// Meshes, cuts and condenses.
+    ///
+    /// # Errors
+    /// A scene, sizes or an organ that do not allow it.
+    pub fn of(scene: &Scene, recipe: &Recipe) -> Result<Self, Error> {
+        if scene.tissue.gravity_m_per_s2 != [0.0; 3] {
+            return Ok(scene.bad(
+                "tissue.gravity_m_per_s2",
+                "is not zero: a far field carries no weight, take the shape under gravity as the rest shape",
+            )?);
+        }
+        refuse_too_fine(scene, &recipe.sizes)?;
+        let placed = whole(scene, &[], &recipe.sizes)?;
+        let params = scene.params(placed.axis);
+        let material = Material {
+            poisson_ratio: scene.tissue.poisson_ratio,
+            points_per_triangle: recipe.points_per_triangle,
+            ..Material::default()
+        };
+        let far = FarField::of(&placed.tissue, &recipe.sizes, &material, &params)
+            .map_err(|cause| Error::Usage(format!("{}: {cause}", scene.file)))?;
+        Ok(Self { placed, far, material, params })
+    }
+
+    /// The patch with its rim springs, uncalibrated.
+    #[must_use]
+    pub fn patch(&self) -> Patch {
+        self.far.patch(&self.material)
+    }
+
+    /// Fits the patch to a truth.
+    ///
+    /// # Errors
+    /// A reference that lacks presses, a patch that cannot be pressed.
+    pub fn fit(&self, truth: &Truth, settings: &Settings, progress: &mut dyn FnMut(&Round)) -> Result<Fitted, Error> {
+        truth.ask(|reference| self.fit_to(reference, settings, progress))
+    }
+
+    fn fit_to(&self, reference: &dyn Reference, settings: &Settings, progress: &mut dyn FnMut(&Round)) -> Result<Fitted, Error> {
+        let tissue = &self.far.cut.patch;
+        let site_m = Vector::from(tissue.site_m);
+        let radius_m = f64::from(self.params.probe.radius_m);
+        let knows_dents = reference.displacement_m(0.25 * radius_m, [0.0; 2]).is_some();
+        let surface = if knows_dents { skin_nodes(tissue) } else { Vec::new() };
+        let targets =
+            Targets::over_a_disc(reference, &surface, site_m, radius_m, DISC_RADII, settings.places).ok_or_else(|| {
+                Error::Check("the reference lacks presses that the fit needs: press deeper or take a larger organ".into())
+            })?;
+        let mut targets = targets.with_glued(&glued_around(reference.glued(), radius_m));
+        // the centre is one place of a hundred and the one that is pressed most
+        targets.places[0].forces.iter_mut().for_each(|f| f.tolerance /= CENTRE_WEIGHT);
+        let failed = |cause: &dyn std::fmt::Display| Error::Check(format!("the patch cannot be fitted: {cause}"));
+        let fit = calibrate(tissue, &self.material, Some(&self.far.springs), &self.params, &targets, settings, progress)
+            .map_err(|cause| failed(&cause))?;
+        let accuracy =
+            Accuracy::of(&fit.patch, &fit.params, reference, JUDGED_RADII, JUDGED_PLACES).map_err(|cause| failed(&cause))?;
+        Ok(Fitted { patch: fit.patch, params: fit.params, rounds: fit.rounds, accuracy })
+    }
+}
+
+/// A mesh takes minutes to make long before it is too large for any board.
+fn refuse_too_fine(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
+    // nodes of a half ball of regular tets, sqrt(2) to a cube of the edge
+    let half_ball_m3 = 2.0 / 3.0 * std::f64::consts::PI * sizes.fine_radius_m.min(sizes.radius_m).powi(3);
+    let nodes = half_ball_m3 * std::f64::consts::SQRT_2 / sizes.fine_m.powi(3);
+    if nodes <= MOST_FINE_NODES {
+        return Ok(());
+    }
+    let least_m = sizes.fine_m * (nodes / MOST_FINE_NODES).cbrt();
+    Err(Error::Usage(format!(
+        "{}: elements of {} m put about {nodes:.0} nodes under the probe alone: give at least {least_m:.5} m",
+        scene.file, sizes.fine_m
+    )))
+}
+
+/// Solved discs at the site, and what lies between them and those solved away from it: on a ring, where the stiffness has gone the square of the way's share.
+fn glued_around(solved: &[GluedAnswer], probe_m: f64) -> Vec<GluedAnswer> {
+    let away = |disc: &GluedAnswer| disc.place_m[0].hypot(disc.place_m[1]);
+    let mut discs = Vec::new();
+    for centred in solved.iter().filter(|disc| away(disc) == 0.0) {
+        discs.push(centred.clone());
+        let aside = solved.iter().find(|d| away(d) > 0.0 && d.direction == centred.direction && d.radius_m == centred.radius_m);
+        let Some(aside) = aside else { continue };
+        let share = (RING_RADII * probe_m / away(aside)).powi(2).min(1.0);
+        let stiffness_over_e_m = centred.stiffness_over_e_m + share * (aside.stiffness_over_e_m - centred.stiffness_over_e_m);
+        for n in 0..RING {
+            let (sin, cos) = (std::f64::consts::TAU * (n as f64 + 0.25) / RING as f64).sin_cos();
+            let place_m = [RING_RADII * probe_m * cos, RING_RADII * probe_m * sin, 0.0];
+            discs.push(GluedAnswer { place_m, stiffness_over_e_m, ..centred.clone() });
+        }
+    }
+    discs
+}
+
+fn skin_nodes(tissue: &Tissue) -> Vec<(usize, Vector)> {
+    let mut nodes: Vec<u32> = tissue.skin.iter().flatten().copied().collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes.into_iter().map(|n| (n as usize, Vector::from(tissue.mesh.nodes_m[n as usize]))).collect()
+}
+
+/// A calibrated patch with its far field.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The patch.
+    pub patch: Patch,
+    /// Parameters with the fitted scalars.
+    pub params: Params,
+    /// Rounds of the fit.
+    pub rounds: Vec<Round>,
+    /// How right it is at places and depths that were not fitted.
+    pub accuracy: Accuracy,
+}
+
+/// Force errors in short [%].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Short {
+    /// Root mean square of the centred presses.
+    pub centred_rms_pct: f64,
+    /// Root mean square over unseen places and depths from an eighth of the probe's radius.
+    pub disc_rms_pct: f64,
+    /// Worst of them.
+    pub disc_worst_pct: f64,
+}
+
+impl Fitted {
+    /// The errors in short; the disc's from `from_m` to `to_m` deep [m].
+    #[must_use]
+    pub fn short(&self, from_m: f64, to_m: f64) -> Short {
+        let inside = |mm: f64| (from_m..=to_m).contains(&(mm * 1e-3));
+        let depths: Vec<f64> = self.accuracy.forces.iter().map(|f| f.depth_mm).collect();
+        let disc: Vec<f64> = depths.iter().copied().filter(|mm| inside(*mm)).collect();
+        let (disc_rms_pct, disc_worst_pct) = self.accuracy.disc_pct(&disc);
+        Short { centred_rms_pct: self.accuracy.centred_rms_pct(&depths), disc_rms_pct, disc_worst_pct }
+    }
+}

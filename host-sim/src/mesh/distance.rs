@@ -1,0 +1,237 @@
+//! Signed distance to the closed surface of a tet mesh, and rays onto it.
+//!
+//! The nearest triangle is found in a hierarchy of boxes. The sign is that of the angle-weighted normal of the corner, side or face it is nearest at
+//! (Baerentzen and Aanaes 2005, "Signed distance computation using the angle weighted pseudonormal", IEEE TVCG 11:243): right in front of any edge of a
+//! closed surface, where the normal of one triangle is not.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
+use super::triangle::nearest_on_triangle;
+use super::{TetMesh, surface};
+
+type V3 = Vector3<f64>;
+
+/// Triangles of a box that is not divided further.
+const LEAF: usize = 4;
+
+/// A closed surface of flat triangles.
+#[derive(Clone, Debug)]
+pub struct ClosedSurface {
+    facets: Vec<Facet>,
+    boxes: Vec<Bounds>,
+}
+
+#[derive(Clone, Debug)]
+struct Facet {
+    corners: [V3; 3],
+    /// Outward unit normal of the face; sums of normals for side `k` (from corner `k` to the next) and for corner `k`.
+    normal: V3,
+    at_sides: [V3; 3],
+    at_corners: [V3; 3],
+}
+
+/// A box of the hierarchy with its run of facets; its first half follows it, `second` is its other half, 0 in a leaf.
+#[derive(Clone, Debug)]
+struct Bounds {
+    low: V3,
+    high: V3,
+    facets: std::ops::Range<usize>,
+    second: usize,
+}
+
+/// The surface's point nearest to a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Foot {
+    /// The point [m].
+    pub at_m: [f64; 3],
+    /// Distance to it [m], negative inside.
+    pub distance_m: f64,
+}
+
+impl ClosedSurface {
+    /// The surface of a mesh whose tets are positively oriented; `None` if it has none.
+    #[must_use]
+    pub fn of(mesh: &TetMesh) -> Option<Self> {
+        let triangles = surface::surface(&mesh.tets);
+        let place = |n: u32| V3::from(mesh.nodes_m[n as usize]);
+        let normals: Vec<V3> = triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = t.map(place);
+                (b - a).cross(&(c - a)).normalize()
+            })
+            .collect();
+        let (mut at_sides, mut at_corners) = (BTreeMap::new(), BTreeMap::new());
+        for (t, normal) in triangles.iter().zip(&normals) {
+            for k in 0..3 {
+                let [n, next, last] = [0, 1, 2].map(|step| t[(k + step) % 3]);
+                let angle = (place(next) - place(n)).angle(&(place(last) - place(n)));
+                *at_corners.entry(n).or_insert_with(V3::zeros) += normal * angle;
+                *at_sides.entry([n.min(next), n.max(next)]).or_insert_with(V3::zeros) += normal;
+            }
+        }
+        let facets = triangles.iter().zip(&normals).map(|(t, normal)| Facet {
+            corners: t.map(place),
+            normal: *normal,
+            at_sides: [0, 1, 2].map(|k| at_sides[&[t[k].min(t[(k + 1) % 3]), t[k].max(t[(k + 1) % 3])]]),
+            at_corners: t.map(|n| at_corners[&n]),
+        });
+        let mut own = Self { facets: facets.collect(), boxes: Vec::new() };
+        let all = 0..own.facets.len();
+        if all.is_empty() {
+            return None;
+        }
+        own.divide(all);
+        Some(own)
+    }
+
+    /// Lowest and highest corner [m] of the box around it.
+    #[must_use]
+    pub fn bounds_m(&self) -> [[f64; 3]; 2] {
+        [self.boxes[0].low.into(), self.boxes[0].high.into()]
+    }
+
+    /// Nearest point and signed distance.
+    #[must_use]
+    pub fn foot(&self, at_m: [f64; 3]) -> Foot {
+        let point = V3::from(at_m);
+        let mut best = (f64::INFINITY, 0, [1.0, 0.0, 0.0]);
+        let mut open = vec![(0, 0.0)];
+        while let Some((index, least)) = open.pop() {
+            let own = &self.boxes[index];
+            if least >= best.0 {
+                continue;
+            }
+            if own.second != 0 {
+                let halves = [index + 1, own.second].map(|half| (half, self.boxes[half].squared_to(&point)));
+                let [near, far] = if halves[0].1 <= halves[1].1 { halves } else { [halves[1], halves[0]] };
+                open.extend([far, near]);
+                continue;
+            }
+            for n in own.facets.clone() {
+                let facet = &self.facets[n];
+                let at = nearest_on_triangle(&facet.corners, &point);
+                let squared = (facet.place(at) - point).norm_squared();
+                if squared < best.0 {
+                    best = (squared, n, at);
+                }
+            }
+        }
+        let (squared, n, at) = best;
+        let foot = self.facets[n].place(at);
+        let outside = (point - foot).dot(&self.facets[n].normal_at(at)) >= 0.0;
+        Foot { at_m: foot.into(), distance_m: if outside { squared.sqrt() } else { -squared.sqrt() } }
+    }
+
+    fn divide(&mut self, facets: std::ops::Range<usize>) {
+        let of = |pick: fn(f64, f64) -> f64, start: f64| {
+            let corners = self.facets[facets.clone()].iter().flat_map(|f| f.corners);
+            corners.fold(V3::repeat(start), |b, x| b.zip_map(&x, pick))
+        };
+        let (low, high) = (of(f64::min, f64::INFINITY), of(f64::max, f64::NEG_INFINITY));
+        let own = self.boxes.len();
+        self.boxes.push(Bounds { low, high, facets: facets.clone(), second: 0 });
+        if facets.len() <= LEAF {
+            return;
+        }
+        let axis = (high - low).imax();
+        self.facets[facets.clone()].sort_by(|a, b| a.middle(axis).total_cmp(&b.middle(axis)));
+        let middle = facets.start.midpoint(facets.end);
+        self.divide(facets.start..middle);
+        self.boxes[own].second = self.boxes.len();
+        self.divide(middle..facets.end);
+    }
+}
+
+impl Bounds {
+    /// Square of the distance to the box [m^2].
+    fn squared_to(&self, point: &V3) -> f64 {
+        (0..3).map(|k| (self.low[k] - point[k]).max(point[k] - self.high[k]).max(0.0).powi(2)).sum()
+    }
+}
+
+impl Facet {
+    fn place(&self, at: [f64; 3]) -> V3 {
+        self.corners[0] * at[0] + self.corners[1] * at[1] + self.corners[2] * at[2]
+    }
+
+    /// Three times the middle's coordinate.
+    fn middle(&self, axis: usize) -> f64 {
+        self.corners.iter().map(|x| x[axis]).sum()
+    }
+
+    fn normal_at(&self, at: [f64; 3]) -> V3 {
+        let zero = [0, 1, 2].map(|k| at[k] == 0.0);
+        match zero {
+            [false, true, true] => self.at_corners[0],
+            [true, false, true] => self.at_corners[1],
+            [true, true, false] => self.at_corners[2],
+            [false, false, true] => self.at_sides[0],
+            [true, false, false] => self.at_sides[1],
+            [false, true, false] => self.at_sides[2],
+            _ => self.normal,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{BlockSpec, block};
+
+    /// Distance to a box by coordinates (Quilez), independent of triangles.
+    fn to_box(x: V3, half: V3, middle: V3) -> f64 {
+        let q = (x - middle).abs() - half;
+        q.map(|c| c.max(0.0)).norm() + q.max().min(0.0)
+    }
+
+    #[test]
+    fn the_distance_to_a_block_is_that_of_its_formula_inside_and_out() {
+        let mesh =
+            block(&BlockSpec { size_m: [0.08, 0.06, 0.04], nodes: 120, fine_at_m: [0.0; 2], fine_radius_m: 0.01 }).unwrap();
+        let surface = ClosedSurface::of(&mesh).unwrap();
+        let (half, middle) = (V3::new(0.04, 0.03, 0.02), V3::new(0.0, 0.0, -0.02));
+        let (mut inside, mut outside) = (0, 0);
+        for seed in 0..4000 {
+            let wave = |k: f64| (f64::from(seed) * k).sin();
+            let x = V3::new(0.06 * wave(1.3), 0.05 * wave(2.1), -0.02 + 0.04 * wave(0.7));
+            let expected = to_box(x, half, middle);
+            let found = surface.foot(x.into());
+            assert!((found.distance_m - expected).abs() < 1e-12, "{x:?}: {found:?}, not {expected}");
+            assert!(to_box(V3::from(found.at_m), half, middle).abs() < 1e-12);
+            if expected < 0.0 { inside += 1 } else { outside += 1 }
+        }
+        assert!(inside > 500 && outside > 500, "{inside} {outside}");
+    }
+
+    #[test]
+    fn in_front_of_a_sharp_reentrant_edge_the_sign_is_right() {
+        // two tets share a face; the notch between them is where the normal of one triangle alone errs
+        let nodes_m = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.2, 0.2, 1.0], [2.0, 2.0, 1.5]];
+        let mut tets = vec![[0, 1, 2, 3], [1, 2, 3, 4]];
+        for tet in &mut tets {
+            let [a, b, c, d] = tet.map(|n: u32| V3::from(nodes_m[n as usize]));
+            if (b - a).cross(&(c - a)).dot(&(d - a)) < 0.0 {
+                tet.swap(2, 3);
+            }
+        }
+        let mesh = TetMesh { nodes_m: nodes_m.clone(), regions: vec![0; 2], tets };
+        let surface = ClosedSurface::of(&mesh).unwrap();
+        for seed in 0..3000 {
+            let wave = |k: f64| (f64::from(seed) * k).sin();
+            let x = V3::new(1.0 + 1.3 * wave(1.3), 1.0 + 1.3 * wave(2.1), 0.7 + wave(0.7));
+            let inside = mesh.tets.iter().any(|tet| {
+                let c = tet.map(|n| V3::from(nodes_m[n as usize]));
+                let volume = |c: [V3; 4]| (c[1] - c[0]).cross(&(c[2] - c[0])).dot(&(c[3] - c[0]));
+                (0..4).all(|k| {
+                    let mut part = c;
+                    part[k] = x;
+                    volume(part) > 0.0
+                })
+            });
+            assert_eq!(surface.foot(x.into()).distance_m < 0.0, inside, "{x:?}");
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! Any closed shape, cut out of a lattice that is turned to the surface at a place.
+//!
+//! The lattice's densest planes, `(110)`, are made of whole faces of its tets. Turned so that one of them is tangent at the place, a flat surface there is
+//! met by uncut tets and a bent one by tets cut little.
+
+use nalgebra::Matrix3;
+
+use super::lattice::Lattice;
+use super::parts::V3;
+use super::{Fine, OrganError, stuffing};
+use crate::mesh::TetMesh;
+
+/// A lattice turned to a surface, finest along a segment on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turned {
+    /// Where it is finest, and how it grows from there.
+    pub fine: Fine,
+    /// Outward unit normal there.
+    pub axis: [f64; 3],
+    /// The segment, centred on the place [m]; zero for the place alone.
+    pub stroke_m: [f64; 3],
+    /// No element is longer along a ray from there than this [m].
+    pub coarsest_m: f64,
+}
+
+impl Turned {
+    /// A mesh of the shape where `implicit_m` is negative and which `bounds_m` contains, regions 0: every tet positively oriented, one piece, every node in use.
+    /// `name` is for messages.
+    ///
+    /// # Errors
+    /// Numbers that are no sizes; a spacing too coarse for the shape or too fine for memory.
+    pub fn mesh(&self, name: &str, implicit_m: &dyn Fn([f64; 3]) -> f64, bounds_m: [[f64; 3]; 2]) -> Result<TetMesh, OrganError> {
+        let turn = self.turn();
+        let at = V3::from(self.fine.at_m);
+        let out = |x: V3| at + turn * x;
+        let corner = |n: usize| V3::from([0, 1, 2].map(|k| bounds_m[n >> k & 1][k]));
+        let corners = (0..8).map(|n| turn.transpose() * (corner(n) - at));
+        let (low, high) = corners
+            .fold((V3::repeat(f64::INFINITY), V3::repeat(f64::NEG_INFINITY)), |(low, high), x| (low.inf(&x), high.sup(&x)));
+        let fine = Fine { at_m: [0.0; 3], ..self.fine };
+        let stroke: [f64; 3] = (turn.transpose() * V3::from(self.stroke_m)).into();
+        let lattice =
+            Lattice::along(&fine, stroke, self.coarsest_m, [low.into(), high.into()]).map_err(|refusal| refusal.of(name))?;
+        let mut mesh = stuffing::stuff_any(name, &|x| implicit_m(out(x).into()), &lattice)?;
+        for node in &mut mesh.nodes_m {
+            *node = out(V3::from(*node)).into();
+        }
+        Ok(mesh)
+    }
+
+    /// From the lattice's frame to the shape's.
+    fn turn(&self) -> Matrix3<f64> {
+        let up = V3::from(self.axis).normalize();
+        let [along, across] = tangents(self.axis).map(V3::from);
+        let r = std::f64::consts::FRAC_1_SQRT_2;
+        Matrix3::from_columns(&[up, along, across])
+            * Matrix3::from_rows(&[[r, r, 0.0].into(), [0.0, 0.0, 1.0].into(), [r, -r, 0.0].into()])
+    }
+}
+
+/// Two unit vectors that make a right-handed frame with a unit normal, `[first, second, normal]`: x and y where that is z, else the first as near to x (to y,
+/// where the normal is nearly x) as it can be.
+#[must_use]
+pub fn tangents(normal: [f64; 3]) -> [[f64; 3]; 2] {
+    let up = V3::from(normal).normalize();
+    let near = if up.x.abs() < 0.9 { V3::x() } else { V3::y() };
+    let first = (near - up * near.dot(&up)).normalize();
+    [first.into(), up.cross(&first).into()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_turned_lattice_lies_in_a_flat_surface_with_whole_faces() {
+        let axis = [0.36, 0.48, 0.8];
+        let at_m = [0.01, -0.02, 0.03];
+        let fine = Fine { at_m, radius_m: 0.02, spacing_m: 0.004, growth: 0.5 };
+        let turned = Turned { fine, axis, stroke_m: [0.0; 3], coarsest_m: 0.02 };
+        let height = |x: [f64; 3]| (V3::from(x) - V3::from(at_m)).dot(&V3::from(axis));
+        // half of a ball
+        let shape = |x: [f64; 3]| height(x).max((V3::from(x) - V3::from(at_m)).norm() - 0.05);
+        let mesh = turned.mesh("half ball", &shape, [[-0.06; 3], [0.09; 3]]).unwrap();
+        assert!(mesh.nodes_m.iter().any(|x| (V3::from(*x) - V3::from(at_m)).norm() < 1e-12));
+        let near = |n: u32| (V3::from(mesh.nodes_m[n as usize]) - V3::from(at_m)).norm() < 0.014;
+        let mut faces = 0;
+        for t in crate::mesh::surface::surface(&mesh.tets).into_iter().filter(|t| t.iter().all(|n| near(*n))) {
+            let place = |k: usize| V3::from(mesh.nodes_m[t[k] as usize]);
+            let mut sides = [0, 1, 2].map(|k| (place(k) - place((k + 1) % 3)).norm() / 0.004);
+            sides.sort_by(f64::total_cmp);
+            assert!(
+                (sides[0] - 0.75_f64.sqrt()).abs() < 1e-6 && (sides[1] - sides[0]).abs() < 1e-6 && (sides[2] - 1.0).abs() < 1e-6
+            );
+            assert!((0..3).all(|k| height(place(k).into()).abs() < 1e-12));
+            faces += 1;
+        }
+        assert!(faces > 40, "{faces}");
+    }
+
+    #[test]
+    fn on_a_block_the_tangents_are_its_axes() {
+        assert_eq!(tangents([0.0, 0.0, 1.0]), [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        let [first, second] = tangents([1.0, 0.0, 0.0]).map(V3::from);
+        assert!((first.cross(&second) - V3::x()).norm() < 1e-12);
+    }
+}
