@@ -16,6 +16,14 @@ const FLOOR_PCT: f64 = 0.01;
 /// An error of a row [%].
 type Pick = fn(&Row) -> Option<f64>;
 
+/// What is drawn over the radius.
+struct Curve {
+    title: String,
+    pick: Pick,
+    /// Whether rim springs are held to a limit in it.
+    promised: bool,
+}
+
 /// Draws them; their names without ending.
 ///
 /// # Errors
@@ -37,13 +45,15 @@ pub fn pictures(
         let fine = format!("elements of {:.1} mm", fine_m * 1e3);
         let ending = format!("{:.1}mm", fine_m * 1e3);
         let shear: Pick = |r| r.against_dense?.glued_pct[1];
-        for (name, pick, words) in [
-            ("centred", centred, format!("centred press, {depth_mm:.0} mm deep")),
-            ("aside", aside, format!("worst press {:.0} mm off the centre, {depth_mm:.0} mm deep", 1e3 * setting.radius_m())),
-            ("shear", shear, "glued disc, sheared".to_owned()),
+        let off_mm = 1e3 * setting.radius_m();
+        for (name, pick, promised, words) in [
+            ("centred", centred, true, format!("centred press, {depth_mm:.0} mm deep")),
+            ("aside", aside, true, format!("worst press {off_mm:.0} mm off the centre, {depth_mm:.0} mm deep")),
+            ("shear", shear, false, "glued disc, sheared".to_owned()),
         ] {
             let name = format!("error_over_radius_{name}_{ending}");
-            if over_radius(folder, &name, setting, table, fine_m, pick, &format!("{scene}, {fine}: {words}"))? {
+            let curve = Curve { title: format!("{scene}, {fine}: {words}"), pick, promised };
+            if over_radius(folder, &name, setting, table, fine_m, &curve)? {
                 names.push(name);
             }
         }
@@ -94,15 +104,14 @@ fn over_radius(
     setting: &Setting,
     table: &Table,
     fine_m: f64,
-    pick: Pick,
-    title: &str,
+    curve: &Curve,
 ) -> Result<bool, Error> {
     let rows = |edge: Edge| table.rows.iter().filter(move |r| r.fine_m == fine_m && r.kind == Kind::Patch(edge));
     let labels: Vec<(Edge, String)> = Edge::ALL.iter().filter(|e| **e != Edge::Dense).map(|e| (*e, words(*e))).collect();
     let series: Vec<LineSeries> = labels
         .iter()
         .map(|(edge, label)| {
-            let point = |r: &Row| Some((r.radius_m / setting.radius_m(), drawn(pick(r)?)));
+            let point = |r: &Row| Some((r.radius_m / setting.radius_m(), drawn((curve.pick)(r)?)));
             LineSeries { name: label, points: rows(*edge).filter_map(point).collect(), joined: true, marked: true }
         })
         .filter(|s| !s.points.is_empty())
@@ -111,15 +120,14 @@ fn over_radius(
         return Ok(false);
     }
     let promised = format!("{PROMISED_PCT} %: promised for ours");
-    // nothing is promised of a sheared disc
     let level = [Level { name: &promised, y: PROMISED_PCT }];
     let chart = Lines {
-        title,
+        title: &curve.title,
         below: "what stands at the edge of a patch in place of the rest of the organ; errors against S, the rest condensed exactly",
         x: ScaledAxis { title: "radius of the patch [probe radii]", scale: Scale::Linear },
         y: ScaledAxis { title: "error of the force [%]", scale: Scale::Log },
         series: &series,
-        levels: if name.contains("shear") { &[] } else { &level },
+        levels: if curve.promised { &level } else { &[] },
     };
     lines(folder.path(), name, &chart)?;
     Ok(true)

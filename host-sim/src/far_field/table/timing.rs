@@ -213,7 +213,7 @@ mod tests {
         let whole = Patch::build(&tissue, &setting.material(), None);
         let depth_m = 0.003;
         let forces_n: Vec<f64> = ticking(&setting, &edges, &patch, &whole, |rivals| {
-            let mut press = |rival: &mut Box<dyn Rival + '_>| {
+            let press = |rival: &mut Box<dyn Rival + '_>| {
                 let mut force_n = Vector3::zeros();
                 for n in 0..2500 {
                     force_n = rival.tick(tip_m(&setting, (5e-5 * f64::from(n) - CLEAR_M).min(depth_m))).unwrap();
