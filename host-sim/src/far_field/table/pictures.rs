@@ -75,6 +75,13 @@ pub fn pictures(
     Ok(names)
 }
 
+/// A curve with the name that it owns.
+struct Labelled {
+    name: String,
+    points: Vec<(f64, f64)>,
+    joined: bool,
+}
+
 fn distinct(values: impl Iterator<Item = usize>) -> Vec<usize> {
     let mut all: Vec<usize> = values.collect();
     all.dedup();
@@ -212,22 +219,22 @@ fn over_share(
     places.sort_by(f64::total_cmp);
     places.dedup();
     let at = |aside_m: f64| if aside_m == 0.0 { "centre".to_string() } else { format!("{:.0} mm off", aside_m * 1e3) };
-    let mut labelled: Vec<(String, Vec<(f64, f64)>, bool)> = Vec::new();
+    let mut labelled: Vec<Labelled> = Vec::new();
     for (held, what) in [(Held::Frozen, "rest stands still"), (Held::SpringsOfSprings, "rim springs")] {
         for &aside_m in &places {
             let own = awake.regions.iter().filter(|r| r.whole_nodes == nodes && r.aside_m == aside_m && r.held == held);
             let points: Vec<(f64, f64)> = own.filter_map(|r| Some((100.0 * r.share, drawn(r.error_pct[1]?)))).collect();
-            labelled.push((format!("{what}, {}", at(aside_m)), points, true));
+            labelled.push(Labelled { name: format!("{what}, {}", at(aside_m)), points, joined: true });
         }
     }
     // where the rule wakes everything there is nothing to see
     let rule = awake.stress.iter().filter(|s| s.whole_nodes == nodes && s.aside_m == 0.0 && s.share < 1.0);
     let points = rule.filter_map(|s| Some((100.0 * s.share, drawn(s.error_pct?)))).collect();
-    labelled.push(("papers' stress rule, centre".into(), points, false));
+    labelled.push(Labelled { name: "papers' stress rule, centre".into(), points, joined: false });
     let series: Vec<LineSeries> = labelled
         .iter()
-        .filter(|(_, points, _)| !points.is_empty())
-        .map(|(name, points, joined)| LineSeries { name, points: points.clone(), joined: *joined, marked: true })
+        .filter(|l| !l.points.is_empty())
+        .map(|l| LineSeries { name: &l.name, points: l.points.clone(), joined: l.joined, marked: true })
         .collect();
     let chart = Lines {
         title: &format!("{scene}, {nodes} nodes: how much must be awake, {:.0} mm deep", 0.5e3 * setting.radius_m()),
