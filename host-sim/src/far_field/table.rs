@@ -43,7 +43,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Two finenesses: a patch of two probe radii has about 60 nodes, or 150.
+    /// Two finenesses: a patch of two probe radii has about 75 nodes, or 165.
     #[must_use]
     pub fn full() -> Self {
         let fine = vec![(0.575, 0.45), (0.4, 0.4)];
