@@ -58,7 +58,7 @@ enum Command {
     /// Table of what can stand at the edge of a patch in place of the organ: radius of the patch, edge treatment, force error, cost.
     ///
     /// Fixed edge, Winkler springs, cut-off S, rim springs, modes, low rank, dense S and the whole organ on a block, and how much of it must be awake if
-    /// the rest stands still. Writes summary.json, far_field.csv, awake.csv, stress_rule.csv and pictures as SVG and PNG. Fails (exit code 1) if rim
+    /// the rest stands still. Writes summary.json, its tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if rim
     /// springs are further than 0.5 % from dense S on a patch of two probe radii or more, or not positive.
     FarField(far_field::FarFieldArgs),
     /// Score a training: what three physicians' marks say of interns before and after it (paper 004, equation 14).
@@ -75,7 +75,7 @@ struct Common {
     /// A preset (block, block-deep, block-20kpa, nodule, liver) or the path of a scene file (.toml, see host-sim/scenes).
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     scene: String,
-    /// Output folder, made if it is not there [default: out/press, out/reference, out/calibrate, out/mesh-pack].
+    /// Output folder, made if it is not there [default: out/press, out/reference, out/calibrate, out/mesh-pack, out/far-field].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }

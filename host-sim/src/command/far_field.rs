@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Common;
 use crate::error::Error;
-use crate::far_field::table::{Awake, Errors, Plan, Row, Setting, Summary, Table, awake, pictures, table, write};
+use crate::far_field::table::{Awake, Errors, Kind, Plan, Row, Setting, Summary, Table, awake, pictures, table, write};
 use crate::output::OutputFolder;
 use crate::scene::Scene;
 
@@ -88,9 +88,7 @@ fn print_table(setting: &Setting, table: &Table, summary: &Summary) {
         "{:>4} {:>4} {:<20} {:>5} {:>4} {:>27} {:>27} {:>6} {:>6} {:>6} {:>5}",
         "el.", "mm", "edge", "nodes", "rim", "against dense S", "against whole springs", "FE rms", "us", "x ours", "kcyc"
     );
-    for row in &table.rows {
-        print_row(row);
-    }
+    table.rows.iter().filter(|r| r.kind != Kind::Elements).for_each(print_row);
     for left_out in &table.left_out {
         println!("left out: {left_out}");
     }
