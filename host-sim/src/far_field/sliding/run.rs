@@ -7,6 +7,7 @@ use palpate::{BuildError, Fault, Model, Params, ProbePose, State, Tuned, Vector3
 use serde::Serialize;
 
 use super::course::{Course, Leg, Pose};
+use super::sleeping::Sleeping;
 use crate::calibrate::targets::Reference;
 use crate::clock::thread_time;
 use crate::patch::{Memory, Patch};
@@ -19,6 +20,8 @@ pub enum Awake {
     All,
     /// Those that the stress rule of paper 004 (7)-(8) keeps; the rest stand still where they are.
     Stressed(StressRule),
+    /// Those that do not rest: [`Sleeping`] with this threshold [m].
+    Moving(f64),
 }
 
 /// The product's forces and step on the nodes that the stress rule keeps.
@@ -83,6 +86,8 @@ pub struct Figures {
     pub work_mj: f64,
     /// Least and mean share of the free nodes that moved [%].
     pub awake_pct: [f64; 2],
+    /// The same after a hold, before the first way [%].
+    pub hold_awake_pct: f64,
     /// Median CPU time of a tick [us].
     pub tick_us: f64,
 }
@@ -95,6 +100,7 @@ pub fn slide(patch: &Patch, params: &Params, awake: Awake, course: &Course) -> R
     match awake {
         Awake::All => slide_with(patch, params, &mut Product, course),
         Awake::Stressed(rule) => slide_with(patch, params, &mut Stressed(rule), course),
+        Awake::Moving(threshold_m) => slide_with(patch, params, &mut Sleeping::new(threshold_m, &patch.model()), course),
     }
 }
 
@@ -151,7 +157,9 @@ impl Slide {
             // a device holds each force until the next: what the tick's delay makes of it is counted
             work_j += pair[0].force_n.dot(&(pair[1].pose.tip_m - pair[0].pose.tip_m));
         }
-        let awake: Vec<f64> = self.ways().map(|r| 100.0 * f64::from(r.active_nodes) / free_nodes as f64).collect();
+        let share = |r: &Row| 100.0 * f64::from(r.active_nodes) / free_nodes as f64;
+        let awake: Vec<f64> = self.ways().map(share).collect();
+        let held = self.rows.iter().rfind(|r| r.pose.leg == Leg::Press);
         let mut times: Vec<f64> = self.ways().map(|r| r.tick_us).collect();
         times.sort_by(f64::total_cmp);
         Some(Figures {
@@ -165,6 +173,7 @@ impl Slide {
             lateral_worst_pct: largest(&lateral),
             work_mj: work_j * 1e3,
             awake_pct: [awake.iter().copied().fold(f64::INFINITY, f64::min), mean(&awake)],
+            hold_awake_pct: held.map_or(100.0, share),
             tick_us: times.get(times.len() / 2).copied().unwrap_or_default(),
         })
     }
@@ -177,4 +186,42 @@ pub(super) fn largest(values: &[f64]) -> f64 {
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibrate::reference_map::ReferenceMap;
+    use crate::reference::answer::Answer;
+
+    /// A probe that is pushed on both ways gains 2 F s, one that is dragged loses it; a jump of the force is found wherever it is.
+    #[test]
+    fn work_and_steps_are_those_of_the_forces() {
+        let answer = Answer::block();
+        let map = ReferenceMap::of(&answer).unwrap();
+        let course =
+            Course { centre_m: Vector::zeros(), stroke_m: Vector::new(0.02, 0.0, 0.0), depth_m: 0.002, speed_m_per_s: 0.05 };
+        let with = |push_n: f64, jump_n: f64| {
+            let row = |pose: Pose| {
+                let ahead = match pose.leg {
+                    Leg::Forth | Leg::Press => 1.0,
+                    Leg::Back | Leg::Turn | Leg::End => -1.0,
+                };
+                let jump = if pose.leg == Leg::Forth && pose.along_m > 0.0 { jump_n } else { 0.0 };
+                let wanted_n = 3500.0 * map.force(course.place_m(pose.along_m), 0.002).unwrap();
+                let force_n = Vector::new(ahead * push_n, 0.0, wanted_n + jump);
+                Row { pose, force_n, active_nodes: if jump == 0.0 { 10 } else { 9 }, tick_us: 1.0 }
+            };
+            let slide = Slide { course, rows: course.poses().into_iter().map(row).collect(), fault: None };
+            slide.figures(&map, 3500.0, 10).unwrap()
+        };
+        let pushed = with(0.01, 0.0);
+        assert!((pushed.work_mj - 0.4).abs() < 0.01, "{pushed:?}");
+        assert!(pushed.lateral_pct > 0.0 && pushed.worst_pct.abs() < 1e-6 && pushed.region_step_n == 0.0);
+        let dragged = with(-0.01, 0.0);
+        assert!((dragged.work_mj + 0.4).abs() < 0.01 && dragged.lateral_pct < 0.0, "{dragged:?}");
+        let jumped = with(0.0, 0.005);
+        assert!((jumped.step_n - 0.005).abs() < 1e-4 && (jumped.region_step_n - 0.005).abs() < 1e-4, "{jumped:?}");
+        assert!(jumped.work_mj.abs() < 1e-9 && jumped.worst_pct > 5.0);
+    }
 }
