@@ -27,6 +27,8 @@ pub const JUDGED_RADII: f64 = 1.0;
 pub const JUDGED_PLACES: usize = 60;
 /// Most nodes within the fine radius.
 const MOST_FINE_NODES: f64 = 1000.0;
+/// Along a stroke, places lie this far to both sides [probe radii].
+const HALF_WIDTH_RADII: f64 = 0.5;
 /// Presses at the centre count as this many times more exact.
 const CENTRE_WEIGHT: f64 = 3.0;
 /// Glued discs are fitted at the site and on a ring of this radius [probe radii], this many.
@@ -138,6 +140,8 @@ pub struct Prepared {
     pub material: Material,
     /// Parameters of the scene.
     pub params: Params,
+    /// How far the site travels [m].
+    pub stroke_m: [f64; 3],
 }
 
 impl Prepared {
@@ -162,7 +166,7 @@ impl Prepared {
         };
         let far = FarField::of(&placed.tissue, &recipe.sizes, &material, &params)
             .map_err(|cause| Error::Usage(format!("{}: {cause}", scene.file)))?;
-        Ok(Self { placed, far, material, params })
+        Ok(Self { placed, far, material, params, stroke_m: recipe.sizes.stroke_m })
     }
 
     /// The patch with its rim springs, uncalibrated.
@@ -176,6 +180,12 @@ impl Prepared {
     /// # Errors
     /// A reference that lacks presses, a patch that cannot be pressed.
     pub fn fit(&self, truth: &Truth, settings: &Settings, progress: &mut dyn FnMut(&Round)) -> Result<Fitted, Error> {
+        let stroke: f64 = self.stroke_m.iter().map(|s| s * s).sum();
+        if stroke > 0.0 && matches!(truth, Truth::Organ(_)) {
+            let why =
+                "a patch for a stroke is calibrated on the default block only: leave --stroke-m out, or take a larger --radius-m";
+            return Err(Error::Usage(why.into()));
+        }
         truth.ask(|reference| self.fit_to(reference, settings, progress))
     }
 
@@ -185,10 +195,17 @@ impl Prepared {
         let radius_m = f64::from(self.params.probe.radius_m);
         let knows_dents = reference.displacement_m(0.25 * radius_m, [0.0; 2]).is_some();
         let surface = if knows_dents { skin_nodes(tissue) } else { Vec::new() };
-        let targets =
-            Targets::over_a_disc(reference, &surface, site_m, radius_m, DISC_RADII, settings.places).ok_or_else(|| {
-                Error::Check("the reference lacks presses that the fit needs: press deeper or take a larger organ".into())
-            })?;
+        let targets = if self.stroke_m == [0.0; 3] {
+            Targets::over_a_disc(reference, &surface, site_m, radius_m, DISC_RADII, settings.places)
+        } else {
+            Targets::over_a_stroke(reference, site_m, self.stroke_m, HALF_WIDTH_RADII * radius_m, radius_m, settings.places)
+        };
+        let lacking = || {
+            Error::Check(
+                "the reference lacks presses that the fit needs: press deeper, or take a larger organ or a shorter stroke".into(),
+            )
+        };
+        let targets = targets.ok_or_else(lacking)?;
         let mut targets = targets.with_glued(&glued_around(reference.glued(), radius_m));
         // the centre is one place of a hundred and the one that is pressed most
         targets.places[0].forces.iter_mut().for_each(|f| f.tolerance /= CENTRE_WEIGHT);
