@@ -1,5 +1,5 @@
-//! Where the contact moves: a patch with rim springs as long as the stroke answers as the whole organ all along a fast slide; what is known to be wrong is
-//! seen to be wrong.
+//! Where the contact moves: a patch with rim springs as long as the stroke answers as the whole organ all along a fast slide;
+//! what is known to be wrong is seen to be wrong.
 
 use std::sync::OnceLock;
 
@@ -53,7 +53,6 @@ fn a_stroke_patch_is_right_all_the_way_at_100_mm_per_s() {
     let one = contestant(fitted().patch.clone(), &fitted().params, Awake::All);
     assert_eq!(one.params.substeps, 1);
     let found = figures(&one, &course(0.1));
-    println!("{found:?}");
     assert!(found.worst_pct.abs() <= 5.0, "{found:?}");
     assert!(found.step_n <= STEP_N, "{found:?}");
     assert!(found.work_mj <= WORK_MJ, "{found:?}");
@@ -62,7 +61,6 @@ fn a_stroke_patch_is_right_all_the_way_at_100_mm_per_s() {
     // a depth that was not fitted, off the line that the probe was meant to follow
     let aside = Course { centre_m: Vector::new(0.0, 0.003, 0.0), depth_m: 0.0025, ..course(0.05) };
     let found = figures(&one, &aside);
-    println!("{found:?}");
     assert!(found.worst_pct.abs() <= 6.0, "{found:?}");
 }
 
@@ -70,7 +68,6 @@ fn a_stroke_patch_is_right_all_the_way_at_100_mm_per_s() {
 fn speed_takes_energy_and_never_gives_any() {
     let one = contestant(fitted().patch.clone(), &fitted().params, Awake::All);
     let found = [0.02, 0.1, 0.4].map(|speed| figures(&one, &course(speed)));
-    println!("{found:?}");
     assert!(found.iter().all(|f| f.work_mj <= 0.0 && f.lateral_pct <= 0.0), "{found:?}");
     assert!(found.windows(2).all(|f| f[1].work_mj < f[0].work_mj && f[1].lateral_pct < f[0].lateral_pct), "{found:?}");
 }
@@ -84,7 +81,6 @@ fn a_rim_twice_as_stiff_or_fixed_is_seen() {
     patch.set_rim(&doubled);
     let broken = figures(&contestant(patch, &fitted().params, Awake::All), &course(0.05));
     let fixed = figures(&contestant(fitted().with_fixed_rim(), &fitted().params, Awake::All), &course(0.05));
-    println!("{} {} {}", good.worst_pct, broken.worst_pct, fixed.worst_pct);
     assert!(good.worst_pct.abs() <= 5.0 && broken.worst_pct > 10.0 && fixed.worst_pct > 40.0);
 }
 
@@ -94,7 +90,6 @@ fn a_frozen_outside_misses_with_half_of_the_nodes_awake() {
     let awake = figures(&contestant(patch.clone(), &params, Awake::All), &course(0.05));
     let rule = StressRule::new(200.0, params.poisson_ratio, ContactPressure::UniformLoad);
     let frozen = figures(&contestant(patch, &params, Awake::Stressed(rule)), &course(0.05));
-    println!("{awake:?} {frozen:?}");
     assert!(awake.worst_pct.abs() <= 5.0, "{awake:?}");
     assert!(frozen.awake_pct[1] > 40.0 && frozen.mean_pct > 10.0, "{frozen:?}");
 }
@@ -106,7 +101,6 @@ fn rim_springs_answer_as_the_dense_outside_all_along_the_stroke() {
     let exact = palpate_sim::statics::Statics::of(&patch.model(), params).unwrap().with_rim(&rim, &far.exact_m);
     let one = Contestant { exact: Some(exact), ..contestant(patch.clone(), params, Awake::All) };
     let found = Measured::of(&one, &course(0.1), &[0.1], &map()).unwrap();
-    println!("rim {:?} rest {:?} leaves {:?}", found.rim_pct, found.rest_pct, found.leaves_at_mm_per_s);
     assert!(found.rim_pct.unwrap().abs() <= 0.5, "{:?}", found.rim_pct);
     assert!(found.rest_pct.unwrap()[0].abs() <= 5.0, "{:?}", found.rest_pct);
     // a moving probe is beyond what a reference at rest can say, somewhere

@@ -10,7 +10,8 @@ pub const DISC_RADII: f64 = 1.65;
 const DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 0.875];
 /// Depths of the presses at the centre [probe radii].
 const CENTRE_DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 1.0];
-/// Depths of the presses along a stroke [probe radii]: 0.5, 1, 2, 4 mm for a radius of 8 mm, so that what slides 3 mm deep was not fitted.
+/// Depths of the presses along a stroke [probe radii]: 0.5, 1, 2, 4 mm for a radius of 8 mm, so that what slides 3 mm deep was
+/// not fitted.
 const STROKE_DEPTHS_RADII: [f64; 4] = [0.0625, 0.125, 0.25, 0.5];
 /// Places go on this far past both ends of a stroke [probe radii].
 const STROKE_ENDS_RADII: f64 = 0.125;
@@ -135,8 +136,8 @@ impl Targets {
         Some(Self { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii })
     }
 
-    /// Presses on a flat top (normal along z) along a stroke centred on `centre_m`, over `half_width_m` to both sides: a lattice of golden ratio, the
-    /// centre first. `None` where the reference does not know.
+    /// Presses on a flat top (normal along z) along a stroke centred on `centre_m`, over `half_width_m` to both sides: a lattice
+    /// of golden ratio, the centre first. `None` where the reference does not know.
     #[must_use]
     pub fn over_a_stroke(
         reference: &(impl Reference + ?Sized),

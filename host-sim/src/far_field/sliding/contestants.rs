@@ -1,9 +1,10 @@
 //! What slides: patches long enough for the stroke, and what they are compared with.
 //!
-//! A patch that stays, too small for the stroke, shows where a far field ends; a round one large enough shows what the long shape saves; the stroke
-//! patch with its rim fixed shows what the rim springs do; the whole block with the frozen outside of paper 004 is the papers' answer.
-//! Not built: a patch that travels with the probe (no ripple to 50 mm/s, but for homogeneous flat tissue only, and told the frame's velocity it pushes
-//! the probe on: it makes energy), and far fields blended from place to place (a tick would have to mix blocks, and elements stay where they are).
+//! A patch that stays, too small for the stroke, shows where a far field ends; a round one large enough shows what the long shape
+//! saves; the stroke patch with its rim fixed shows what the rim springs do; the whole block with the frozen outside of paper 004
+//! is the papers' answer. Not built: a patch that travels with the probe (no ripple to 50 mm/s, but for homogeneous flat tissue
+//! only, and told the frame's velocity it pushes the probe on: it makes energy), and far fields blended from place to place (a
+//! tick would have to mix blocks, and elements stay where they are).
 
 use palpate::Params;
 use palpate::path::region::{ContactPressure, StressRule};

@@ -71,7 +71,8 @@ pub struct Measured {
     pub stable_ms: f64,
     /// Worst tick on the boards.
     pub boards: Vec<BoardShare>,
-    /// At rest along the way against the reference: largest error, with its sign, and root mean square [%]. `None` where nodes stand still.
+    /// At rest along the way against the reference: largest error, with its sign, and root mean square [%]. `None` where nodes
+    /// stand still.
     pub rest_pct: Option<[f64; 2]>,
     /// Largest part of it that the rim springs have against the dense condensed outside [%].
     pub rim_pct: Option<f64>,

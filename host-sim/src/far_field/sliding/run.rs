@@ -82,7 +82,8 @@ pub struct Figures {
     pub lateral_pct: f64,
     /// Largest force along the way, either sign, over the normal force [%].
     pub lateral_worst_pct: f64,
-    /// Work of the tissue on the probe from rest forth and back to rest in the same place [mJ]: below zero it is lost, above it was made of nothing.
+    /// Work of the tissue on the probe from rest forth and back to rest in the same place [mJ]: below zero it is lost, above it
+    /// was made of nothing.
     pub work_mj: f64,
     /// Least and mean share of the free nodes that moved [%].
     pub awake_pct: [f64; 2],
@@ -132,7 +133,8 @@ impl Slide {
         self.rows.iter().filter(|r| matches!(r.pose.leg, Leg::Forth | Leg::Back))
     }
 
-    /// The slide in numbers; `None` if it ended in a fault or the reference does not know the way. Forces are at `youngs_modulus_pa`.
+    /// The slide in numbers; `None` if it ended in a fault or the reference does not know the way. Forces are at
+    /// `youngs_modulus_pa`.
     #[must_use]
     pub fn figures(&self, reference: &impl Reference, youngs_modulus_pa: f64, free_nodes: usize) -> Option<Figures> {
         if self.fault.is_some() {
@@ -194,7 +196,8 @@ mod tests {
     use crate::calibrate::reference_map::ReferenceMap;
     use crate::reference::answer::Answer;
 
-    /// A probe that is pushed on both ways gains 2 F s, one that is dragged loses it; a jump of the force is found wherever it is.
+    /// A probe that is pushed on both ways gains 2 F s, one that is dragged loses it; a jump of the force is found wherever it
+    /// is.
     #[test]
     fn work_and_steps_are_those_of_the_forces() {
         let answer = Answer::block();
