@@ -75,7 +75,7 @@ impl FarArgs {
         }
         bar.set_message("finite elements of the whole");
         let truth = Truth::of(&scene, &prepared.placed, |done, all| {
-            bar.set_message(format!("finite elements of the whole: {done} of {all} presses"))
+            bar.set_message(format!("finite elements of the whole: {done} of {all} presses"));
         })?;
         let mut rounds = 0;
         let fitted = prepared.fit(&truth, &recipe.settings, &mut |r: &Round| {

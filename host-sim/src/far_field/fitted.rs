@@ -238,7 +238,7 @@ fn glued_around(solved: &[GluedAnswer], probe_m: f64) -> Vec<GluedAnswer> {
     let away = |disc: &GluedAnswer| disc.place_m[0].hypot(disc.place_m[1]);
     let mut discs = Vec::new();
     for centred in solved.iter().filter(|disc| away(disc) == 0.0) {
-        discs.push(centred.clone());
+        discs.push(*centred);
         let aside = solved.iter().find(|d| away(d) > 0.0 && d.direction == centred.direction && d.radius_m == centred.radius_m);
         let Some(aside) = aside else { continue };
         let share = (RING_RADII * probe_m / away(aside)).powi(2).min(1.0);
@@ -246,7 +246,7 @@ fn glued_around(solved: &[GluedAnswer], probe_m: f64) -> Vec<GluedAnswer> {
         for n in 0..RING {
             let (sin, cos) = (std::f64::consts::TAU * (n as f64 + 0.25) / RING as f64).sin_cos();
             let place_m = [RING_RADII * probe_m * cos, RING_RADII * probe_m * sin, 0.0];
-            discs.push(GluedAnswer { place_m, stiffness_over_e_m, ..centred.clone() });
+            discs.push(GluedAnswer { place_m, stiffness_over_e_m, ..*centred });
         }
     }
     discs

@@ -103,8 +103,8 @@ mod tests {
         let poses = course.poses();
         let of = |leg: Leg| poses.iter().filter(move |p| p.leg == leg);
         assert!(poses[0].tip_m.z > 0.0, "starts outside");
-        assert_eq!(of(Leg::Press).last().unwrap().tip_m, of(Leg::End).last().unwrap().tip_m);
-        let (first, last) = (of(Leg::Turn).next().unwrap(), of(Leg::Press).last().unwrap());
+        assert_eq!(of(Leg::Press).next_back().unwrap().tip_m, of(Leg::End).next_back().unwrap().tip_m);
+        let (first, last) = (of(Leg::Turn).next().unwrap(), of(Leg::Press).next_back().unwrap());
         assert!((first.tip_m - last.tip_m - course.stroke_m).norm() < 1e-12);
         for pair in poses.windows(2) {
             let way = pair[1].tip_m - pair[0].tip_m;
