@@ -9,8 +9,8 @@
 //! itself: the force falls and drags back as the speed grows. That loss is measured too, and has one sign: it takes energy. Two
 //! thirds of the drag at 100 mm/s are the foundation's damping, the rest floored and contact masses.
 //!
-//! Where it ends: at 110-180 mm/s by mesh the force leaves 5 %; pressed 1 mm deep it does so before 100 mm/s, 2 mm deep on some
-//! meshes; nodes grow with the stroke; a stroke is straight and its surface flat, because the reference is
+//! Where it ends: at 120-180 mm/s by mesh (radius 12 mm) the force leaves 5 %; 1 mm deep it is beyond that at 100 mm/s, 2 mm deep on
+//! some meshes; nodes grow with the stroke; a stroke is straight and its surface flat, because the reference is
 //! ([`crate::calibrate::Targets::over_a_stroke`]).
 
 pub mod contestants;
