@@ -5,6 +5,7 @@ mod chart;
 mod mesh;
 mod pack;
 mod paper;
+mod plan;
 mod press;
 mod reference;
 mod score;
@@ -54,6 +55,12 @@ enum Command {
     /// Writes chart.csv (one row a run), summary.json (with the Pareto fronts) and pictures as SVG and PNG. A method that does not survive the
     /// press is a row that says how.
     Chart(chart::ChartArgs),
+    /// Find the smallest model of a scene that keeps a force tolerance within a board's budget, and write its patch.
+    ///
+    /// Searches patch radius, element size, foundation, substeps and terms. Prints the model, the next smaller one that misses the tolerance and the next
+    /// larger one that keeps it or leaves the budget. Writes <scene>-<board>.patch, summary.json (with the promise), searched.csv and the chart of the search as
+    /// SVG and PNG. Fails (exit code 1) if nothing fits, and says what would. A scene that is not the standard block is solved by finite elements first.
+    Plan(plan::PlanArgs),
     /// Score a training: what three physicians' marks say of interns before and after it (paper 004, equation 14).
     ///
     /// Writes summary.json, scores.csv (one row an intern and phase) and a picture as SVG and PNG. Groups are compared by a permutation test.
@@ -68,7 +75,7 @@ struct Common {
     /// A preset (block, block-deep, block-20kpa, nodule, liver) or the path of a scene file (.toml, see host-sim/scenes).
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     scene: String,
-    /// Output folder, made if it is not there [default: out/press, out/reference, out/calibrate, out/mesh-pack].
+    /// Output folder, made if it is not there [default: out/press, out/reference, out/calibrate, out/plan, out/mesh-pack].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -93,6 +100,7 @@ impl Cli {
             Some(Command::Mesh(command)) => command.run(),
             Some(Command::Chart(args)) => args.run(),
             Some(Command::Paper(command)) => command.run(),
+            Some(Command::Plan(args)) => args.run(),
             Some(Command::Score(args)) => args.run(),
         }
     }
