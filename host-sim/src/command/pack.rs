@@ -92,7 +92,8 @@ impl FarArgs {
     }
 }
 
-fn bar() -> ProgressBar {
+/// A line that says what is being done.
+pub(super) fn bar() -> ProgressBar {
     let bar = ProgressBar::new_spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
         bar.set_style(style);

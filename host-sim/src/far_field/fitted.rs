@@ -6,12 +6,12 @@ use serde::Serialize;
 use super::organ_reference::organ_reference;
 use super::surface_map::SurfaceMap;
 use super::whole::whole;
-use super::{FarField, Sizes};
+use super::{FarField, RimSprings, Sizes};
 use crate::calibrate::accuracy::Accuracy;
 use crate::calibrate::places::sunflower;
 use crate::calibrate::reference_map::ReferenceMap;
 use crate::calibrate::targets::Reference;
-use crate::calibrate::{Fit, Round, Settings, Targets, calibrate};
+use crate::calibrate::{Calibration, Fit, Round, Settings, Targets, calibrate};
 use crate::error::Error;
 use crate::patch::{Material, Patch, Tissue};
 use crate::reference::answer::{Answer, GluedAnswer};
@@ -56,7 +56,8 @@ impl Truth {
     pub fn of(scene: &Scene, placed: &Placed, progress: impl Fn(usize, usize) + Sync) -> Result<Self, Error> {
         let answer = Answer::block();
         let centred = scene.probe.position_m.unwrap_or_default() == [0.0; 2];
-        if centred && answer.is_for(scene) && ReferenceMap::of(&answer).is_some() {
+        let deep_enough = |map: ReferenceMap| map.deepest_m() * (1.0 + 1e-9) >= deepest_hold_m(scene).unwrap_or_default();
+        if centred && answer.is_for(scene) && ReferenceMap::of(&answer).is_some_and(deep_enough) {
             return Ok(Self::Block(answer));
         }
         let radius_m = scene.probe.radius_m;
@@ -82,6 +83,16 @@ impl Truth {
     }
 }
 
+impl Truth {
+    /// Asks it of another mesh of the same organ.
+    pub fn ask_on<R>(&self, placed: &Placed, question: impl FnOnce(&dyn Reference) -> R) -> R {
+        match self {
+            Self::Block(_) => self.ask(question),
+            Self::Organ(map) => question(&map.on(placed)),
+        }
+    }
+}
+
 /// Knows no press.
 struct Nothing;
 
@@ -99,7 +110,8 @@ impl Reference for Nothing {
     }
 }
 
-fn deepest_hold_m(scene: &Scene) -> Option<f64> {
+/// Deepest hold of a scene that says how deep it presses [m].
+pub(crate) fn deepest_hold_m(scene: &Scene) -> Option<f64> {
     match &scene.drive {
         Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } => holds_m.iter().copied().reduce(f64::max),
         _ => None,
@@ -190,32 +202,39 @@ impl Prepared {
     }
 
     fn fit_to(&self, reference: &dyn Reference, settings: &Settings, progress: &mut dyn FnMut(&Round)) -> Result<Fitted, Error> {
-        let tissue = &self.far.cut.patch;
-        let site_m = Vector::from(tissue.site_m);
-        let radius_m = f64::from(self.params.probe.radius_m);
-        let knows_dents = reference.displacement_m(0.25 * radius_m, [0.0; 2]).is_some();
-        let surface = if knows_dents { skin_nodes(tissue) } else { Vec::new() };
-        let targets = if self.stroke_m == [0.0; 3] {
-            Targets::over_a_disc(reference, &surface, site_m, radius_m, DISC_RADII, settings.places)
+        let fit = if self.stroke_m == [0.0; 3] {
+            let tissue = &self.far.cut.patch;
+            fit_tissue(tissue, Some(&self.far.springs), &self.material, &self.params, reference, settings, progress)?
         } else {
-            Targets::over_a_stroke(reference, site_m, self.stroke_m, HALF_WIDTH_RADII * radius_m, radius_m, settings.places)
+            self.fit_along_the_stroke(reference, settings, progress)?
         };
-        let lacking = || {
-            Error::Check(
-                "the reference lacks presses that the fit needs: press deeper, or take a larger organ or a shorter stroke".into(),
-            )
-        };
-        let targets = targets.ok_or_else(lacking)?;
-        let mut targets = targets.with_glued(&glued_around(reference.glued(), radius_m));
-        // the centre is one place of a hundred and the one that is pressed most
-        targets.places[0].forces.iter_mut().for_each(|f| f.tolerance /= CENTRE_WEIGHT);
         let failed = |cause: &dyn std::fmt::Display| Error::Check(format!("the patch cannot be fitted: {cause}"));
-        let fit = calibrate(tissue, &self.material, Some(&self.far.springs), &self.params, &targets, settings, progress)
-            .map_err(|cause| failed(&cause))?;
         let accuracy =
             Accuracy::of(&fit.patch, &fit.params, reference, JUDGED_RADII, JUDGED_PLACES).map_err(|cause| failed(&cause))?;
         Ok(Fitted { patch: fit.patch, params: fit.params, rounds: fit.rounds, accuracy })
     }
+}
+
+impl Prepared {
+    fn fit_along_the_stroke(
+        &self,
+        reference: &dyn Reference,
+        settings: &Settings,
+        progress: &mut dyn FnMut(&Round),
+    ) -> Result<Calibration, Error> {
+        let tissue = &self.far.cut.patch;
+        let (site_m, probe_m) = (Vector::from(tissue.site_m), f64::from(self.params.probe.radius_m));
+        let half_width_m = HALF_WIDTH_RADII * probe_m;
+        let lacking = || Error::Check("the reference does not know the whole stroke: make it shorter".into());
+        let targets = Targets::over_a_stroke(reference, site_m, self.stroke_m, half_width_m, probe_m, settings.places)
+            .ok_or_else(lacking)?;
+        let targets = targets.with_glued(&glued_around(reference.glued(), probe_m));
+        calibrate(tissue, &self.material, Some(&self.far.springs), &self.params, &targets, settings, progress).map_err(unfitted)
+    }
+}
+
+fn unfitted(cause: crate::calibrate::CalibrateError) -> Error {
+    Error::Check(format!("the patch cannot be fitted: {cause}"))
 }
 
 /// A mesh takes minutes to make long before it is too large for any board.
@@ -231,6 +250,32 @@ fn refuse_too_fine(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
         "{}: elements of {} m put about {nodes:.0} nodes under the probe alone: give at least {least_m:.5} m",
         scene.file, sizes.fine_m
     )))
+}
+
+/// Fits a tissue's patch, with its rim springs if it has some, to a reference over a little more than the disc that it is judged on.
+///
+/// # Errors
+/// A reference that lacks presses, a patch that cannot be pressed.
+pub fn fit_tissue(
+    tissue: &Tissue,
+    rim: Option<&RimSprings>,
+    material: &Material,
+    params: &Params,
+    reference: &dyn Reference,
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Round),
+) -> Result<Calibration, Error> {
+    let site_m = Vector::from(tissue.site_m);
+    let radius_m = f64::from(params.probe.radius_m);
+    let knows_dents = reference.displacement_m(0.25 * radius_m, [0.0; 2]).is_some();
+    let surface = if knows_dents { skin_nodes(tissue) } else { Vec::new() };
+    let targets = Targets::over_a_disc(reference, &surface, site_m, radius_m, DISC_RADII, settings.places).ok_or_else(|| {
+        Error::Check("the reference lacks presses that the fit needs: press deeper or take a larger organ".into())
+    })?;
+    let mut targets = targets.with_glued(&glued_around(reference.glued(), radius_m));
+    // the centre is one place of a hundred and the one that is pressed most
+    targets.places[0].forces.iter_mut().for_each(|f| f.tolerance /= CENTRE_WEIGHT);
+    calibrate(tissue, material, rim, params, &targets, settings, progress).map_err(unfitted)
 }
 
 /// Solved discs at the site, and what lies between them and those solved away from it: on a ring, where the stiffness has gone the square of the way's share.
