@@ -3,10 +3,10 @@
 //! `--nocapture` prints the table.
 
 use palpate::path::probe::ProbePose;
-use palpate::{Limiters, Limits, Output, Params, Vector3, tick};
-use palpate_sim::measure;
+use palpate::{Limiters, Limits, Output, Params, tick};
 use palpate_sim::stable_step::{StableStep, substeps_for_taps};
 use palpate_tests::bench::{Bench, at_depth};
+use palpate_tests::tap::{Outcome, Tap, with_tick};
 
 const SIZES: [usize; 3] = [130, 410, 1020];
 const DEEP_M: f32 = 8e-3;
@@ -14,8 +14,6 @@ const TAP_M_PER_S: f32 = 0.5;
 const SLOW_M_PER_S: f32 = 0.1;
 /// Over the static force, at most.
 const PEAK: f64 = 3.0;
-/// Left after release, at most [m].
-const RESIDUAL_M: f64 = 0.05e-3;
 
 fn bench(nodes: usize, youngs_modulus_pa: f32) -> Bench {
     deep(Bench::block(nodes), youngs_modulus_pa)
@@ -27,71 +25,8 @@ fn deep(bench: Bench, youngs_modulus_pa: f32) -> Bench {
     bench
 }
 
-/// Another tick with the masses, the foundation and its damping of this one.
-fn with_tick(params: &Params, tick_s: f32) -> Params {
-    let longer = tick_s / params.tick_s;
-    Params {
-        tick_s,
-        mass_floor: params.mass_floor / (longer * longer),
-        contact_mass: params.contact_mass / (longer * longer),
-        contact_cap: params.contact_cap * longer * longer,
-        contact_damping: params.contact_damping / longer,
-        ..*params
-    }
-}
-
-#[derive(Debug)]
-struct Outcome {
-    /// What is wrong at the end of the hold or of the run, or stopped it.
-    wrong: Option<String>,
-    /// Smallest volume of a tet over its rest volume in any tick.
-    lowest_j: f64,
-    peak_n: f64,
-    static_n: f64,
-}
-
-/// Down to 8 mm, 0.35 s there, out, 0.6 s.
 fn press(bench: &Bench, params: &Params, speed_m_per_s: f32) -> Outcome {
-    let mut outcome = Outcome { wrong: None, lowest_j: f64::INFINITY, peak_n: 0.0, static_n: 0.0 };
-    outcome.wrong = run(bench, params, speed_m_per_s, &mut outcome);
-    outcome
-}
-
-fn run(bench: &Bench, params: &Params, speed_m_per_s: f32, outcome: &mut Outcome) -> Option<String> {
-    let model = bench.patch.wide_model();
-    let mut memory = bench.memory();
-    let (tuned, mut state) = memory.start(&model, params).unwrap();
-    let step_m = speed_m_per_s * params.tick_s;
-    let ticks = |seconds: f32| (seconds / params.tick_s) as usize;
-    let clear_m = 0.5e-3;
-    let down = ((DEEP_M + clear_m) / step_m).ceil() as usize;
-    let (held, all) = (down + ticks(0.35), 2 * down + ticks(0.95));
-    let mut holds: Vec<Vector3<f32>> = Vec::new();
-    for n in 0..all {
-        let way_m = |ticks: usize| step_m * ticks as f32;
-        let depth_m = if n < held { (way_m(n) - clear_m).min(DEEP_M) } else { (DEEP_M - way_m(n - held)).max(-clear_m) };
-        let output = tick(&model, &tuned, &mut state, ProbePose { tip_m: at_depth(depth_m) });
-        if let Some(fault) = output.fault {
-            return Some(format!("{fault} in tick {n}"));
-        }
-        let (lowest_j, _) = measure::volumes(&model, &state);
-        outcome.lowest_j = outcome.lowest_j.min(lowest_j);
-        outcome.peak_n = outcome.peak_n.max(output.force_n.norm().into());
-        if (held - 50..held).contains(&n) {
-            holds.push(output.force_n);
-        }
-        if lowest_j <= 0.0 && ((held - 50..held).contains(&n) || n + 50 >= all) {
-            return Some(format!("J = {lowest_j:.3} at rest, in tick {n}"));
-        }
-    }
-    let mean = holds.iter().sum::<Vector3<f32>>() / holds.len() as f32;
-    outcome.static_n = mean.norm().into();
-    let ripple = holds.iter().map(|f| (f - mean).norm()).fold(0.0, f32::max) / mean.norm();
-    if ripple > 0.01 {
-        return Some(format!("the force at the hold's end ripples by {:.1} %", ripple * 100.0));
-    }
-    let residual_m = measure::largest_displacement_m(&model, &state);
-    (residual_m > RESIDUAL_M).then(|| format!("{:.3} mm are left", residual_m * 1e3))
+    Tap { deep_m: DEEP_M.into(), speed_m_per_s: speed_m_per_s.into(), jitter: 0.0 }.run(bench, params)
 }
 
 #[test]

@@ -273,9 +273,12 @@ impl Patch {
             own.k_rest *= ratio;
         }
         self.scheduled = order::schedule(&self.springs);
-        for ((own, a), b) in self.nodes.iter_mut().zip(&plain.nodes).zip(&stiffened.nodes) {
+        // what the far field adds to a rim node is not the tissue's
+        let mut rim_m = vec![0.0; self.nodes.len()];
+        self.rim_nodes.iter().for_each(|rim| rim_m[rim.node as usize] = mean_diagonal(&rim.block_m));
+        for (((own, a), b), rim_m) in self.nodes.iter_mut().zip(&plain.nodes).zip(&stiffened.nodes).zip(rim_m) {
             own.pressure *= b.pressure / a.pressure;
-            own.stiffness_m *= b.stiffness_m / a.stiffness_m;
+            own.stiffness_m = (own.stiffness_m - rim_m) * (b.stiffness_m / a.stiffness_m) + rim_m;
         }
         let by_node = |tets: &[Tet]| tets.iter().map(|t| (t.node, *t)).collect::<BTreeMap<_, _>>();
         let (plain, stiffened) = (by_node(&plain.tets), by_node(&stiffened.tets));
@@ -296,16 +299,15 @@ impl Patch {
 
     /// Puts another far field around the patch; nothing else of it changes.
     pub fn set_rim(&mut self, rim: &RimSprings) {
-        let trace = |b: &[f32; 6]| (b[0] + b[1] + b[2]) / 3.0;
         for old in &self.rim_nodes {
-            self.nodes[old.node as usize].stiffness_m -= trace(&old.block_m);
+            self.nodes[old.node as usize].stiffness_m -= mean_diagonal(&old.block_m);
         }
         (self.rim_nodes, self.rim_edges) = (Vec::new(), Vec::new());
         for ([i, j], b) in &rim.blocks {
             let [ni, nj] = [i, j].map(|k| rim.node[*k]);
             if i == j {
                 let block_m = [b[0][0], b[1][1], b[2][2], b[0][1], b[0][2], b[1][2]].map(|v| v as f32);
-                self.nodes[ni as usize].stiffness_m += trace(&block_m);
+                self.nodes[ni as usize].stiffness_m += mean_diagonal(&block_m);
                 self.rim_nodes.push(RimNode { node: ni, block_m });
             } else {
                 let row = |r: usize| b[r].map(|v| v as f32);
@@ -339,6 +341,10 @@ impl Patch {
         file.write(|b| bytes.extend_from_slice(b));
         bytes
     }
+}
+
+fn mean_diagonal([xx, yy, zz, ..]: &[f32; 6]) -> f32 {
+    (xx + yy + zz) / 3.0
 }
 
 /// Memory of a running patch: what the board reserves in statics, allocated once.

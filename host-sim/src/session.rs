@@ -155,6 +155,8 @@ fn fitted(scene: &Scene, packed: &Params) -> Params {
     Params {
         compensation: packed.compensation,
         compensation_threshold: packed.compensation_threshold,
+        mass_floor: packed.mass_floor,
+        contact_mass: packed.contact_mass,
         limits: packed.limits,
         terms,
         ..own

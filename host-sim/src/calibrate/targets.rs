@@ -180,6 +180,23 @@ impl Targets {
         self
     }
 
+    /// The same with other depths [probe radii] at the centre, as far as the reference knows them, and presses there `weight` times as exact.
+    #[must_use]
+    pub fn with_centre(mut self, reference: &(impl Reference + ?Sized), depths_radii: &[f64], weight: f64) -> Option<Self> {
+        let solved = reference.shallowest_m()..=reference.deepest_m() * (1.0 + 1e-9);
+        let known = depths_radii.iter().filter(|d| solved.contains(&(**d * self.radius_m)));
+        let at = |depth: &f64| {
+            let depth_m = depth * self.radius_m;
+            Some(ForceTarget {
+                depth_m,
+                force: reference.force(Vector::zeros(), depth_m)?,
+                tolerance: tolerance(*depth) / weight,
+            })
+        };
+        self.places.first_mut()?.forces = known.map(at).collect::<Option<_>>()?;
+        Some(self)
+    }
+
     /// Radius around the centre that any press touches [m].
     #[must_use]
     pub fn reach_m(&self) -> f64 {

@@ -1,0 +1,62 @@
+//! Calibrated patches with a far field, fitted on the spot, and the same patches in other organs.
+
+use palpate::Params;
+use palpate_sim::calibrate::{Fit, Settings};
+use palpate_sim::far_field::fitted::{Fitted, Prepared, Recipe, Truth};
+use palpate_sim::reference::answer::Answer;
+use palpate_sim::scene::{Inclusion, Scene};
+use palpate_sim::stable_step::limits;
+
+use crate::bench::Bench;
+
+/// A patch of the default block and what it was made with.
+#[derive(Clone, Debug)]
+pub struct FarPatch {
+    scene: Scene,
+    recipe: Recipe,
+    /// Before the fit.
+    pub prepared: Prepared,
+    /// After it.
+    pub fitted: Fitted,
+}
+
+impl FarPatch {
+    /// A patch of this radius [m] and element size [m], quickly fitted.
+    ///
+    /// # Panics
+    /// Sizes that do not fit the default block.
+    #[must_use]
+    pub fn quick(radius_m: f64, fine_m: f64) -> Self {
+        let scene = Scene::load("block").expect("a preset");
+        let mut recipe = Recipe::new(radius_m, fine_m, scene.probe.radius_m);
+        recipe.settings = Settings { places: 40, rounds: 8, fit: Fit::GaussNewton };
+        let prepared = Prepared::of(&scene, &recipe).expect("a patch of the block");
+        let fitted = prepared.fit(&Truth::Block(Answer::block()), &recipe.settings, &mut |_| ()).expect("a fit");
+        Self { scene, recipe, prepared, fitted }
+    }
+
+    /// Ready to run to `deep_m` [m], with the limits that its elements set.
+    #[must_use]
+    pub fn bench(&self, deep_m: f32) -> Bench {
+        let mut patch = self.fitted.patch.clone();
+        patch.set_depth_limit_m(deep_m);
+        let params = Params { limits: limits(&patch, f64::from(self.fitted.params.tick_s)), ..self.fitted.params };
+        Bench { patch, params }
+    }
+
+    /// The same with balls of other stiffness in the organ: inside the patch they scale what was fitted, outside they change what its far field is fitted to. With the organ
+    /// that they are in.
+    ///
+    /// # Panics
+    /// Balls that the scene refuses.
+    #[must_use]
+    pub fn with_balls(&self, balls: &[Inclusion], deep_m: f32) -> (Bench, Prepared) {
+        let mut scene = self.scene.clone();
+        scene.tissue.inclusion = balls.to_vec();
+        let prepared = Prepared::of(&scene, &self.recipe).expect("the same block with balls in it");
+        let mut bench = self.bench(deep_m);
+        bench.patch = bench.patch.with_inclusions(balls);
+        bench.patch.set_rim(&prepared.far.springs);
+        (bench, prepared)
+    }
+}

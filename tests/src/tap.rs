@@ -1,0 +1,135 @@
+//! A press to a depth, held and released: whether the patch stands it and comes to rest.
+
+use palpate::path::probe::ProbePose;
+use palpate::{Params, Vector3, tick};
+use palpate_sim::measure;
+
+use crate::bench::{Bench, Noise};
+
+/// Left after release, at most [m].
+const RESIDUAL_M: f64 = 0.05e-3;
+/// The force of a hold may ripple by this share of it (1).
+const RIPPLE: f32 = 0.01;
+/// No node is faster than this at the end of the hold [m/s]: a force at its limit would hide a ripple.
+const STILL_M_PER_S: f32 = 5e-3;
+/// The probe starts this far above the surface [m].
+const CLEAR_M: f64 = 0.5e-3;
+/// Hold, and time to rest after the release [s].
+const HOLD_S: f64 = 0.35;
+const REST_S: f64 = 0.6;
+/// Ticks at the end of the hold and of the rest that are looked at.
+const LAST: usize = 50;
+
+/// How the probe goes down and up again.
+#[derive(Clone, Copy, Debug)]
+pub struct Tap {
+    /// Depth of the hold [m].
+    pub deep_m: f64,
+    /// Speed both ways [m/s].
+    pub speed_m_per_s: f64,
+    /// A pose is of a moment up to this share of a tick before or after its tick (1).
+    pub jitter: f64,
+}
+
+/// What came of it.
+#[derive(Debug)]
+pub struct Outcome {
+    /// What is wrong at the end of the hold or of the run, or stopped it.
+    pub wrong: Option<String>,
+    /// Smallest volume of a tet over its rest volume in any tick.
+    pub lowest_j: f64,
+    /// The same at the end of the hold.
+    pub held_j: f64,
+    /// Largest force [N].
+    pub peak_n: f64,
+    /// Force of the hold [N].
+    pub static_n: f64,
+    /// Largest displacement after the release [m].
+    pub residual_m: f64,
+}
+
+/// Another tick with the masses, the foundation and its damping of this one: stable at a tick 15 % longer is a margin of 1.15 at this one.
+#[must_use]
+pub fn with_tick(params: &Params, tick_s: f32) -> Params {
+    let longer = tick_s / params.tick_s;
+    Params {
+        tick_s,
+        mass_floor: params.mass_floor / (longer * longer),
+        contact_mass: params.contact_mass / (longer * longer),
+        contact_cap: params.contact_cap * longer * longer,
+        contact_damping: params.contact_damping / longer,
+        ..*params
+    }
+}
+
+impl Tap {
+    /// Down, 0.35 s there, out, 0.6 s.
+    ///
+    /// # Panics
+    /// Parameters that the core refuses.
+    #[must_use]
+    pub fn run(&self, bench: &Bench, params: &Params) -> Outcome {
+        let mut outcome = Outcome {
+            wrong: None,
+            lowest_j: f64::INFINITY,
+            held_j: f64::INFINITY,
+            peak_n: 0.0,
+            static_n: 0.0,
+            residual_m: f64::INFINITY,
+        };
+        outcome.wrong = self.observe(bench, params, &mut outcome);
+        outcome
+    }
+
+    /// Depth at a time [m]; `held_s` is when the probe turns back.
+    fn depth_m(&self, time_s: f64, held_s: f64) -> f64 {
+        let way_m = |time_s: f64| self.speed_m_per_s * time_s.max(0.0);
+        let down_m = (way_m(time_s) - CLEAR_M).min(self.deep_m);
+        if time_s < held_s { down_m } else { (self.deep_m - way_m(time_s - held_s)).max(-CLEAR_M) }
+    }
+
+    fn observe(&self, bench: &Bench, params: &Params, outcome: &mut Outcome) -> Option<String> {
+        let model = bench.patch.wide_model();
+        let mut memory = bench.memory();
+        let (tuned, mut state) = memory.start(&model, params).expect("parameters that the core takes");
+        let tick_s = f64::from(params.tick_s);
+        let way_s = (self.deep_m + CLEAR_M) / self.speed_m_per_s;
+        let ticks = |seconds: f64| (seconds / tick_s).ceil() as usize;
+        let held = ticks(way_s) + ticks(HOLD_S);
+        let all = held + ticks(way_s) + ticks(REST_S);
+        let mut noise = Noise::new(7);
+        let mut holds: Vec<Vector3<f32>> = Vec::new();
+        for n in 0..all {
+            let late = self.jitter * noise.uniform();
+            let depth_m = self.depth_m((n as f64 + late) * tick_s, held as f64 * tick_s);
+            let tip_m = bench.patch.site_m() - params.probe.axis * depth_m as f32;
+            let output = tick(&model, &tuned, &mut state, ProbePose { tip_m });
+            if let Some(fault) = output.fault {
+                return Some(format!("{fault} in tick {n}"));
+            }
+            let (lowest_j, _) = measure::volumes(&model, &state);
+            outcome.lowest_j = outcome.lowest_j.min(lowest_j);
+            outcome.peak_n = outcome.peak_n.max(output.force_n.norm().into());
+            let at_hold = (held - LAST..held - 1).contains(&n);
+            if at_hold {
+                holds.push(output.force_n);
+                outcome.held_j = lowest_j;
+                let fastest = state.nodes().iter().map(|n| n.velocity_m_per_s().norm()).fold(0.0, f32::max);
+                if fastest > STILL_M_PER_S {
+                    return Some(format!("nodes move at {fastest:.3} m/s at the hold's end, in tick {n}"));
+                }
+            }
+            if lowest_j <= 0.0 && (at_hold || n + LAST >= all) {
+                return Some(format!("J = {lowest_j:.3} at rest, in tick {n}"));
+            }
+        }
+        let mean = holds.iter().sum::<Vector3<f32>>() / holds.len() as f32;
+        outcome.static_n = mean.norm().into();
+        let ripple = holds.iter().map(|f| (f - mean).norm()).fold(0.0, f32::max) / mean.norm();
+        if ripple > RIPPLE {
+            return Some(format!("the force at the hold's end ripples by {:.1} %", ripple * 100.0));
+        }
+        outcome.residual_m = measure::largest_displacement_m(&model, &state);
+        (outcome.residual_m > RESIDUAL_M).then(|| format!("{:.3} mm are left", outcome.residual_m * 1e3))
+    }
+}
