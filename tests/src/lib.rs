@@ -10,6 +10,7 @@ pub mod exec_log;
 pub mod firmware_image;
 pub mod instruction_mix;
 pub mod oracle;
+pub mod packed;
 pub mod palpate_command;
 pub mod press_run;
 pub mod rounding;
