@@ -15,8 +15,10 @@ pub struct Machine {
     spring: f64,
     tet: f64,
     node: f64,
-    /// A surface triangle that the probe presses.
+    /// A surface triangle of four foundation points that the probe presses.
     touched: f64,
+    /// Each further point of it.
+    point: f64,
     /// A surface triangle that it does not, per tick.
     passed: f64,
     rim_node: f64,
@@ -36,6 +38,7 @@ const M4F_168: Machine = Machine {
     tet: 291.0,
     node: 130.0,
     touched: 840.0,
+    point: 160.0,
     passed: 61.0,
     rim_node: 75.0,
     rim_edge: 99.0,
@@ -53,6 +56,7 @@ pub const MACHINES: [Machine; 3] = [
         tet: 4.0,
         node: 4.0,
         touched: 60.0,
+        point: 12.0,
         passed: 3.0,
         rim_node: 6.0,
         rim_edge: 8.0,
@@ -90,7 +94,7 @@ impl Machine {
             + of(model.nodes.len(), self.node)
             + of(model.rim_nodes.len(), self.rim_node)
             + of(model.rim_edges.len(), self.rim_edge)
-            + of(touched, self.touched);
+            + of(touched, self.touched + of(model.points_per_triangle() - 4, self.point));
         let units = self.tick + of(model.triangles.len(), self.passed) + f64::from(substeps) * step;
         Cost { units, budget: self.load * self.per_ms }
     }
