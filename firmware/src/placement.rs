@@ -60,9 +60,10 @@ mod tests {
     #[test]
     fn axes_are_orthonormal_and_right_handed_whatever_the_press() {
         for axis in [[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.6, 0.0, 0.8], [-0.48, 0.64, -0.6], [0.0, 1.0, 0.0]] {
-            let placement = Placement::new(Vector3::zeros(), axis.into());
+            let axis = Vector3::<f32>::from(axis);
+            let placement = Placement::new(Vector3::zeros(), axis);
             let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()].map(|v| placement.to_patch(v));
-            assert_eq!(z, axis.into());
+            assert_eq!(z, axis);
             assert!((x.cross(&y) - z).norm() < 1e-6 && (x.norm() - 1.0).abs() < 1e-6, "{axis:?}");
             let force = Vector3::new(0.3, -0.2, 1.5);
             assert!((placement.to_device(placement.to_patch(force)) - force).norm() < 1e-6, "{axis:?}");
