@@ -1,15 +1,23 @@
-//! Hands the linker its scripts. A `[build] rustflags` would be lost to anyone who sets `RUSTFLAGS`; link arguments from here are not.
+//! Hands the linker its scripts and the image its patch. A `[build] rustflags` would be lost to anyone who sets `RUSTFLAGS`; link arguments from here are not.
 
 use core::error::Error;
-use std::{env, fs, path::PathBuf};
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+};
+
+/// Which patch file goes into the image; a relative path starts at the repository.
+const PATCH: &str = "PALPATE_PATCH";
+const DEFAULT_PATCH: &str = "firmware/patches/block-m4f-168.patch";
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed=../memory.x");
     println!("cargo:rerun-if-changed=build.rs");
+    let out = PathBuf::from(env::var("OUT_DIR")?);
+    take_patch(&out)?;
     if env::var("CARGO_CFG_TARGET_OS")? != "none" {
         return Ok(());
     }
-    let out = PathBuf::from(env::var("OUT_DIR")?);
     fs::copy("../memory.x", out.join("memory.x"))?;
     // cortex-m-rt includes this file for the names of interrupt handlers; the board fills its vector table by itself
     fs::write(out.join("device.x"), "")?;
@@ -17,5 +25,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     for argument in ["-Tlink.x", "-Tdefmt.x", "--nmagic"] {
         println!("cargo:rustc-link-arg-bins={argument}");
     }
+    Ok(())
+}
+
+/// Puts the patch where `src/patch.rs` includes it. The image checks its content when it starts.
+fn take_patch(out: &Path) -> Result<(), Box<dyn Error>> {
+    println!("cargo:rerun-if-env-changed={PATCH}");
+    let file = Path::new("..").join(env::var(PATCH).unwrap_or_else(|_| DEFAULT_PATCH.into()));
+    println!("cargo:rerun-if-changed={}", file.display());
+    let bytes = fs::read(&file).map_err(|cause| {
+        format!("{PATCH}: {}: {cause}; pack one with `palpate mesh pack --out firmware/patches`", file.display())
+    })?;
+    fs::write(out.join("packed.patch"), bytes)?;
     Ok(())
 }

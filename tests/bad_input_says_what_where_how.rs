@@ -466,6 +466,23 @@ fn boards_and_options_that_do_not_fit() {
 }
 
 #[test]
+fn a_plan_that_cannot_be() {
+    let desk = Desk::default();
+    for tolerance in ["0", "-3", "nan", "inf", "101"] {
+        refused(&desk, &["plan", "--tolerance-pct", tolerance], &["--tolerance-pct", "above 0", "at most 100"]);
+    }
+    refused(&desk, &["plan", "--tolerance-pct", "0.2"], &["--tolerance-pct 0.2", "reference itself", "take 0.3 or more"]);
+    refused(&desk, &["plan", "--tolerance-pct", "3", "--board", "m4"], &["no board \"m4\"", "desktop, m4f-168, m7-480"]);
+    refused(&desk, &["plan", "--tolerance-pct", "3", "--scene", "blok"], &["did you mean \"block\""]);
+    let plan = ["plan", "--tolerance-pct", "3", "--scene", "scene.toml"];
+    desk.put("scene.toml", edited(SMALL_BLOCK, NODES, "nodes = 129\ngravity_m_per_s2 = [0.0, 0.0, -9.81]"));
+    refused(&desk, &plan, &["tissue.gravity_m_per_s2", "far field carries no weight"]);
+    let small = edited(SMALL_BLOCK, "[0.08, 0.08, 0.04]", "[0.01, 0.01, 0.006]");
+    desk.put("scene.toml", small);
+    refused(&desk, &plan, &["mm"]);
+}
+
+#[test]
 fn a_mistyped_command_line_gets_the_usage() {
     let desk = Desk::default();
     for (arguments, says) in [

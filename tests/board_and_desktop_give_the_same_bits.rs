@@ -1,35 +1,67 @@
-//! The firmware on two emulated boards, and the same core on this machine, end in the same state after the same forces.
+//! The firmware on two emulated boards, and the same core on this machine, end in the same state after the same forces: the block as a whole, a patch
+//! of it with rim springs, and one of a liver, pressed at its own site along its own axis.
 
 use std::path::Path;
 
 use palpate::Fnv;
-use palpate_firmware::{patch, probe_in};
-use palpate_tests::emulator::{Machine, Run, RunResult, build_firmware};
+use palpate_firmware::patch::{self, Memory, Patch};
+use palpate_firmware::probe_in;
+use palpate_tests::emulator::{Machine, Run, RunResult, build_firmware, build_firmware_with};
+use palpate_tests::packed;
 
 const TICKS: u32 = 10_000;
+/// Least force that the scripted press of 4 mm must have met [N]: soft tissue of 3.5 kPa gives 0.1 N and more.
+const FELT_N: f32 = 0.05;
 
-fn on_desktop() -> (u64, u64) {
-    let mut patch = patch::load().unwrap();
+fn on_desktop(mut patch: Patch) -> RunResult {
     let mut forces = Fnv::default();
+    let mut most_n = 0.0_f32;
     for tick in 0..TICKS {
         let output = patch.tick(probe_in::pose(probe_in::scripted(tick)));
         assert_eq!(output.fault, None, "tick {tick}");
         forces.vector(output.force_n);
+        most_n = most_n.max(output.force_n.z);
     }
-    (patch.state_hash(), forces.finish())
+    println!("largest force against the press: {most_n:.3} N");
+    assert!(most_n > FELT_N, "the script missed the tissue: {most_n} N");
+    RunResult { state_hash: patch.state_hash(), force_hash: forces.finish(), ticks: TICKS, overruns: 0, faults: 0 }
+}
+
+fn agree(elf: &Path, expected: &RunResult) {
+    for machine in [Machine::An386, Machine::An500] {
+        let outcome = Run { machine, shift: 3, ticks: TICKS, exec_log: None }.start(elf).unwrap();
+        assert_eq!(&outcome.result().unwrap(), expected, "{machine:?}");
+        assert_eq!(outcome.exit_status, Some(0), "{machine:?}");
+        let messages = outcome.messages(&std::fs::read(elf).unwrap());
+        assert_eq!(RunResult::parse(&messages).as_ref(), Some(expected), "the log says otherwise:\n{messages}");
+    }
+}
+
+fn target() -> &'static Path {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap()
+}
+
+/// A patch with rim springs, on both boards and here.
+fn agree_with(file: &Path) {
+    let patch = Patch::open(packed::on_words(file), Box::leak(Box::new(Memory::RESERVED))).unwrap();
+    assert!(!patch.model().rim_edges.is_empty(), "a patch without rim springs proves nothing here");
+    let elf = build_firmware_with(target(), &[], file).unwrap();
+    agree(&elf, &on_desktop(patch));
 }
 
 #[test]
 fn board_and_desktop_give_the_same_bits() {
-    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
-    let elf = build_firmware(target, &[]).unwrap();
-    let (state_hash, force_hash) = on_desktop();
-    let expected = RunResult { state_hash, force_hash, ticks: TICKS, overruns: 0, faults: 0 };
-    for machine in [Machine::An386, Machine::An500] {
-        let outcome = Run { machine, shift: 3, ticks: TICKS, exec_log: None }.start(&elf).unwrap();
-        assert_eq!(outcome.result().unwrap(), expected, "{machine:?}");
-        assert_eq!(outcome.exit_status, Some(0), "{machine:?}");
-        let messages = outcome.messages(&std::fs::read(&elf).unwrap());
-        assert_eq!(RunResult::parse(&messages), Some(expected.clone()), "the log says otherwise:\n{messages}");
-    }
+    let elf = build_firmware(target(), &[]).unwrap();
+    agree(&elf, &on_desktop(patch::load().unwrap()));
+}
+
+#[test]
+fn rim_springs_give_the_same_bits() {
+    let scratch = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    agree_with(&packed::pack(&packed::cut_block(), scratch, "bits-cut-block.patch"));
+}
+
+#[test]
+fn a_packed_liver_gives_the_same_bits() {
+    agree_with(&packed::shipped("liver-m4f-168.patch"));
 }

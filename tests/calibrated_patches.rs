@@ -2,7 +2,7 @@
 //! stiffnesses that no fit has seen.
 
 use palpate::{Params, ProbeShape, Vector3};
-use palpate_sim::calibrate::accuracy::{Accuracy, PLACES};
+use palpate_sim::calibrate::accuracy::{Accuracy, DISC_RADII, PLACES};
 use palpate_sim::calibrate::reference_map::ReferenceMap;
 use palpate_sim::patch::Patch;
 use palpate_sim::reference::answer::Answer;

@@ -46,6 +46,7 @@ fn spring_rim(model: &Model) -> (Vec<RimNode>, Vec<RimEdge>) {
             blocks[usize::from(n)].iter_mut().zip([a, a, a, b, c, b]).for_each(|(sum, v)| *sum += v);
         }
     }
+    edges.sort_by_key(|e| e.node[0]);
     (blocks.into_iter().zip(0..).map(|(block_m, node)| RimNode { node, block_m }).collect(), edges)
 }
 

@@ -32,6 +32,7 @@ fn no_function_of_the_path_calls_a_panic() {
         "contact::find",
         "spring::pull",
         "volume::push",
+        "rim::hold",
         "foundation::press",
         "integrate::advance",
         "output::read",

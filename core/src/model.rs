@@ -121,7 +121,7 @@ pub struct Model<'a> {
     pub foundation: &'a [FoundationPoint],
     /// Rim springs to the ground: what stands in for the rest of the organ. May be empty.
     pub rim_nodes: &'a [RimNode],
-    /// Rim springs between rim nodes. May be empty.
+    /// Rim springs between rim nodes, in the order of their first nodes in `rim_nodes`. May be empty.
     pub rim_edges: &'a [RimEdge],
 }
 
@@ -197,7 +197,24 @@ impl Model<'_> {
             r.node.iter().try_for_each(|&v| outside("rim edge", n, v))?;
             finite("rim edge", n, &r.block_m)?;
         }
+        self.check_rim_order()?;
         self.check_sizes()
+    }
+
+    /// The tick passes the edges once, along the rim nodes: one out of place, and those after it, would never be met.
+    fn check_rim_order(&self) -> Result<(), BuildError> {
+        let mut passed = self.rim_nodes.iter();
+        let mut first = None;
+        for (index, r) in self.rim_edges.iter().enumerate() {
+            let [i, j] = r.node.map(u32::from);
+            if first != Some(i) {
+                first = passed.find(|n| n.node == i).map(|n| n.node);
+            }
+            if first.is_none() || i == j {
+                return Err(BuildError::Degenerate { item: "rim edge", index });
+            }
+        }
+        Ok(())
     }
 
     fn check_sizes(&self) -> Result<(), BuildError> {

@@ -6,4 +6,5 @@
 pub mod deadline;
 pub mod force_out;
 pub mod patch;
+pub mod placement;
 pub mod probe_in;

@@ -3,6 +3,8 @@
 use palpate::{BuildError, Model, Node, Output, PatchFile, ProbePose, State, TetShapes, Tuned};
 use static_cell::ConstStaticCell;
 
+use crate::placement::Placement;
+
 /// Nodes that the reserved RAM holds.
 const NODES: usize = 512;
 /// Surface triangles that it holds.
@@ -15,13 +17,11 @@ const RAM_FOR_PATCH: usize = 112 * 1024;
 #[repr(C, align(4))]
 struct WordAligned<Bytes: ?Sized>(Bytes);
 
-#[cfg(not(feature = "patch-m7"))]
-static PATCH_FILE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../patches/block-m4f-168.patch"));
-#[cfg(feature = "patch-m7")]
-static PATCH_FILE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../patches/block-m7-480.patch"));
+/// What `PALPATE_PATCH` named when the image was built.
+static PATCH_FILE: &WordAligned<[u8]> = &WordAligned(*include_bytes!(concat!(env!("OUT_DIR"), "/packed.patch")));
 
 /// Everything that the tick writes, and what it reads besides the flash.
-struct Memory {
+pub struct Memory {
     nodes: [Node; NODES],
     node_step: [f32; NODES],
     candidates: [u16; TRIANGLES],
@@ -34,20 +34,26 @@ struct Memory {
 #[cfg(target_os = "none")]
 const _: () = assert!(size_of::<Memory>() <= RAM_FOR_PATCH, "the patch's state must leave room for the stacks");
 
-static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory {
-    nodes: [Node::ZERO; NODES],
-    node_step: [0.0; NODES],
-    candidates: [0; TRIANGLES],
-    cap_m: [0.0; TRIANGLES],
-    #[cfg(not(target_os = "none"))]
-    shapes: [TetShapes::ZERO; NODES],
-});
+impl Memory {
+    /// As it is reserved.
+    pub const RESERVED: Self = Self {
+        nodes: [Node::ZERO; NODES],
+        node_step: [0.0; NODES],
+        candidates: [0; TRIANGLES],
+        cap_m: [0.0; TRIANGLES],
+        #[cfg(not(target_os = "none"))]
+        shapes: [TetShapes::ZERO; NODES],
+    };
+}
 
-/// One patch, ready to tick.
+static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::RESERVED);
+
+/// One patch under the device, ready to tick.
 pub struct Patch {
     model: Model<'static>,
     tuned: Tuned<'static>,
     state: State<'static>,
+    placement: Placement,
 }
 
 /// Why there is no patch to tick.
@@ -64,23 +70,34 @@ pub enum LoadError {
 /// # Errors
 /// When the patch is refused, and on a second call.
 pub fn load() -> Result<Patch, LoadError> {
-    let file = PatchFile::open(&PATCH_FILE.0).map_err(LoadError::Patch)?;
     let memory = MEMORY.try_take().ok_or(LoadError::StateTaken)?;
-    let model = file.model;
-    let tuned = file.params.build(&model, &mut memory.node_step, &mut memory.cap_m).map_err(LoadError::Patch)?;
-    #[cfg(not(target_os = "none"))]
-    let shapes = &mut memory.shapes[..];
-    #[cfg(target_os = "none")]
-    let shapes: &mut [TetShapes] = &mut [];
-    let state = State::new(&model, &mut memory.nodes, &mut memory.candidates, shapes);
-    Ok(Patch { model, tuned, state: state.map_err(LoadError::Patch)? })
+    Patch::open(&PATCH_FILE.0, memory).map_err(LoadError::Patch)
 }
 
 impl Patch {
-    /// Answers a probe pose with the force on the probe.
+    /// Checks a packed patch that starts on a word and puts it at rest in the memory given.
+    ///
+    /// # Errors
+    /// When the patch is refused or does not fit.
+    pub fn open(bytes: &'static [u8], memory: &'static mut Memory) -> Result<Self, BuildError> {
+        let file = PatchFile::open(bytes)?;
+        let model = file.model;
+        let placement = Placement::new(file.site_m, file.params.probe.axis);
+        let tuned = file.params.build(&model, &mut memory.node_step, &mut memory.cap_m)?;
+        #[cfg(not(target_os = "none"))]
+        let shapes = &mut memory.shapes[..];
+        #[cfg(target_os = "none")]
+        let shapes: &mut [TetShapes] = &mut [];
+        let state = State::new(&model, &mut memory.nodes, &mut memory.candidates, shapes)?;
+        Ok(Self { model, tuned, state, placement })
+    }
+
+    /// Answers a pose of the device with the force on its probe, both in the device's frame.
     #[inline(always)]
     pub fn tick(&mut self, pose: ProbePose) -> Output {
-        palpate::tick(&self.model, &self.tuned, &mut self.state, pose)
+        let pose = ProbePose { tip_m: self.placement.to_patch(pose.tip_m) };
+        let output = palpate::tick(&self.model, &self.tuned, &mut self.state, pose);
+        Output { force_n: self.placement.to_device(output.force_n), ..output }
     }
 
     /// Hash of all positions and velocities.

@@ -6,6 +6,7 @@ mod far_field;
 mod mesh;
 mod pack;
 mod paper;
+mod plan;
 mod press;
 mod reference;
 mod score;
@@ -58,9 +59,15 @@ enum Command {
     /// Table of what can stand at the edge of a patch in place of the organ: radius of the patch, edge treatment, force error, cost.
     ///
     /// Fixed edge, Winkler springs, cut-off S, rim springs, modes, low rank, dense S and the whole organ on a block, and how much of it must be awake if
-    /// the rest stands still. Writes summary.json, far_field.csv, awake.csv, stress_rule.csv and pictures as SVG and PNG. Fails (exit code 1) if rim
+    /// the rest stands still. Writes summary.json, its tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if rim
     /// springs are further than 0.5 % from dense S on a patch of two probe radii or more, or not positive.
     FarField(far_field::FarFieldArgs),
+    /// Find the smallest model of a scene that keeps a force tolerance within a board's budget, and write its patch.
+    ///
+    /// Searches patch radius, element size, foundation, substeps and terms. Prints the model, the next smaller one that misses the tolerance and the next
+    /// larger one that keeps it or leaves the budget. Writes <scene>-<board>.patch, summary.json (with the promise), searched.csv and the chart of the search as
+    /// SVG and PNG. Fails (exit code 1) if nothing fits, and says what would. A scene that is not the standard block is solved by finite elements first.
+    Plan(plan::PlanArgs),
     /// Score a training: what three physicians' marks say of interns before and after it (paper 004, equation 14).
     ///
     /// Writes summary.json, scores.csv (one row an intern and phase) and a picture as SVG and PNG. Groups are compared by a permutation test.
@@ -75,7 +82,7 @@ struct Common {
     /// A preset (block, block-deep, block-20kpa, nodule, liver) or the path of a scene file (.toml, see host-sim/scenes).
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     scene: String,
-    /// Output folder, made if it is not there [default: out/press, out/reference, out/calibrate, out/mesh-pack].
+    /// Output folder, made if it is not there [default: out/press, out/reference, out/calibrate, out/mesh-pack, out/far-field, out/plan].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -101,6 +108,7 @@ impl Cli {
             Some(Command::Chart(args)) => args.run(),
             Some(Command::FarField(args)) => args.run(),
             Some(Command::Paper(command)) => command.run(),
+            Some(Command::Plan(args)) => args.run(),
             Some(Command::Score(args)) => args.run(),
         }
     }

@@ -10,6 +10,7 @@ pub mod cut;
 pub mod edges;
 pub mod fitted;
 pub mod organ_reference;
+pub mod sliding;
 pub mod springs;
 pub mod surface_map;
 pub mod table;

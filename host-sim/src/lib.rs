@@ -18,6 +18,7 @@ pub mod organ;
 pub mod output;
 pub mod paper;
 pub mod patch;
+pub mod plan;
 pub mod press;
 pub mod reference;
 pub mod reference_values;

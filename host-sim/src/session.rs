@@ -3,7 +3,7 @@
 pub mod calibrated;
 mod packed;
 
-use palpate::{Limits, Params, ProbeShape, Vector3};
+use palpate::{Limits, Params, ProbeShape, Terms, Vector3};
 
 use crate::budget::{MACHINES, Machine, triangles_in_reach};
 use crate::error::Error;
@@ -145,13 +145,21 @@ impl Session {
 
 /// The scene's parameters with what was fitted or lowered in a packed patch.
 fn fitted(scene: &Scene, packed: &Params) -> Params {
+    let own = scene.params(packed.probe.axis.map(f64::from).into());
+    // a patch fitted without a term has no use for it
+    let terms = Terms {
+        volume: own.terms.volume && packed.terms.volume,
+        compensation: own.terms.compensation && packed.terms.compensation,
+        rim: own.terms.rim && packed.terms.rim,
+    };
     Params {
         compensation: packed.compensation,
         compensation_threshold: packed.compensation_threshold,
         mass_floor: packed.mass_floor,
         contact_mass: packed.contact_mass,
         limits: packed.limits,
-        ..scene.params(packed.probe.axis.map(f64::from).into())
+        terms,
+        ..own
     }
 }
 

@@ -5,6 +5,7 @@ use std::{
     io::Read,
     path::{Path, PathBuf},
     process::{Command, Stdio},
+    sync::{Mutex, PoisonError},
     thread,
     time::Instant,
 };
@@ -85,13 +86,34 @@ pub struct RunResult {
     pub faults: u32,
 }
 
-/// Builds the firmware and returns its ELF file. `target` is cargo's target directory; every set of features has its own below it.
+/// Builds the firmware with its default patch and returns its ELF file. `target` is cargo's target directory; every set of features has its own below it.
 pub fn build_firmware(target: &Path, features: &[&str]) -> Result<PathBuf, EmulatorError> {
     let target = features.iter().fold(target.to_owned(), |path, feature| path.join(feature));
+    build(&target, features, None)
+}
+
+/// The same with another patch file, an absolute path. The ELF file is named after the patch: builds of one image at a time share their libraries.
+pub fn build_firmware_with(target: &Path, features: &[&str], patch: &Path) -> Result<PathBuf, EmulatorError> {
+    static BUILDING: Mutex<()> = Mutex::new(());
+    let one_at_a_time = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
+    let target = features.iter().fold(target.join("with-patch"), |path, feature| path.join(feature));
+    let elf = build(&target, features, Some(patch))?;
+    let named = target.join(patch.file_stem().unwrap_or_default()).with_extension("elf");
+    std::fs::copy(&elf, &named).map_err(|cause| EmulatorError::NotBuilt(format!("{}: {cause}", named.display())))?;
+    drop(one_at_a_time);
+    Ok(named)
+}
+
+fn build(target: &Path, features: &[&str], patch: Option<&Path>) -> Result<PathBuf, EmulatorError> {
     let program = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
-    let output = Command::new(&program)
+    let mut command = Command::new(&program);
+    match patch {
+        Some(patch) => command.env("PALPATE_PATCH", patch),
+        None => command.env_remove("PALPATE_PATCH"),
+    };
+    let output = command
         .args(["fw", "--features", &features.join(","), "--target-dir"])
-        .arg(&target)
+        .arg(target)
         .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
         .output()
         .map_err(|source| EmulatorError::NotStarted { program, source })?;

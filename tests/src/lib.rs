@@ -11,6 +11,7 @@ pub mod far_patch;
 pub mod firmware_image;
 pub mod instruction_mix;
 pub mod oracle;
+pub mod packed;
 pub mod palpate_command;
 pub mod press_run;
 pub mod rounding;

@@ -10,6 +10,11 @@ pub const DISC_RADII: f64 = 1.65;
 const DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 0.875];
 /// Depths of the presses at the centre [probe radii].
 const CENTRE_DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 1.0];
+/// Depths of the presses along a stroke [probe radii]: 0.5, 1, 2, 4 mm for a radius of 8 mm, so that what slides 3 mm deep was
+/// not fitted.
+const STROKE_DEPTHS_RADII: [f64; 4] = [0.0625, 0.125, 0.25, 0.5];
+/// Places go on this far past both ends of a stroke [probe radii].
+const STROKE_ENDS_RADII: f64 = 0.125;
 /// Depths of the dents [probe radii].
 const DENT_DEPTHS_RADII: [f64; 2] = [0.25, 0.5];
 /// Radius around the centre in which a dent is measured [probe radii].
@@ -111,16 +116,7 @@ impl Targets {
         disc_radii: f64,
         places: usize,
     ) -> Option<Self> {
-        let forces = |place_m: Vector, depths: &[f64]| {
-            let solved = reference.shallowest_m()..=reference.deepest_m() * (1.0 + 1e-9);
-            let known = depths.iter().filter(|d| solved.contains(&(**d * radius_m)));
-            let at = |depth: &f64| {
-                let depth_m = depth * radius_m;
-                let force = reference.force(place_m - centre_m, depth_m)?;
-                Some(ForceTarget { depth_m, force, tolerance: tolerance(*depth) })
-            };
-            known.map(at).collect::<Option<Vec<_>>>()
-        };
+        let forces = |place_m: Vector, depths: &[f64]| forces(reference, place_m - centre_m, radius_m, depths);
         let dent = |depth: &f64| {
             let depth_m = depth * radius_m;
             let near = surface.iter().filter(|(_, x)| (x - centre_m).norm() <= DENT_RADII * radius_m);
@@ -137,6 +133,36 @@ impl Targets {
             let place_m = centre_m + reference.place_m([x, y])?;
             all.push(PlaceTarget { place_m, forces: forces(place_m, &DEPTHS_RADII)?, dents: Vec::new() });
         }
+        Some(Self { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii })
+    }
+
+    /// Presses on a flat top (normal along z) along a stroke centred on `centre_m`, over `half_width_m` to both sides: a lattice
+    /// of golden ratio, the centre first. `None` where the reference does not know.
+    #[must_use]
+    pub fn over_a_stroke(
+        reference: &(impl Reference + ?Sized),
+        centre_m: Vector,
+        stroke_m: [f64; 3],
+        half_width_m: f64,
+        radius_m: f64,
+        places: usize,
+    ) -> Option<Self> {
+        let stroke = Vector::from(stroke_m);
+        let along = stroke.try_normalize(0.0).unwrap_or_else(Vector::x);
+        let half_length_m = 0.5 * stroke.norm() + STROKE_ENDS_RADII * radius_m;
+        let across = Vector::z().cross(&along);
+        let press = |offset_m: Vector| {
+            let forces = forces(reference, offset_m, radius_m, &STROKE_DEPTHS_RADII)?;
+            Some(PlaceTarget { place_m: centre_m + offset_m, forces, dents: Vec::new() })
+        };
+        let mut all = vec![press(Vector::zeros())?];
+        for n in 0..places {
+            let share = (n as f64 + 0.5) / places as f64;
+            let aside = (GOLDEN_RATIO * (n as f64 + 0.5)).fract();
+            let offset = along * (half_length_m * (2.0 * share - 1.0)) + across * (half_width_m * (2.0 * aside - 1.0));
+            all.push(press(offset)?);
+        }
+        let disc_radii = half_length_m.hypot(half_width_m) / radius_m;
         Some(Self { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii })
     }
 
@@ -184,6 +210,26 @@ const FORCE_TOLERANCE: f64 = 0.005;
 const GLUED_TOLERANCE: f64 = 0.002;
 /// A surface node this share of the depth off counts as one unit of error (1).
 const DENT_TOLERANCE: f64 = 0.008;
+
+/// Less one, the most even step for places on a line.
+const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
+
+/// Forces at an offset from the centre for those depths [probe radii] that the reference knows; `None` where it does not know the place.
+fn forces(
+    reference: &(impl Reference + ?Sized),
+    offset_m: Vector,
+    radius_m: f64,
+    depths_radii: &[f64],
+) -> Option<Vec<ForceTarget>> {
+    let solved = reference.shallowest_m()..=reference.deepest_m() * (1.0 + 1e-9);
+    let known = depths_radii.iter().filter(|d| solved.contains(&(**d * radius_m)));
+    let at = |depth: &f64| {
+        let depth_m = depth * radius_m;
+        let force = reference.force(offset_m, depth_m)?;
+        Some(ForceTarget { depth_m, force, tolerance: tolerance(*depth) })
+    };
+    known.map(at).collect()
+}
 
 /// Shallow presses, smaller than an element, may be further off.
 fn tolerance(depth_radii: f64) -> f64 {

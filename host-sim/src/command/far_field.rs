@@ -7,7 +7,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Common;
 use crate::error::Error;
-use crate::far_field::table::{Awake, Errors, Plan, Row, Setting, Summary, Table, awake, pictures, table, write};
+use crate::far_field::sliding::{Sliding, report};
+use crate::far_field::table::{Awake, Errors, Kind, Plan, Row, Setting, Summary, Table, awake, pictures, table, write};
 use crate::output::OutputFolder;
 use crate::scene::Scene;
 
@@ -21,10 +22,16 @@ pub(super) struct FarFieldArgs {
     /// One mesh and fewer places: under a minute.
     #[arg(long)]
     quick: bool,
+    /// Where the contact moves: slide 30 mm over the default block on patches as long as the stroke and on their rivals.
+    #[arg(long)]
+    sliding: bool,
 }
 
 impl FarFieldArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
+        if self.sliding {
+            return self.slide();
+        }
         let scene = Scene::load(&self.common.scene)?;
         let plan = if self.quick { Plan::quick() } else { Plan::full() };
         let setting = Setting::of(&scene, plan.directions)?;
@@ -42,6 +49,59 @@ impl FarFieldArgs {
         println!("\nwrote {}: {names}", folder.path().display());
         if summary.broken.is_empty() { Ok(()) } else { Err(Error::Check(summary.broken.join("; "))) }
     }
+}
+
+impl FarFieldArgs {
+    fn slide(&self) -> Result<(), Error> {
+        if self.common.scene != "block" {
+            let why = format!("--scene {}: sliding is measured on the default block: leave --scene out", self.common.scene);
+            return Err(Error::Usage(why));
+        }
+        let folder = OutputFolder::open(&self.common.folder("far-field"))?;
+        let mut bar = Bar::default();
+        let sliding = report(&folder, self.quick, &mut |done, total, what| bar.show(done, total, what))?;
+        bar.clear();
+        folder.write_json("summary.json", &sliding)?;
+        print_sliding(&sliding);
+        println!(
+            "\nwrote {}: summary.json, sliding.csv, sliding_stroke.csv, traces, pictures as SVG and PNG",
+            folder.path().display()
+        );
+        sliding.check()
+    }
+}
+
+fn print_sliding(sliding: &Sliding) {
+    let (stroke, depth, speed) = (sliding.stroke_mm, sliding.depth_mm, sliding.speed_mm_per_s);
+    println!(
+        "probe slides {stroke:.0} mm forth and back, {depth:.0} mm deep, {speed:.0} mm/s; normal force against finite elements at rest"
+    );
+    println!(
+        "{:<44} {:>5} {:>8} {:>7} {:>8} {:>9} {:>9} {:>8} {:>12}",
+        "method", "nodes", "worst %", "mean %", "step mN", "region mN", "lateral %", "work mJ", "leaves mm/s"
+    );
+    for m in &sliding.methods {
+        let Some(at) = m.at(speed) else {
+            println!("{:<44} {:>5} ended in a fault", m.name, m.nodes);
+            continue;
+        };
+        println!(
+            "{:<44} {:>5} {:>+8.1} {:>+7.1} {:>8.1} {:>9.1} {:>+9.1} {:>+8.3} {:>12}",
+            m.name,
+            m.nodes,
+            at.worst_pct,
+            at.mean_pct,
+            at.step_n * 1e3,
+            at.region_step_n * 1e3,
+            at.lateral_pct,
+            at.work_mj,
+            m.leaves_at_mm_per_s.map_or("> 500".into(), |v| format!("{v:.0}"))
+        );
+    }
+    println!(
+        "region: largest step of the force where the set of moving nodes changed; work: of the tissue on the probe, below zero is lost;"
+    );
+    println!("leaves: slowest speed at which the force is more than {:.0} % off", sliding.tolerance_pct);
 }
 
 /// Progress of whatever takes long.
@@ -88,9 +148,7 @@ fn print_table(setting: &Setting, table: &Table, summary: &Summary) {
         "{:>4} {:>4} {:<20} {:>5} {:>4} {:>27} {:>27} {:>6} {:>6} {:>6} {:>5}",
         "el.", "mm", "edge", "nodes", "rim", "against dense S", "against whole springs", "FE rms", "us", "x ours", "kcyc"
     );
-    for row in &table.rows {
-        print_row(row);
-    }
+    table.rows.iter().filter(|r| r.kind != Kind::Elements).for_each(print_row);
     for left_out in &table.left_out {
         println!("left out: {left_out}");
     }

@@ -30,6 +30,9 @@ pub(super) struct FarArgs {
     /// Edge length of the elements at the site [m] [default: the smallest that fits the board].
     #[arg(long, value_name = "METRES", requires = "radius_m")]
     element_m: Option<f64>,
+    /// How far the probe slides, along x and y, centred on the site [m]: the patch is then as long. The default block only.
+    #[arg(long, value_name = "X,Y", requires = "radius_m", value_delimiter = ',', num_args = 2, allow_negative_numbers = true)]
+    stroke_m: Option<Vec<f64>>,
     /// Places to calibrate over, with --radius-m.
     #[arg(long, value_name = "COUNT", requires = "radius_m", default_value_t = 100)]
     places: usize,
@@ -54,6 +57,9 @@ impl FarArgs {
         let recipe = |fine_m: f64| {
             let mut recipe = Recipe::new(radius_m, fine_m, probe_m);
             recipe.settings.places = self.places;
+            if let Some([x, y]) = self.stroke_m.as_deref() {
+                recipe.sizes.stroke_m = [*x, *y, 0.0];
+            }
             recipe
         };
         let bar = bar();
@@ -69,7 +75,7 @@ impl FarArgs {
         }
         bar.set_message("finite elements of the whole");
         let truth = Truth::of(&scene, &prepared.placed, |done, all| {
-            bar.set_message(format!("finite elements of the whole: {done} of {all} presses"))
+            bar.set_message(format!("finite elements of the whole: {done} of {all} presses"));
         })?;
         let mut rounds = 0;
         let fitted = prepared.fit(&truth, &recipe.settings, &mut |r: &Round| {
@@ -86,7 +92,8 @@ impl FarArgs {
     }
 }
 
-fn bar() -> ProgressBar {
+/// A line that says what is being done.
+pub(super) fn bar() -> ProgressBar {
     let bar = ProgressBar::new_spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
         bar.set_style(style);

@@ -6,12 +6,12 @@ use serde::Serialize;
 use super::organ_reference::organ_reference;
 use super::surface_map::SurfaceMap;
 use super::whole::whole;
-use super::{FarField, Sizes};
+use super::{FarField, RimSprings, Sizes};
 use crate::calibrate::accuracy::Accuracy;
 use crate::calibrate::places::sunflower;
 use crate::calibrate::reference_map::ReferenceMap;
 use crate::calibrate::targets::Reference;
-use crate::calibrate::{Fit, Round, Settings, Targets, calibrate};
+use crate::calibrate::{Calibration, Fit, Round, Settings, Targets, calibrate};
 use crate::error::Error;
 use crate::patch::{Material, Patch, Tissue};
 use crate::reference::answer::{Answer, GluedAnswer};
@@ -30,6 +30,8 @@ pub const JUDGED_PLACES: usize = 60;
 const MASS_FLOOR: f32 = 6.0;
 /// Most nodes within the fine radius.
 const MOST_FINE_NODES: f64 = 1000.0;
+/// Along a stroke, places lie this far to both sides [probe radii].
+const HALF_WIDTH_RADII: f64 = 0.5;
 /// Presses at the centre count as this many times more exact: it is one place of a hundred, and the one that is pressed most.
 const CENTRE_WEIGHT: f64 = 3.0;
 /// Depths of the presses there [probe radii], between those that a patch is judged at: with five of them a fit met these and swung by 2-4 % between.
@@ -63,7 +65,8 @@ impl Truth {
     pub fn of(scene: &Scene, placed: &Placed, progress: impl Fn(usize, usize) + Sync) -> Result<Self, Error> {
         let answer = Answer::block();
         let centred = scene.probe.position_m.unwrap_or_default() == [0.0; 2];
-        if centred && answer.is_for(scene) && ReferenceMap::of(&answer).is_some() {
+        let deep_enough = |map: ReferenceMap| map.deepest_m() * (1.0 + 1e-9) >= deepest_hold_m(scene).unwrap_or_default();
+        if centred && answer.is_for(scene) && ReferenceMap::of(&answer).is_some_and(deep_enough) {
             return Ok(Self::Block(answer));
         }
         let radius_m = scene.probe.radius_m;
@@ -89,6 +92,16 @@ impl Truth {
     }
 }
 
+impl Truth {
+    /// Asks it of another mesh of the same organ.
+    pub fn ask_on<R>(&self, placed: &Placed, question: impl FnOnce(&dyn Reference) -> R) -> R {
+        match self {
+            Self::Block(_) => self.ask(question),
+            Self::Organ(map) => question(&map.on(placed)),
+        }
+    }
+}
+
 /// Knows no press.
 struct Nothing;
 
@@ -106,7 +119,8 @@ impl Reference for Nothing {
     }
 }
 
-fn deepest_hold_m(scene: &Scene) -> Option<f64> {
+/// Deepest hold of a scene that says how deep it presses [m].
+pub(crate) fn deepest_hold_m(scene: &Scene) -> Option<f64> {
     match &scene.drive {
         Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } => holds_m.iter().copied().reduce(f64::max),
         _ => None,
@@ -147,6 +161,8 @@ pub struct Prepared {
     pub material: Material,
     /// Parameters of the scene.
     pub params: Params,
+    /// How far the site travels [m].
+    pub stroke_m: [f64; 3],
 }
 
 impl Prepared {
@@ -171,7 +187,7 @@ impl Prepared {
         };
         let far = FarField::of(&placed.tissue, &recipe.sizes, &material, &params)
             .map_err(|cause| Error::Usage(format!("{}: {cause}", scene.file)))?;
-        Ok(Self { placed, far, material, params })
+        Ok(Self { placed, far, material, params, stroke_m: recipe.sizes.stroke_m })
     }
 
     /// The patch with its rim springs, uncalibrated.
@@ -185,30 +201,49 @@ impl Prepared {
     /// # Errors
     /// A reference that lacks presses, a patch that cannot be pressed.
     pub fn fit(&self, truth: &Truth, settings: &Settings, progress: &mut dyn FnMut(&Round)) -> Result<Fitted, Error> {
+        let stroke: f64 = self.stroke_m.iter().map(|s| s * s).sum();
+        if stroke > 0.0 && matches!(truth, Truth::Organ(_)) {
+            let why =
+                "a patch for a stroke is calibrated on the default block only: leave --stroke-m out, or take a larger --radius-m";
+            return Err(Error::Usage(why.into()));
+        }
         truth.ask(|reference| self.fit_to(reference, settings, progress))
     }
 
     fn fit_to(&self, reference: &dyn Reference, settings: &Settings, progress: &mut dyn FnMut(&Round)) -> Result<Fitted, Error> {
-        let tissue = &self.far.cut.patch;
-        let site_m = Vector::from(tissue.site_m);
-        let radius_m = f64::from(self.params.probe.radius_m);
-        let knows_dents = reference.displacement_m(0.25 * radius_m, [0.0; 2]).is_some();
-        let surface = if knows_dents { skin_nodes(tissue) } else { Vec::new() };
-        let lacks = || Error::Check("the reference lacks presses that the fit needs: press deeper or take a larger organ".into());
-        let mut targets =
-            Targets::over_a_disc(reference, &surface, site_m, radius_m, DISC_RADII, settings.places).ok_or_else(lacks)?;
-        let shallow = SHALLOW_RADII[0] * radius_m..SHALLOW_RADII[1] * radius_m;
-        let around = targets.places.iter_mut().flat_map(|place| &mut place.forces);
-        around.filter(|f| shallow.contains(&f.depth_m)).for_each(|f| f.tolerance /= SHALLOW_WEIGHT);
-        let centred = targets.with_centre(reference, &CENTRE_DEPTHS_RADII, CENTRE_WEIGHT);
-        let targets = centred.ok_or_else(lacks)?.with_glued(&glued_around(reference.glued(), radius_m));
+        let fit = if self.stroke_m == [0.0; 3] {
+            let tissue = &self.far.cut.patch;
+            fit_tissue(tissue, Some(&self.far.springs), &self.material, &self.params, reference, settings, progress)?
+        } else {
+            self.fit_along_the_stroke(reference, settings, progress)?
+        };
         let failed = |cause: &dyn std::fmt::Display| Error::Check(format!("the patch cannot be fitted: {cause}"));
-        let fit = calibrate(tissue, &self.material, Some(&self.far.springs), &self.params, &targets, settings, progress)
-            .map_err(|cause| failed(&cause))?;
         let accuracy =
             Accuracy::of(&fit.patch, &fit.params, reference, JUDGED_RADII, JUDGED_PLACES).map_err(|cause| failed(&cause))?;
         Ok(Fitted { patch: fit.patch, params: fit.params, rounds: fit.rounds, accuracy })
     }
+}
+
+impl Prepared {
+    fn fit_along_the_stroke(
+        &self,
+        reference: &dyn Reference,
+        settings: &Settings,
+        progress: &mut dyn FnMut(&Round),
+    ) -> Result<Calibration, Error> {
+        let tissue = &self.far.cut.patch;
+        let (site_m, probe_m) = (Vector::from(tissue.site_m), f64::from(self.params.probe.radius_m));
+        let half_width_m = HALF_WIDTH_RADII * probe_m;
+        let lacking = || Error::Check("the reference does not know the whole stroke: make it shorter".into());
+        let targets = Targets::over_a_stroke(reference, site_m, self.stroke_m, half_width_m, probe_m, settings.places)
+            .ok_or_else(lacking)?;
+        let targets = targets.with_glued(&glued_around(reference.glued(), probe_m));
+        calibrate(tissue, &self.material, Some(&self.far.springs), &self.params, &targets, settings, progress).map_err(unfitted)
+    }
+}
+
+fn unfitted(cause: crate::calibrate::CalibrateError) -> Error {
+    Error::Check(format!("the patch cannot be fitted: {cause}"))
 }
 
 /// A mesh takes minutes to make long before it is too large for any board.
@@ -226,12 +261,40 @@ fn refuse_too_fine(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
     )))
 }
 
+/// Fits a tissue's patch, with its rim springs if it has some, to a reference over a little more than the disc that it is judged on.
+///
+/// # Errors
+/// A reference that lacks presses, a patch that cannot be pressed.
+pub fn fit_tissue(
+    tissue: &Tissue,
+    rim: Option<&RimSprings>,
+    material: &Material,
+    params: &Params,
+    reference: &dyn Reference,
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Round),
+) -> Result<Calibration, Error> {
+    let site_m = Vector::from(tissue.site_m);
+    let radius_m = f64::from(params.probe.radius_m);
+    let knows_dents = reference.displacement_m(0.25 * radius_m, [0.0; 2]).is_some();
+    let surface = if knows_dents { skin_nodes(tissue) } else { Vec::new() };
+    let lacks = || Error::Check("the reference lacks presses that the fit needs: press deeper or take a larger organ".into());
+    let mut targets =
+        Targets::over_a_disc(reference, &surface, site_m, radius_m, DISC_RADII, settings.places).ok_or_else(lacks)?;
+    let shallow = SHALLOW_RADII[0] * radius_m..SHALLOW_RADII[1] * radius_m;
+    let around = targets.places.iter_mut().flat_map(|place| &mut place.forces);
+    around.filter(|f| shallow.contains(&f.depth_m)).for_each(|f| f.tolerance /= SHALLOW_WEIGHT);
+    let centred = targets.with_centre(reference, &CENTRE_DEPTHS_RADII, CENTRE_WEIGHT);
+    let targets = centred.ok_or_else(lacks)?.with_glued(&glued_around(reference.glued(), radius_m));
+    calibrate(tissue, material, rim, params, &targets, settings, progress).map_err(unfitted)
+}
+
 /// Solved discs at the site, and what lies between them and those solved away from it: on a ring, where the stiffness has gone the square of the way's share.
 fn glued_around(solved: &[GluedAnswer], probe_m: f64) -> Vec<GluedAnswer> {
     let away = |disc: &GluedAnswer| disc.place_m[0].hypot(disc.place_m[1]);
     let mut discs = Vec::new();
     for centred in solved.iter().filter(|disc| away(disc) == 0.0) {
-        discs.push(centred.clone());
+        discs.push(*centred);
         let aside = solved.iter().find(|d| away(d) > 0.0 && d.direction == centred.direction && d.radius_m == centred.radius_m);
         let Some(aside) = aside else { continue };
         let share = (RING_RADII * probe_m / away(aside)).powi(2).min(1.0);
@@ -239,7 +302,7 @@ fn glued_around(solved: &[GluedAnswer], probe_m: f64) -> Vec<GluedAnswer> {
         for n in 0..RING {
             let (sin, cos) = (std::f64::consts::TAU * (n as f64 + 0.25) / RING as f64).sin_cos();
             let place_m = [RING_RADII * probe_m * cos, RING_RADII * probe_m * sin, 0.0];
-            discs.push(GluedAnswer { place_m, stiffness_over_e_m, ..centred.clone() });
+            discs.push(GluedAnswer { place_m, stiffness_over_e_m, ..*centred });
         }
     }
     discs

@@ -40,13 +40,10 @@ impl SurfaceMap {
         if reference.depths_m.len() < 4 || reference.places.len() < TERMS + 2 {
             return None;
         }
-        let site_m = Vector::from(placed.tissue.site_m);
-        let corner = |n: &u32| Vector::from(placed.tissue.mesh.nodes_m[*n as usize]) - site_m;
-        let near = |t: &[Vector; 3]| t.iter().any(|x| x.norm() < 4.0 * radius_m);
         let mut map = Self {
             axis: placed.axis.into(),
             across: tangents(placed.axis).map(Vector::from),
-            triangles_m: placed.tissue.skin.iter().map(|t| [corner(&t[0]), corner(&t[1]), corner(&t[2])]).filter(near).collect(),
+            triangles_m: near_site(placed, radius_m),
             depths_m: reference.depths_m.clone(),
             terms: Vec::new(),
             length_m: radius_m,
@@ -72,10 +69,24 @@ impl SurfaceMap {
         Some(map)
     }
 
+    /// The same forces on another mesh of the same organ, whose surface lies elsewhere by a little.
+    #[must_use]
+    pub fn on(&self, placed: &Placed) -> Self {
+        Self { triangles_m: near_site(placed, self.length_m), ..self.clone() }
+    }
+
     fn basis(&self, offset_m: [f64; 2]) -> SVector<f64, TERMS> {
         let [u, v] = offset_m.map(|c| c / self.length_m);
         SVector::from([1.0, u, v, u * u, u * v, v * v])
     }
+}
+
+/// Corners of the surface's triangles near the site, from the site [m].
+fn near_site(placed: &Placed, radius_m: f64) -> Vec<[Vector; 3]> {
+    let site_m = Vector::from(placed.tissue.site_m);
+    let corners = |t: &[u32; 3]| t.map(|n| Vector::from(placed.tissue.mesh.nodes_m[n as usize]) - site_m);
+    let near = |t: &[Vector; 3]| t.iter().any(|x| x.norm() < 4.0 * radius_m);
+    placed.tissue.skin.iter().map(corners).filter(near).collect()
 }
 
 impl Reference for SurfaceMap {

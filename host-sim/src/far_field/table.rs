@@ -18,16 +18,12 @@ pub use presses::{Errors, Presses, Setting};
 pub use write::{Summary, write};
 
 use super::edges::{Edge, Edges};
-use super::{FarField, FarFieldError, Sizes};
+use super::{FarField, FarFieldError, Sizes, whole};
 use crate::error::Error;
-use crate::mesh::{TetMesh, block_with_rim};
 use crate::patch::{Material, Patch, Tissue};
 use crate::scene::Scene;
 use crate::statics::Statics;
-use crate::tissue::{place, ratio_of};
-
-/// A patch answers presses this deep [probe radii].
-const DEPTH_LIMIT_RADII: f64 = 1.25;
+use crate::tissue::place;
 /// Rim springs are held to this from [`PROMISED_RADII`] on [%].
 pub const PROMISED_PCT: f64 = 0.5;
 /// Smallest patch that is held to it [probe radii].
@@ -47,7 +43,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Two finenesses: a patch of two probe radii has about 60 nodes, or 150.
+    /// Two finenesses: a patch of two probe radii has about 75 nodes, or 165.
     #[must_use]
     pub fn full() -> Self {
         let fine = vec![(0.575, 0.45), (0.4, 0.4)];
@@ -144,8 +140,8 @@ pub fn table(scene: &Scene, plan: &Plan, progress: &mut dyn FnMut(usize, usize, 
         let sizes = Sizes { radius_m: radii * r, fine_m: fine * r, fine_radius_m: r, growth, stroke_m: [0.0; 3] };
         progress(done, tasks.len(), &format!("patch of {:.0} mm", sizes.radius_m * 1e3));
         let named = |cause: &dyn std::fmt::Display| format!("patch of {:.0} mm: {cause}", sizes.radius_m * 1e3);
-        let tissue = match block_with_rim(block_of(scene)?, [setting.site_m.x, setting.site_m.y], &sizes, 0) {
-            Ok(mesh) => tissue(scene, &setting, mesh)?,
+        let tissue = match whole::whole(scene, &[], &sizes) {
+            Ok(placed) => placed.tissue,
             Err(cause) => {
                 table.left_out.push(named(&cause));
                 continue;
@@ -174,20 +170,11 @@ fn block_of(scene: &Scene) -> Result<[f64; 3], Error> {
 ///
 /// # Errors
 /// No block, or a node count that its proportions do not take.
-pub fn whole(scene: &Scene, nodes: usize) -> Result<Tissue, Error> {
+pub fn graded(scene: &Scene, nodes: usize) -> Result<Tissue, Error> {
     block_of(scene)?;
     let mut sized = scene.clone();
     sized.tissue.nodes = Some(nodes);
     Ok(place(&sized, &[])?.tissue)
-}
-
-/// A mesh of the scene's block, its bottom fixed.
-fn tissue(scene: &Scene, setting: &Setting, mesh: TetMesh) -> Result<Tissue, Error> {
-    let bottom = -block_of(scene)?[2] * (1.0 - 1e-9);
-    let anchors = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| x[2] <= bottom).map(|(n, _)| n).collect();
-    let stiffness_ratio = mesh.tets.iter().map(|tet| ratio_of(&mesh, tet, &scene.tissue.inclusion)).collect();
-    let depth_limit_m = DEPTH_LIMIT_RADII * setting.radius_m();
-    Ok(Tissue::closed(mesh, stiffness_ratio, anchors, setting.site_m.into(), depth_limit_m))
 }
 
 /// Adds a row for each treatment of a patch, one for the whole mesh and one for finite elements.

@@ -141,7 +141,7 @@ mod tests {
         let mesh = block(&BlockSpec { size_m: SIZE_M, nodes: 90, fine_at_m: [0.0; 2], fine_radius_m: 0.008 }).unwrap();
         let anchors = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| x[2] <= -SIZE_M[2]).map(|(n, _)| n).collect();
         let stiffness_ratio = vec![1.0; mesh.tets.len()];
-        let tissue = Tissue { mesh, stiffness_ratio, anchors, site_m: [0.0; 3], depth_limit_m: 0.005 };
+        let tissue = Tissue::closed(mesh, stiffness_ratio, anchors, [0.0; 3], 0.005);
         Statics::of(&Patch::build(&tissue, &Material::default(), None).model(), params).unwrap()
     }
 

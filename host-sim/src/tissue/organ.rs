@@ -35,9 +35,9 @@ pub(super) fn graded(scene: &Scene, shape: &Shape, site: &Site) -> Result<TetMes
             Ok(mesh) => {
                 let nodes = mesh.nodes_m.len();
                 if nodes > wanted {
-                    low = middle
+                    low = middle;
                 } else {
-                    high = middle
+                    high = middle;
                 }
                 if best.as_ref().is_none_or(|b| nodes.abs_diff(wanted) < b.nodes_m.len().abs_diff(wanted)) {
                     best = Some(mesh);

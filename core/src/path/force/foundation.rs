@@ -113,18 +113,17 @@ fn press_points<P: Points<Q>, const Q: usize>(
         let [a, b, c] = triangle.node.map(usize::from);
         let (Some(na), Some(nb), Some(nc)) = (state.nodes.get(a), state.nodes.get(b), state.nodes.get(c)) else { continue };
         let corners = [vector(&na.x) - centre, vector(&nb.x) - centre, vector(&nc.x) - centre];
-        let inside = P::at(corners).map(|d| penetration(probe, d));
-        if inside.iter().all(Option::is_none) {
+        // twice asked for, penetration costs less than nine kept ones
+        let points = P::at(corners);
+        if !points.iter().any(|d| penetration(probe, *d).is_some()) {
             continue;
         }
         let moving = [&na.v, &nb.v, &nc.v].map(|v| vector(v) - velocity_m_per_s);
         let speeds = if tuned.contact_damping_s > 0.0 { P::at(moving) } else { [ZERO; Q] };
         let mut push = [0.0; Q];
         let mut force = [ZERO; Q];
-        for (((inside, point), v), (push, force)) in
-            inside.iter().zip(points_law).zip(&speeds).zip(push.iter_mut().zip(&mut force))
-        {
-            let Some((pen, out)) = *inside else { continue };
+        for (((d, point), v), (push, force)) in points.iter().zip(points_law).zip(&speeds).zip(push.iter_mut().zip(&mut force)) {
+            let Some((pen, out)) = penetration(probe, *d) else { continue };
             let cap = if cap > point.k { cap } else { point.k };
             let knee = (cap - point.k) * point.bend;
             let lo = if pen < knee { pen } else { knee };

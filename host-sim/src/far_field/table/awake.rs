@@ -11,7 +11,7 @@ use palpate::path::region::{ContactPressure, StressRule};
 use rayon::prelude::*;
 
 use super::presses::solver;
-use super::{Plan, Setting, whole};
+use super::{Plan, Setting, graded};
 use crate::error::Error;
 use crate::far_field::springs::rim_answers;
 use crate::far_field::{FarField, RimSprings, Sizes};
@@ -151,7 +151,7 @@ pub fn awake(scene: &Scene, plan: &Plan, progress: &mut dyn FnMut(usize, usize, 
     let places: Vec<f64> = PLACES_RADII.iter().filter(fits).map(|p| p * setting.radius_m()).collect();
     let mut found = Awake::default();
     for (m, &nodes) in plan.awake_nodes.iter().enumerate() {
-        let tissue = whole(scene, nodes)?;
+        let tissue = graded(scene, nodes)?;
         for (p, &aside_m) in places.iter().enumerate() {
             progress(m * places.len() + p, plan.awake_nodes.len() * places.len(), &format!("{nodes} nodes, awake shares"));
             let site = Site::of(&setting, tissue.clone(), aside_m)?;

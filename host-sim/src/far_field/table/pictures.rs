@@ -16,6 +16,14 @@ const FLOOR_PCT: f64 = 0.01;
 /// An error of a row [%].
 type Pick = fn(&Row) -> Option<f64>;
 
+/// What is drawn over the radius.
+struct Curve {
+    title: String,
+    pick: Pick,
+    /// Whether rim springs are held to a limit in it.
+    promised: bool,
+}
+
 /// Draws them; their names without ending.
 ///
 /// # Errors
@@ -37,13 +45,15 @@ pub fn pictures(
         let fine = format!("elements of {:.1} mm", fine_m * 1e3);
         let ending = format!("{:.1}mm", fine_m * 1e3);
         let shear: Pick = |r| r.against_dense?.glued_pct[1];
-        for (name, pick, words) in [
-            ("centred", centred, format!("centred press, {depth_mm:.0} mm deep")),
-            ("aside", aside, format!("worst press {:.0} mm off the centre, {depth_mm:.0} mm deep", 1e3 * setting.radius_m())),
-            ("shear", shear, "glued disc, sheared".to_owned()),
+        let off_mm = 1e3 * setting.radius_m();
+        for (name, pick, promised, words) in [
+            ("centred", centred, true, format!("centred press, {depth_mm:.0} mm deep")),
+            ("aside", aside, true, format!("worst press {off_mm:.0} mm off the centre, {depth_mm:.0} mm deep")),
+            ("shear", shear, false, "glued disc, sheared".to_owned()),
         ] {
             let name = format!("error_over_radius_{name}_{ending}");
-            if over_radius(folder, &name, setting, table, fine_m, pick, &format!("{scene}, {fine}: {words}"))? {
+            let curve = Curve { title: format!("{scene}, {fine}: {words}"), pick, promised };
+            if over_radius(folder, &name, setting, table, fine_m, &curve)? {
                 names.push(name);
             }
         }
@@ -65,6 +75,13 @@ pub fn pictures(
     Ok(names)
 }
 
+/// A curve with the name that it owns.
+struct Labelled {
+    name: String,
+    points: Vec<(f64, f64)>,
+    joined: bool,
+}
+
 fn distinct(values: impl Iterator<Item = usize>) -> Vec<usize> {
     let mut all: Vec<usize> = values.collect();
     all.dedup();
@@ -83,7 +100,7 @@ fn words(edge: Edge) -> String {
         Edge::Truncated => "S cut off to rim edges".into(),
         Edge::RimSprings => "rim springs (ours)".into(),
         Edge::Modes(q) => format!("{q} modes"),
-        Edge::LowRank(q) => format!("blocks - rank {q}"),
+        Edge::LowRank(q) => format!("blocks less rank {q}"),
         Edge::Dense => "dense S".into(),
     }
 }
@@ -94,15 +111,14 @@ fn over_radius(
     setting: &Setting,
     table: &Table,
     fine_m: f64,
-    pick: Pick,
-    title: &str,
+    curve: &Curve,
 ) -> Result<bool, Error> {
     let rows = |edge: Edge| table.rows.iter().filter(move |r| r.fine_m == fine_m && r.kind == Kind::Patch(edge));
     let labels: Vec<(Edge, String)> = Edge::ALL.iter().filter(|e| **e != Edge::Dense).map(|e| (*e, words(*e))).collect();
     let series: Vec<LineSeries> = labels
         .iter()
         .map(|(edge, label)| {
-            let point = |r: &Row| Some((r.radius_m / setting.radius_m(), drawn(pick(r)?)));
+            let point = |r: &Row| Some((r.radius_m / setting.radius_m(), drawn((curve.pick)(r)?)));
             LineSeries { name: label, points: rows(*edge).filter_map(point).collect(), joined: true, marked: true }
         })
         .filter(|s| !s.points.is_empty())
@@ -111,13 +127,14 @@ fn over_radius(
         return Ok(false);
     }
     let promised = format!("{PROMISED_PCT} %: promised for ours");
+    let level = [Level { name: &promised, y: PROMISED_PCT }];
     let chart = Lines {
-        title,
-        below: "what stands at the edge of a patch in place of the rest of the organ; errors against dense S",
+        title: &curve.title,
+        below: "what stands at the edge of a patch in place of the rest of the organ; errors against S, the rest condensed exactly",
         x: ScaledAxis { title: "radius of the patch [probe radii]", scale: Scale::Linear },
         y: ScaledAxis { title: "error of the force [%]", scale: Scale::Log },
         series: &series,
-        levels: &[Level { name: &promised, y: PROMISED_PCT }],
+        levels: if curve.promised { &level } else { &[] },
     };
     lines(folder.path(), name, &chart)?;
     Ok(true)
@@ -202,22 +219,22 @@ fn over_share(
     places.sort_by(f64::total_cmp);
     places.dedup();
     let at = |aside_m: f64| if aside_m == 0.0 { "centre".to_string() } else { format!("{:.0} mm off", aside_m * 1e3) };
-    let mut labelled: Vec<(String, Vec<(f64, f64)>, bool)> = Vec::new();
+    let mut labelled: Vec<Labelled> = Vec::new();
     for (held, what) in [(Held::Frozen, "rest stands still"), (Held::SpringsOfSprings, "rim springs")] {
         for &aside_m in &places {
             let own = awake.regions.iter().filter(|r| r.whole_nodes == nodes && r.aside_m == aside_m && r.held == held);
             let points: Vec<(f64, f64)> = own.filter_map(|r| Some((100.0 * r.share, drawn(r.error_pct[1]?)))).collect();
-            labelled.push((format!("{what}, {}", at(aside_m)), points, true));
+            labelled.push(Labelled { name: format!("{what}, {}", at(aside_m)), points, joined: true });
         }
     }
     // where the rule wakes everything there is nothing to see
     let rule = awake.stress.iter().filter(|s| s.whole_nodes == nodes && s.aside_m == 0.0 && s.share < 1.0);
     let points = rule.filter_map(|s| Some((100.0 * s.share, drawn(s.error_pct?)))).collect();
-    labelled.push(("papers' stress rule, centre".into(), points, false));
+    labelled.push(Labelled { name: "papers' stress rule, centre".into(), points, joined: false });
     let series: Vec<LineSeries> = labelled
         .iter()
-        .filter(|(_, points, _)| !points.is_empty())
-        .map(|(name, points, joined)| LineSeries { name, points: points.clone(), joined: *joined, marked: true })
+        .filter(|l| !l.points.is_empty())
+        .map(|l| LineSeries { name: &l.name, points: l.points.clone(), joined: l.joined, marked: true })
         .collect();
     let chart = Lines {
         title: &format!("{scene}, {nodes} nodes: how much must be awake, {:.0} mm deep", 0.5e3 * setting.radius_m()),

@@ -193,7 +193,7 @@ fn batch_us(setting: &Setting, rival: &mut dyn Rival) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::far_field::table::whole;
+    use crate::far_field::table::graded;
     use crate::far_field::{FarField, Sizes};
     use crate::scene::Scene;
     use crate::statics::Statics;
@@ -204,7 +204,7 @@ mod tests {
         let scene = Scene::load("block").unwrap();
         let mut setting = Setting::of(&scene, 1).unwrap();
         setting.params.node_damping_per_s = 120.0;
-        let tissue = whole(&scene, 130).unwrap();
+        let tissue = graded(&scene, 130).unwrap();
         let sizes = Sizes { radius_m: 0.018, fine_m: 0.0, fine_radius_m: 0.0, growth: 0.0, stroke_m: [0.0; 3] };
         let far = FarField::of(&tissue, &sizes, &setting.material(), &setting.params).unwrap();
         let patch = Patch::build(&far.cut.patch, &setting.material(), None);
@@ -213,7 +213,7 @@ mod tests {
         let whole = Patch::build(&tissue, &setting.material(), None);
         let depth_m = 0.003;
         let forces_n: Vec<f64> = ticking(&setting, &edges, &patch, &whole, |rivals| {
-            let mut press = |rival: &mut Box<dyn Rival + '_>| {
+            let press = |rival: &mut Box<dyn Rival + '_>| {
                 let mut force_n = Vector3::zeros();
                 for n in 0..2500 {
                     force_n = rival.tick(tip_m(&setting, (5e-5 * f64::from(n) - CLEAR_M).min(depth_m))).unwrap();

@@ -1,0 +1,71 @@
+//! Where the patch lies under the device: its site at the device's centre, the probe's axis along the device's z.
+//!
+//! Patches are packed in the frame of their organ. Poses of the device go into that frame, forces come back out of it.
+
+use palpate::Vector3;
+
+/// The device's centre and axes in the patch's frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Placement {
+    site_m: Vector3<f32>,
+    x: Vector3<f32>,
+    y: Vector3<f32>,
+    z: Vector3<f32>,
+}
+
+impl Placement {
+    /// The site [m] and the outward unit axis of the press. The two other axes follow without a root or a branch on the axis (Duff et al.,
+    /// Building an orthonormal basis, revisited, 2017, listing 3).
+    #[must_use]
+    pub fn new(site_m: Vector3<f32>, axis: Vector3<f32>) -> Self {
+        let sign = 1.0_f32.copysign(axis.z);
+        let a = -1.0 / (sign + axis.z);
+        let b = axis.x * axis.y * a;
+        Self {
+            site_m,
+            x: Vector3::new(1.0 + sign * axis.x * axis.x * a, sign * b, -sign * axis.x),
+            y: Vector3::new(b, sign + axis.y * axis.y * a, -axis.y),
+            z: axis,
+        }
+    }
+
+    /// A point of the device's frame in the patch's [m].
+    #[inline(always)]
+    #[must_use]
+    pub fn to_patch(&self, point_m: Vector3<f32>) -> Vector3<f32> {
+        self.site_m + (self.x * point_m.x + self.y * point_m.y + self.z * point_m.z)
+    }
+
+    /// A force of the patch's frame in the device's [N].
+    #[inline(always)]
+    #[must_use]
+    pub fn to_device(&self, force_n: Vector3<f32>) -> Vector3<f32> {
+        Vector3::new(self.x.dot(&force_n), self.y.dot(&force_n), self.z.dot(&force_n))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Placement;
+    use palpate::Vector3;
+
+    #[test]
+    fn a_patch_that_faces_up_at_the_centre_is_not_moved() {
+        let placement = Placement::new(Vector3::zeros(), Vector3::z());
+        let point = Vector3::new(0.001, -0.002, 0.003);
+        assert_eq!(placement.to_patch(point), point);
+        assert_eq!(placement.to_device(point), point);
+    }
+
+    #[test]
+    fn axes_are_orthonormal_and_right_handed_whatever_the_press() {
+        for axis in [[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.6, 0.0, 0.8], [-0.48, 0.64, -0.6], [0.0, 1.0, 0.0]] {
+            let placement = Placement::new(Vector3::zeros(), axis.into());
+            let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()].map(|v| placement.to_patch(v));
+            assert_eq!(z, axis.into());
+            assert!((x.cross(&y) - z).norm() < 1e-6 && (x.norm() - 1.0).abs() < 1e-6, "{axis:?}");
+            let force = Vector3::new(0.3, -0.2, 1.5);
+            assert!((placement.to_device(placement.to_patch(force)) - force).norm() < 1e-6, "{axis:?}");
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! `palpate plan`.
+
+mod report;
+
+use clap::Args;
+
+use super::Common;
+use super::mesh::machine;
+use super::pack::bar;
+use crate::budget::Machine;
+use crate::error::Error;
+use crate::output::OutputFolder;
+use crate::plan::{Bench, Known, Supply, search};
+use crate::scene::Scene;
+
+#[derive(Args, Clone, Debug)]
+pub(super) struct PlanArgs {
+    #[command(flatten)]
+    common: Common,
+    /// Force error that is bearable [%]: root mean square over places and depths; single places may be 2.5 times as far off.
+    #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
+    tolerance_pct: f64,
+    /// Board whose budget a tick of the model must meet: m4f-168 (Cortex-M4F, 168 MHz), m7-480 (Cortex-M7, 480 MHz) or desktop.
+    #[arg(long, value_name = "BOARD", default_value = "m4f-168")]
+    board: String,
+    /// Fewer and smaller candidates: under a minute for a block.
+    #[arg(long)]
+    quick: bool,
+}
+
+impl PlanArgs {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let machine = machine(&self.board)?;
+        let asked = self.tolerance_pct;
+        let scene = Scene::load(&self.common.scene)?;
+        let bar = bar();
+        let known = Known::of(&scene, asked, |what| bar.set_message(what.to_owned()))?;
+        let folder = OutputFolder::open(&self.common.folder("plan"))?;
+        let progress = |what: &str| bar.set_message(what.to_owned());
+        let bench = Bench {
+            scene: &scene,
+            machine,
+            truth: &known.truth,
+            judge: &known.judge,
+            tolerance_pct: asked,
+            quick: self.quick,
+            progress: &progress,
+        };
+        let outcome = search(&bench, &mut Supply::of(&scene, machine, self.quick))?;
+        bar.finish_and_clear();
+        report::write(&folder, &bench, &outcome)?;
+        outcome.check(machine, asked).map(|_| ())
+    }
+}
+
+/// What a cost is called and divided by in tables and charts.
+fn unit(machine: &Machine) -> (&'static str, f64) {
+    if machine.unit == "ns" { ("us", 1e3) } else { ("k cycles", 1e3) }
+}

@@ -1,0 +1,233 @@
+//! What `plan` writes and prints.
+
+use palpate::Terms;
+use serde::Serialize;
+
+use super::unit;
+use crate::charts::{PlanChart, PlanDot, plan};
+use crate::error::Error;
+use crate::output::OutputFolder;
+use crate::plan::{Bench, Edge, Effort, Outcome, Trial, WORST_RATIO};
+
+#[derive(Serialize)]
+struct Promise<'a> {
+    tolerance_pct: f64,
+    worst_tolerance_pct: f64,
+    /// Within this of the site.
+    radius_m: f64,
+    depths_m: &'a [f64],
+    rms_pct: f64,
+    worst_pct: f64,
+    centred_rms_pct: f64,
+    centred_worst_pct: f64,
+    unseen_places: usize,
+    holds: bool,
+}
+
+#[derive(Serialize)]
+struct Summary<'a> {
+    scene: &'a str,
+    board: &'a str,
+    unit: &'a str,
+    budget_units: f64,
+    tolerance_pct: f64,
+    quick: bool,
+    patch: Option<String>,
+    promise: Option<Promise<'a>>,
+    chosen: Option<&'a Trial>,
+    next_smaller: Option<&'a Trial>,
+    next_larger: Option<&'a Trial>,
+    elsewhere: Option<&'a Trial>,
+    elsewhere_board: Option<&'static str>,
+    tightest_here: Option<&'a Trial>,
+    trials: &'a [Trial],
+    machine: String,
+}
+
+pub(super) fn write(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), Error> {
+    let (scene, machine) = (bench.scene, bench.machine);
+    let mut patch = None;
+    if let Some(session) = outcome.chosen.as_ref().and_then(|t| t.session.as_ref()) {
+        let name = format!("{}-{}.patch", scene.name, machine.name);
+        folder.write(&name, &session.patch.pack(&session.params, session.stable.pressed_s as f32))?;
+        patch = Some(name);
+    }
+    let promise = outcome.chosen.as_ref().map(|t| Promise {
+        tolerance_pct: bench.tolerance_pct,
+        worst_tolerance_pct: WORST_RATIO * bench.tolerance_pct,
+        radius_m: crate::far_field::fitted::JUDGED_RADII * scene.probe.radius_m,
+        depths_m: &bench.judge.depths_m,
+        rms_pct: t.judged.rms_pct,
+        worst_pct: t.judged.worst_pct,
+        centred_rms_pct: t.judged.centred_rms_pct,
+        centred_worst_pct: t.judged.centred_worst_pct,
+        unseen_places: t.judged.places,
+        holds: t.keeps(bench.tolerance_pct) && t.fits,
+    });
+    let summary = Summary {
+        scene: &scene.name,
+        board: machine.name,
+        unit: machine.unit,
+        budget_units: machine.budget(),
+        tolerance_pct: bench.tolerance_pct,
+        quick: bench.quick,
+        patch,
+        promise,
+        chosen: outcome.chosen.as_ref(),
+        next_smaller: outcome.smaller.as_ref(),
+        next_larger: outcome.larger.as_ref(),
+        elsewhere: outcome.elsewhere.as_ref(),
+        elsewhere_board: outcome.elsewhere.as_ref().and_then(Trial::slowest_board).map(|m| m.name),
+        tightest_here: outcome.tightest.as_ref(),
+        trials: &outcome.trials,
+        machine: crate::summary::machine(),
+    };
+    folder.write_json("summary.json", &summary)?;
+    let header = ["nodes", "radius_radii", "element_radii", "points", "full_fit", "substeps", "units", "rms_pct", "worst_pct"];
+    let row = |t: &Trial| {
+        let c = &t.candidate;
+        [
+            t.counts.nodes as f64,
+            c.radius_radii,
+            c.element_radii,
+            c.points_per_triangle as f64,
+            f64::from(u8::from(t.effort == Effort::Full)),
+            f64::from(t.substeps),
+            t.units,
+            t.judged.rms_pct,
+            t.judged.worst_pct,
+        ]
+    };
+    folder.write_csv("searched.csv", header, outcome.trials.iter().map(row))?;
+    draw(folder, bench, outcome)?;
+    print(folder, bench, outcome, summary.patch.as_deref());
+    Ok(())
+}
+
+/// What a chart sorts trials by.
+fn kind(trial: &Trial) -> String {
+    match trial.edge {
+        Edge::RimSprings if !trial.terms.volume => "without volume".into(),
+        Edge::RimSprings if !trial.terms.compensation => "without compensation".into(),
+        Edge::RimSprings => format!("radius {} R, rim springs", trial.candidate.radius_radii),
+        other => other.name().into(),
+    }
+}
+
+fn draw(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), Error> {
+    let (machine, scene) = (bench.machine, bench.scene);
+    let (name, per) = unit(machine);
+    let mut kinds: Vec<String> = outcome.trials.iter().map(kind).collect();
+    // radii first, in their order, then what was left out
+    kinds.sort_by_key(|k| (!k.starts_with("radius"), k.clone()));
+    kinds.dedup();
+    let same = |a: &Trial, b: &Option<Trial>| {
+        b.as_ref().is_some_and(|b| (a.candidate, a.edge, a.terms, a.effort) == (b.candidate, b.edge, b.terms, b.effort))
+    };
+    let dot = |t: &Trial| {
+        let chosen = same(t, &outcome.chosen);
+        let label = if chosen {
+            format!("chosen: {} nodes", t.counts.nodes)
+        } else if same(t, &outcome.smaller) {
+            format!("next smaller: {}", t.counts.nodes)
+        } else if same(t, &outcome.larger) {
+            format!("next larger: {}", t.counts.nodes)
+        } else if same(t, &outcome.elsewhere) {
+            format!("would do: {} nodes", t.counts.nodes)
+        } else if same(t, &outcome.tightest) {
+            format!("best here: {} nodes", t.counts.nodes)
+        } else {
+            String::new()
+        };
+        PlanDot {
+            kind: kinds.iter().position(|k| *k == kind(t)).unwrap_or_default(),
+            cost: t.units / per,
+            error: t.keeps_pct,
+            full: t.effort == Effort::Full,
+            chosen,
+            label,
+        }
+    };
+    let dots: Vec<PlanDot> = outcome.trials.iter().map(dot).collect();
+    let title = format!("{}: what keeps {} % on {}", scene.name, bench.tolerance_pct, machine.name);
+    let below = format!(
+        "Budget {:.0} {name} a tick (estimate). Filled: fitted in full and judged at {} unseen places; hollow: tried with a short fit. R: probe radius",
+        machine.budget() / per,
+        crate::far_field::fitted::JUDGED_PLACES * 4
+    );
+    let names: Vec<&str> = kinds.iter().map(String::as_str).collect();
+    plan(
+        folder.path(),
+        "plan",
+        &PlanChart {
+            title: &title,
+            below: &below,
+            cost: &format!("cost of a tick [{name}]"),
+            error: "force error: rms, or worst / 2.5 where that is more [%]",
+            budget: machine.budget() / per,
+            tolerance: bench.tolerance_pct,
+            kinds: &names,
+            dots: &dots,
+        },
+    )?;
+    Ok(())
+}
+
+fn print(folder: &OutputFolder, bench: &Bench, outcome: &Outcome, patch: Option<&str>) {
+    let (name, per) = unit(bench.machine);
+    println!(
+        "{:<26} {:>5} {:>6} {:>8} {:>6} {:>5} {:>9} {:>9} {:>7} {:>8} {:>8} {:>8}",
+        "", "nodes", "radius", "elements", "points", "steps", name, "RAM+flash", "rms %", "worst %", "centred", "shear %"
+    );
+    let row = |what: &str, t: &Trial| {
+        let c = &t.candidate;
+        println!(
+            "{what:<26} {:>5} {:>6} {:>8} {:>6} {:>5} {:>9.1} {:>6.1} kB {:>7.2} {:>+8.2} {:>8.2} {:>8}",
+            t.counts.nodes,
+            c.radius_radii,
+            c.element_radii,
+            c.points_per_triangle,
+            t.substeps,
+            t.units / per,
+            (t.ram_bytes + t.patch_bytes) as f64 * 1e-3,
+            t.judged.rms_pct,
+            t.judged.worst_pct,
+            t.judged.centred_rms_pct,
+            t.shear_error_pct.map_or_else(|| "-".into(), |e| format!("{e:+.2}"))
+        );
+    };
+    for (what, trial) in [
+        ("next smaller", &outcome.smaller),
+        ("CHOSEN", &outcome.chosen),
+        ("next larger", &outcome.larger),
+        ("does, on a faster board", &outcome.elsewhere),
+        ("best of this board", &outcome.tightest),
+    ] {
+        if let Some(trial) = trial {
+            row(what, trial);
+        }
+    }
+    let less = outcome.trials.iter().filter(|t| t.terms.rim && t.terms != Terms::ALL || t.edge != Edge::RimSprings);
+    for trial in less {
+        let mut what = kind(trial);
+        if !trial.terms.compensation && trial.edge != Edge::RimSprings {
+            what.push_str(", no comp.");
+        }
+        if trial.effort == Effort::Screened {
+            what.push_str(" (short)");
+        }
+        row(&what, trial);
+    }
+    let fits = outcome.trials.len();
+    println!(
+        "\n{fits} fits. Radius and elements in probe radii; budget {:.1} {name}; errors at unseen places within a probe radius, {:.2} to {:.2} mm deep; shear: by the edge alone",
+        bench.machine.budget() / per,
+        bench.judge.depths_m.first().copied().unwrap_or_default() * 1e3,
+        bench.judge.depths_m.last().copied().unwrap_or_default() * 1e3
+    );
+    println!(
+        "wrote {}: {}summary.json, searched.csv, plan.svg, plan.png",
+        folder.path().display(),
+        patch.map_or_else(String::new, |name| format!("{name}, "))
+    );
+}

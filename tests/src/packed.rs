@@ -1,0 +1,117 @@
+//! Patch files for the board: the shipped ones, and patches with a far field made on the spot.
+
+use std::path::{Path, PathBuf};
+
+use palpate::{Model, PatchFile};
+use palpate_sim::far_field::condense::condense;
+use palpate_sim::far_field::fitted::{Prepared, Recipe};
+use palpate_sim::far_field::springs::rim_answers;
+use palpate_sim::far_field::{FarField, RimSprings};
+use palpate_sim::mesh::TetMesh;
+use palpate_sim::patch::Patch;
+use palpate_sim::scene::Scene;
+use palpate_sim::session::Session;
+use palpate_sim::statics::Statics;
+
+use crate::palpate_command::repository;
+
+/// Patch radius of [`cut_block`] [m].
+const RADIUS_M: f64 = 0.017;
+/// Its elements at the site [m]: some fifty nodes.
+const ELEMENT_M: f64 = 0.0058;
+/// Surface nodes within this of the site are loaded when a rim is fitted anew [m].
+const LOADED_M: f64 = 0.012;
+
+/// A patch in `firmware/patches`, by its file name; an absolute path.
+///
+/// # Panics
+/// There is none of this name.
+#[must_use]
+pub fn shipped(name: &str) -> PathBuf {
+    repository().join("firmware/patches").join(name).canonicalize().expect("a patch that ships")
+}
+
+/// The bytes of a patch file on a word boundary, for ever.
+///
+/// # Panics
+/// A file that cannot be read.
+#[must_use]
+pub fn on_words(file: &Path) -> &'static [u8] {
+    let bytes = std::fs::read(file).expect("a patch file");
+    let words: &'static mut [u32] = Vec::leak(vec![0; bytes.len().div_ceil(4)]);
+    let on_words = &mut bytemuck::cast_slice_mut(words)[..bytes.len()];
+    on_words.copy_from_slice(&bytes);
+    on_words
+}
+
+/// A patch cut out of the default block, before any fit.
+///
+/// # Panics
+/// Never: the block allows it.
+#[must_use]
+pub fn cut_block() -> Prepared {
+    let scene = Scene::load("block").expect("the default scene");
+    Prepared::of(&scene, &Recipe::new(RADIUS_M, ELEMENT_M, scene.probe.radius_m)).expect("a block that allows the cut")
+}
+
+/// The same patch in front of an outside cut finer and finer: every tet into four at its centroid, `times` over. The rim stays as it is.
+///
+/// # Panics
+/// The finer outside cannot be condensed.
+#[must_use]
+pub fn with_finer_outside(prepared: &Prepared, times: usize) -> Prepared {
+    let mut cut = prepared.far.cut.clone();
+    for _ in 0..times {
+        let old = &cut.outside.mesh;
+        let mut mesh = TetMesh { nodes_m: old.nodes_m.clone(), tets: Vec::new(), regions: Vec::new() };
+        let mut stiffness_ratio = Vec::new();
+        for ((tet, region), ratio) in old.tets.iter().zip(&old.regions).zip(&cut.outside.stiffness_ratio) {
+            let at = |k: usize| -> f64 { tet.iter().map(|n| old.nodes_m[*n as usize][k]).sum::<f64>() / 4.0 };
+            let middle = mesh.nodes_m.len() as u32;
+            mesh.nodes_m.push([at(0), at(1), at(2)]);
+            for corner in 0..4 {
+                let mut part = *tet;
+                part[corner] = middle;
+                mesh.tets.push(part);
+                mesh.regions.push(*region);
+                stiffness_ratio.push(*ratio);
+            }
+        }
+        cut.outside.mesh = mesh;
+        cut.outside.stiffness_ratio = stiffness_ratio;
+    }
+    let exact_m = condense(&cut.outside, prepared.material.poisson_ratio).expect("an outside that is held");
+    let free = Patch::build(&cut.patch, &prepared.material, None);
+    let statics = Statics::of(&free.model(), &prepared.params).expect("a patch that could be built before");
+    let answers_per_m = rim_answers(&statics, &cut, &exact_m, LOADED_M).expect("a patch that its outside holds");
+    let springs = RimSprings::fit(&cut, &exact_m, &answers_per_m);
+    Prepared { far: FarField { cut, exact_m, answers_per_m, springs }, ..prepared.clone() }
+}
+
+/// Packs an unfitted patch with the limits and substeps of a session into `folder`.
+///
+/// # Panics
+/// A patch that no session takes, or a folder that cannot be written.
+#[must_use]
+pub fn pack(prepared: &Prepared, folder: &Path, name: &str) -> PathBuf {
+    let session = Session::of_fitted(prepared.patch(), prepared.params).expect("a patch that keeps 1 kHz");
+    let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
+    let path = folder.join(name);
+    std::fs::write(&path, bytes).expect("a scratch folder");
+    path
+}
+
+/// Writes a packed patch again without its rim edges: what is left shows what the rim nodes cost.
+///
+/// # Panics
+/// A file that is not a patch or cannot be written.
+#[must_use]
+pub fn without_rim_edges(file: &Path, name: &str) -> PathBuf {
+    let packed = PatchFile::open(on_words(file)).expect("a patch");
+    let model = Model { rim_edges: &[], ..packed.model };
+    let mut bytes = Vec::new();
+    PatchFile { model, ..packed }.write(|part| bytes.extend_from_slice(part));
+    let path = file.with_file_name(name);
+    std::fs::write(&path, bytes).expect("a scratch folder");
+    path
+}
