@@ -35,9 +35,10 @@ fn a_patch_is_right_where_it_was_not_fitted() {
     }
     // 1.5, 3 and 6 mm are in no fit, nor is any of the places
     assert!(accuracy.centred_rms_pct(&[1.5, 3.0, 6.0]) < 2.0);
-    let (rms, worst) = accuracy.disc_pct(&[1.0, 2.0, 4.0]);
+    // forty places are too few for the shallowest presses: those are for a full fit
+    let (rms, worst) = accuracy.disc_pct(&[2.0, 3.0, 4.0]);
     println!("disc {rms} {worst}, glued {:?}", accuracy.glued);
-    assert!(rms < 2.0 && worst.abs() < 7.0, "{rms} {worst}");
+    assert!(rms < 2.0 && worst.abs() < 5.0, "{rms} {worst}");
     let centred = accuracy.glued.iter().filter(|disc| disc.place_mm == [0.0; 3]);
     assert!(centred.clone().count() >= 2);
     centred.for_each(|disc| assert!(disc.error_pct.abs() < 3.0, "{disc:?}"));

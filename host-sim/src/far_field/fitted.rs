@@ -36,6 +36,10 @@ const HALF_WIDTH_RADII: f64 = 0.5;
 const CENTRE_WEIGHT: f64 = 3.0;
 /// Depths of the presses there [probe radii], between those that a patch is judged at: with five of them a fit met these and swung by 2-4 % between.
 const CENTRE_DEPTHS_RADII: [f64; 12] = [0.0625, 0.0885, 0.125, 0.156, 0.21875, 0.25, 0.3125, 0.4375, 0.5, 0.625, 0.8125, 1.0];
+/// Presses around the site shallower than this [probe radii] count as so many times more exact, the shallowest excepted: they rest on a few foundation points
+/// and are the worst of the unseen places.
+const SHALLOW_RADII: [f64; 2] = [0.1, 0.2];
+const SHALLOW_WEIGHT: f64 = 2.0;
 /// Glued discs are fitted at the site and on a ring of this radius [probe radii], this many.
 const RING_RADII: f64 = 0.5;
 const RING: usize = 4;
@@ -275,7 +279,11 @@ pub fn fit_tissue(
     let knows_dents = reference.displacement_m(0.25 * radius_m, [0.0; 2]).is_some();
     let surface = if knows_dents { skin_nodes(tissue) } else { Vec::new() };
     let lacks = || Error::Check("the reference lacks presses that the fit needs: press deeper or take a larger organ".into());
-    let targets = Targets::over_a_disc(reference, &surface, site_m, radius_m, DISC_RADII, settings.places).ok_or_else(lacks)?;
+    let mut targets =
+        Targets::over_a_disc(reference, &surface, site_m, radius_m, DISC_RADII, settings.places).ok_or_else(lacks)?;
+    let shallow = SHALLOW_RADII[0] * radius_m..SHALLOW_RADII[1] * radius_m;
+    let around = targets.places.iter_mut().flat_map(|place| &mut place.forces);
+    around.filter(|f| shallow.contains(&f.depth_m)).for_each(|f| f.tolerance /= SHALLOW_WEIGHT);
     let centred = targets.with_centre(reference, &CENTRE_DEPTHS_RADII, CENTRE_WEIGHT);
     let targets = centred.ok_or_else(lacks)?.with_glued(&glued_around(reference.glued(), radius_m));
     calibrate(tissue, material, rim, params, &targets, settings, progress).map_err(unfitted)
