@@ -28,6 +28,7 @@
 #![cfg_attr(not(test), warn(clippy::default_numeric_fallback, clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod fault;
+pub mod haptic;
 mod lanes;
 pub mod method;
 mod model;
