@@ -4,7 +4,9 @@
 //! `F dx` with the force that really acted during the way: the one sent `delay` ticks before. A spring takes energy on the way in and gives it
 //! back; what it gives beyond zero, counted from the touch, was created. Ours differs in the controller: theirs injects damping as soon as
 //! the sum is negative, which buzzes against quantisation. Ours leaves the force alone up to an alarm, above what counting can fake (about
-//! `F_max` times one count), then fades the contact's force out until the probe has left. Contacts that end in the alarm in a row are a fault.
+//! `F_max` times one count), then fades the contact's force out until the probe has left. By then most of a bounce's energy is out, so the next
+//! contact begins, and stays, at half the gain: stiffness falls until the loop holds, and doubles again with every good contact. Contacts that
+//! end in the alarm one after the other are a fault.
 //!
 //! * in: the way of the probe [m], the force sent [N], whether the patch is touched
 //! * out: energy [J], gain (0 .. 1) on the force
@@ -19,8 +21,8 @@ use crate::fault::{BuildError, Fault};
 
 /// Forces on their way to the actuators.
 const LINE: usize = DeviceLimits::MOST_DELAY_TICKS as usize + 1;
-/// Share of the force that stays from tick to tick after the alarm (1): down to a hundredth in 90 ms.
-const FADE: f32 = 0.95;
+/// Share of the force that stays from tick to tick after the alarm (1): down to a hundredth in 20 ms.
+const FADE: f32 = 0.8;
 /// Below this gain there is no force (1).
 const FADED: f32 = 0.01;
 
@@ -72,6 +74,11 @@ pub struct PassivityObserver {
     acting: usize,
     energy: Energy,
     gain: f32,
+    /// Gain at which the contact began (1).
+    touch_gain: f32,
+    /// This contact passed the alarm.
+    fading: bool,
+    /// Contacts in a row that did.
     alarms: u16,
 }
 
@@ -85,7 +92,8 @@ impl PassivityObserver {
         device.check()?;
         let acting = LINE - 1 - usize::from(device.delay_ticks);
         let energy = Energy::default();
-        Ok(Self { settings: *settings, line_n: [Vector3::zeros(); LINE], acting, energy, gain: 1.0, alarms: 0 })
+        let line_n = [Vector3::zeros(); LINE];
+        Ok(Self { settings: *settings, line_n, acting, energy, gain: 1.0, touch_gain: 1.0, fading: false, alarms: 0 })
     }
 
     /// The way since the last tick [m], and whether the patch was touched then; before this tick's force is sent.
@@ -100,9 +108,10 @@ impl PassivityObserver {
             energy.created_j = energy.given_j;
         }
         if energy.created_j > self.settings.alarm_j {
-            if self.gain == 1.0 {
+            if !self.fading {
                 self.alarms = self.alarms.saturating_add(1);
             }
+            self.fading = true;
             self.gain *= FADE;
             if self.gain < FADED {
                 self.gain = 0.0;
@@ -123,12 +132,17 @@ impl PassivityObserver {
         if self.energy.given_j == 0.0 && self.energy.created_j == 0.0 {
             return;
         }
-        if self.gain == 1.0 {
-            self.alarms = 0;
-        }
         let total_created_j = self.energy.total_created_j + self.energy.created_j;
         self.energy = Energy { total_created_j, ..Energy::default() };
-        self.gain = 1.0;
+        if self.fading {
+            self.touch_gain *= 0.5;
+        } else {
+            self.alarms = 0;
+            let doubled = 2.0 * self.touch_gain;
+            self.touch_gain = if doubled < 1.0 { doubled } else { 1.0 };
+        }
+        self.fading = false;
+        self.gain = self.touch_gain;
     }
 
     /// The force sent in this tick [N].
@@ -142,7 +156,7 @@ impl PassivityObserver {
     /// Forgets the alarms and the contact; the total stays.
     pub fn clear(&mut self) {
         self.leave();
-        self.alarms = 0;
+        (self.alarms, self.touch_gain, self.gain) = (0, 1.0, 1.0);
     }
 
     /// What was given.
@@ -151,7 +165,7 @@ impl PassivityObserver {
         self.energy
     }
 
-    /// Gain on the force (1): one until the alarm, then falling, until the contact is over.
+    /// Gain on the force (1): one until an alarm; it falls in a contact and changes upwards only between contacts.
     #[must_use]
     pub fn gain(&self) -> f32 {
         self.gain
@@ -207,7 +221,7 @@ mod tests {
             observer.sent(Vector3::zeros());
             observer.observe(&Vector3::zeros(), false).unwrap();
         }
-        assert_eq!(observer.gain(), 1.0);
+        assert_eq!(observer.gain(), 0.5, "the next contact is half as stiff");
         assert!(observer.energy().total_created_j > 0.5e-3 && observer.energy().created_j == 0.0);
     }
 
@@ -226,7 +240,11 @@ mod tests {
             for _ in 0..4 {
                 assert_eq!(contact(&mut observer, 1e-3), Ok(()), "round {round}");
             }
-            contact(&mut observer, -1e-3).unwrap();
+            assert_eq!(observer.gain(), 0.0625);
+            for _ in 0..5 {
+                contact(&mut observer, -1e-3).unwrap();
+            }
+            assert_eq!(observer.gain(), 1.0, "good contacts bring it back");
         }
         let faults = (0..5).filter(|_| contact(&mut observer, 1e-3) == Err(Fault::EnergyCreated)).count();
         assert_eq!(faults, 1);
