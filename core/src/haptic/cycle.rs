@@ -208,7 +208,7 @@ impl Cycle {
             applied_n: Vector3::zeros(),
             energy: Energy::default(),
             limiters: Limiters::default(),
-            refused: false,
+            refused: command.asked.is_some(),
         };
         match self.answer(device, renderer, command, &mut record) {
             Ok(force_n) => record.applied_n = force_n,
