@@ -8,116 +8,25 @@
 //! * cost: about 400 instructions beside the patch
 //! * may fail: every [`Fault`]
 
+mod record;
+mod renderer;
 mod settings;
 
+pub use record::{Ask, Command, Telemetry};
+pub use renderer::{PatchRenderer, Renderer};
 pub use settings::{ArmingSettings, Settings};
 
 use nalgebra::Vector3;
 
-use super::damping::{Damping, hertz_slope_n_per_m};
+use super::damping::Damping;
 use super::device::{DeviceLimits, HapticDevice};
 use super::length;
 use super::limits::{ForceLimiter, LimitValues, Limits, PoseGate};
 use super::mode::{Event, Machine, Mode};
-use super::passivity::{Energy, PassivityObserver};
+use super::passivity::PassivityObserver;
 use crate::fault::{BuildError, Fault, Limiters};
-use crate::model::Model;
-use crate::params::Tuned;
 use crate::path::output::Output;
 use crate::path::probe::ProbePose;
-use crate::state::State;
-use crate::tick::tick;
-
-/// What answers a pose with a force: the patch, or something simpler to compare with.
-pub trait Renderer {
-    /// One tick.
-    fn render(&mut self, pose: ProbePose) -> Output;
-
-    /// Back to rest; a fault of its own is forgotten.
-    fn reset(&mut self);
-
-    /// Stiffness along the normal at what it just answered [N/m].
-    fn tangent_n_per_m(&self, output: &Output) -> f32 {
-        hertz_slope_n_per_m(output)
-    }
-}
-
-/// The product's patch as a renderer.
-#[derive(Debug)]
-pub struct PatchRenderer<'a, 'm> {
-    /// What is constant.
-    pub model: &'a Model<'m>,
-    /// Derived parameters.
-    pub tuned: &'a Tuned<'m>,
-    /// What moves.
-    pub state: &'a mut State<'m>,
-}
-
-impl Renderer for PatchRenderer<'_, '_> {
-    fn render(&mut self, pose: ProbePose) -> Output {
-        tick(self.model, self.tuned, self.state, pose)
-    }
-
-    fn reset(&mut self) {
-        self.state.reset(self.model);
-    }
-}
-
-/// What the host asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ask {
-    /// Memory, clock and patch are there: test.
-    Booted,
-    /// The board's self-test passed.
-    TestPassed,
-    /// Let me feel.
-    Arm,
-    /// Let me stop feeling.
-    Stop,
-    /// Forget the fault.
-    Clear,
-}
-
-/// What came from outside since the last cycle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Command {
-    /// The host gave a sign of life. A loop without a host says so every cycle.
-    pub heard: bool,
-    /// What it asks.
-    pub asked: Option<Ask>,
-    /// What the board found wrong: a late tick, the supply, the self-test.
-    pub found: Option<Fault>,
-}
-
-impl Command {
-    /// A sign of life, nothing else.
-    pub const HEARD: Self = Self { heard: true, asked: None, found: None };
-}
-
-/// What a cycle did.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Telemetry {
-    /// Cycles begun, wrapping.
-    pub tick: u32,
-    /// Mode at the end.
-    pub mode: Mode,
-    /// Latched fault.
-    pub fault: Option<Fault>,
-    /// Tip that was rendered [m]; the last good one on a fault.
-    pub position_m: Vector3<f32>,
-    /// What the renderer answered; [`Output::NONE`] where it did not run.
-    pub output: Output,
-    /// Force with damping, before gains and limits [N].
-    pub wanted_n: Vector3<f32>,
-    /// Force on the device [N].
-    pub applied_n: Vector3<f32>,
-    /// Energy given to the hand, up to this tick's pose.
-    pub energy: Energy,
-    /// What was limited, by the patch's guard and by the loop.
-    pub limiters: Limiters,
-    /// Something was asked that the mode does not accept, or not yet.
-    pub refused: bool,
-}
 
 /// The loop's own state.
 #[derive(Clone, Copy, Debug)]
@@ -198,18 +107,7 @@ impl Cycle {
     pub fn run(&mut self, device: &mut impl HapticDevice, renderer: &mut impl Renderer, command: Command) -> Telemetry {
         self.ticks = self.ticks.wrapping_add(1);
         self.machine.count();
-        let mut record = Telemetry {
-            tick: self.ticks,
-            mode: self.mode(),
-            fault: None,
-            position_m: Vector3::zeros(),
-            output: Output::NONE,
-            wanted_n: Vector3::zeros(),
-            applied_n: Vector3::zeros(),
-            energy: Energy::default(),
-            limiters: Limiters::default(),
-            refused: command.asked.is_some(),
-        };
+        let mut record = Telemetry::begin(self.ticks, self.mode(), command);
         match self.answer(device, renderer, command, &mut record) {
             Ok(force_n) => record.applied_n = force_n,
             Err(fault) => self.fail(fault),
