@@ -37,7 +37,7 @@ fn raw(delay: u8) -> Settings {
 #[test]
 fn a_raw_spring_shakes_a_released_hand_far_below_400() {
     for (delay, n_per_m) in [(0, 850.0), (1, 160.0), (2, 80.0)] {
-        let run = tap(&mut Spring { n_per_m: n_per_m }, delay, FRICTION_N, raw(delay), |_| RELEASED);
+        let run = tap(&mut Spring { n_per_m }, delay, FRICTION_N, raw(delay), |_| RELEASED);
         assert!(run.limit_cycle(), "delay {delay}, {n_per_m} N/m: {run:?}");
         assert!(run.created_j > 0.5e-3, "delay {delay}: {run:?}");
     }
@@ -75,7 +75,7 @@ fn damping_leaves_the_static_force_alone() {
 fn the_observer_sees_the_energy_that_the_plant_gets() {
     // counting fakes up to the longest force times one count
     for (n_per_m, delay) in [(100.0, 1), (160.0, 1), (80.0, 2)] {
-        let run = tap(&mut Spring { n_per_m: n_per_m }, delay, FRICTION_N, raw(delay), |_| RELEASED);
+        let run = tap(&mut Spring { n_per_m }, delay, FRICTION_N, raw(delay), |_| RELEASED);
         assert!(run.created_j > 0.3e-3, "{run:?}");
         assert!((run.created_j - run.counted_j).abs() < 3.0 * COUNT_M, "{n_per_m} N/m: {run:?}");
     }

@@ -15,7 +15,7 @@
 //!
 //! * in: position each tick [m]; force, normal, depth of the patch
 //! * out: force [N]; exactly that of the patch at rest, exactly zero without contact, never pulling
-//! * cost: about 50 instructions, 1 division
+//! * cost: 140 instructions of a Cortex-M4F
 //! * may fail: never; not-a-number in gives not-a-number out, which the limits refuse
 
 use nalgebra::Vector3;

@@ -6,7 +6,7 @@
 //!
 //! * in: wanted force [N], cap [N]
 //! * out: force [N], what was limited
-//! * cost: about 70 instructions, 3 square roots, 3 divisions
+//! * cost: up to 155 instructions of a Cortex-M4F
 //! * may fail: [`Fault::ForceNotFinite`], [`Fault::ForceImplausible`]
 
 use nalgebra::Vector3;
