@@ -186,6 +186,9 @@ mod tests {
             let damping = moving(&DampingSettings::safe(1, 1e-3), Vector3::new(0.0, 0.0, speed));
             assert_eq!(damping.damp(&Output::NONE, 400.0), Vector3::zeros());
             assert!(damping.damp(&output, 1e6).z >= 0.0);
+            // a model that pulls is no contact: not ours to mend
+            let pulls = contact(Vector3::new(0.0, 0.0, -0.5), Vector3::z(), 1e-3);
+            assert_eq!(damping.damp(&pulls, 400.0), pulls.force_n);
         }
         let out = moving(&DampingSettings::safe(1, 1e-3), Vector3::new(0.0, 0.0, 1.0));
         assert_eq!(out.damp(&output, 1e6), Vector3::new(0.3, 0.1, 0.0), "all push gone, nothing more");
