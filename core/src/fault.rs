@@ -119,7 +119,7 @@ impl fmt::Display for BuildError {
 
 impl core::error::Error for BuildError {}
 
-/// Why the force is zero. Latched: only [`crate::State::reset`] clears it.
+/// Why the force is zero. Latched: in a patch until [`crate::State::reset`], in a haptic loop until it is cleared by request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 #[non_exhaustive]
@@ -132,6 +132,24 @@ pub enum Fault {
     ForceNotFinite = 3,
     /// State, parameters and model are not of one size.
     SizeMismatch = 4,
+    /// The device said that its sensor cannot be trusted.
+    SensorFault = 5,
+    /// No new pose came for longer than a pose may be old.
+    PoseStale = 6,
+    /// The pose was outside the workspace and its margin.
+    OutOfWorkspace = 7,
+    /// The probe moved faster than a hand while a force acted on it.
+    OverSpeed = 8,
+    /// The model asked for a force far beyond the limit for many ticks.
+    ForceImplausible = 9,
+    /// The loop gave more energy to the hand than it took, contact after contact.
+    EnergyCreated = 10,
+    /// The self-test did not pass.
+    SelfTestFailed = 11,
+    /// Ticks ended too late.
+    DeadlineMissed = 12,
+    /// The supply fell below what the actuators need.
+    SupplyLow = 13,
 }
 
 impl fmt::Display for Fault {
@@ -141,6 +159,15 @@ impl fmt::Display for Fault {
             Self::Diverged => "the tissue diverged",
             Self::ForceNotFinite => "the force was not finite",
             Self::SizeMismatch => "state, parameters and model differ in size",
+            Self::SensorFault => "the device's sensor cannot be trusted",
+            Self::PoseStale => "no new pose came",
+            Self::OutOfWorkspace => "the pose was outside the workspace",
+            Self::OverSpeed => "the probe moved too fast under force",
+            Self::ForceImplausible => "the model's force was implausible",
+            Self::EnergyCreated => "the loop created energy",
+            Self::SelfTestFailed => "the self-test failed",
+            Self::DeadlineMissed => "ticks ended too late",
+            Self::SupplyLow => "the supply was too low",
         };
         write!(f, "fault {}: {text}", *self as u8)
     }
@@ -162,6 +189,14 @@ impl Limiters {
 
     /// The probe started inside the tissue: no force until it has been outside once.
     pub const BURIED: Self = Self(8);
+    /// The force on the hand grew as fast as it may.
+    pub const SLEW: Self = Self(16);
+    /// An older pose was rendered: the newest was missing or a glitch.
+    pub const HELD: Self = Self(32);
+    /// The force was scaled down: ramp-in, or relief after saturation.
+    pub const GAIN: Self = Self(64);
+    /// The force was scaled down because the contact gave energy to the hand.
+    pub const ENERGY: Self = Self(128);
 
     /// Adds flags.
     pub fn set(&mut self, other: Self) {

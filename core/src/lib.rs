@@ -17,6 +17,7 @@
 //! | anchor | a fixed node |
 //! | compensation | what resists over-compression |
 //! | far field | what stands in for the rest of the organ: rim springs |
+//! | device, hand | what the probe is fixed to on either side; the haptic loop stands between device and patch |
 //! | tick, substep | 1 ms of the device's time, one integration step |
 //!
 //! # Design principles
@@ -28,6 +29,7 @@
 #![cfg_attr(not(test), warn(clippy::default_numeric_fallback, clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod fault;
+pub mod haptic;
 mod lanes;
 pub mod method;
 mod model;

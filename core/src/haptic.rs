@@ -1,0 +1,41 @@
+//! From a sensed pose to a force on the hand, the same on board and desktop.
+//!
+//! ```text
+//! sense ─ pose ─ tick ─ damping ─ gains ─ limits ─ actuate          mode: who may feel a force at all
+//!         fresh,  the     tangent,  ramp-in, norm,                  passivity: energy given to the hand, always watched
+//!         likely  patch   in        relief   slew
+//!                         contact
+//! ```
+//!
+//! [`cycle::Cycle::run`] is that line. Everything here allocates nothing, cannot panic, and on any fault gives zero force within the same
+//! tick, latched and numbered ([`crate::Fault`]). Limits hold from the first tick; they can be lowered, never raised or switched off.
+//! Depth and speed of what the *patch* is shown are limited by its own guard, [`crate::path::probe`].
+
+pub mod cycle;
+pub mod damping;
+pub mod device;
+pub mod limits;
+pub mod mode;
+pub mod passivity;
+
+use nalgebra::Vector3;
+
+use crate::fault::BuildError;
+use crate::lanes::sqrt;
+
+/// Euclidean length; infinite or NaN if a component or its square is.
+#[inline(always)]
+pub(crate) fn length(v: &Vector3<f32>) -> f32 {
+    sqrt(v.dot(v))
+}
+
+/// Names the first value outside its range: (name, value, smallest, largest).
+pub(crate) fn within(ranges: &[(&'static str, f32, f32, f32)]) -> Result<(), BuildError> {
+    for &(parameter, value, min, max) in ranges {
+        // written so that NaN is outside every range
+        if !(min <= value && value <= max) {
+            return Err(BuildError::OutOfRange { parameter, value, min, max });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,276 @@
+//! One cycle of the loop: sense, tick, damp, limit, actuate. Board and desktop call this and nothing else.
+//!
+//! Whatever fails, the device is released **in the same tick** and the fault is latched. What the first touch, saturation or energy scale down
+//! stays scaled for the whole contact: a gain that rises while a spring is pressed gives the hand energy that it never brought.
+//!
+//! * in: a device, what renders its pose, what the host said since the last cycle
+//! * out: a force on the device, a [`Telemetry`] record
+//! * cost: up to 1000 instructions of a Cortex-M4F beside the patch (its listing), every stage included
+//! * may fail: every [`Fault`]
+
+mod record;
+mod renderer;
+mod settings;
+
+pub use record::{Ask, Command, Telemetry};
+pub use renderer::{PatchRenderer, Renderer};
+pub use settings::{ArmingSettings, Settings};
+
+use nalgebra::Vector3;
+
+use super::damping::Damping;
+use super::device::{DeviceLimits, HapticDevice};
+use super::length;
+use super::limits::{ForceLimiter, LimitValues, Limits, PoseGate};
+use super::mode::{Event, Machine, Mode};
+use super::passivity::PassivityObserver;
+use crate::fault::{BuildError, Fault, Limiters};
+use crate::path::output::Output;
+use crate::path::probe::ProbePose;
+
+/// The loop's own state.
+#[derive(Clone, Copy, Debug)]
+pub struct Cycle {
+    arming: ArmingSettings,
+    /// One over the ticks of `SafeRamp`.
+    per_ramp: f32,
+    limits: Limits,
+    damping: Damping,
+    gate: PoseGate,
+    limiter: ForceLimiter,
+    observer: PassivityObserver,
+    machine: Machine,
+    ticks: u32,
+    position_m: Option<Vector3<f32>>,
+    touched: bool,
+    /// Gain of ramp-in (1), rising in free space only.
+    ramp: f32,
+    /// Gain after saturation (1), falling until the contact is over.
+    relief: f32,
+    /// Length of the force when `SafeRamp` began [N].
+    ramp_from_n: f32,
+    /// Ticks in a row that fulfil what the mode waits for.
+    calm: u16,
+    /// Ticks since the host's last sign of life.
+    silence: u16,
+}
+
+impl Cycle {
+    /// In [`Mode::Boot`].
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names the setting, of the device or of the loop.
+    pub fn build(settings: &Settings, device: &DeviceLimits) -> Result<Self, BuildError> {
+        settings.arming.check()?;
+        Ok(Self {
+            arming: settings.arming,
+            per_ramp: 1.0 / f32::from(settings.arming.ramp_ticks),
+            limits: Limits::build(&settings.limits, device, settings.tick_s)?,
+            damping: Damping::build(&settings.damping, settings.tick_s)?,
+            gate: PoseGate::default(),
+            limiter: ForceLimiter::default(),
+            observer: PassivityObserver::build(&settings.passivity, device)?,
+            machine: Machine::BOOT,
+            ticks: 0,
+            position_m: None,
+            touched: false,
+            ramp: 0.0,
+            relief: 1.0,
+            ramp_from_n: 0.0,
+            calm: 0,
+            silence: 0,
+        })
+    }
+
+    /// The mode.
+    #[must_use]
+    pub fn mode(&self) -> Mode {
+        self.machine.mode()
+    }
+
+    /// The limits.
+    #[must_use]
+    pub fn limits(&self) -> &LimitValues {
+        self.limits.values()
+    }
+
+    /// Makes limits stricter, in any mode, from the next cycle on.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names the limit that would rise; nothing changes then.
+    pub fn lower_limits(&mut self, values: &LimitValues) -> Result<(), BuildError> {
+        self.limits = self.limits.lowered(values)?;
+        Ok(())
+    }
+
+    /// One cycle, every tick.
+    pub fn run(&mut self, device: &mut impl HapticDevice, renderer: &mut impl Renderer, command: Command) -> Telemetry {
+        self.ticks = self.ticks.wrapping_add(1);
+        self.machine.count();
+        let mut record = Telemetry::begin(self.ticks, self.mode(), command);
+        match self.answer(device, renderer, command, &mut record) {
+            Ok(force_n) => record.applied_n = force_n,
+            Err(fault) => self.fail(fault),
+        }
+        if self.mode().allows_force() {
+            device.actuate(record.applied_n);
+        } else {
+            record.applied_n = Vector3::zeros();
+            self.limiter.release();
+            device.release();
+        }
+        self.observer.sent(record.applied_n);
+        record.mode = self.mode();
+        record.fault = self.machine.fault();
+        record.position_m = self.position_m.unwrap_or_default();
+        record.energy = self.observer.energy();
+        record
+    }
+
+    /// The force of this tick [N].
+    fn answer(
+        &mut self,
+        device: &mut impl HapticDevice,
+        renderer: &mut impl Renderer,
+        command: Command,
+        record: &mut Telemetry,
+    ) -> Result<Vector3<f32>, Fault> {
+        if let Some(fault) = command.found {
+            return Err(fault);
+        }
+        let force_acts = self.limiter.last_n() != Vector3::zeros();
+        let pose = self.gate.admit(&self.limits, &device.sense(), force_acts)?;
+        if pose.held {
+            record.limiters.set(Limiters::HELD);
+        }
+        let way_m = pose.position_m - self.position_m.replace(pose.position_m).unwrap_or(pose.position_m);
+        self.observer.observe(&way_m, self.touched)?;
+        self.damping.track(pose.position_m);
+        record.refused = !self.listen(command, renderer);
+        if !self.mode().runs_patch() {
+            self.calm = self.calm.saturating_add(1);
+            return Ok(Vector3::zeros());
+        }
+
+        let output = renderer.render(ProbePose { tip_m: pose.position_m });
+        if let Some(fault) = output.fault {
+            return Err(fault);
+        }
+        record.output = output;
+        record.limiters.set(output.limiters);
+        self.touched = output.depth_m > 0.0 || output.force_n != Vector3::zeros();
+        self.limiter.judge(&self.limits, &output.force_n)?;
+        record.wanted_n = self.damping.damp(&output, renderer.tangent_n_per_m(&output));
+        self.follow(&output);
+
+        let gain = self.gain(record);
+        let limited = self.limiter.limit(&self.limits, record.wanted_n * gain, self.cap_n())?;
+        record.limiters.set(limited.limiters);
+        if self.mode() == Mode::SafeRamp && limited.force_n == Vector3::zeros() {
+            self.enter(Event::RampEnded);
+        }
+        Ok(limited.force_n)
+    }
+
+    /// Follows the host: what it asks, and its silence. False if it is not to be followed now.
+    fn listen(&mut self, command: Command, renderer: &mut impl Renderer) -> bool {
+        self.silence = if command.heard { 0 } else { self.silence.saturating_add(1) };
+        if self.silence >= self.arming.silence_ticks {
+            self.enter(Event::HostLost);
+        }
+        let Some(asked) = command.asked else { return true };
+        let event = match asked {
+            Ask::Booted => Event::Booted,
+            Ask::TestPassed => Event::TestPassed,
+            Ask::Arm => Event::ArmAsked,
+            Ask::Stop => Event::StopAsked,
+            Ask::Clear => Event::Cleared,
+        };
+        // a fault is not forgotten before poses have been good for a while
+        let ready = event != Event::Cleared || self.calm >= self.arming.calm_ticks;
+        let followed = ready && self.enter(event);
+        if followed && matches!(event, Event::ArmAsked | Event::Cleared) {
+            renderer.reset();
+            self.observer.clear();
+            self.touched = false;
+        }
+        followed
+    }
+
+    /// What the patch's answer means for the mode.
+    fn follow(&mut self, output: &Output) {
+        match self.mode() {
+            Mode::Arming => {
+                let outside = !self.touched && !output.limiters.contains(Limiters::BURIED);
+                let slow = length(&self.damping.velocity_m_per_s()) < self.arming.slow_m_per_s;
+                let weak = length(&output.force_n) < self.arming.weak_n;
+                self.calm = if outside && slow && weak { self.calm.saturating_add(1) } else { 0 };
+                if self.calm >= self.arming.calm_ticks {
+                    self.enter(Event::Armed);
+                }
+            }
+            Mode::Active if self.limiter.strained(&self.limits) || self.observer.gain() < 1.0 => {
+                self.enter(Event::Strained);
+            }
+            Mode::Degraded if !self.touched && self.observer.gain() == 1.0 => {
+                self.enter(Event::Recovered);
+            }
+            _ => {}
+        }
+    }
+
+    /// Product of all gains (1).
+    fn gain(&mut self, record: &mut Telemetry) -> f32 {
+        if !self.touched {
+            let ramp = self.ramp + self.arming.ramp_in_per_tick;
+            self.ramp = if ramp < 1.0 { ramp } else { 1.0 };
+            self.relief = 1.0;
+        } else if self.limiter.strained(&self.limits) {
+            let relief = self.relief - self.arming.relief_per_tick;
+            self.relief = if relief > self.arming.least_relief { relief } else { self.arming.least_relief };
+        }
+        if self.ramp * self.relief < 1.0 {
+            record.limiters.set(Limiters::GAIN);
+        }
+        if self.observer.gain() < 1.0 {
+            record.limiters.set(Limiters::ENERGY);
+        }
+        self.ramp * self.relief * self.observer.gain()
+    }
+
+    /// Longest force that the mode allows [N]. In `SafeRamp` it falls to zero in a fixed time and never rises.
+    fn cap_n(&self) -> f32 {
+        match self.mode() {
+            Mode::Active | Mode::Degraded => self.limits.values().max_force_n,
+            Mode::SafeRamp => {
+                let ticks_left = u32::from(self.arming.ramp_ticks).saturating_sub(self.machine.ticks());
+                let falling_n = self.ramp_from_n * (ticks_left as f32 * self.per_ramp);
+                let last_n = length(&self.limiter.last_n());
+                if falling_n < last_n { falling_n } else { last_n }
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Follows an event; false if the mode does not know it.
+    fn enter(&mut self, event: Event) -> bool {
+        let moved = self.machine.handle(event);
+        if moved {
+            self.calm = 0;
+            match self.mode() {
+                Mode::Active if event == Event::Armed => (self.ramp, self.relief) = (0.0, 1.0),
+                Mode::SafeRamp => self.ramp_from_n = length(&self.limiter.last_n()),
+                _ => {}
+            }
+        }
+        moved
+    }
+
+    fn fail(&mut self, fault: Fault) {
+        self.machine.fail(fault);
+        self.damping.reset();
+        self.position_m = None;
+        self.touched = false;
+        self.calm = 0;
+    }
+}

@@ -1,0 +1,82 @@
+//! What goes into a cycle from the host, and what it tells.
+
+use nalgebra::Vector3;
+
+use crate::fault::{Fault, Limiters};
+use crate::haptic::mode::Mode;
+use crate::haptic::passivity::Energy;
+use crate::path::output::Output;
+
+/// What the host asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ask {
+    /// Memory, clock and patch are there: test.
+    Booted,
+    /// The board's self-test passed.
+    TestPassed,
+    /// Let me feel.
+    Arm,
+    /// Let me stop feeling.
+    Stop,
+    /// Forget the fault.
+    Clear,
+}
+
+/// What came from outside since the last cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Command {
+    /// The host gave a sign of life. A loop without a host says so every cycle.
+    pub heard: bool,
+    /// What it asks.
+    pub asked: Option<Ask>,
+    /// What the board found wrong: a late tick, the supply, the self-test.
+    pub found: Option<Fault>,
+}
+
+impl Command {
+    /// A sign of life, nothing else.
+    pub const HEARD: Self = Self { heard: true, asked: None, found: None };
+}
+
+/// What a cycle did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Telemetry {
+    /// Cycles begun, wrapping.
+    pub tick: u32,
+    /// Mode at the end.
+    pub mode: Mode,
+    /// Latched fault.
+    pub fault: Option<Fault>,
+    /// Tip that was rendered [m]; the last good one on a fault.
+    pub position_m: Vector3<f32>,
+    /// What the renderer answered; [`Output::NONE`] where it did not run.
+    pub output: Output,
+    /// Force with damping, before gains and limits [N].
+    pub wanted_n: Vector3<f32>,
+    /// Force on the device [N].
+    pub applied_n: Vector3<f32>,
+    /// Energy given to the hand, up to this tick's pose.
+    pub energy: Energy,
+    /// What was limited, by the patch's guard and by the loop.
+    pub limiters: Limiters,
+    /// Something was asked that the mode does not accept, or not yet.
+    pub refused: bool,
+}
+
+impl Telemetry {
+    /// A tick that has done nothing yet: what was asked counts as refused until it is followed.
+    pub(super) fn begin(tick: u32, mode: Mode, command: Command) -> Self {
+        Self {
+            tick,
+            mode,
+            fault: None,
+            position_m: Vector3::zeros(),
+            output: Output::NONE,
+            wanted_n: Vector3::zeros(),
+            applied_n: Vector3::zeros(),
+            energy: Energy::default(),
+            limiters: Limiters::default(),
+            refused: command.asked.is_some(),
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! What stands between a pose and a force: the patch, or a plain model to compare it with.
+
+use crate::haptic::damping::hertz_slope_n_per_m;
+use crate::model::Model;
+use crate::params::Tuned;
+use crate::path::output::Output;
+use crate::path::probe::ProbePose;
+use crate::state::State;
+use crate::tick::tick;
+
+/// What answers a pose with a force: the patch, or something simpler to compare with.
+pub trait Renderer {
+    /// One tick.
+    fn render(&mut self, pose: ProbePose) -> Output;
+
+    /// Back to rest; a fault of its own is forgotten.
+    fn reset(&mut self);
+
+    /// Stiffness along the normal at what it just answered [N/m].
+    fn tangent_n_per_m(&self, output: &Output) -> f32 {
+        hertz_slope_n_per_m(output)
+    }
+}
+
+/// The product's patch as a renderer.
+#[derive(Debug)]
+pub struct PatchRenderer<'a, 'm> {
+    /// What is constant.
+    pub model: &'a Model<'m>,
+    /// Derived parameters.
+    pub tuned: &'a Tuned<'m>,
+    /// What moves.
+    pub state: &'a mut State<'m>,
+}
+
+impl Renderer for PatchRenderer<'_, '_> {
+    fn render(&mut self, pose: ProbePose) -> Output {
+        tick(self.model, self.tuned, self.state, pose)
+    }
+
+    fn reset(&mut self) {
+        self.state.reset(self.model);
+    }
+}

@@ -1,0 +1,95 @@
+//! Settings of the loop, in SI and ticks.
+
+use crate::fault::BuildError;
+use crate::haptic::damping::DampingSettings;
+use crate::haptic::limits::LimitValues;
+use crate::haptic::passivity::PassivitySettings;
+use crate::haptic::within;
+
+/// When a force may begin, and how it ends without haste.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArmingSettings {
+    /// Longest model force at which arming goes on [N].
+    pub weak_n: f32,
+    /// Fastest probe at which it goes on [m/s].
+    pub slow_m_per_s: f32,
+    /// Ticks in a row that must be calm, for arming and for clearing a fault.
+    pub calm_ticks: u16,
+    /// Growth of the gain per tick after arming (1), in free space: one over the ticks of ramp-in.
+    pub ramp_in_per_tick: f32,
+    /// Fall of the gain per tick at the force limit (1).
+    pub relief_per_tick: f32,
+    /// Where that fall ends (1).
+    pub least_relief: f32,
+    /// Ticks of silence after which the host is lost.
+    pub silence_ticks: u16,
+    /// Ticks in which `SafeRamp` ends every force.
+    pub ramp_ticks: u16,
+}
+
+impl ArmingSettings {
+    /// Weaker than 0.2 N and slower than 0.5 m/s for 100 ticks, full gain after 500 ticks outside; a silent host is lost after 20 ticks and any
+    /// force gone 120 later.
+    pub const DEFAULT: Self = Self {
+        weak_n: 0.2,
+        slow_m_per_s: 0.5,
+        calm_ticks: 100,
+        ramp_in_per_tick: 1.0 / 500.0,
+        relief_per_tick: 1.0 / 1000.0,
+        least_relief: 0.5,
+        silence_ticks: 20,
+        ramp_ticks: 120,
+    };
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names it.
+    pub fn check(&self) -> Result<(), BuildError> {
+        within(&[
+            ("arming.weak_n", self.weak_n, f32::MIN_POSITIVE, 0.5),
+            ("arming.slow_m_per_s", self.slow_m_per_s, f32::MIN_POSITIVE, 0.5),
+            ("arming.calm_ticks", f32::from(self.calm_ticks), 4.0, 10_000.0),
+            ("arming.ramp_in_per_tick", self.ramp_in_per_tick, 1e-5, 0.02),
+            ("arming.relief_per_tick", self.relief_per_tick, 1e-5, 0.02),
+            ("arming.least_relief", self.least_relief, 0.0, 0.9),
+            ("arming.silence_ticks", f32::from(self.silence_ticks), 1.0, 20.0),
+            ("arming.ramp_ticks", f32::from(self.ramp_ticks), 1.0, 125.0),
+        ])
+    }
+}
+
+impl Default for ArmingSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// Everything the loop is built from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The tick [s].
+    pub tick_s: f32,
+    /// Limits, from the device's profile.
+    pub limits: LimitValues,
+    /// Damping.
+    pub damping: DampingSettings,
+    /// Passivity.
+    pub passivity: PassivitySettings,
+    /// Arming and ramps.
+    pub arming: ArmingSettings,
+}
+
+impl Settings {
+    /// Safe on anything, for a device with this delay, at 1 kHz.
+    #[must_use]
+    pub fn safe(delay_ticks: u8) -> Self {
+        Self {
+            tick_s: 1e-3,
+            limits: LimitValues::DESKTOP,
+            damping: DampingSettings::safe(delay_ticks, 1e-3),
+            passivity: PassivitySettings::DEFAULT,
+            arming: ArmingSettings::DEFAULT,
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! Damping in proportion to the patch's own tangent stiffness, in contact only.
+//!
+//! A force held for a tick and applied `d` ticks late returns `K (d + 1/2) T` of negative damping to the hand (Colgate and Schenkel, Passivity
+//! of a class of sampled-data systems, J. Robotic Systems 14, 1997: `b > K T / 2`; the delay adds `K d T`). `tau K` with `tau = (d + 1/2) T`
+//! cancels that, twice as much damps. Constant damping would have to be chosen for the stiffest contact and would double the force of a tap
+//! on soft tissue; the tangent vanishes at first touch.
+//!
+//! ```text
+//! b = min(tau K + b0 min(1, F / 0.1 N), 20 N s/m)       K = 3/2 F / max(depth, 0.3 mm)   (Hertz), or what the model knows
+//! F_n = max(0, F + b u)                                 u = low-passed speed into the tissue
+//! ```
+//!
+//! In three dimensions only the part along the contact normal is damped, the normal of this tick with the low-passed velocity *vector*: what
+//! slides stays frictionless, and a normal that turns needs no memory. A force along the surface is passed on as it is.
+//!
+//! * in: position each tick [m]; force, normal, depth of the patch
+//! * out: force [N]; exactly that of the patch at rest, exactly zero without contact, never pulling
+//! * cost: 140 instructions of a Cortex-M4F
+//! * may fail: never; not-a-number in gives not-a-number out, which the limits refuse
+
+use nalgebra::Vector3;
+
+use super::within;
+use crate::fault::BuildError;
+use crate::path::output::Output;
+
+/// Largest damping [N s/m], whatever the tangent: a device's own is of the order of 0.1.
+pub const MOST_N_S_PER_M: f32 = 20.0;
+/// The constant part is faded in up to this force [N], so that touching does not kick.
+const FADE_IN_N: f32 = 0.1;
+/// Below this depth the Hertz slope is taken as at it [m]: there one encoder count would be most of the depth.
+const SHALLOWEST_M: f32 = 0.3e-3;
+
+/// How much to damp.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DampingSettings {
+    /// Damping per tangent stiffness [s].
+    pub tau_s: f32,
+    /// Damping in any contact [N s/m].
+    pub constant_n_s_per_m: f32,
+    /// One-pole low-pass of the velocity, `1 - exp(-2 pi f T)` (1): share of the newest velocity.
+    pub velocity_share: f32,
+}
+
+impl DampingSettings {
+    /// Share of a 30 Hz low-pass at 1 kHz (1).
+    pub const SHARE_30_HZ: f32 = 0.1718;
+    /// Share of a 100 Hz low-pass at 1 kHz (1).
+    pub const SHARE_100_HZ: f32 = 0.4665;
+    /// The model's force as it is: what the damping is compared with.
+    pub const NONE: Self = Self { tau_s: 0.0, constant_n_s_per_m: 0.0, velocity_share: 1.0 };
+
+    /// Safe on anything, plain springs and frictionless devices too: `tau = 2 (d + 1/2) T`, 0.3 N s/m, 30 Hz at 1 kHz.
+    #[must_use]
+    pub fn safe(delay_ticks: u8, tick_s: f32) -> Self {
+        let tau_s = (2.0 * f32::from(delay_ticks) + 1.0) * tick_s;
+        Self { tau_s, constant_n_s_per_m: 0.3, velocity_share: Self::SHARE_30_HZ }
+    }
+
+    /// Most faithful on a patch with substeps under a device with friction: 3 ms up to one tick of delay, else `tau` as [`Self::safe`]; 100 Hz.
+    #[must_use]
+    pub fn faithful(delay_ticks: u8, tick_s: f32) -> Self {
+        let tau_s = Self::safe(delay_ticks.max(1), tick_s).tau_s;
+        Self { tau_s, constant_n_s_per_m: 0.0, velocity_share: Self::SHARE_100_HZ }
+    }
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names it.
+    pub fn check(&self) -> Result<(), BuildError> {
+        within(&[
+            ("damping.tau_s", self.tau_s, 0.0, 0.05),
+            ("damping.constant_n_s_per_m", self.constant_n_s_per_m, 0.0, MOST_N_S_PER_M),
+            ("damping.velocity_share", self.velocity_share, 1e-3, 1.0),
+        ])
+    }
+}
+
+/// Slope of a Hertz contact through this force and depth [N/m]; zero without contact.
+#[must_use]
+pub fn hertz_slope_n_per_m(output: &Output) -> f32 {
+    let depth_m = if output.depth_m > SHALLOWEST_M { output.depth_m } else { SHALLOWEST_M };
+    1.5 * output.force_n.dot(&output.normal) / depth_m
+}
+
+/// Damps the force of a patch.
+#[derive(Clone, Copy, Debug)]
+pub struct Damping {
+    settings: DampingSettings,
+    ticks_per_s: f32,
+    last_m: Option<Vector3<f32>>,
+    velocity_m_per_s: Vector3<f32>,
+}
+
+impl Damping {
+    /// At rest.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names the setting.
+    pub fn build(settings: &DampingSettings, tick_s: f32) -> Result<Self, BuildError> {
+        settings.check()?;
+        within(&[("tick_s", tick_s, 1e-4, 1e-2)])?;
+        Ok(Self { settings: *settings, ticks_per_s: 1.0 / tick_s, last_m: None, velocity_m_per_s: Vector3::zeros() })
+    }
+
+    /// Takes the pose of this tick [m]; in every tick, also in free space, so that the velocity is right at the touch.
+    pub fn track(&mut self, position_m: Vector3<f32>) {
+        let last_m = self.last_m.replace(position_m).unwrap_or(position_m);
+        let newest = (position_m - last_m) * self.ticks_per_s;
+        self.velocity_m_per_s += (newest - self.velocity_m_per_s) * self.settings.velocity_share;
+    }
+
+    /// Forgets the velocity.
+    pub fn reset(&mut self) {
+        (self.last_m, self.velocity_m_per_s) = (None, Vector3::zeros());
+    }
+
+    /// Low-passed velocity [m/s].
+    #[must_use]
+    pub fn velocity_m_per_s(&self) -> Vector3<f32> {
+        self.velocity_m_per_s
+    }
+
+    /// The patch's force with damping [N]; `tangent_n_per_m` is the contact's stiffness along the normal.
+    #[must_use]
+    pub fn damp(&self, output: &Output, tangent_n_per_m: f32) -> Vector3<f32> {
+        let push_n = output.force_n.dot(&output.normal);
+        if push_n <= 0.0 {
+            return output.force_n;
+        }
+        let fade = if push_n < FADE_IN_N { push_n * (1.0 / FADE_IN_N) } else { 1.0 };
+        let asked = self.settings.tau_s * tangent_n_per_m + self.settings.constant_n_s_per_m * fade;
+        let damping = if asked > MOST_N_S_PER_M { MOST_N_S_PER_M } else { asked };
+        let added_n = -damping * self.velocity_m_per_s.dot(&output.normal);
+        // never sticky: at most the whole push is taken away
+        let added_n = if added_n < -push_n { -push_n } else { added_n };
+        output.force_n + output.normal * added_n
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn contact(force_n: Vector3<f32>, normal: Vector3<f32>, depth_m: f32) -> Output {
+        Output { force_n, normal, depth_m, ..Output::NONE }
+    }
+
+    /// Damping that has moved with this velocity for long.
+    fn moving(settings: &DampingSettings, velocity_m_per_s: Vector3<f32>) -> Damping {
+        let mut damping = Damping::build(settings, 1e-3).unwrap();
+        for n in 0..400_u16 {
+            damping.track(velocity_m_per_s * (1e-3 * f32::from(n)));
+        }
+        damping
+    }
+
+    #[test]
+    fn settings_follow_the_delay() {
+        for (delay, tau_ms) in [(0, 1.0), (1, 3.0), (2, 5.0)] {
+            assert!((DampingSettings::safe(delay, 1e-3).tau_s - tau_ms * 1e-3).abs() < 1e-9);
+        }
+        assert!((DampingSettings::faithful(0, 1e-3).tau_s - 3e-3).abs() < 1e-9);
+        let bad = DampingSettings { tau_s: f32::NAN, ..DampingSettings::NONE };
+        assert!(Damping::build(&bad, 1e-3).is_err());
+    }
+
+    #[test]
+    fn going_in_adds_tau_k_v_along_the_normal_alone() {
+        let normal = Vector3::new(0.6, 0.0, 0.8);
+        let velocity = Vector3::new(-0.02, 0.05, -0.01);
+        let damping = moving(&DampingSettings::safe(1, 1e-3), velocity);
+        let output = contact(normal * 0.8, normal, 2e-3);
+        let into = -velocity.dot(&normal);
+        let right = normal * (0.8 + (3e-3 * 400.0 + 0.3) * into);
+        assert!((damping.damp(&output, 400.0) - right).norm() < 1e-5);
+    }
+
+    #[test]
+    fn at_rest_and_in_free_space_nothing_is_added_and_it_never_pulls() {
+        let rest = moving(&DampingSettings::safe(2, 1e-3), Vector3::zeros());
+        let output = contact(Vector3::new(0.3, 0.1, 1.0), Vector3::z(), 1e-3);
+        assert_eq!(rest.damp(&output, 1e4), output.force_n);
+        for speed in [-0.5, 0.5] {
+            let damping = moving(&DampingSettings::safe(1, 1e-3), Vector3::new(0.0, 0.0, speed));
+            assert_eq!(damping.damp(&Output::NONE, 400.0), Vector3::zeros());
+            assert!(damping.damp(&output, 1e6).z >= 0.0);
+            // a model that pulls is no contact: not ours to mend
+            let pulls = contact(Vector3::new(0.0, 0.0, -0.5), Vector3::z(), 1e-3);
+            assert_eq!(damping.damp(&pulls, 400.0), pulls.force_n);
+        }
+        let out = moving(&DampingSettings::safe(1, 1e-3), Vector3::new(0.0, 0.0, 1.0));
+        assert_eq!(out.damp(&output, 1e6), Vector3::new(0.3, 0.1, 0.0), "all push gone, nothing more");
+    }
+
+    #[test]
+    fn the_hertz_slope_is_that_of_a_power_of_three_halves() {
+        let force_at = |d: f32| 30.0 * d * crate::lanes::sqrt(d);
+        let (d, h) = (4e-3_f32, 1e-5_f32);
+        let slope = (force_at(d + h) - force_at(d - h)) / (2.0 * h);
+        let output = contact(Vector3::z() * force_at(d), Vector3::z(), d);
+        assert!((hertz_slope_n_per_m(&output) / slope - 1.0).abs() < 1e-2);
+    }
+}

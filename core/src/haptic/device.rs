@@ -1,0 +1,89 @@
+//! A haptic device: where its probe is, and a force for it.
+//!
+//! * in: nothing / a force [N]
+//! * out: a position [m] with a sequence number and the sensor's own verdict / nothing
+//! * cost: the device's
+//! * may fail: a sensor says so in [`Sensed::status`]; an actuator cannot refuse
+
+use nalgebra::Vector3;
+
+use super::within;
+use crate::fault::BuildError;
+
+/// What a device bears and how it measures. Data of a device profile, constant while it runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeviceLimits {
+    /// Longest force its actuators give in every direction [N].
+    pub max_force_n: f32,
+    /// Corner of its workspace with the smallest coordinates [m], patch frame.
+    pub workspace_low_m: Vector3<f32>,
+    /// Corner with the largest [m].
+    pub workspace_high_m: Vector3<f32>,
+    /// One encoder count at the probe [m]; zero for an ideal sensor.
+    pub count_m: f32,
+    /// Whole ticks between computing a force and the actuators giving it, beyond the tick that it is held.
+    pub delay_ticks: u8,
+}
+
+impl DeviceLimits {
+    /// Most [`DeviceLimits::delay_ticks`] that are kept account of.
+    pub const MOST_DELAY_TICKS: u8 = 7;
+    /// Longest force that any device may declare [N]: a hand withstands it.
+    pub const MOST_FORCE_N: f32 = 20.0;
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names the first that no device has; NaN is out of every range.
+    pub fn check(&self) -> Result<(), BuildError> {
+        let size_m = self.workspace_high_m - self.workspace_low_m;
+        within(&[
+            ("device.max_force_n", self.max_force_n, 0.01, Self::MOST_FORCE_N),
+            ("device.count_m", self.count_m, 0.0, 1e-3),
+            ("device.delay_ticks", f32::from(self.delay_ticks), 0.0, f32::from(Self::MOST_DELAY_TICKS)),
+            ("device.workspace_low_m[0]", self.workspace_low_m.x, -2.0, 2.0),
+            ("device.workspace_low_m[1]", self.workspace_low_m.y, -2.0, 2.0),
+            ("device.workspace_low_m[2]", self.workspace_low_m.z, -2.0, 2.0),
+            ("device.workspace size x in m", size_m.x, 1e-3, 2.0),
+            ("device.workspace size y in m", size_m.y, 1e-3, 2.0),
+            ("device.workspace size z in m", size_m.z, 1e-3, 2.0),
+        ])
+    }
+}
+
+/// What a sensor says of its own reading.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SensorStatus {
+    /// It can be trusted.
+    Good,
+    /// Lost index, broken cable, bad checksum: it cannot.
+    Failed,
+}
+
+/// One reading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensed {
+    /// Tip of the probe [m], patch frame.
+    pub position_m: Vector3<f32>,
+    /// Number of the reading, one more for every new one, wrapping: a reading that repeats or goes back is old.
+    pub sequence: u32,
+    /// Whether to believe it.
+    pub status: SensorStatus,
+}
+
+/// A device in the loop: real, emulated, or one that injects faults into another.
+///
+/// The port turns counts into metres of the patch frame and forces into counts; it neither filters nor limits, the cycle does.
+pub trait HapticDevice {
+    /// What it bears.
+    fn limits(&self) -> DeviceLimits;
+
+    /// Newest reading, without waiting.
+    fn sense(&mut self) -> Sensed;
+
+    /// Gives this force [N], patch frame, until the next call. It is finite and within [`DeviceLimits::max_force_n`].
+    fn actuate(&mut self, force_n: Vector3<f32>);
+
+    /// Gives no force and takes the power off the actuators, as far as the device can. May be called every tick.
+    fn release(&mut self);
+}

@@ -1,0 +1,224 @@
+//! Limits between a model and a hand: how far a pose is believed, and which force may leave.
+//!
+//! There is no switch: a limit is a number that has to be in its range, and a [`Limits`] can only be made from another by lowering.
+//! "Lower" is "stricter" for every one of them.
+
+mod force;
+mod pose;
+
+pub use force::{ForceLimiter, Limited};
+pub use pose::{Pose, PoseGate};
+
+use nalgebra::Vector3;
+
+use super::device::DeviceLimits;
+use super::within;
+use crate::fault::BuildError;
+
+/// Limits as a profile states them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LimitValues {
+    /// Longest force on the hand [N].
+    pub max_force_n: f32,
+    /// Fastest growth of the force [N/s]. A force that is no longer wanted is let go at once: holding it back would push the hand out with
+    /// more energy than it brought in.
+    pub max_slew_n_per_s: f32,
+    /// Fastest probe that is believed [m/s].
+    pub max_speed_m_per_s: f32,
+    /// Readings in a row beyond that speed that are a fault while a force acts; fewer are glitches, and the last good pose is held.
+    pub odd_poses: u16,
+    /// Oldest pose that is rendered [ticks].
+    pub max_age_ticks: u16,
+    /// How far outside the workspace a pose is believed, as a share of its size (1).
+    pub workspace_margin: f32,
+    /// A model force this many times longer than `max_force_n` is implausible (1).
+    pub implausible_ratio: f32,
+    /// Ticks in a row of an implausible force that are a fault.
+    pub implausible_ticks: u16,
+    /// Ticks in a row at `max_force_n` after which the mode becomes `Degraded`.
+    pub saturated_ticks: u16,
+}
+
+impl LimitValues {
+    /// A desktop stylus of 3.3 N, and the default: 3 N, 500 N/s, 1.5 m/s twice in a row, poses two ticks old, workspace and a tenth more.
+    pub const DESKTOP: Self = Self {
+        max_force_n: 3.0,
+        max_slew_n_per_s: 500.0,
+        max_speed_m_per_s: 1.5,
+        odd_poses: 2,
+        max_age_ticks: 2,
+        workspace_margin: 0.1,
+        implausible_ratio: 5.0,
+        implausible_ticks: 10,
+        saturated_ticks: 200,
+    };
+    /// No limit is higher on any device.
+    pub const HIGHEST: Self = Self {
+        max_force_n: DeviceLimits::MOST_FORCE_N,
+        max_slew_n_per_s: 5_000.0,
+        max_speed_m_per_s: 3.0,
+        odd_poses: 3,
+        max_age_ticks: 5,
+        workspace_margin: 0.25,
+        implausible_ratio: 10.0,
+        implausible_ticks: 20,
+        saturated_ticks: 1_000,
+    };
+
+    /// Every limit within (0, that of `highest`]: NaN, zero, negative and infinite ones are refused.
+    fn check_below(&self, highest: &Self) -> Result<(), BuildError> {
+        let least = f32::MIN_POSITIVE;
+        within(&[
+            ("limits.max_force_n", self.max_force_n, least, highest.max_force_n),
+            ("limits.max_slew_n_per_s", self.max_slew_n_per_s, least, highest.max_slew_n_per_s),
+            ("limits.max_speed_m_per_s", self.max_speed_m_per_s, least, highest.max_speed_m_per_s),
+            ("limits.odd_poses", f32::from(self.odd_poses), 1.0, f32::from(highest.odd_poses)),
+            ("limits.max_age_ticks", f32::from(self.max_age_ticks), 1.0, f32::from(highest.max_age_ticks)),
+            ("limits.workspace_margin", self.workspace_margin, 0.0, highest.workspace_margin),
+            ("limits.implausible_ratio", self.implausible_ratio, 1.0, highest.implausible_ratio),
+            ("limits.implausible_ticks", f32::from(self.implausible_ticks), 1.0, f32::from(highest.implausible_ticks)),
+            ("limits.saturated_ticks", f32::from(self.saturated_ticks), 1.0, f32::from(highest.saturated_ticks)),
+        ])
+    }
+}
+
+impl Default for LimitValues {
+    fn default() -> Self {
+        Self::DESKTOP
+    }
+}
+
+/// Limits in force. Made once for a device; from then on they only get stricter.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    values: LimitValues,
+    /// Longest growth of the force in a tick [N].
+    slew_n: f32,
+    /// Longest believable way in a tick [m], without the encoder's share.
+    way_m: f32,
+    /// Two counts [m]: what quantisation adds to a way.
+    counts_m: f32,
+    low_m: Vector3<f32>,
+    high_m: Vector3<f32>,
+    tick_s: f32,
+    device: DeviceLimits,
+}
+
+impl Limits {
+    /// Checks the values against the device and against [`LimitValues::HIGHEST`].
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names the limit; NaN is out of every range.
+    pub fn build(values: &LimitValues, device: &DeviceLimits, tick_s: f32) -> Result<Self, BuildError> {
+        device.check()?;
+        within(&[("tick_s", tick_s, 1e-4, 1e-2)])?;
+        values.check_below(&LimitValues { max_force_n: device.max_force_n, ..LimitValues::HIGHEST })?;
+        Ok(Self::derive(values, device, tick_s))
+    }
+
+    /// The same limits or stricter ones.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names the limit that would be higher than it is, or is no number; nothing changes then.
+    pub fn lowered(&self, values: &LimitValues) -> Result<Self, BuildError> {
+        values.check_below(&self.values)?;
+        Ok(Self::derive(values, &self.device, self.tick_s))
+    }
+
+    fn derive(values: &LimitValues, device: &DeviceLimits, tick_s: f32) -> Self {
+        let margin_m = (device.workspace_high_m - device.workspace_low_m) * values.workspace_margin;
+        Self {
+            values: *values,
+            slew_n: values.max_slew_n_per_s * tick_s,
+            way_m: values.max_speed_m_per_s * tick_s,
+            counts_m: 2.0 * device.count_m,
+            low_m: device.workspace_low_m - margin_m,
+            high_m: device.workspace_high_m + margin_m,
+            tick_s,
+            device: *device,
+        }
+    }
+
+    /// The limits.
+    #[must_use]
+    pub fn values(&self) -> &LimitValues {
+        &self.values
+    }
+
+    /// The tick [s].
+    #[must_use]
+    pub fn tick_s(&self) -> f32 {
+        self.tick_s
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    pub fn device() -> DeviceLimits {
+        DeviceLimits {
+            max_force_n: 3.3,
+            workspace_low_m: Vector3::new(-0.08, -0.06, -0.06),
+            workspace_high_m: Vector3::new(0.08, 0.06, 0.06),
+            count_m: 55e-6,
+            delay_ticks: 1,
+        }
+    }
+
+    pub fn limits() -> Limits {
+        Limits::build(&LimitValues::DESKTOP, &device(), 1e-3).unwrap()
+    }
+
+    /// Every scalar limit, to be set one at a time.
+    const SCALARS: [fn(&mut LimitValues) -> &mut f32; 5] = [
+        |v| &mut v.max_force_n,
+        |v| &mut v.max_slew_n_per_s,
+        |v| &mut v.max_speed_m_per_s,
+        |v| &mut v.workspace_margin,
+        |v| &mut v.implausible_ratio,
+    ];
+    const COUNTS: [fn(&mut LimitValues) -> &mut u16; 4] =
+        [|v| &mut v.odd_poses, |v| &mut v.max_age_ticks, |v| &mut v.implausible_ticks, |v| &mut v.saturated_ticks];
+
+    #[test]
+    fn what_is_no_limit_is_refused() {
+        for pick in SCALARS {
+            for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, 1e9] {
+                let mut values = LimitValues::DESKTOP;
+                *pick(&mut values) = bad;
+                assert!(Limits::build(&values, &device(), 1e-3).is_err(), "{values:?}");
+                assert!(limits().lowered(&values).is_err(), "{values:?}");
+            }
+        }
+        for pick in COUNTS {
+            for bad in [0, u16::MAX] {
+                let mut values = LimitValues::DESKTOP;
+                *pick(&mut values) = bad;
+                assert!(Limits::build(&values, &device(), 1e-3).is_err() && limits().lowered(&values).is_err(), "{values:?}");
+            }
+        }
+        let beyond = LimitValues { max_force_n: 3.4, ..LimitValues::DESKTOP };
+        assert!(Limits::build(&beyond, &device(), 1e-3).is_err(), "more than the device has");
+        let nowhere = DeviceLimits { workspace_high_m: Vector3::repeat(f32::NAN), ..device() };
+        assert!(Limits::build(&LimitValues::DESKTOP, &nowhere, 1e-3).is_err());
+    }
+
+    #[test]
+    fn limits_go_down_and_never_up() {
+        for pick in SCALARS {
+            let (mut lower, mut higher) = (LimitValues::DESKTOP, LimitValues::DESKTOP);
+            *pick(&mut lower) *= 0.5;
+            *pick(&mut higher) *= 1.001;
+            assert!(limits().lowered(&higher).is_err(), "{higher:?}");
+            let strict = limits().lowered(&lower).unwrap();
+            assert_eq!(strict.values(), &lower);
+            assert!(strict.lowered(&LimitValues::DESKTOP).is_err(), "and not back up");
+        }
+        for pick in COUNTS {
+            let mut higher = LimitValues::DESKTOP;
+            *pick(&mut higher) += 1;
+            assert!(limits().lowered(&higher).is_err(), "{higher:?}");
+        }
+    }
+}

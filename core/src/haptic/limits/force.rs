@@ -1,0 +1,157 @@
+//! Which force may leave.
+//!
+//! The vector is shortened, never clipped per axis, which would turn it. The slew limit binds growth alone: the part of the last force that
+//! the new one no longer asks for goes at once, the rest is approached by at most the slew. So it never makes a force longer than wanted
+//! and never pushes a hand that leaves; a limit on both sides creates hundreds of millijoules.
+//!
+//! * in: wanted force [N], cap [N]
+//! * out: force [N], what was limited
+//! * cost: up to 155 instructions of a Cortex-M4F
+//! * may fail: [`Fault::ForceNotFinite`], [`Fault::ForceImplausible`]
+
+use nalgebra::Vector3;
+
+use super::Limits;
+use crate::fault::{Fault, Limiters};
+use crate::haptic::length;
+
+/// A force that may leave.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limited {
+    /// Force [N].
+    pub force_n: Vector3<f32>,
+    /// [`Limiters::FORCE`], [`Limiters::SLEW`].
+    pub limiters: Limiters,
+}
+
+/// Watches the forces.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ForceLimiter {
+    last_n: Vector3<f32>,
+    implausible: u16,
+    saturated: u16,
+}
+
+impl ForceLimiter {
+    /// Judges what the model gave, once a tick, before any gain.
+    ///
+    /// # Errors
+    /// [`Fault::ForceNotFinite`] at once, [`Fault::ForceImplausible`] when it stays far too long.
+    pub fn judge(&mut self, limits: &Limits, model_n: &Vector3<f32>) -> Result<(), Fault> {
+        let length_n = length(model_n);
+        if !length_n.is_finite() {
+            return Err(Fault::ForceNotFinite);
+        }
+        let most_n = limits.values.max_force_n;
+        self.implausible =
+            if length_n > limits.values.implausible_ratio * most_n { self.implausible.saturating_add(1) } else { 0 };
+        // a model that ends at the same force as we do is at its end too
+        self.saturated = if length_n >= 0.999 * most_n { self.saturated.saturating_add(1) } else { 0 };
+        match self.implausible >= limits.values.implausible_ticks {
+            true => Err(Fault::ForceImplausible),
+            false => Ok(()),
+        }
+    }
+
+    /// The force to apply: no longer than the limit and `cap_n`, grown by no more than the slew.
+    ///
+    /// # Errors
+    /// [`Fault::ForceNotFinite`].
+    pub fn limit(&mut self, limits: &Limits, wanted_n: Vector3<f32>, cap_n: f32) -> Result<Limited, Fault> {
+        let mut limiters = Limiters::default();
+        let length_n = length(&wanted_n);
+        if !(length_n.is_finite() && cap_n.is_finite()) {
+            return Err(Fault::ForceNotFinite);
+        }
+        let most_n = if cap_n < limits.values.max_force_n { cap_n } else { limits.values.max_force_n };
+        let mut aim_n = wanted_n;
+        if length_n > most_n {
+            aim_n *= most_n / length_n;
+            limiters.set(Limiters::FORCE);
+        }
+        // what the new force keeps of the last one: the nearest point on the way from the last force to none
+        let square = self.last_n.dot(&self.last_n);
+        let share = if square > 0.0 { (aim_n.dot(&self.last_n) / square).clamp(0.0, 1.0) } else { 0.0 };
+        let kept_n = self.last_n * share;
+        let growth_n = length(&(aim_n - kept_n));
+        if growth_n > limits.slew_n {
+            aim_n = kept_n + (aim_n - kept_n) * (limits.slew_n / growth_n);
+            limiters.set(Limiters::SLEW);
+        }
+        self.last_n = aim_n;
+        Ok(Limited { force_n: aim_n, limiters })
+    }
+
+    /// No force leaves, at once.
+    pub fn release(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Force that left last [N].
+    #[must_use]
+    pub fn last_n(&self) -> Vector3<f32> {
+        self.last_n
+    }
+
+    /// At the limit for longer than `saturated_ticks`.
+    #[must_use]
+    pub fn strained(&self, limits: &Limits) -> bool {
+        self.saturated > limits.values.saturated_ticks
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::limits;
+    use super::*;
+
+    fn run(limiter: &mut ForceLimiter, wanted: [f32; 3]) -> Vector3<f32> {
+        limiter.limit(&limits(), wanted.into(), 20.0).unwrap().force_n
+    }
+
+    #[test]
+    fn a_long_force_keeps_its_direction() {
+        let mut limiter = ForceLimiter::default();
+        let force_n = (0..20).fold(Vector3::zeros(), |_, _| run(&mut limiter, [6.0, -2.0, 9.0]));
+        assert!((force_n - Vector3::new(6.0, -2.0, 9.0) * (3.0 / 11.0)).norm() < 1e-6, "{force_n}");
+    }
+
+    #[test]
+    fn it_grows_at_the_slew_and_falls_at_once() {
+        let mut limiter = ForceLimiter::default();
+        for n in 1..=6_u8 {
+            assert!((run(&mut limiter, [0.0, 0.0, 3.0]).z - 0.5 * f32::from(n)).abs() < 1e-6);
+        }
+        assert_eq!(run(&mut limiter, [0.0, 0.0, 0.2]), Vector3::new(0.0, 0.0, 0.2));
+        run(&mut limiter, [0.0, 0.0, 0.6]);
+        assert_eq!(run(&mut limiter, [0.0, 0.0, -3.0]), Vector3::new(0.0, 0.0, -0.5), "nothing of the old side is kept");
+        assert_eq!(run(&mut limiter, [0.3, 0.0, 0.0]), Vector3::new(0.3, 0.0, 0.0));
+    }
+
+    #[test]
+    fn a_cap_holds_and_what_is_no_number_is_a_fault() {
+        let mut limiter = ForceLimiter::default();
+        assert!((limiter.limit(&limits(), Vector3::x(), 0.1).unwrap().force_n.norm() - 0.1).abs() < 1e-7);
+        for (bad, cap_n) in [(f32::NAN, 1.0), (f32::INFINITY, 1.0), (3e38, 1.0), (0.0, f32::NAN)] {
+            assert_eq!(limiter.limit(&limits(), Vector3::new(0.0, bad, 0.0), cap_n), Err(Fault::ForceNotFinite));
+        }
+    }
+
+    #[test]
+    fn an_implausible_force_is_borne_nine_ticks_and_saturation_is_told() {
+        let (limits, mut limiter) = (limits(), ForceLimiter::default());
+        for _ in 0..9 {
+            assert_eq!(limiter.judge(&limits, &Vector3::new(0.0, 0.0, 15.1)), Ok(()));
+        }
+        assert_eq!(limiter.judge(&limits, &Vector3::new(0.0, 0.0, 15.1)), Err(Fault::ForceImplausible));
+        assert_eq!(limiter.judge(&limits, &Vector3::new(0.0, f32::NAN, 0.0)), Err(Fault::ForceNotFinite));
+        limiter.release();
+        for n in 0..=200 {
+            assert!(!limiter.strained(&limits), "tick {n}");
+            limiter.judge(&limits, &Vector3::new(0.0, 3.0, 0.0)).unwrap();
+        }
+        assert!(limiter.strained(&limits));
+        limiter.judge(&limits, &Vector3::new(0.0, 2.0, 0.0)).unwrap();
+        assert!(!limiter.strained(&limits));
+    }
+}

@@ -1,0 +1,153 @@
+//! Which reading becomes the pose of a tick.
+//!
+//! One reading that no hand can have caused is a glitch: the last good pose is held, so that the force does not see it. Two in a row are a
+//! hand out of control or a broken sensor. The way is measured from the last *believed* pose, so a jump there and back counts once.
+//!
+//! * in: a reading, whether a force acts on the hand
+//! * out: position [m], whether it is new
+//! * cost: up to 145 instructions of a Cortex-M4F
+//! * may fail: [`Fault::SensorFault`], [`Fault::PoseNotFinite`], [`Fault::PoseStale`], [`Fault::OverSpeed`], [`Fault::OutOfWorkspace`]
+
+use nalgebra::Vector3;
+
+use super::Limits;
+use crate::fault::Fault;
+use crate::haptic::device::{Sensed, SensorStatus};
+use crate::haptic::length;
+
+/// A believed pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Tip [m], patch frame.
+    pub position_m: Vector3<f32>,
+    /// It is an older one: the newest reading is missing or a glitch.
+    pub held: bool,
+}
+
+/// Watches the readings.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PoseGate {
+    believed_m: Option<Vector3<f32>>,
+    sequence: Option<u32>,
+    /// Ticks since a new reading came.
+    age_ticks: u16,
+    /// Ticks since a reading was believed.
+    since_ticks: u16,
+    /// Unbelievable readings in a row.
+    odd: u16,
+}
+
+impl PoseGate {
+    /// Takes one reading a tick. After a fault the next good reading is believed wherever it is.
+    ///
+    /// # Errors
+    /// See the module. `force_acts` decides whether speed is a fault: without a force a fast hand is only followed.
+    pub fn admit(&mut self, limits: &Limits, sensed: &Sensed, force_acts: bool) -> Result<Pose, Fault> {
+        let answer = self.judge(limits, sensed, force_acts);
+        if answer.is_err() {
+            (self.believed_m, self.odd) = (None, 0);
+        }
+        answer
+    }
+
+    fn judge(&mut self, limits: &Limits, sensed: &Sensed, force_acts: bool) -> Result<Pose, Fault> {
+        if sensed.status != SensorStatus::Good {
+            return Err(Fault::SensorFault);
+        }
+        if !sensed.position_m.iter().all(|c| c.is_finite()) {
+            return Err(Fault::PoseNotFinite);
+        }
+        self.since_ticks = self.since_ticks.saturating_add(1);
+        // signed distance: a number that went back is old, and the count may wrap
+        let newer = self.sequence.is_none_or(|last| sensed.sequence.wrapping_sub(last).cast_signed() > 0_i32);
+        if !newer {
+            self.age_ticks = self.age_ticks.saturating_add(1);
+            return match self.believed_m {
+                Some(position_m) if self.age_ticks <= limits.values.max_age_ticks => Ok(Pose { position_m, held: true }),
+                _ => Err(Fault::PoseStale),
+            };
+        }
+        (self.sequence, self.age_ticks) = (Some(sensed.sequence), 0);
+
+        if let Some(position_m) = self.believed_m {
+            let most_m = limits.way_m * f32::from(self.since_ticks) + limits.counts_m;
+            let way_m = length(&(sensed.position_m - position_m));
+            if way_m > most_m {
+                self.odd = self.odd.saturating_add(1);
+                if self.odd < limits.values.odd_poses {
+                    return Ok(Pose { position_m, held: true });
+                }
+                if force_acts {
+                    return Err(Fault::OverSpeed);
+                }
+            }
+        }
+        let inside = (0..3).all(|k| limits.low_m[k] <= sensed.position_m[k] && sensed.position_m[k] <= limits.high_m[k]);
+        if !inside {
+            return Err(Fault::OutOfWorkspace);
+        }
+        self.believed_m = Some(sensed.position_m);
+        (self.since_ticks, self.odd) = (0, 0);
+        Ok(Pose { position_m: sensed.position_m, held: false })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::limits;
+    use super::*;
+
+    fn at(z_m: f32, sequence: u32) -> Sensed {
+        Sensed { position_m: Vector3::new(0.0, 0.0, z_m), sequence, status: SensorStatus::Good }
+    }
+
+    /// A gate that believes z = 0, sequence 0.
+    fn gate() -> PoseGate {
+        let mut gate = PoseGate::default();
+        gate.admit(&limits(), &at(0.0, 0), true).unwrap();
+        gate
+    }
+
+    #[test]
+    fn one_glitch_is_held_two_are_a_fault() {
+        let (limits, mut gate) = (limits(), gate());
+        assert_eq!(gate.admit(&limits, &at(0.05, 1), true), Ok(Pose { position_m: Vector3::zeros(), held: true }));
+        assert!(!gate.admit(&limits, &at(0.001, 2), true).unwrap().held, "back again");
+        gate.admit(&limits, &at(0.05, 3), true).unwrap();
+        assert_eq!(gate.admit(&limits, &at(0.05, 4), true), Err(Fault::OverSpeed));
+    }
+
+    #[test]
+    fn speed_is_a_fault_only_while_a_force_acts() {
+        for (force_acts, step_m, ends) in [(true, 1.7e-3, true), (true, 1.5e-3, false), (false, 10e-3, false)] {
+            let (limits, mut gate) = (limits(), gate());
+            let faults = (1..6_u8).filter(|&n| gate.admit(&limits, &at(step_m * f32::from(n), n.into()), force_acts).is_err());
+            assert_eq!(faults.count() > 0, ends, "{step_m} m a tick, force {force_acts}");
+        }
+    }
+
+    #[test]
+    fn a_reading_that_repeats_or_goes_back_is_old() {
+        for sequence in [0, u32::MAX, 0x8000_0001] {
+            let (limits, mut gate) = (limits(), gate());
+            for _ in 0..2 {
+                assert!(gate.admit(&limits, &at(1e-4, sequence), true).unwrap().held);
+            }
+            assert_eq!(gate.admit(&limits, &at(1e-4, sequence), true), Err(Fault::PoseStale));
+        }
+        let (limits, mut gate) = (limits(), PoseGate::default());
+        gate.admit(&limits, &at(0.0, u32::MAX), true).unwrap();
+        assert!(!gate.admit(&limits, &at(0.0, 0), true).unwrap().held, "the count wraps");
+    }
+
+    #[test]
+    fn a_pose_outside_the_workspace_and_a_bad_sensor() {
+        let (limits, mut gate) = (limits(), PoseGate::default());
+        assert!(gate.admit(&limits, &at(0.0719, 0), true).is_ok(), "a tenth of 0.12 m beyond 0.06 m");
+        assert_eq!(gate.admit(&limits, &at(0.0721, 1), true), Err(Fault::OutOfWorkspace));
+        assert_eq!(gate.admit(&limits, &at(f32::NAN, 2), true), Err(Fault::PoseNotFinite));
+        let failed = Sensed { status: SensorStatus::Failed, ..at(0.0, 3) };
+        assert_eq!(gate.admit(&limits, &failed, false), Err(Fault::SensorFault));
+        assert!(!gate.admit(&limits, &at(0.03, 4), true).unwrap().held, "believed anew after a fault");
+    }
+}

@@ -1,0 +1,216 @@
+//! Who may feel a force: the mode machine.
+//!
+//! ```text
+//! Boot ─ SelfTest ─ Idle ─ Arming ─ Active ⇄ Degraded       any ─ Fault ─ (cleared) ─ SelfTest
+//!                     ↑                 └── SafeRamp ──┘
+//!                     └──────────────────────┘
+//! ```
+//!
+//! Force in `Active` and `Degraded`, a falling one in `SafeRamp`, exactly none elsewhere. `Arming` is the only way to a force: whatever ended
+//! it, it begins there again, outside the tissue. Losing the host or being stopped ramps down, for the pose can still be trusted; whatever
+//! makes pose, model or actuator doubtful is `Fault`, at once.
+//!
+//! * in: events
+//! * out: the mode, the first fault
+//! * cost: one search through [`TRANSITIONS`] an event
+//! * may fail: never; an event that a mode does not know changes nothing
+
+use crate::fault::Fault;
+
+/// What the loop is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Mode {
+    /// Power came on.
+    Boot = 0,
+    /// Sensors and actuators are tried.
+    SelfTest = 1,
+    /// Nothing moves; meshes and configuration may come.
+    Idle = 2,
+    /// The patch answers poses, nobody feels it: waits for a calm probe outside the tissue.
+    Arming = 3,
+    /// The force is felt.
+    Active = 4,
+    /// Felt, and scaled down for the rest of this contact.
+    Degraded = 5,
+    /// Felt while it falls to nothing.
+    SafeRamp = 6,
+    /// No force until cleared.
+    Fault = 7,
+}
+
+impl Mode {
+    /// Every mode.
+    pub const ALL: [Self; 8] =
+        [Self::Boot, Self::SelfTest, Self::Idle, Self::Arming, Self::Active, Self::Degraded, Self::SafeRamp, Self::Fault];
+
+    /// Whether the patch runs.
+    #[must_use]
+    pub fn runs_patch(self) -> bool {
+        matches!(self, Self::Arming | Self::Active | Self::Degraded | Self::SafeRamp)
+    }
+
+    /// Whether a force may leave.
+    #[must_use]
+    pub fn allows_force(self) -> bool {
+        matches!(self, Self::Active | Self::Degraded | Self::SafeRamp)
+    }
+
+    /// Whether a request may be followed now.
+    #[must_use]
+    pub fn accepts(self, request: Request) -> bool {
+        match request {
+            Request::Mesh | Request::Config => self == Self::Idle,
+            Request::Parameter => matches!(self, Self::Idle | Self::Active | Self::Degraded),
+            Request::LowerLimits => true,
+        }
+    }
+}
+
+/// What a host may send.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Request {
+    /// Another patch.
+    Mesh,
+    /// Another profile, damping, limits.
+    Config,
+    /// A bounded change of one parameter of the patch.
+    Parameter,
+    /// Stricter limits.
+    LowerLimits,
+}
+
+/// What happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// Memory, clock and patch are there.
+    Booted,
+    /// Sensors and actuators passed.
+    TestPassed,
+    /// Somebody wants to feel.
+    ArmAsked,
+    /// All arming conditions held for their time.
+    Armed,
+    /// Somebody wants to stop.
+    StopAsked,
+    /// The host fell silent.
+    HostLost,
+    /// At the force limit for long, or energy created.
+    Strained,
+    /// The contact with the strain is over.
+    Recovered,
+    /// The falling force is zero.
+    RampEnded,
+    /// Any fault.
+    Faulted,
+    /// Somebody cleared the fault, and poses were good since.
+    Cleared,
+}
+
+impl Event {
+    /// Every event.
+    pub const ALL: [Self; 11] = [
+        Self::Booted,
+        Self::TestPassed,
+        Self::ArmAsked,
+        Self::Armed,
+        Self::StopAsked,
+        Self::HostLost,
+        Self::Strained,
+        Self::Recovered,
+        Self::RampEnded,
+        Self::Faulted,
+        Self::Cleared,
+    ];
+}
+
+/// Every change of mode there is. What is not in the list does not happen.
+pub const TRANSITIONS: [(Mode, Event, Mode); 21] = [
+    (Mode::Boot, Event::Booted, Mode::SelfTest),
+    (Mode::SelfTest, Event::TestPassed, Mode::Idle),
+    (Mode::Idle, Event::ArmAsked, Mode::Arming),
+    (Mode::Arming, Event::Armed, Mode::Active),
+    (Mode::Arming, Event::StopAsked, Mode::Idle),
+    (Mode::Arming, Event::HostLost, Mode::Idle),
+    (Mode::Active, Event::Strained, Mode::Degraded),
+    (Mode::Active, Event::StopAsked, Mode::SafeRamp),
+    (Mode::Active, Event::HostLost, Mode::SafeRamp),
+    (Mode::Degraded, Event::Recovered, Mode::Active),
+    (Mode::Degraded, Event::StopAsked, Mode::SafeRamp),
+    (Mode::Degraded, Event::HostLost, Mode::SafeRamp),
+    (Mode::SafeRamp, Event::RampEnded, Mode::Idle),
+    (Mode::Boot, Event::Faulted, Mode::Fault),
+    (Mode::SelfTest, Event::Faulted, Mode::Fault),
+    (Mode::Idle, Event::Faulted, Mode::Fault),
+    (Mode::Arming, Event::Faulted, Mode::Fault),
+    (Mode::Active, Event::Faulted, Mode::Fault),
+    (Mode::Degraded, Event::Faulted, Mode::Fault),
+    (Mode::SafeRamp, Event::Faulted, Mode::Fault),
+    (Mode::Fault, Event::Cleared, Mode::SelfTest),
+];
+
+/// Where an event leads; `None` if the mode does not know it.
+#[must_use]
+pub fn next(mode: Mode, event: Event) -> Option<Mode> {
+    TRANSITIONS.iter().find(|(from, on, _)| (*from, *on) == (mode, event)).map(|&(_, _, to)| to)
+}
+
+/// The machine: a mode, how long it has lasted, and the fault that ended it.
+#[derive(Clone, Copy, Debug)]
+pub struct Machine {
+    mode: Mode,
+    fault: Option<Fault>,
+    ticks: u32,
+}
+
+impl Machine {
+    /// Just powered.
+    pub const BOOT: Self = Self { mode: Mode::Boot, fault: None, ticks: 0 };
+
+    /// The mode.
+    #[must_use]
+    pub fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// The first fault since the last clearing.
+    #[must_use]
+    pub fn fault(&self) -> Option<Fault> {
+        self.fault
+    }
+
+    /// Ticks begun in this mode.
+    #[must_use]
+    pub fn ticks(&self) -> u32 {
+        self.ticks
+    }
+
+    /// A tick begins.
+    pub fn count(&mut self) {
+        self.ticks = self.ticks.saturating_add(1);
+    }
+
+    /// Follows an event other than a fault; false if the mode does not know it.
+    pub fn handle(&mut self, event: Event) -> bool {
+        match next(self.mode, event) {
+            Some(mode) if event != Event::Faulted => {
+                if self.mode == Mode::Fault {
+                    self.fault = None;
+                }
+                (self.mode, self.ticks) = (mode, 0);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Stops everything for this reason; a fault that is already there stays.
+    pub fn fail(&mut self, fault: Fault) {
+        if let Some(mode) = next(self.mode, Event::Faulted) {
+            (self.mode, self.ticks, self.fault) = (mode, 0, Some(fault));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,252 @@
+//! Energy that the loop gives to the hand, always watched, and the last resort when it is too much.
+//!
+//! The observer of Hannaford and Ryu (Time-domain passivity control of haptic interfaces, IEEE Trans. Robotics and Automation 18, 2002) sums
+//! `F dx` with the force that really acted during the way: the one sent `delay` ticks before. A spring takes energy on the way in and gives it
+//! back; what it gives beyond zero, counted from the touch, was created. Ours differs in the controller: theirs injects damping as soon as
+//! the sum is negative, which buzzes against quantisation. Ours leaves the force alone up to an alarm, above what counting can fake (about
+//! `F_max` times one count), then fades the contact's force out until the probe has left. By then most of a bounce's energy is out, so the next
+//! contact begins, and stays, at half the gain: stiffness falls until the loop holds, and doubles again with every good contact. Contacts that
+//! end in the alarm one after the other are a fault.
+//!
+//! * in: the way of the probe [m], the force sent [N], whether the patch is touched
+//! * out: energy [J], gain (0 .. 1) on the force
+//! * cost: up to 190 instructions of a Cortex-M4F
+//! * may fail: [`Fault::EnergyCreated`]
+
+use nalgebra::Vector3;
+
+use super::device::DeviceLimits;
+use super::within;
+use crate::fault::{BuildError, Fault};
+
+/// Forces on their way to the actuators.
+const LINE: usize = DeviceLimits::MOST_DELAY_TICKS as usize + 1;
+/// Share of the force that stays from tick to tick after the alarm (1): down to a hundredth in 20 ms.
+const FADE: f32 = 0.8;
+/// Below this gain there is no force (1).
+const FADED: f32 = 0.01;
+
+/// When to step in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PassivitySettings {
+    /// Energy that a contact may give beyond what it took [J].
+    pub alarm_j: f32,
+    /// Contacts in a row with an alarm that are a fault.
+    pub alarms: u16,
+}
+
+impl PassivitySettings {
+    /// Half a millijoule: three times what 3 N and counts of 55 um can fake. Five contacts.
+    pub const DEFAULT: Self = Self { alarm_j: 0.5e-3, alarms: 5 };
+    /// No alarm is later than this.
+    pub const HIGHEST: Self = Self { alarm_j: 0.1, alarms: 100 };
+
+    /// Checks both.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names it.
+    pub fn check(&self) -> Result<(), BuildError> {
+        within(&[
+            ("passivity.alarm_j", self.alarm_j, 1e-6, Self::HIGHEST.alarm_j),
+            ("passivity.alarms", f32::from(self.alarms), 1.0, f32::from(Self::HIGHEST.alarms)),
+        ])
+    }
+}
+
+/// Energy at the hand.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// Given to the hand since the touch [J]; negative while the tissue holds some.
+    pub given_j: f32,
+    /// Most of it so far in this contact, at least zero: what this contact created [J].
+    pub created_j: f32,
+    /// Created by all contacts that are over [J].
+    pub total_created_j: f32,
+}
+
+/// Watches the energy.
+#[derive(Clone, Copy, Debug)]
+pub struct PassivityObserver {
+    settings: PassivitySettings,
+    /// Newest force last.
+    line_n: [Vector3<f32>; LINE],
+    /// Place in the line of the force that acts now.
+    acting: usize,
+    energy: Energy,
+    gain: f32,
+    /// Gain at which the contact began (1).
+    touch_gain: f32,
+    /// This contact passed the alarm.
+    fading: bool,
+    /// Contacts in a row that did.
+    alarms: u16,
+}
+
+impl PassivityObserver {
+    /// Nothing given yet.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names the setting or `device.delay_ticks`.
+    pub fn build(settings: &PassivitySettings, device: &DeviceLimits) -> Result<Self, BuildError> {
+        settings.check()?;
+        device.check()?;
+        let acting = LINE - 1 - usize::from(device.delay_ticks);
+        let energy = Energy::default();
+        let line_n = [Vector3::zeros(); LINE];
+        Ok(Self { settings: *settings, line_n, acting, energy, gain: 1.0, touch_gain: 1.0, fading: false, alarms: 0 })
+    }
+
+    /// The way since the last tick [m], and whether the patch was touched then; before this tick's force is sent.
+    ///
+    /// # Errors
+    /// [`Fault::EnergyCreated`] when one contact after the other ends in the alarm.
+    pub fn observe(&mut self, way_m: &Vector3<f32>, touched: bool) -> Result<(), Fault> {
+        let force_n = self.line_n.get(self.acting).copied().unwrap_or_default();
+        let energy = &mut self.energy;
+        energy.given_j += force_n.dot(way_m);
+        if energy.given_j > energy.created_j {
+            energy.created_j = energy.given_j;
+        }
+        if energy.created_j > self.settings.alarm_j {
+            if !self.fading {
+                self.alarms = self.alarms.saturating_add(1);
+            }
+            self.fading = true;
+            self.gain *= FADE;
+            if self.gain < FADED {
+                self.gain = 0.0;
+            }
+            if self.alarms >= self.settings.alarms {
+                return Err(Fault::EnergyCreated);
+            }
+        }
+        let waiting = self.line_n.iter().skip(self.acting).any(|f| *f != Vector3::zeros());
+        if !touched && !waiting {
+            self.leave();
+        }
+        Ok(())
+    }
+
+    /// The contact is over.
+    fn leave(&mut self) {
+        if self.energy.given_j == 0.0 && self.energy.created_j == 0.0 {
+            return;
+        }
+        let total_created_j = self.energy.total_created_j + self.energy.created_j;
+        self.energy = Energy { total_created_j, ..Energy::default() };
+        if self.fading {
+            self.touch_gain *= 0.5;
+        } else {
+            self.alarms = 0;
+            let doubled = 2.0 * self.touch_gain;
+            self.touch_gain = if doubled < 1.0 { doubled } else { 1.0 };
+        }
+        self.fading = false;
+        self.gain = self.touch_gain;
+    }
+
+    /// The force sent in this tick [N].
+    pub fn sent(&mut self, force_n: Vector3<f32>) {
+        self.line_n.rotate_left(1);
+        if let Some(newest) = self.line_n.last_mut() {
+            *newest = force_n;
+        }
+    }
+
+    /// Forgets the alarms and the contact; the total stays.
+    pub fn clear(&mut self) {
+        self.leave();
+        (self.alarms, self.touch_gain, self.gain) = (0, 1.0, 1.0);
+    }
+
+    /// What was given.
+    #[must_use]
+    pub fn energy(&self) -> Energy {
+        self.energy
+    }
+
+    /// Gain on the force (1): one until an alarm; it falls in a contact and changes upwards only between contacts.
+    #[must_use]
+    pub fn gain(&self) -> f32 {
+        self.gain
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::limits::tests::device;
+    use super::*;
+
+    fn observer(delay_ticks: u8) -> PassivityObserver {
+        PassivityObserver::build(&PassivitySettings::DEFAULT, &DeviceLimits { delay_ticks, ..device() }).unwrap()
+    }
+
+    /// Presses a spring of `k` N/m with a sine of `depth_m` in and out in 100 ticks; returns the energy at its end.
+    fn press(observer: &mut PassivityObserver, k: f32, depth_m: f32) -> Energy {
+        let depth = |n: u16| depth_m * libm::sinf(core::f32::consts::PI * f32::from(n) * 0.01);
+        for n in 1..=100 {
+            let way = Vector3::new(0.0, 0.0, depth(n - 1) - depth(n));
+            observer.observe(&way, true).unwrap();
+            observer.sent(Vector3::new(0.0, 0.0, if n < 100 { k * depth(n) } else { 0.0 }));
+        }
+        observer.energy()
+    }
+
+    #[test]
+    fn a_held_and_late_spring_creates_its_closed_form_energy() {
+        // E = b integral v^2 with b = K (d + 1/2) T, over x = a sin(pi t / 100 ms): integral = a^2 (pi / 0.1)^2 0.1 / 2
+        for delay in [0, 1, 2] {
+            let mut observer = observer(delay);
+            let (k, a) = (100.0, 2e-3);
+            let created_j = press(&mut observer, k, a).created_j;
+            let pi = core::f32::consts::PI;
+            let right_j = k * (f32::from(delay) + 0.5) * 1e-3 * a * a * pi * pi / 0.2;
+            assert!((created_j / right_j - 1.0).abs() < 0.05, "delay {delay}: {created_j} J, closed form {right_j} J");
+        }
+    }
+
+    #[test]
+    fn the_alarm_fades_the_force_until_the_probe_has_left() {
+        let mut observer = observer(1);
+        press(&mut observer, 400.0, 6e-3);
+        assert!(observer.gain() < 1.0, "{:?}", observer.energy());
+        let mut last = observer.gain();
+        for _ in 0..100 {
+            observer.observe(&Vector3::zeros(), true).unwrap();
+            assert!(observer.gain() <= last);
+            last = observer.gain();
+        }
+        assert_eq!(last, 0.0);
+        for _ in 0..3 {
+            observer.sent(Vector3::zeros());
+            observer.observe(&Vector3::zeros(), false).unwrap();
+        }
+        assert_eq!(observer.gain(), 0.5, "the next contact is half as stiff");
+        assert!(observer.energy().total_created_j > 0.5e-3 && observer.energy().created_j == 0.0);
+    }
+
+    #[test]
+    fn five_bad_contacts_in_a_row_are_a_fault_a_good_one_between_is_not() {
+        // a force of 1 N acts along a way of 1 mm out of the tissue (bad) or into it
+        let contact = |observer: &mut PassivityObserver, way_m: f32| {
+            observer.sent(Vector3::z());
+            observer.sent(Vector3::zeros());
+            let answer = observer.observe(&Vector3::new(0.0, 0.0, way_m), true);
+            observer.sent(Vector3::zeros());
+            observer.observe(&Vector3::zeros(), false).and(answer)
+        };
+        let mut observer = observer(1);
+        for round in 0..3 {
+            for _ in 0..4 {
+                assert_eq!(contact(&mut observer, 1e-3), Ok(()), "round {round}");
+            }
+            assert_eq!(observer.gain(), 0.0625);
+            for _ in 0..5 {
+                contact(&mut observer, -1e-3).unwrap();
+            }
+            assert_eq!(observer.gain(), 1.0, "good contacts bring it back");
+        }
+        let faults = (0..5).filter(|_| contact(&mut observer, 1e-3) == Err(Fault::EnergyCreated)).count();
+        assert_eq!(faults, 1);
+    }
+}
