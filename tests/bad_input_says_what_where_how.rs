@@ -479,7 +479,7 @@ fn a_plan_that_cannot_be() {
     refused(&desk, &plan, &["tissue.gravity_m_per_s2", "far field carries no weight"]);
     let small = edited(SMALL_BLOCK, "[0.08, 0.08, 0.04]", "[0.01, 0.01, 0.006]");
     desk.put("scene.toml", small);
-    refused(&desk, &plan, &["mm"]);
+    refused(&desk, &plan, &["scene.toml", "patch radius", "use at most"]);
 }
 
 #[test]

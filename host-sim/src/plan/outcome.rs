@@ -1,5 +1,9 @@
 //! What a search found, and what to say where it found nothing.
 
+use palpate::Terms;
+
+use super::candidate::Candidate;
+use super::edge::Edge;
 use super::trial::Trial;
 use crate::budget::Machine;
 use crate::error::Error;
@@ -15,6 +19,8 @@ pub struct Outcome {
     pub larger: Option<Trial>,
     /// Everything that was fitted, in that order.
     pub trials: Vec<Trial>,
+    /// What could not be fitted, pressed or run at all.
+    pub unfitted: Vec<(Candidate, Edge, Terms)>,
     /// Where nothing was found: the cheapest that keeps the tolerance on a faster board.
     pub elsewhere: Option<Trial>,
     /// Where nothing was found: the best of this board.

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use palpate::Terms;
 
-use super::candidate::{Supply, Weighed};
+use super::candidate::{Candidate, Supply, Weighed};
 use super::edge::Edge;
 use super::outcome::Outcome;
 use super::trial::{Bench, Effort, Trial};
@@ -43,6 +43,7 @@ struct Ladder<'a> {
     bench: &'a Bench<'a>,
     steps: Vec<Step>,
     trials: Vec<Trial>,
+    unfitted: Vec<(Candidate, Edge, Terms)>,
 }
 
 impl Ladder<'_> {
@@ -52,8 +53,11 @@ impl Ladder<'_> {
     }
 
     fn run(&mut self, step: usize, edge: Edge, terms: Terms, effort: Effort) -> Option<usize> {
-        // a patch that cannot be fitted is a candidate less
-        let trial = self.bench.run(&self.steps[step].weighed, edge, terms, effort).ok()?;
+        let Ok(trial) = self.bench.run(&self.steps[step].weighed, edge, terms, effort) else {
+            // a patch that cannot be fitted is a candidate less
+            self.unfitted.push((self.steps[step].weighed.candidate, edge, terms));
+            return None;
+        };
         self.trials.push(trial);
         Some(self.trials.len() - 1)
     }
@@ -137,6 +141,14 @@ impl Ladder<'_> {
         (step, None)
     }
 
+    /// Of the full fits with fewer nodes that do not keep the tolerance within the budget, the largest.
+    fn fewer_nodes(&self, step: usize) -> Option<Trial> {
+        let nodes = self.steps[step].weighed.counts.nodes;
+        let misses = |t: &&Trial| !(t.keeps(self.bench.tolerance_pct) && t.fits);
+        let smaller = self.trials.iter().filter(|t| t.effort == Effort::Full && t.counts.nodes < nodes).filter(misses);
+        smaller.max_by_key(|t| t.counts.nodes).cloned()
+    }
+
     /// The next dearer step that keeps the tolerance, or the first that leaves the budget.
     fn runner_up(&mut self, step: usize) -> Option<Trial> {
         let tolerance_pct = self.bench.tolerance_pct;
@@ -195,7 +207,7 @@ impl Ladder<'_> {
 pub fn search(bench: &Bench, supply: &mut Supply) -> Result<Outcome, Error> {
     let machine = bench.machine;
     let most_nodes = if bench.quick { QUICK_MOST_NODES } else { MOST_NODES };
-    let mut ladder = Ladder { bench, steps: Vec::new(), trials: Vec::new() };
+    let mut ladder = Ladder { bench, steps: Vec::new(), trials: Vec::new(), unfitted: Vec::new() };
     let mut settled = 0;
     (bench.progress)("meshing candidates");
     while settled < SETTLED_SIZES {
@@ -220,12 +232,12 @@ pub fn search(bench: &Bench, supply: &mut Supply) -> Result<Outcome, Error> {
     let mut outcome = Outcome::default();
     if let Some(step) = ladder.cheapest(&inside, true) {
         let (step, smaller) = ladder.walk_down(step);
-        outcome.smaller = smaller;
+        outcome.smaller = smaller.or_else(|| ladder.fewer_nodes(step));
         outcome.larger = ladder.runner_up(step);
         if let Some(chosen) = ladder.full(step).cloned() {
             outcome.chosen = Some(ladder.with_less(step, chosen));
         }
-        outcome.trials = ladder.trials;
+        (outcome.trials, outcome.unfitted) = (ladder.trials, ladder.unfitted);
         return Ok(outcome);
     }
     // what this board does reach: the best two in full
@@ -256,6 +268,6 @@ pub fn search(bench: &Bench, supply: &mut Supply) -> Result<Outcome, Error> {
             outcome.elsewhere = ladder.full(step).cloned();
         }
     }
-    outcome.trials = ladder.trials;
+    (outcome.trials, outcome.unfitted) = (ladder.trials, ladder.unfitted);
     Ok(outcome)
 }

@@ -106,11 +106,16 @@ pub(super) fn write(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> 
 
 /// What a chart sorts trials by.
 fn kind(trial: &Trial) -> String {
-    match trial.edge {
-        Edge::RimSprings if !trial.terms.volume => "without volume".into(),
-        Edge::RimSprings if !trial.terms.compensation => "without compensation".into(),
-        Edge::RimSprings => format!("radius {} R, rim springs", trial.candidate.radius_radii),
-        other => other.name().into(),
+    named(trial.edge, trial.terms).unwrap_or_else(|| format!("radius {} R, rim springs", trial.candidate.radius_radii))
+}
+
+/// What is left out; `None` where nothing is.
+fn named(edge: Edge, terms: Terms) -> Option<String> {
+    match edge {
+        Edge::RimSprings if !terms.volume => Some("without volume".into()),
+        Edge::RimSprings if !terms.compensation => Some("without compensation".into()),
+        Edge::RimSprings => None,
+        other => Some(other.name().into()),
     }
 }
 
@@ -217,6 +222,25 @@ fn print(folder: &OutputFolder, bench: &Bench, outcome: &Outcome, patch: Option<
             what.push_str(" (short)");
         }
         row(&what, trial);
+    }
+    for (_, edge, terms) in &outcome.unfitted {
+        if let Some(what) = named(*edge, *terms) {
+            println!("{what:<26} cannot be fitted or pressed to its depth");
+        }
+    }
+    if let Some(chosen) = &outcome.chosen
+        && let Some(all) = outcome
+            .trials
+            .iter()
+            .find(|t| (t.candidate, t.edge, t.terms, t.effort) == (chosen.candidate, Edge::RimSprings, Terms::ALL, Effort::Full))
+        && all.units > chosen.units
+    {
+        println!(
+            "\nleft out of the chosen one, as the tolerance does not need it: {:.1} {name} less, rms {:.2} % instead of {:.2} %",
+            (all.units - chosen.units) / per,
+            chosen.judged.rms_pct,
+            all.judged.rms_pct
+        );
     }
     let fits = outcome.trials.len();
     println!(
