@@ -238,11 +238,12 @@ impl Prepared {
         let targets = Targets::over_a_stroke(reference, site_m, self.stroke_m, half_width_m, probe_m, settings.places)
             .ok_or_else(lacking)?;
         let targets = targets.with_glued(&glued_around(reference.glued(), probe_m));
-        calibrate(tissue, &self.material, Some(&self.far.springs), &self.params, &targets, settings, progress).map_err(unfitted)
+        calibrate(tissue, &self.material, Some(&self.far.springs), &self.params, &targets, settings, progress)
+            .map_err(|cause| unfitted(&cause))
     }
 }
 
-fn unfitted(cause: crate::calibrate::CalibrateError) -> Error {
+fn unfitted(cause: &crate::calibrate::CalibrateError) -> Error {
     Error::Check(format!("the patch cannot be fitted: {cause}"))
 }
 
@@ -286,7 +287,7 @@ pub fn fit_tissue(
     around.filter(|f| shallow.contains(&f.depth_m)).for_each(|f| f.tolerance /= SHALLOW_WEIGHT);
     let centred = targets.with_centre(reference, &CENTRE_DEPTHS_RADII, CENTRE_WEIGHT);
     let targets = centred.ok_or_else(lacks)?.with_glued(&glued_around(reference.glued(), radius_m));
-    calibrate(tissue, material, rim, params, &targets, settings, progress).map_err(unfitted)
+    calibrate(tissue, material, rim, params, &targets, settings, progress).map_err(|cause| unfitted(&cause))
 }
 
 /// Solved discs at the site, and what lies between them and those solved away from it: on a ring, where the stiffness has gone the square of the way's share.
