@@ -192,6 +192,52 @@ fn a_touch_while_the_gain_ramps_in_keeps_its_gain_and_creates_nothing() {
     rig.expect_clean();
 }
 
+#[test]
+fn contacts_that_create_energy_are_weakened_and_then_a_fault_that_can_be_cleared() {
+    let mut rig = Rig::active();
+    let mut peaks_n = Vec::new();
+    while rig.cycle.mode() != Mode::Fault && peaks_n.len() < 10 {
+        rig.go(-1e-3, 0.1);
+        let mut peak_n = 0.0_f32;
+        for _ in 0..10 {
+            // pushes a hand that goes out anyway
+            rig.tissue.sick_n = Some(NORMAL * 2.0);
+            rig.device.reading.position_m += NORMAL * 1e-3;
+            peak_n = peak_n.max(rig.tick(Command::HEARD, true).force_n().norm());
+        }
+        peaks_n.push(peak_n);
+        if rig.cycle.mode() != Mode::Fault {
+            assert_eq!(rig.cycle.mode(), Mode::Degraded);
+            rig.hold(10);
+        }
+    }
+    assert!(peaks_n.len() >= 5 && peaks_n.windows(2).all(|p| p[1] < 0.8 * p[0]), "{peaks_n:?}");
+    assert_eq!(rig.last.unwrap().told.fault, Some(Fault::EnergyCreated));
+    rig.recover();
+    rig.go(3e-3, 0.05);
+    rig.hold(200);
+    assert!((rig.last.unwrap().force_n().norm() - 1.2).abs() < 0.01, "at full gain again");
+    rig.expect_clean();
+}
+
+#[test]
+fn a_fast_hand_or_a_force_in_free_space_does_not_arm() {
+    let mut rig = Rig::at(-5e-3);
+    rig.arm();
+    for n in 0..600_u16 {
+        // to and fro at 0.8 m/s
+        let way_m = if n % 100 < 50 { n % 100 } else { 100 - n % 100 };
+        rig.device.reading.position_m = NORMAL * (5e-3 + 0.8e-3 * f32::from(way_m));
+        assert_eq!(rig.tick(Command::HEARD, true).told.mode, Mode::Arming, "tick {n}");
+    }
+    for _ in 0..300 {
+        rig.tissue.sick_n = Some(NORMAL * 0.21);
+        assert_eq!(rig.tick(Command::HEARD, true).told.mode, Mode::Arming);
+    }
+    assert_eq!(rig.hold(101), Mode::Active);
+    rig.expect_clean();
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(6), cases: 1000, ..ProptestConfig::default() })]
 

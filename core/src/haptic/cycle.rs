@@ -191,7 +191,6 @@ impl Cycle {
         let followed = ready && self.enter(event);
         if followed && matches!(event, Event::ArmAsked | Event::Cleared) {
             renderer.reset();
-            self.observer.clear();
             self.touched = false;
         }
         followed
@@ -268,6 +267,7 @@ impl Cycle {
 
     fn fail(&mut self, fault: Fault) {
         self.machine.fail(fault);
+        self.observer.clear();
         self.damping.reset();
         self.position_m = None;
         self.touched = false;
