@@ -3,7 +3,7 @@
 //! `cargo test -p palpate-tests --release --test board_cost -- --nocapture` prints the tables. **Emulated instruction counts are exact; cycles are
 //! estimated from the documented cycle table; neither is hardware timing.**
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use palpate::{Model, PatchFile};
 use palpate_sim::budget::{Machine as Board, triangles_in_reach};
@@ -26,7 +26,7 @@ const LOGGED_TICKS: u32 = 22;
 /// 65 % of a millisecond [cycles].
 const M4F_168_BUDGET: f64 = 109_000.0;
 const M7_480_BUDGET: f64 = 312_000.0;
-/// CoreMark per megahertz of a Cortex-M7 over that of a Cortex-M4, both as Arm gives them: 5.01 / 3.40. An integer program; for want of a cycle table
+/// `CoreMark` per megahertz of a Cortex-M7 over that of a Cortex-M4, both as Arm gives them: 5.01 / 3.40. An integer program; for want of a cycle table
 /// of the M7 it is printed beside the estimate, and no budget relies on it.
 const M7_PER_M4: f64 = 5.01 / 3.40;
 /// Share of the step that rim springs may take.
@@ -203,7 +203,7 @@ fn items(model: &Model) -> [usize; 7] {
 fn the_budget_knows_what_a_rim_costs() {
     let whole = packed::pack(&packed::cut_block(), scratch(), "rim-whole.patch");
     let bare = packed::without_rim_edges(&whole, "rim-bare.patch");
-    let [with, without] = [&whole, &bare].map(|patch| rim_cycles(patch));
+    let [with, without] = [&whole, &bare].map(|patch| rim_cycles(patch.as_path()));
     let model = PatchFile::open(packed::on_words(&whole)).unwrap().model;
     let (nodes, edges) = (model.rim_nodes.len() as f64, model.rim_edges.len() as f64);
     let (node, edge) = (without / nodes, (with - without) / edges);
@@ -215,7 +215,7 @@ fn the_budget_knows_what_a_rim_costs() {
     assert!((told / with - 1.0).abs() < 0.05, "the budget says {told:.0} cycles for a rim of {with:.0}");
 }
 
-fn rim_cycles(patch: &PathBuf) -> f64 {
+fn rim_cycles(patch: &Path) -> f64 {
     let logged = logged(&build_firmware_with(target(), &["stage-cost"], patch).unwrap(), 1, COUNTING_SHIFT);
     stage(&logged.ticks[0], &logged.image, RIM).cycles()
 }
