@@ -1,4 +1,4 @@
-//! From a scene to a tissue: mesh ([`shape`], [`organ`] for an organ), what it is made of ([`Layout`]), what is fixed, where the probe presses.
+//! From a scene to a tissue: mesh (`shape`, `organ` for an organ), what it is made of ([`Layout`]), what is fixed, where the probe presses.
 
 mod material;
 pub(crate) mod organ;
