@@ -468,6 +468,11 @@ fn boards_and_options_that_do_not_fit() {
 #[test]
 fn a_plan_that_cannot_be() {
     let desk = Desk::default();
+    let pack = |radius, element| ["mesh", "pack", "--radius-m", radius, "--element-m", element];
+    for radius in ["-1", "0.004", "0.05", "nan"] {
+        refused(&desk, &pack(radius, "0.005"), &["give a radius of 0.0100 to 0.0320 m"]);
+    }
+    refused(&desk, &pack("0.017", "nan"), &["elements of NaN m", "above zero"]);
     for tolerance in ["0", "-3", "nan", "inf", "101"] {
         refused(&desk, &["plan", "--tolerance-pct", tolerance], &["--tolerance-pct", "above 0", "at most 100"]);
     }
@@ -477,25 +482,8 @@ fn a_plan_that_cannot_be() {
     let plan = ["plan", "--tolerance-pct", "3", "--scene", "scene.toml"];
     desk.put("scene.toml", edited(SMALL_BLOCK, NODES, "nodes = 129\ngravity_m_per_s2 = [0.0, 0.0, -9.81]"));
     refused(&desk, &plan, &["tissue.gravity_m_per_s2", "far field carries no weight"]);
-    let small = edited(SMALL_BLOCK, "[0.08, 0.08, 0.04]", "[0.01, 0.01, 0.006]");
-    desk.put("scene.toml", small);
+    desk.put("scene.toml", edited(SMALL_BLOCK, "[0.08, 0.08, 0.04]", "[0.01, 0.01, 0.006]"));
     refused(&desk, &plan, &["scene.toml", "patch radius", "use at most"]);
-}
-
-#[test]
-fn a_mistyped_command_line_gets_the_usage() {
-    let desk = Desk::default();
-    for (arguments, says) in [
-        (["pres", ""].as_slice(), "'press'"),
-        (&["press", "--scen", "block"], "'--scene'"),
-        (&["mesh", "pack", "--nodes", "many"], "--nodes"),
-        (&["press", "--out", ""], "--out"),
-    ] {
-        let outcome = palpate(SCRATCH, desk.folder(), arguments);
-        assert_eq!(outcome.code, Some(2), "{arguments:?}: {outcome:?}");
-        assert!(outcome.stderr.contains(says) && outcome.stderr.contains("--help"), "{arguments:?}: {outcome:?}");
-        assert!(outcome.stdout.is_empty() && desk.listing().is_empty(), "{arguments:?}: {outcome:?}");
-    }
 }
 
 #[test]

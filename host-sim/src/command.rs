@@ -79,7 +79,7 @@ const EXIT_CODES: &str = "Exit code: 0 if what the command promises held, 1 if a
 /// What most commands take.
 #[derive(Args, Clone, Debug)]
 struct Common {
-    /// A preset (block, block-deep, block-20kpa, nodule, liver) or the path of a scene file (.toml, see host-sim/scenes).
+    /// A preset (block, block-deep, block-20kpa, nodule, abdomen, foot, organ-liver, liver) or the path of a scene file (.toml, see host-sim/scenes).
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     scene: String,
     /// Output folder, made if it is not there [default: out/press, out/reference, out/calibrate, out/mesh-pack, out/far-field, out/plan].

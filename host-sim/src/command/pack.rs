@@ -19,19 +19,21 @@ use crate::session::Session;
 const ELEMENTS_RADII: [f64; 2] = [0.3, 0.9];
 /// Halvings between them: a few tenths of a millimetre.
 const HALVINGS: usize = 5;
+/// A fit that ends further off [%] is no patch.
+const WORST_RMS_PCT: f64 = 10.0;
 /// Rounds of the fit may be fewer, but not places: 20 over-fit.
 const PLACES_RANGE: std::ops::RangeInclusive<usize> = 20..=2000;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct FarArgs {
     /// Pack only what lies within this of the site [m], 1.5 to 2.5 probe radii; rim springs stand in for the rest of the organ.
-    #[arg(long, value_name = "METRES", conflicts_with = "nodes")]
+    #[arg(long, value_name = "METRES", conflicts_with = "nodes", allow_negative_numbers = true)]
     radius_m: Option<f64>,
     /// Edge length of the elements at the site [m] [default: the smallest that fits the board].
-    #[arg(long, value_name = "METRES", requires = "radius_m")]
+    #[arg(long, value_name = "METRES", requires = "radius_m", allow_negative_numbers = true)]
     element_m: Option<f64>,
     /// How far the probe slides, along x and y, centred on the site [m]: the patch is then as long. The default block only.
-    #[arg(long, value_name = "X,Y", requires = "radius_m", value_delimiter = ',', num_args = 2, allow_negative_numbers = true)]
+    #[arg(long, value_names = ["X", "Y"], requires = "radius_m", value_delimiter = ',', num_args = 2, allow_negative_numbers = true)]
     stroke_m: Option<Vec<f64>>,
     /// Places to calibrate over, with --radius-m.
     #[arg(long, value_name = "COUNT", requires = "radius_m", default_value_t = 100)]
@@ -73,6 +75,7 @@ impl FarArgs {
         if before.units > before.budget {
             return Err(too_slow(&prepared.patch(), &before, machine));
         }
+        let folder = OutputFolder::open(&common.folder("mesh-pack"))?;
         bar.set_message("finite elements of the whole");
         let truth = Truth::of(&scene, &prepared.placed, |done, all| {
             bar.set_message(format!("finite elements of the whole: {done} of {all} presses"));
@@ -88,7 +91,14 @@ impl FarArgs {
         if cost.units > cost.budget {
             return Err(too_slow(&session.patch, &cost, machine));
         }
-        write(common, &scene, &prepared, &fitted, &session, machine, &cost)
+        let errors = fitted.short(0.124 * probe_m, 0.51 * probe_m);
+        if errors.disc_rms_pct > WORST_RMS_PCT || !errors.disc_rms_pct.is_finite() {
+            return Err(Error::Check(format!(
+                "the fitted patch is {:.1} % rms off at unseen places, nothing is written: take smaller elements or a larger radius",
+                errors.disc_rms_pct
+            )));
+        }
+        write(&folder, &scene, &prepared, &fitted, &session, machine, &cost)
     }
 }
 
@@ -170,7 +180,7 @@ struct Summary<'a> {
 }
 
 fn write(
-    common: &Common,
+    folder: &OutputFolder,
     scene: &Scene,
     prepared: &Prepared,
     fitted: &Fitted,
@@ -178,7 +188,6 @@ fn write(
     machine: &Machine,
     cost: &Cost,
 ) -> Result<(), Error> {
-    let folder = OutputFolder::open(&common.folder("mesh-pack"))?;
     let name = format!("{}-{}.patch", scene.name, machine.name);
     let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
     folder.write(&name, &bytes)?;

@@ -36,6 +36,8 @@ impl PlanArgs {
         let bar = bar();
         let known = Known::of(&scene, asked, |what| bar.set_message(what.to_owned()))?;
         let folder = OutputFolder::open(&self.common.folder("plan"))?;
+        // an earlier plan's patch must not be taken for this one's; there may be none
+        let _ = std::fs::remove_file(folder.path().join(format!("{}-{}.patch", scene.name, machine.name)));
         let progress = |what: &str| bar.set_message(what.to_owned());
         let bench = Bench {
             scene: &scene,

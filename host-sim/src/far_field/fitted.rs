@@ -28,6 +28,8 @@ pub const JUDGED_PLACES: usize = 60;
 /// Mass floor of such patches: with the default of 4 the coarsest go unstable in a tap to the probe's radius at a tick 15 % longer, with 6 not at 30 %. Forces at
 /// rest are the same.
 const MASS_FLOOR: f32 = 6.0;
+/// Radii that a patch may have [probe radii].
+const RADII: [f64; 2] = [1.25, 4.0];
 /// Most nodes within the fine radius.
 const MOST_FINE_NODES: f64 = 1000.0;
 /// Along a stroke, places lie this far to both sides [probe radii].
@@ -177,6 +179,7 @@ impl Prepared {
                 "is not zero: a far field carries no weight, take the shape under gravity as the rest shape",
             )?);
         }
+        refuse_odd(scene, &recipe.sizes)?;
         refuse_too_fine(scene, &recipe.sizes)?;
         let placed = whole(scene, &[], &recipe.sizes)?;
         let params = Params { mass_floor: MASS_FLOOR, ..scene.params(placed.axis) };
@@ -245,6 +248,23 @@ impl Prepared {
 
 fn unfitted(cause: &crate::calibrate::CalibrateError) -> Error {
     Error::Check(format!("the patch cannot be fitted: {cause}"))
+}
+
+/// Patches narrower than the contact spreads miss it, however they are fitted; wider ones are a whole organ at a whole organ's cost.
+fn refuse_odd(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
+    let probe_m = scene.probe.radius_m;
+    let [least_m, most_m] = RADII.map(|radii| radii * probe_m);
+    // a hair for what a product of decimals rounds
+    if !((1.0 - 1e-9) * least_m..=(1.0 + 1e-9) * most_m).contains(&sizes.radius_m) {
+        return Err(Error::Usage(format!(
+            "{}: a patch of {} m around a probe of {probe_m} m: give a radius of {least_m:.4} to {most_m:.4} m",
+            scene.file, sizes.radius_m
+        )));
+    }
+    if !(sizes.fine_m.is_finite() && sizes.fine_m > 0.0) {
+        return Err(Error::Usage(format!("{}: elements of {} m: give a length above zero", scene.file, sizes.fine_m)));
+    }
+    Ok(())
 }
 
 /// A mesh takes minutes to make long before it is too large for any board.

@@ -115,8 +115,9 @@ impl RimSprings {
     /// Smallest eigenvalue [m].
     #[must_use]
     pub fn lowest_m(&self) -> f64 {
-        let values = self.dense().self_adjoint_eigenvalues(Side::Lower).unwrap_or_default();
-        values.into_iter().fold(f64::INFINITY, f64::min)
+        // what cannot be decomposed is not known to be positive
+        let values = self.dense().self_adjoint_eigenvalues(Side::Lower);
+        values.map_or(f64::NEG_INFINITY, |values| values.into_iter().fold(f64::INFINITY, f64::min))
     }
 }
 

@@ -196,7 +196,7 @@ mod tests {
         let (mut inside, mut outside) = (0, 0);
         for seed in 0..4000 {
             let wave = |k: f64| (f64::from(seed) * k).sin();
-            let x = V3::new(0.06 * wave(1.3), 0.05 * wave(2.1), -0.02 + 0.04 * wave(0.7));
+            let x = V3::new(0.05 * wave(1.3), 0.04 * wave(2.1), -0.02 + 0.025 * wave(0.7));
             let expected = to_box(x, half, middle);
             let found = surface.foot(x.into());
             assert!((found.distance_m - expected).abs() < 1e-12, "{x:?}: {found:?}, not {expected}");

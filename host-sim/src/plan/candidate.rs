@@ -16,7 +16,7 @@ use crate::tissue::{Placed, place};
 
 /// Radii of the patch and edges at the site, coarse first [probe radii].
 const RADII: [f64; 5] = [1.5, 1.75, 2.0, 2.25, 2.5];
-const ELEMENTS: [f64; 9] = [1.1, 0.96, 0.84, 0.73, 0.64, 0.56, 0.49, 0.43, 0.38];
+const ELEMENTS: [f64; 10] = [1.1, 1.0, 0.88, 0.78, 0.68, 0.58, 0.52, 0.48, 0.43, 0.4];
 /// The same where it should be quick.
 const QUICK_RADII: [f64; 3] = [1.5, 1.75, 2.0];
 const QUICK_ELEMENTS: [f64; 7] = [1.0, 0.88, 0.78, 0.68, 0.58, 0.48, 0.4];

@@ -235,7 +235,10 @@ pub fn search(bench: &Bench, supply: &mut Supply) -> Result<Outcome, Error> {
         outcome.smaller = smaller.or_else(|| ladder.fewer_nodes(step));
         outcome.larger = ladder.runner_up(step);
         if let Some(chosen) = ladder.full(step).cloned() {
-            outcome.chosen = Some(ladder.with_less(step, chosen));
+            let chosen = ladder.with_less(step, chosen);
+            // what is left out may make the chosen one the cheapest there is
+            outcome.smaller = outcome.smaller.filter(|smaller| smaller.units < chosen.units);
+            outcome.chosen = Some(chosen);
         }
         (outcome.trials, outcome.unfitted) = (ladder.trials, ladder.unfitted);
         return Ok(outcome);

@@ -56,6 +56,9 @@ fn agree(scene: &Scene, path: &Path, file: &PatchFile) -> Result<(), SceneError>
             return scene.bad(&format!("tissue.block_m[{axis}]"), &why);
         }
     }
+    if !whole {
+        agree_with_its_fit(scene, &path.to_string(), file)?;
+    }
     for (axis, place) in scene.probe.position_m.iter().flatten().enumerate() {
         let packed = f64::from(file.site_m[axis]);
         if (packed - place).abs() > ROUNDING * scene.probe.radius_m {
@@ -64,4 +67,29 @@ fn agree(scene: &Scene, path: &Path, file: &PatchFile) -> Result<(), SceneError>
         }
     }
     scene.refuse_deeper_than(f64::from(file.model.depth_limit_m), &format!("{path} answers"))
+}
+
+/// A patch with a far field answers for the organ, the probe and the inclusions that it was cut and fitted with; the organ itself is not in the file.
+fn agree_with_its_fit(scene: &Scene, path: &str, file: &PatchFile) -> Result<(), SceneError> {
+    let (packed, own) = (file.params.probe, scene.params([0.0, 0.0, 1.0]).probe);
+    if packed.shape != own.shape || packed.radius_m != own.radius_m {
+        let why = format!(
+            "is not the one {path} was fitted with ({:?}, {} m): use that or pack it again",
+            packed.shape, packed.radius_m
+        );
+        return scene.bad("probe", &why);
+    }
+    if scene.tissue.gravity_m_per_s2 != [0.0; 3] {
+        return scene.bad(
+            "tissue.gravity_m_per_s2",
+            &format!("is not zero, but the far field of {path} carries no weight: leave it out"),
+        );
+    }
+    if !scene.tissue.inclusion.is_empty() {
+        return scene.bad(
+            "tissue.inclusion",
+            &format!("cannot be put into {path}, which brings those it was packed with: leave it out or pack it again"),
+        );
+    }
+    Ok(())
 }

@@ -92,7 +92,7 @@ fn drawn(error_pct: f64) -> f64 {
     error_pct.abs().max(FLOOR_PCT)
 }
 
-/// Name in a legend, for someone who has not read the notes.
+/// Name in a legend, in full.
 fn words(edge: Edge) -> String {
     match edge {
         Edge::Fixed => "fixed edge (papers)".into(),
