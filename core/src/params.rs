@@ -87,7 +87,8 @@ pub struct Params {
     pub contact_mass: f32,
     /// Damping of the foundation, as a share of its cap times the step (zeta).
     pub contact_damping: f32,
-    /// Largest slope of the foundation, as a share of `m / T^2` of the lightest corner (eta).
+    /// Largest slope of the foundation, as a share of `m / T^2` of the lightest corner (eta), T the tick; substeps bear the square of their
+    /// number more.
     pub contact_cap: f32,
     /// Steps per tick.
     pub substeps: u16,
@@ -260,6 +261,7 @@ impl Params {
     pub fn check(&self) -> Result<(), BuildError> {
         let dt = self.tick_s / f32::from(self.substeps.max(1));
         let highest = Limits::HIGHEST;
+        let substeps = f32::from(self.substeps);
         // (name, value, smallest, largest); ranges are wide: they catch a wrong unit, not a bold choice
         let ranges = [
             ("youngs_modulus_pa", self.youngs_modulus_pa, 1.0, 1e9),
@@ -273,7 +275,7 @@ impl Params {
             ("mass_floor", self.mass_floor, 0.0, 1e3),
             ("contact_mass", self.contact_mass, 0.0, 1e3),
             ("contact_damping", self.contact_damping, 0.0, 1.0),
-            ("contact_cap", self.contact_cap, 1e-3, 4.0),
+            ("contact_cap", self.contact_cap, 1e-3, 4.0 * substeps * substeps),
             ("probe.radius_m", self.probe.radius_m, f32::MIN_POSITIVE, 1.0),
             ("limits.max_speed_m_per_s", self.limits.max_speed_m_per_s, f32::MIN_POSITIVE, highest.max_speed_m_per_s),
             ("limits.max_sink_m_per_s", self.limits.max_sink_m_per_s, f32::MIN_POSITIVE, highest.max_sink_m_per_s),

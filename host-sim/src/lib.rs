@@ -8,6 +8,7 @@ pub mod calibrate;
 pub mod chart;
 pub mod charts;
 pub mod clock;
+pub mod closed_loop;
 pub mod command;
 pub mod error;
 pub mod far_field;

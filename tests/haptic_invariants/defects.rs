@@ -5,9 +5,9 @@ use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::limits::LimitValues;
 use palpate::haptic::mode::Mode;
 use palpate::{Limiters, Vector3};
+use palpate_sim::closed_loop::watch::Tick;
 
 use crate::rig::{Defect, NORMAL, Rig};
-use crate::watch::Tick;
 
 /// Every situation there is, each once or more.
 fn script(defect: Option<Defect>) -> Rig {

@@ -4,4 +4,3 @@ mod defects;
 mod random;
 mod rig;
 mod scenes;
-mod watch;

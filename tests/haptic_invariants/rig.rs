@@ -6,8 +6,8 @@ use palpate::haptic::limits::LimitValues;
 use palpate::haptic::mode::Mode;
 use palpate::path::probe::ProbePose;
 use palpate::{Fault, Limiters, Output, Vector3};
+use palpate_sim::closed_loop::watch::{Broken, Tick, Watch};
 
-use crate::watch::{Tick, Watch};
 
 /// Outward normal of the half-space: slanted, so that an axis is not a direction.
 pub const NORMAL: Vector3<f32> = Vector3::new(0.48, 0.6, 0.64);
@@ -47,6 +47,7 @@ impl HapticDevice for Scripted {
             workspace_high_m: Vector3::new(0.2, 0.2, 0.2),
             count_m: 55e-6,
             delay_ticks: 1,
+            lag_s: 0.0,
         }
     }
 
@@ -72,8 +73,8 @@ pub struct Rig {
     pub tissue: HalfSpace,
     pub cycle: Cycle,
     pub defect: Option<Defect>,
-    /// Names of the invariants that were broken.
-    pub broken: Vec<&'static str>,
+    /// Invariants that were broken.
+    pub broken: Vec<Broken>,
     pub last: Option<Tick>,
     /// Modes and limiters met.
     pub modes: Vec<Mode>,
@@ -86,7 +87,7 @@ impl Rig {
     pub fn at(depth_m: f32) -> Self {
         let reading = Sensed { position_m: NORMAL * -depth_m, sequence: 0, status: SensorStatus::Good };
         let device = Scripted { reading, got_n: None };
-        let cycle = Cycle::build(&Settings::safe(1), &device.limits()).unwrap();
+        let cycle = Cycle::build(&Settings::safe(&device.limits()), &device.limits()).unwrap();
         let tissue = HalfSpace { n_per_m: 400.0, sick_n: None };
         let (broken, modes, limiters) = (Vec::new(), Vec::new(), Limiters::default());
         Self { device, tissue, cycle, defect: None, broken, last: None, modes, limiters, watch: Watch::default() }
@@ -123,12 +124,12 @@ impl Rig {
         if !self.modes.contains(&told.mode) {
             self.modes.push(told.mode);
         }
-        let mut tick = Tick { command, reading: self.device.reading, limits, told, got_n: self.device.got_n };
+        let mut tick = Tick { command, reading: self.device.reading, limits, told, got_n: self.device.got_n, unsound: None };
         if let (Some(defect), Some(before)) = (self.defect, &self.last) {
             defect(before, &mut tick);
         }
-        if let Err(name) = self.watch.check(&tick) {
-            self.broken.push(name);
+        if let Err(broken) = self.watch.check(&tick) {
+            self.broken.push(broken);
         }
         self.last = Some(tick);
         tick

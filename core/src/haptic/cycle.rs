@@ -66,7 +66,7 @@ impl Cycle {
             arming: settings.arming,
             per_ramp: 1.0 / f32::from(settings.arming.ramp_ticks),
             limits: Limits::build(&settings.limits, device, settings.tick_s)?,
-            damping: Damping::build(&settings.damping, settings.tick_s)?,
+            damping: Damping::build(&settings.damping, settings.tick_s, device.count_m)?,
             gate: PoseGate::default(),
             limiter: ForceLimiter::default(),
             observer: PassivityObserver::build(&settings.passivity, device)?,
@@ -86,6 +86,13 @@ impl Cycle {
     #[must_use]
     pub fn mode(&self) -> Mode {
         self.machine.mode()
+    }
+
+    /// Whether the last pose rendered touched the patch. What stiffens the tissue waits for false: under the probe it would give energy to the
+    /// hand; what softens it need not wait.
+    #[must_use]
+    pub fn in_contact(&self) -> bool {
+        self.touched
     }
 
     /// The limits.

@@ -30,6 +30,9 @@ pub const MOST_N_S_PER_M: f32 = 20.0;
 const FADE_IN_N: f32 = 0.1;
 /// Below this depth the Hertz slope is taken as at it [m]: there one encoder count would be most of the depth.
 const SHALLOWEST_M: f32 = 0.3e-3;
+/// Play before the velocity, in counts (1): a count that toggles kicks the damping less, and what turns round is damped all the same. None shakes
+/// 20 kPa on a frictionless device with 21 mN, a whole count lets 400 N/m swing by two (ARCHITECTURE.md).
+const PLAY_COUNTS: f32 = 0.2;
 
 /// How much to damp.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,17 +53,21 @@ impl DampingSettings {
     /// The model's force as it is: what the damping is compared with.
     pub const NONE: Self = Self { tau_s: 0.0, constant_n_s_per_m: 0.0, velocity_share: 1.0 };
 
-    /// Safe on anything, plain springs and frictionless devices too: `tau = 2 (d + 1/2) T`, 0.3 N s/m, 30 Hz at 1 kHz.
+    /// Safe on anything, plain springs and frictionless devices too: `tau = 2 (delay + T/2)`, 0.3 N s/m for each tick of delay, 30 Hz at 1 kHz. The delay [s] is that
+    /// from a force computed to a force acting: whole ticks and the amplifier's lag.
     #[must_use]
-    pub fn safe(delay_ticks: u8, tick_s: f32) -> Self {
-        let tau_s = (2.0 * f32::from(delay_ticks) + 1.0) * tick_s;
-        Self { tau_s, constant_n_s_per_m: 0.3, velocity_share: Self::SHARE_30_HZ }
+    pub fn safe(delay_s: f32, tick_s: f32) -> Self {
+        let tau_s = 2.0 * delay_s + tick_s;
+        // what is late by more than a tick turns round before the tangent has damped it
+        let late = if delay_s > tick_s { delay_s / tick_s } else { 1.0 };
+        Self { tau_s, constant_n_s_per_m: 0.3 * late, velocity_share: Self::SHARE_30_HZ }
     }
 
-    /// Most faithful on a patch with substeps under a device with friction: 3 ms up to one tick of delay, else `tau` as [`Self::safe`]; 100 Hz.
+    /// Most faithful on a patch with substeps under a device with friction: `tau` as [`Self::safe`] has it, that of one tick of delay at least;
+    /// 100 Hz.
     #[must_use]
-    pub fn faithful(delay_ticks: u8, tick_s: f32) -> Self {
-        let tau_s = Self::safe(delay_ticks.max(1), tick_s).tau_s;
+    pub fn faithful(delay_s: f32, tick_s: f32) -> Self {
+        let tau_s = Self::safe(if delay_s > tick_s { delay_s } else { tick_s }, tick_s).tau_s;
         Self { tau_s, constant_n_s_per_m: 0.0, velocity_share: Self::SHARE_100_HZ }
     }
 
@@ -89,31 +96,47 @@ pub fn hertz_slope_n_per_m(output: &Output) -> f32 {
 pub struct Damping {
     settings: DampingSettings,
     ticks_per_s: f32,
-    last_m: Option<Vector3<f32>>,
+    /// One count of the encoder [m].
+    count_m: f32,
+    /// Position behind a play [m]: a count that comes and goes moves it by less than a count.
+    played_m: Option<Vector3<f32>>,
     velocity_m_per_s: Vector3<f32>,
 }
 
 impl Damping {
-    /// At rest.
+    /// At rest; `count_m` is one count of the encoder [m].
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting.
-    pub fn build(settings: &DampingSettings, tick_s: f32) -> Result<Self, BuildError> {
+    pub fn build(settings: &DampingSettings, tick_s: f32, count_m: f32) -> Result<Self, BuildError> {
         settings.check()?;
-        within(&[("tick_s", tick_s, 1e-4, 1e-2)])?;
-        Ok(Self { settings: *settings, ticks_per_s: 1.0 / tick_s, last_m: None, velocity_m_per_s: Vector3::zeros() })
+        within(&[("tick_s", tick_s, 1e-4, 1e-2), ("device.count_m", count_m, 0.0, 1e-3)])?;
+        let ticks_per_s = 1.0 / tick_s;
+        Ok(Self {
+            settings: *settings,
+            ticks_per_s,
+            count_m,
+            played_m: None,
+            velocity_m_per_s: Vector3::zeros(),
+        })
     }
 
     /// Takes the pose of this tick [m]; in every tick, also in free space, so that the velocity is right at the touch.
     pub fn track(&mut self, position_m: Vector3<f32>) {
-        let last_m = self.last_m.replace(position_m).unwrap_or(position_m);
-        let newest = (position_m - last_m) * self.ticks_per_s;
-        self.velocity_m_per_s += (newest - self.velocity_m_per_s) * self.settings.velocity_share;
+        let last_m = self.played_m.unwrap_or(position_m);
+        let play_m = PLAY_COUNTS * self.count_m;
+        let played_m = last_m.zip_map(&position_m, |last, now| last.clamp(now - play_m, now));
+        self.played_m = Some(played_m);
+        let newest = (played_m - last_m) * self.ticks_per_s;
+        let smooth = self.velocity_m_per_s + (newest - self.velocity_m_per_s) * self.settings.velocity_share;
+        // counting fakes at most one count: what is further off is the low-pass being late, and late damping pushes a hand that turned round
+        let fake = self.count_m * self.ticks_per_s;
+        self.velocity_m_per_s = smooth.zip_map(&newest, |smooth, newest| smooth.clamp(newest - fake, newest + fake));
     }
 
     /// Forgets the velocity.
     pub fn reset(&mut self) {
-        (self.last_m, self.velocity_m_per_s) = (None, Vector3::zeros());
+        (self.played_m, self.velocity_m_per_s) = (None, Vector3::zeros());
     }
 
     /// Low-passed velocity [m/s].
@@ -149,7 +172,7 @@ mod tests {
 
     /// Damping that has moved with this velocity for long.
     fn moving(settings: &DampingSettings, velocity_m_per_s: Vector3<f32>) -> Damping {
-        let mut damping = Damping::build(settings, 1e-3).unwrap();
+        let mut damping = Damping::build(settings, 1e-3, 55e-6).unwrap();
         for n in 0..400_u16 {
             damping.track(velocity_m_per_s * (1e-3 * f32::from(n)));
         }
@@ -158,19 +181,19 @@ mod tests {
 
     #[test]
     fn settings_follow_the_delay() {
-        for (delay, tau_ms) in [(0, 1.0), (1, 3.0), (2, 5.0)] {
+        for (delay, tau_ms) in [(0.0, 1.0), (1e-3, 3.0), (2e-3, 5.0), (2.5e-3, 6.0)] {
             assert!((DampingSettings::safe(delay, 1e-3).tau_s - tau_ms * 1e-3).abs() < 1e-9);
         }
-        assert!((DampingSettings::faithful(0, 1e-3).tau_s - 3e-3).abs() < 1e-9);
+        assert!((DampingSettings::faithful(0.0, 1e-3).tau_s - 3e-3).abs() < 1e-9);
         let bad = DampingSettings { tau_s: f32::NAN, ..DampingSettings::NONE };
-        assert!(Damping::build(&bad, 1e-3).is_err());
+        assert!(Damping::build(&bad, 1e-3, 0.0).is_err());
     }
 
     #[test]
     fn going_in_adds_tau_k_v_along_the_normal_alone() {
         let normal = Vector3::new(0.6, 0.0, 0.8);
         let velocity = Vector3::new(-0.02, 0.05, -0.01);
-        let damping = moving(&DampingSettings::safe(1, 1e-3), velocity);
+        let damping = moving(&DampingSettings::safe(1e-3, 1e-3), velocity);
         let output = contact(normal * 0.8, normal, 2e-3);
         let into = -velocity.dot(&normal);
         let right = normal * (0.8 + (3e-3 * 400.0 + 0.3) * into);
@@ -179,18 +202,18 @@ mod tests {
 
     #[test]
     fn at_rest_and_in_free_space_nothing_is_added_and_it_never_pulls() {
-        let rest = moving(&DampingSettings::safe(2, 1e-3), Vector3::zeros());
+        let rest = moving(&DampingSettings::safe(2e-3, 1e-3), Vector3::zeros());
         let output = contact(Vector3::new(0.3, 0.1, 1.0), Vector3::z(), 1e-3);
         assert_eq!(rest.damp(&output, 1e4), output.force_n);
         for speed in [-0.5, 0.5] {
-            let damping = moving(&DampingSettings::safe(1, 1e-3), Vector3::new(0.0, 0.0, speed));
+            let damping = moving(&DampingSettings::safe(1e-3, 1e-3), Vector3::new(0.0, 0.0, speed));
             assert_eq!(damping.damp(&Output::NONE, 400.0), Vector3::zeros());
             assert!(damping.damp(&output, 1e6).z >= 0.0);
             // a model that pulls is no contact: not ours to mend
             let pulls = contact(Vector3::new(0.0, 0.0, -0.5), Vector3::z(), 1e-3);
             assert_eq!(damping.damp(&pulls, 400.0), pulls.force_n);
         }
-        let out = moving(&DampingSettings::safe(1, 1e-3), Vector3::new(0.0, 0.0, 1.0));
+        let out = moving(&DampingSettings::safe(1e-3, 1e-3), Vector3::new(0.0, 0.0, 1.0));
         assert_eq!(out.damp(&output, 1e6), Vector3::new(0.3, 0.1, 0.0), "all push gone, nothing more");
     }
 

@@ -23,6 +23,8 @@ pub struct DeviceLimits {
     pub count_m: f32,
     /// Whole ticks between computing a force and the actuators giving it, beyond the tick that it is held.
     pub delay_ticks: u8,
+    /// Time constant of amplifier and motor [s].
+    pub lag_s: f32,
 }
 
 impl DeviceLimits {
@@ -30,6 +32,12 @@ impl DeviceLimits {
     pub const MOST_DELAY_TICKS: u8 = 7;
     /// Longest force that any device may declare [N]: a hand withstands it.
     pub const MOST_FORCE_N: f32 = 20.0;
+
+    /// From a force computed to a force acting [s]: whole ticks and the lag.
+    #[must_use]
+    pub fn delay_s(&self, tick_s: f32) -> f32 {
+        f32::from(self.delay_ticks) * tick_s + self.lag_s
+    }
 
     /// Checks every number.
     ///
@@ -41,6 +49,7 @@ impl DeviceLimits {
             ("device.max_force_n", self.max_force_n, 0.01, Self::MOST_FORCE_N),
             ("device.count_m", self.count_m, 0.0, 1e-3),
             ("device.delay_ticks", f32::from(self.delay_ticks), 0.0, f32::from(Self::MOST_DELAY_TICKS)),
+            ("device.lag_s", self.lag_s, 0.0, 0.02),
             ("device.workspace_low_m[0]", self.workspace_low_m.x, -2.0, 2.0),
             ("device.workspace_low_m[1]", self.workspace_low_m.y, -2.0, 2.0),
             ("device.workspace_low_m[2]", self.workspace_low_m.z, -2.0, 2.0),

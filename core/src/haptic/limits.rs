@@ -163,6 +163,7 @@ pub(crate) mod tests {
             workspace_high_m: Vector3::new(0.08, 0.06, 0.06),
             count_m: 55e-6,
             delay_ticks: 1,
+            lag_s: 0.0,
         }
     }
 

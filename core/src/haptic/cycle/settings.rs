@@ -2,6 +2,7 @@
 
 use crate::fault::BuildError;
 use crate::haptic::damping::DampingSettings;
+use crate::haptic::device::DeviceLimits;
 use crate::haptic::limits::LimitValues;
 use crate::haptic::passivity::PassivitySettings;
 use crate::haptic::within;
@@ -81,13 +82,16 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Safe on anything, for a device with this delay, at 1 kHz.
+    /// Safe on anything, for this device, at 1 kHz: damping for its delay, limits within its force.
     #[must_use]
-    pub fn safe(delay_ticks: u8) -> Self {
+    pub fn safe(device: &DeviceLimits) -> Self {
+        let tick_s = 1e-3;
+        let limits = LimitValues::DESKTOP;
+        let max_force_n = if device.max_force_n < limits.max_force_n { device.max_force_n } else { limits.max_force_n };
         Self {
-            tick_s: 1e-3,
-            limits: LimitValues::DESKTOP,
-            damping: DampingSettings::safe(delay_ticks, 1e-3),
+            tick_s,
+            limits: LimitValues { max_force_n, ..limits },
+            damping: DampingSettings::safe(device.delay_s(tick_s), tick_s),
             passivity: PassivitySettings::DEFAULT,
             arming: ArmingSettings::DEFAULT,
         }

@@ -1,0 +1,17 @@
+//! The loop closed over an emulated hand and device: what a person would feel.
+//!
+//! ```text
+//! stimulus ─ hand ─ plant ─ sense ─ core::haptic::cycle ─ actuate ─ plant      every tick watched against the invariants
+//! ```
+//!
+//! [`run::run`] is that line. A [`device`] profile and a [`hand`] are data; a [`surface`] is a wall or the product's patch; a [`verdict`] is frozen.
+
+pub mod device;
+pub mod fidelity;
+pub mod hand;
+pub mod plant;
+pub mod run;
+pub mod stimulus;
+pub mod surface;
+pub mod verdict;
+pub mod watch;

@@ -1,0 +1,234 @@
+//! One run: arm outside, follow a stimulus, judge.
+
+use palpate::haptic::cycle::{Ask, Command, Cycle, Settings, Telemetry};
+use palpate::haptic::device::HapticDevice;
+use palpate::haptic::mode::Mode;
+use palpate::{BuildError, Fault, Vector3};
+
+use super::device::DeviceProfile;
+use super::hand::{Grip, Hand};
+use super::plant::{Plant, PortEnergy};
+use super::stimulus::{CLEAR_M, Course, Stimulus};
+use super::surface::Surface;
+use super::verdict::{Hold, largest_turn_deg, rms_above};
+use super::watch::{Broken, Tick, Watch};
+
+/// Ticks for arming and ramping in.
+const ARMING_TICKS: u32 = 700;
+/// Force below which a direction is not judged [N].
+const TURN_LEAST_N: f64 = 0.05;
+/// Push of a released hand, at most [N].
+const RELEASED_PUSH_N: f64 = 0.5;
+
+/// A loop.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup<'a> {
+    /// The device.
+    pub device: &'a DeviceProfile,
+    /// Who holds it.
+    pub hand: Hand,
+    /// What the hand does.
+    pub stimulus: Stimulus,
+    /// The controller.
+    pub settings: Settings,
+    /// Depth at which a press rests [m].
+    pub depth_m: f64,
+    /// Force of the tissue there [N].
+    pub static_n: f64,
+}
+
+/// One tick of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// Time from the start of the stimulus [s].
+    pub t_s: f64,
+    /// Handle [m].
+    pub at_m: Vector3<f64>,
+    /// Target of the hand [m].
+    pub target_m: Vector3<f64>,
+    /// Force of the motors at the end of the tick [N].
+    pub acting_n: Vector3<f64>,
+    /// Energy at the port.
+    pub energy: PortEnergy,
+    /// What the loop told.
+    pub told: Telemetry,
+}
+
+/// What a run showed.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// One row a tick, from the start of the stimulus.
+    pub rows: Vec<Row>,
+    /// The end, where it is a hold.
+    pub hold: Option<Hold>,
+    /// Energy created by the worst contact, at the true port [J].
+    pub created_j: f64,
+    /// Force above 50 Hz while pressing slowly, RMS [N]; where the stimulus is a slow press.
+    pub buzz_n: Option<f64>,
+    /// Force above 50 Hz in the hold, RMS [N].
+    pub hold_buzz_n: f64,
+    /// What the controller adds to the model's force at the end, over it (1).
+    pub static_error: f64,
+    /// Largest turn of the force in a tick [degrees]; where the stimulus crosses edges.
+    pub turn_deg: Option<f64>,
+    /// Strongest force [N].
+    pub peak_n: f64,
+    /// Invariants broken, each once.
+    pub broken: Vec<Broken>,
+    /// Why it ended, if a fault ended it.
+    pub fault: Option<Fault>,
+}
+
+impl Run {
+    /// Nothing but the tissue is felt.
+    #[must_use]
+    pub fn quiet(&self) -> bool {
+        self.fault.is_none() && self.broken.is_empty() && !self.hold.is_some_and(|h| h.limit_cycle())
+    }
+}
+
+/// Runs a loop.
+///
+/// # Errors
+/// What [`Cycle::build`] refuses.
+pub fn run(setup: &Setup, surface: &mut impl Surface) -> Result<Run, BuildError> {
+    let site = surface.site();
+    let course = course_of(setup, surface);
+    let start_m = site.point_m(-CLEAR_M, 0.0, 0.0);
+    let mut plant = Plant::new(setup.device, setup.hand, site.at_m.cast(), site.normal.cast(), start_m);
+    let mut cycle = Cycle::build(&setup.settings, &plant.limits())?;
+    let mut watched = Watched::default();
+    for asked in [Ask::Booted, Ask::TestPassed, Ask::Arm] {
+        watched.cycle(&mut cycle, &mut plant, surface, Command { asked: Some(asked), ..Command::HEARD });
+    }
+    for _ in 0..ARMING_TICKS {
+        watched.cycle(&mut cycle, &mut plant, surface, Command::HEARD);
+        plant.rest();
+    }
+    plant.set_velocity_m_per_s(-site.normal * course.entry_m_per_s());
+
+    let mut rows = Vec::with_capacity((course.seconds() * 1e3) as usize + 1);
+    let (mut t_s, mut ticks) = (0.0, 0_u32);
+    while t_s < course.seconds() {
+        if let Some(change) = course.change(t_s) {
+            surface.change(change);
+        }
+        surface.settle(cycle.in_contact());
+        let told = watched.cycle(&mut cycle, &mut plant, surface, Command::HEARD);
+        let aim = course.aim(t_s);
+        let touched = told.output.depth_m > 0.0 || told.applied_n != Vector3::zeros();
+        plant.step(&aim, touched);
+        rows.push(Row {
+            t_s,
+            at_m: plant.at_m(),
+            target_m: aim.at_m,
+            acting_n: plant.acting_n(),
+            energy: plant.energy(),
+            told,
+        });
+        if told.mode == Mode::Fault {
+            break;
+        }
+        ticks += 1;
+        t_s = f64::from(ticks) * 1e-3;
+    }
+    Ok(judge(setup, &course, rows, watched.broken))
+}
+
+/// The course of a stimulus for this hand on this surface.
+fn course_of(setup: &Setup, surface: &impl Surface) -> Course {
+    let push_n = if setup.hand.grip == Grip::Released { setup.static_n.min(RELEASED_PUSH_N) } else { 0.0 };
+    Course {
+        stimulus: setup.stimulus,
+        site: surface.site(),
+        depth_m: setup.depth_m,
+        reach_m: setup.hand.reach_m(setup.static_n),
+        push_n,
+    }
+}
+
+#[derive(Default)]
+struct Watched {
+    watch: Watch,
+    broken: Vec<Broken>,
+    ticks: u32,
+}
+
+impl Watched {
+    fn cycle(&mut self, cycle: &mut Cycle, plant: &mut Plant, surface: &mut impl Surface, command: Command) -> Telemetry {
+        let limits = *cycle.limits();
+        let mut seen = Seen { plant, reading: None, got_n: None };
+        let told = cycle.run(&mut seen, surface, command);
+        let (reading, got_n) = (seen.reading, seen.got_n);
+        self.ticks += 1;
+        // reading every node is dear, and what is not finite does not become so again
+        let unsound = if self.ticks.is_multiple_of(16) { surface.unsound() } else { None };
+        if let Some(reading) = reading
+            && let Err(broken) = self.watch.check(&Tick { command, reading, limits, told, got_n, unsound })
+            && !self.broken.contains(&broken)
+        {
+            self.broken.push(broken);
+        }
+        told
+    }
+}
+
+/// A plant whose ports are listened to.
+struct Seen<'a> {
+    plant: &'a mut Plant,
+    reading: Option<palpate::haptic::device::Sensed>,
+    got_n: Option<Vector3<f32>>,
+}
+
+impl HapticDevice for Seen<'_> {
+    fn limits(&self) -> palpate::haptic::device::DeviceLimits {
+        self.plant.limits()
+    }
+
+    fn sense(&mut self) -> palpate::haptic::device::Sensed {
+        let reading = self.plant.sense();
+        self.reading = Some(reading);
+        reading
+    }
+
+    fn actuate(&mut self, force_n: Vector3<f32>) {
+        self.got_n = Some(force_n);
+        self.plant.actuate(force_n);
+    }
+
+    fn release(&mut self) {
+        self.got_n = None;
+        self.plant.release();
+    }
+}
+
+fn judge(setup: &Setup, course: &Course, rows: Vec<Row>, broken: Vec<Broken>) -> Run {
+    let at_m: Vec<Vector3<f64>> = rows.iter().map(|r| r.at_m).collect();
+    let force_n: Vec<Vector3<f64>> = rows.iter().map(|r| r.told.applied_n.cast()).collect();
+    let ends = setup.stimulus.ends_in_hold();
+    let fault = rows.last().and_then(|r| r.told.fault);
+    let held_from = rows.len().saturating_sub(super::verdict::JUDGED);
+    // from the first touch until the hand stops
+    let pressing = || {
+        let from = rows.iter().position(|r| r.told.output.depth_m > 0.3e-3)?;
+        let stop_s = course.seconds() - super::stimulus::HOLD_S - 0.5;
+        let to = rows.iter().position(|r| r.t_s >= stop_s)?;
+        (to > from + 50).then(|| rms_above(force_n.get(..to).unwrap_or_default(), 50.0, from))
+    };
+    let static_error = rows.last().map_or(0.0, |r| {
+        let model_n = r.told.output.force_n;
+        if model_n.norm() > 0.0 { f64::from((r.told.applied_n - model_n).norm() / model_n.norm()) } else { 0.0 }
+    });
+    Run {
+        hold: ends.then(|| Hold::judge(&at_m, &force_n, setup.device.count_m)),
+        created_j: rows.last().map_or(0.0, |r| r.energy.worst_j),
+        buzz_n: if setup.stimulus.is_slow_press() { pressing() } else { None },
+        hold_buzz_n: if ends { rms_above(&force_n, 50.0, held_from) } else { 0.0 },
+        static_error,
+        turn_deg: setup.stimulus.crosses_edges().then(|| largest_turn_deg(&force_n, TURN_LEAST_N)),
+        peak_n: force_n.iter().map(|f| f.norm()).fold(0.0, f64::max),
+        broken,
+        fault,
+        rows,
+    }
+}

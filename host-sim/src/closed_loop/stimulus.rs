@@ -1,0 +1,342 @@
+//! What the hand does: twelve stimuli, from a tap to an organ swapped under the probe.
+
+use palpate::Vector3;
+
+use super::hand::Aim;
+
+/// Where every course begins and where the loop arms, outside the tissue [m].
+pub const CLEAR_M: f64 = 5e-3;
+/// A hold that is judged at the end of a course [s].
+pub const HOLD_S: f64 = 2.0;
+/// Time for a press to settle [s].
+const SETTLE_S: f64 = 0.75;
+
+/// Something that happens to the tissue.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Change {
+    /// Its stiffness becomes this many times the first one.
+    Stiffness(f64),
+    /// Another organ lies behind the patch: its far field becomes this many times as stiff. A tissue without a far field becomes itself so.
+    FarField(f64),
+}
+
+/// A stimulus.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stimulus {
+    /// S1 .. S12, the speed of a tap behind a dash.
+    pub id: &'static str,
+    /// What it is.
+    pub name: &'static str,
+    kind: Kind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Tap { m_per_s: f64 },
+    SlowPress,
+    Step,
+    Hold { s: f64 },
+    Sine,
+    Drag,
+    Release,
+    Chirp,
+    Random { seed: u32 },
+    Crossing,
+    Stiffness,
+    Swap,
+}
+
+/// Every stimulus. S4 is the long hold of a minute.
+pub const STIMULI: [Stimulus; 15] = [
+    Stimulus { id: "S1-0.05", name: "tap 0.05 m/s", kind: Kind::Tap { m_per_s: 0.05 } },
+    Stimulus { id: "S1-0.2", name: "tap 0.2 m/s", kind: Kind::Tap { m_per_s: 0.2 } },
+    Stimulus { id: "S1-0.5", name: "tap 0.5 m/s", kind: Kind::Tap { m_per_s: 0.5 } },
+    Stimulus { id: "S1-1", name: "tap 1 m/s", kind: Kind::Tap { m_per_s: 1.0 } },
+    Stimulus { id: "S2", name: "slow press", kind: Kind::SlowPress },
+    Stimulus { id: "S3", name: "target jumps in", kind: Kind::Step },
+    Stimulus { id: "S4", name: "hold a minute", kind: Kind::Hold { s: 60.0 } },
+    Stimulus { id: "S5", name: "sine 0.5-20 Hz", kind: Kind::Sine },
+    Stimulus { id: "S6", name: "drag 0.1 m/s", kind: Kind::Drag },
+    Stimulus { id: "S7", name: "let go", kind: Kind::Release },
+    Stimulus { id: "S8", name: "chirp 1-400 Hz", kind: Kind::Chirp },
+    Stimulus { id: "S9", name: "random motion", kind: Kind::Random { seed: 9 } },
+    Stimulus { id: "S10", name: "crossing edges", kind: Kind::Crossing },
+    Stimulus { id: "S11", name: "stiffness x2, /2", kind: Kind::Stiffness },
+    Stimulus { id: "S12", name: "organ swapped", kind: Kind::Swap },
+];
+
+impl Stimulus {
+    /// The stimulus of this id or name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        STIMULI.into_iter().find(|s| s.id.eq_ignore_ascii_case(name) || s.name == name)
+    }
+
+    /// The same, no longer than a few seconds: a hold of three.
+    #[must_use]
+    pub fn short(self) -> Self {
+        match self.kind {
+            Kind::Hold { .. } => Self { kind: Kind::Hold { s: 3.0 }, ..self },
+            _ => self,
+        }
+    }
+
+    /// Whether its end is a hold in contact, in which a limit cycle would show.
+    #[must_use]
+    pub fn ends_in_hold(&self) -> bool {
+        self.kind != Kind::Release
+    }
+
+    /// Whether it presses slowly, so that what shakes is the loop's own.
+    #[must_use]
+    pub fn is_slow_press(&self) -> bool {
+        self.kind == Kind::SlowPress
+    }
+
+    /// Whether it goes over the edges of elements, where the direction of the force must not jump.
+    #[must_use]
+    pub fn crosses_edges(&self) -> bool {
+        matches!(self.kind, Kind::Drag | Kind::Crossing)
+    }
+}
+
+/// Where the press goes, in the frame of the site.
+#[derive(Clone, Copy, Debug)]
+pub struct Site {
+    /// On the rest surface [m].
+    pub at_m: Vector3<f64>,
+    /// Out of the tissue.
+    pub normal: Vector3<f64>,
+    /// Along the surface.
+    pub along: Vector3<f64>,
+}
+
+impl Site {
+    /// The site and its normal; `along` is chosen.
+    #[must_use]
+    pub fn new(at_m: Vector3<f64>, normal: Vector3<f64>) -> Self {
+        let helper = if normal.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
+        let along = (helper - normal * helper.dot(&normal)).normalize();
+        Self { at_m, normal, along }
+    }
+
+    /// A point at a depth [m] and at distances along the surface [m].
+    #[must_use]
+    pub fn point_m(&self, depth_m: f64, along_m: f64, across_m: f64) -> Vector3<f64> {
+        self.at_m - self.normal * depth_m + self.along * along_m + self.normal.cross(&self.along) * across_m
+    }
+}
+
+/// A stimulus for a hand on a tissue.
+#[derive(Clone, Copy, Debug)]
+pub struct Course {
+    /// The stimulus.
+    pub stimulus: Stimulus,
+    /// Where.
+    pub site: Site,
+    /// Depth that a press rests at [m].
+    pub depth_m: f64,
+    /// How much deeper the hand's target is then [m].
+    pub reach_m: f64,
+    /// Push of a released hand then [N]; zero for every other.
+    pub push_n: f64,
+}
+
+impl Course {
+    /// How long it takes [s]; its last [`HOLD_S`] are steady.
+    #[must_use]
+    pub fn seconds(&self) -> f64 {
+        let way_m = CLEAR_M + self.depth_m + self.reach_m;
+        let own = match self.stimulus.kind {
+            Kind::Tap { m_per_s } => way_m / m_per_s + 2.0,
+            Kind::SlowPress => way_m / 5e-3 + 0.5,
+            Kind::Step => 1.5,
+            Kind::Hold { s } => way_m / 0.05 + s,
+            Kind::Sine | Kind::Chirp => way_m / 0.05 + SETTLE_S + 4.0 + SETTLE_S,
+            Kind::Drag | Kind::Crossing => way_m / 0.05 + SETTLE_S + 0.4 + SETTLE_S,
+            Kind::Release => way_m / 0.05 + SETTLE_S + 1.0,
+            Kind::Random { .. } => way_m / 0.05 + 5.0 + SETTLE_S,
+            Kind::Stiffness | Kind::Swap => way_m / 0.05 + SETTLE_S + 2.0,
+        };
+        own + HOLD_S
+    }
+
+    /// Speed with which the handle comes in [m/s].
+    #[must_use]
+    pub fn entry_m_per_s(&self) -> f64 {
+        match self.stimulus.kind {
+            Kind::Tap { m_per_s } => m_per_s,
+            _ => 0.0,
+        }
+    }
+
+    /// Where the hand's target is at a depth, its reach in proportion.
+    fn target(&self, depth_m: f64, along_m: f64, across_m: f64) -> Vector3<f64> {
+        let share = if self.depth_m > 0.0 { (depth_m / self.depth_m).max(0.0) } else { 0.0 };
+        self.site.point_m(depth_m + self.reach_m * share, along_m, across_m)
+    }
+
+    /// What the hand aims at.
+    #[must_use]
+    pub fn aim(&self, t_s: f64) -> Aim {
+        let (dt_s, end_s) = (1e-6, self.seconds());
+        let at_m = self.at(t_s);
+        let velocity_m_per_s = match self.stimulus.kind {
+            Kind::Step => Vector3::zeros(),
+            _ => (self.at(t_s + dt_s) - at_m) / dt_s,
+        };
+        let let_go = self.stimulus.kind == Kind::Release && t_s > self.press_s(0.05) + SETTLE_S;
+        let mut push_n = -self.site.normal * (self.push_n * self.push_share(t_s));
+        if self.stimulus.kind == Kind::Chirp {
+            push_n += self.site.normal * self.chirp_n(t_s);
+        }
+        Aim { at_m, velocity_m_per_s, push_n, let_go, steady: t_s > end_s - HOLD_S }
+    }
+
+    /// A released hand swings with the sine; otherwise it pushes all the time.
+    fn push_share(&self, t_s: f64) -> f64 {
+        match self.stimulus.kind {
+            Kind::Sine => 1.0 - self.sine(t_s) * 0.5,
+            _ => 1.0,
+        }
+    }
+
+    /// Time of a press at a speed [s].
+    fn press_s(&self, m_per_s: f64) -> f64 {
+        (CLEAR_M + self.depth_m + self.reach_m) / m_per_s
+    }
+
+    /// Depth of a press at a speed [m], the reach left out.
+    fn pressed_m(&self, t_s: f64, m_per_s: f64) -> f64 {
+        let deep = self.depth_m + self.reach_m;
+        let depth_m = (m_per_s * t_s - CLEAR_M).min(deep);
+        if depth_m > 0.0 { depth_m * self.depth_m / deep } else { depth_m }
+    }
+
+    /// From 0 over 1 and back, faster and faster from 0.5 to 20 Hz over 4 s once pressed; 0 before and after.
+    fn sine(&self, t_s: f64) -> f64 {
+        let s = t_s - self.press_s(0.05) - SETTLE_S;
+        if !(0.0..4.0).contains(&s) {
+            return 0.0;
+        }
+        0.5 - 0.5 * sweep(s, 4.0, 0.5, 20.0).cos()
+    }
+
+    fn chirp_n(&self, t_s: f64) -> f64 {
+        let s = t_s - self.press_s(0.05) - SETTLE_S;
+        if (0.0..4.0).contains(&s) { 0.1 * sweep(s, 4.0, 1.0, 400.0).sin() } else { 0.0 }
+    }
+
+    fn at(&self, t_s: f64) -> Vector3<f64> {
+        let press = |m_per_s| self.pressed_m(t_s, m_per_s);
+        let moved_s = t_s - self.press_s(0.05) - SETTLE_S;
+        match self.stimulus.kind {
+            Kind::Tap { m_per_s } => self.target(press(m_per_s), 0.0, 0.0),
+            Kind::SlowPress => self.target(press(5e-3), 0.0, 0.0),
+            Kind::Step => self.target(if t_s < 0.1 { -CLEAR_M } else { self.depth_m }, 0.0, 0.0),
+            Kind::Sine => self.target(press(0.05).min(self.depth_m * (1.0 - 0.8 * self.sine(t_s))), 0.0, 0.0),
+            // 100 mm/s over the fine part of the patch and back to the middle
+            Kind::Drag => self.target(press(0.05), zigzag(moved_s, 0.1, 8e-3), 0.0),
+            Kind::Crossing => {
+                let way_m = zigzag(moved_s, 0.2, 7e-3);
+                self.target(press(0.05).min(0.5 * self.depth_m), 0.8 * way_m, 0.6 * way_m)
+            }
+            Kind::Random { seed } => {
+                let s = t_s - self.press_s(0.05);
+                let on = if (0.0..5.0).contains(&s) { (s * (5.0 - s) / 2.0).min(1.0) } else { 0.0 };
+                let [a, b, c] = [0, 1, 2].map(|n| on * noise(s, seed.wrapping_mul(31).wrapping_add(n)));
+                let depth_m = if s < 0.0 { press(0.05) } else { self.depth_m * (1.0 - on * 0.6 + 0.6 * a) };
+                self.target(depth_m, 4e-3 * b, 4e-3 * c)
+            }
+            Kind::Hold { .. } | Kind::Release | Kind::Chirp | Kind::Stiffness | Kind::Swap => self.target(press(0.05), 0.0, 0.0),
+        }
+    }
+
+    /// What happens to the tissue in the tick that ends at this time [s].
+    #[must_use]
+    pub fn change(&self, t_s: f64) -> Option<Change> {
+        let s = t_s - self.press_s(0.05) - SETTLE_S;
+        let at = |when: f64| (s - when).abs() < 0.5e-3;
+        let make = match self.stimulus.kind {
+            Kind::Stiffness => Change::Stiffness,
+            Kind::Swap => Change::FarField,
+            _ => return None,
+        };
+        [(0.0, 2.0), (0.7, 0.5), (1.4, 1.0)].into_iter().find(|(when, _)| at(*when)).map(|(_, ratio)| make(ratio))
+    }
+}
+
+/// Phase of a sweep from one frequency to another, evenly in octaves [rad].
+fn sweep(s: f64, seconds: f64, from_hz: f64, to_hz: f64) -> f64 {
+    let rate = (to_hz / from_hz).ln() / seconds;
+    std::f64::consts::TAU * from_hz * ((rate * s).exp() - 1.0) / rate
+}
+
+/// To one side, to the other, back to the middle, at a constant speed; zero before and after [m].
+fn zigzag(s: f64, m_per_s: f64, half_m: f64) -> f64 {
+    match m_per_s * s / half_m {
+        legs if legs < 0.0 => 0.0,
+        legs if legs < 1.0 => legs * half_m,
+        legs if legs < 3.0 => (2.0 - legs) * half_m,
+        legs if legs < 4.0 => (legs - 4.0) * half_m,
+        _ => 0.0,
+    }
+}
+
+/// Smooth noise between about -1 and 1 with nothing above 8 Hz, the same for a seed every time.
+fn noise(s: f64, seed: u32) -> f64 {
+    let tones = 8;
+    let of = |n: u32| {
+        // two numbers between 0 and 1 from a mix of bits
+        let mixed = seed.wrapping_mul(0x9e37_79b9).wrapping_add(n.wrapping_mul(0x85eb_ca6b)) ^ 0x5bd1_e995;
+        let mixed = (mixed ^ (mixed >> 15)).wrapping_mul(0x2c1b_3c6d);
+        (f64::from(mixed & 0xffff) / 65536.0, f64::from(mixed >> 16) / 65536.0)
+    };
+    let tone = |n: u32| {
+        let (hz, phase) = of(n);
+        (std::f64::consts::TAU * ((0.3 + 7.7 * hz) * s + phase)).sin()
+    };
+    (0..tones).map(tone).sum::<f64>() / f64::from(tones).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn course(stimulus: Stimulus) -> Course {
+        let site = Site::new(Vector3::new(0.01, 0.0, 0.02), Vector3::new(0.0, 0.6, 0.8));
+        Course { stimulus, site, depth_m: 4e-3, reach_m: 7e-3, push_n: 0.0 }
+    }
+
+    #[test]
+    fn every_course_starts_outside_and_ends_in_a_steady_hold_without_a_jump() {
+        for stimulus in STIMULI {
+            let course = course(stimulus.short());
+            let end = course.seconds();
+            assert!((course.aim(0.0).at_m - course.site.point_m(-CLEAR_M, 0.0, 0.0)).norm() < 1e-9, "{}", stimulus.id);
+            let hold = course.aim(end);
+            assert!((course.aim(end - HOLD_S + 0.02).at_m - hold.at_m).norm() < 1e-9 && hold.steady, "{}", stimulus.id);
+            let depth = if stimulus.id == "S10" { 0.5 } else { 1.0 };
+            assert!((hold.at_m - course.site.point_m(11e-3 * depth, 0.0, 0.0)).norm() < 1e-9, "{}: {hold:?}", stimulus.id);
+            let ticks = (end / 1e-3) as u32;
+            let farthest = (0..ticks)
+                .map(|n| f64::from(n) * 1e-3)
+                .map(|t| (course.aim(t + 1e-3).at_m - course.aim(t).at_m).norm())
+                .fold(0.0, f64::max);
+            let jumps = stimulus.id == "S3";
+            assert!(jumps == (farthest > 2e-3), "{}: {farthest} m in a tick", stimulus.id);
+        }
+    }
+
+    #[test]
+    fn tissue_changes_three_times_and_ends_as_it_began() {
+        for id in ["S11", "S12"] {
+            let course = course(Stimulus::named(id).unwrap());
+            let changes: Vec<Change> = (0..(course.seconds() * 1e3) as u32).filter_map(|n| course.change(f64::from(n) * 1e-3)).collect();
+            let ratio = |c: &Change| match c {
+                Change::Stiffness(r) | Change::FarField(r) => *r,
+            };
+            assert_eq!(changes.iter().map(ratio).collect::<Vec<_>>(), [2.0, 0.5, 1.0], "{id}");
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! Whether a hand would feel anything but the tissue: the frozen limit-cycle detector, buzz, energy, what the controller adds.
+//!
+//! A hold *fails* if in its last half second the handle swings by more than two counts (5 um at least), or the force above 20 Hz is
+//! stronger than 20 mN RMS, or the swing grows over three windows of 100 ms, one after the other. 20 mN is two thirds of the one detection threshold
+//! found for such devices (30 mN, Dosher and Hannaford, bare finger, slow exploration).
+
+use palpate::Vector3;
+
+/// Ticks of the hold that are judged.
+pub const JUDGED: usize = 500;
+const WINDOW: usize = 100;
+/// Force above 20 Hz that is felt [N].
+pub const FELT_N: f64 = 0.020;
+/// Least swing that counts [m].
+const LEAST_SWING_M: f64 = 5e-6;
+
+/// What the last half second of a hold showed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Hold {
+    /// Peak to peak of the handle, largest of the axes [m].
+    pub swing_m: f64,
+    /// RMS of the force above 20 Hz, of the vector [N].
+    pub shake_n: f64,
+    /// The swing grew over three windows in a row.
+    pub grows: bool,
+    /// What the swing is held against [m].
+    pub most_swing_m: f64,
+}
+
+impl Hold {
+    /// Judges the end of a run: positions of the handle [m] and forces on it [N], one a tick, and the encoder's count [m].
+    #[must_use]
+    pub fn judge(at_m: &[Vector3<f64>], force_n: &[Vector3<f64>], count_m: f64) -> Self {
+        let last = at_m.len().saturating_sub(JUDGED);
+        let tail = &at_m[last..];
+        let most_swing_m = (2.0 * count_m).max(LEAST_SWING_M);
+        let windows: Vec<f64> = tail.chunks_exact(WINDOW).map(swing_m).collect();
+        let grew = |w: &[f64]| w[1] > 1.01 * w[0] && w[2] > 1.01 * w[1] && w[2] > 0.5 * most_swing_m;
+        Self {
+            swing_m: swing_m(tail),
+            shake_n: rms_above(force_n, 20.0, last),
+            grows: windows.windows(3).any(grew),
+            most_swing_m,
+        }
+    }
+
+    /// It fails.
+    #[must_use]
+    pub fn limit_cycle(&self) -> bool {
+        // written so that not-a-number fails
+        !(self.swing_m <= self.most_swing_m && self.shake_n <= FELT_N) || self.grows
+    }
+}
+
+fn swing_m(at_m: &[Vector3<f64>]) -> f64 {
+    let Some(first) = at_m.first() else { return 0.0 };
+    let (low, high) = at_m.iter().fold((*first, *first), |(l, h), x| (l.inf(x), h.sup(x)));
+    (high - low).max()
+}
+
+/// RMS of a force above a frequency [N], from a tick on; a Butterworth high-pass of fourth order that has seen all before.
+#[must_use]
+pub fn rms_above(force_n: &[Vector3<f64>], hz: f64, from: usize) -> f64 {
+    let Some(first) = force_n.first() else { return 0.0 };
+    if from >= force_n.len() {
+        return 0.0;
+    }
+    let mut square = 0.0;
+    for axis in 0..3 {
+        // a step at the start would ring: it begins at rest at its first value
+        let mut stages = [HighPass::new(hz, 0.541_196_1), HighPass::new(hz, 1.306_563)];
+        for (n, force) in force_n.iter().enumerate() {
+            let y = stages.iter_mut().fold(force[axis] - first[axis], |x, stage| stage.next(x));
+            square += if n >= from { y * y } else { 0.0 };
+        }
+    }
+    (square / (force_n.len() - from) as f64).sqrt()
+}
+
+/// Second-order high-pass at 1 kHz by the bilinear transform.
+#[derive(Clone, Copy, Debug)]
+struct HighPass {
+    gain: f64,
+    a: [f64; 2],
+    x: [f64; 2],
+    y: [f64; 2],
+}
+
+impl HighPass {
+    fn new(hz: f64, q: f64) -> Self {
+        let w = (std::f64::consts::PI * hz * 1e-3).tan();
+        let gain = 1.0 / (1.0 + w / q + w * w);
+        Self { gain, a: [2.0 * (w * w - 1.0) * gain, (1.0 - w / q + w * w) * gain], x: [0.0; 2], y: [0.0; 2] }
+    }
+
+    fn next(&mut self, x: f64) -> f64 {
+        let y = self.gain * (x - 2.0 * self.x[0] + self.x[1]) - self.a[0] * self.y[0] - self.a[1] * self.y[1];
+        self.x = [x, self.x[0]];
+        self.y = [y, self.y[0]];
+        y
+    }
+}
+
+/// Largest turn of a force from tick to tick [degrees], where it is stronger than `least_n`.
+#[must_use]
+pub fn largest_turn_deg(force_n: &[Vector3<f64>], least_n: f64) -> f64 {
+    let turn = |w: &[Vector3<f64>]| if w[0].norm().min(w[1].norm()) > least_n { w[0].angle(&w[1]).to_degrees() } else { 0.0 };
+    force_n.windows(2).map(turn).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn still() -> Vec<Vector3<f64>> {
+        vec![Vector3::zeros(); 2000]
+    }
+
+    fn waves(amplitude: f64, hz: f64, growth_per_s: f64) -> Vec<Vector3<f64>> {
+        let at = |n: u32| f64::from(n) * 1e-3;
+        let wave = |t: f64| amplitude * (growth_per_s * t).exp() * (std::f64::consts::TAU * hz * t).sin();
+        (0..2000).map(|n| Vector3::new(0.0, 0.0, wave(at(n)))).collect()
+    }
+
+    #[test]
+    fn a_still_hand_passes_and_each_of_the_three_signs_fails() {
+        let count_m = 55e-6;
+        assert!(!Hold::judge(&still(), &still(), count_m).limit_cycle());
+        // 100 um peak to peak is allowed, 120 is not
+        assert!(!Hold::judge(&waves(50e-6, 10.0, 0.0), &still(), count_m).limit_cycle());
+        assert!(Hold::judge(&waves(60e-6, 10.0, 0.0), &still(), count_m).limit_cycle());
+        // 20 mN RMS is 28.3 mN of amplitude
+        assert!(!Hold::judge(&still(), &waves(27e-3, 100.0, 0.0), count_m).limit_cycle());
+        assert!(Hold::judge(&still(), &waves(29.5e-3, 100.0, 0.0), count_m).limit_cycle());
+        let growing = Hold::judge(&waves(5e-6, 30.0, 1.0), &still(), count_m);
+        assert!(growing.grows && growing.swing_m < 110e-6, "{growing:?}");
+        let nan = vec![Vector3::repeat(f64::NAN); 2000];
+        assert!(Hold::judge(&nan, &nan, count_m).limit_cycle());
+    }
+
+    #[test]
+    fn the_high_pass_has_the_closed_form_of_a_butterworth() {
+        for (hz, order) in [(20.0, 4), (50.0, 4)] {
+            for tone_hz in [5.0, 20.0, 50.0, 120.0, 300.0] {
+                let rms = rms_above(&waves(1.0, tone_hz, 0.0), hz, 1000) * std::f64::consts::SQRT_2;
+                let warp = |f: f64| (std::f64::consts::PI * f * 1e-3).tan();
+                let closed = 1.0 / (1.0 + (warp(hz) / warp(tone_hz)).powi(2 * order)).sqrt();
+                assert!((rms - closed).abs() < 5e-3, "{tone_hz} Hz above {hz} Hz: {rms}, closed form {closed}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_turn_is_an_angle() {
+        let force = [Vector3::z(), Vector3::new(0.0, 0.1, 0.995), Vector3::x() * 1e-4];
+        assert!((largest_turn_deg(&force, 1e-3) - 5.74).abs() < 0.01);
+    }
+}

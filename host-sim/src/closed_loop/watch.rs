@@ -1,0 +1,148 @@
+//! The invariants of the loop, judged from outside in every tick: from what went in, what it told and what the device got.
+//!
+//! I1 the force is finite and no longer than the limit; I2 it grows no faster than the slew and keeps its direction; I3 no force without a mode that
+//! allows it, and in `SafeRamp` only a falling one; I4 a fault stays until it is cleared, after good poses; I5 the tissue's state is finite and near its
+//! patch; I7 nothing old is rendered; I8 limits only go down; I9 what is told is what is given; I10 ticks count up by one. I6, no allocation and
+//! no panic, is proven on the image, not watched.
+
+use palpate::haptic::cycle::{Ask, Command, Telemetry};
+use palpate::haptic::device::{Sensed, SensorStatus};
+use palpate::haptic::limits::LimitValues;
+use palpate::haptic::mode::Mode;
+use palpate::{Limiters, Vector3};
+
+/// Rounding of a force of a few newtons [N].
+const ROUNDING_N: f32 = 2e-6;
+
+/// Everything at the loop's borders in one tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Tick {
+    /// What the host said.
+    pub command: Command,
+    /// What the loop read.
+    pub reading: Sensed,
+    /// Limits in force.
+    pub limits: LimitValues,
+    /// What it told.
+    pub told: Telemetry,
+    /// What the device got: a force [N], or its release.
+    pub got_n: Option<Vector3<f32>>,
+    /// What is wrong with the tissue's state.
+    pub unsound: Option<&'static str>,
+}
+
+impl Tick {
+    /// Force on the hand [N].
+    #[must_use]
+    pub fn force_n(&self) -> Vector3<f32> {
+        self.got_n.unwrap_or_default()
+    }
+}
+
+/// An invariant that was broken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Broken {
+    /// I1 .. I10.
+    pub id: &'static str,
+    /// What of it.
+    pub what: &'static str,
+}
+
+/// Judges tick after tick.
+#[derive(Clone, Debug, Default)]
+pub struct Watch {
+    /// The last three ticks, newest first.
+    past: [Option<Tick>; 3],
+    silent: u32,
+    old: u32,
+    arming: u32,
+    /// Readings in a row, while in fault, that nothing is wrong with.
+    good: u32,
+}
+
+fn allows_force(mode: Mode) -> bool {
+    matches!(mode, Mode::Active | Mode::Degraded | Mode::SafeRamp)
+}
+
+impl Watch {
+    /// The first invariant that this tick breaks.
+    ///
+    /// # Errors
+    /// Which one.
+    pub fn check(&mut self, now: &Tick) -> Result<(), Broken> {
+        self.silent = if now.command.heard { 0 } else { self.silent + 1 };
+        let answer = self.judge(now);
+        self.arming = if now.told.mode == Mode::Arming { self.arming + 1 } else { 0 };
+        self.past = [Some(*now), self.past[0], self.past[1]];
+        answer
+    }
+
+    fn judge(&mut self, now: &Tick) -> Result<(), Broken> {
+        let hold = |id, what, holds: bool| if holds { Ok(()) } else { Err(Broken { id, what }) };
+        let (told, force_n) = (&now.told, now.force_n());
+        let length_n = force_n.norm();
+        hold("I1", "finite", force_n.iter().all(|c| c.is_finite()))?;
+        hold("I9", "told is given", told.applied_n == force_n)?;
+        hold("I5", now.unsound.unwrap_or_default(), now.unsound.is_none() || told.mode == Mode::Fault)?;
+        hold("I1", "longest", length_n <= now.limits.max_force_n + ROUNDING_N)?;
+        hold("I3", "force without mode", allows_force(told.mode) || now.got_n.is_none())?;
+        hold("I4", "fault without mode", told.fault.is_some() == (told.mode == Mode::Fault))?;
+
+        let pose = now.reading.position_m;
+        let readable = pose.iter().all(|c| c.is_finite()) && now.reading.status == SensorStatus::Good;
+        hold("I7", "bad reading", readable || told.mode == Mode::Fault)?;
+        hold("I4", "board's finding", now.command.found.is_none() || told.mode == Mode::Fault)?;
+        hold("I3", "free space", told.output.depth_m > 0.0 || told.output.force_n != Vector3::zeros() || length_n == 0.0)?;
+        let pushes = told.output.force_n.dot(&told.output.normal) >= 0.0;
+        hold("I1", "pull", !pushes || force_n.dot(&told.output.normal) >= -ROUNDING_N)?;
+        if !told.limiters.contains(Limiters::SLEW) && length_n > 1e-3 {
+            let aside = force_n.cross(&told.wanted_n).norm();
+            hold("I2", "direction", aside <= 0.03 * length_n * told.wanted_n.norm() && force_n.dot(&told.wanted_n) > 0.0)?;
+        }
+        hold("I3", "host silence", self.silent < 150 || length_n <= 0.05)?;
+
+        let Some(before) = self.past[0] else { return hold("I3", "boot", !allows_force(told.mode) && told.mode != Mode::Arming) };
+        hold("I8", "a limit rose", now.limits.max_force_n <= before.limits.max_force_n)?;
+        hold("I10", "count", told.tick == before.told.tick.wrapping_add(1))?;
+        self.against(now, &before)
+    }
+
+    fn against(&mut self, now: &Tick, before: &Tick) -> Result<(), Broken> {
+        let hold = |id, what, holds: bool| if holds { Ok(()) } else { Err(Broken { id, what }) };
+        let (told, force_n, last_n) = (&now.told, now.force_n(), before.force_n());
+
+        // some share of the last force, and at most the slew more
+        let near_n = (0..=1000).map(|n| (force_n - last_n * (n as f32 * 1e-3)).norm()).fold(f32::MAX, f32::min);
+        hold("I2", "slew", near_n <= now.limits.max_slew_n_per_s * 1e-3 + 1.5e-3)?;
+        hold("I3", "ramp falls", told.mode != Mode::SafeRamp || force_n.norm() <= last_n.norm() + ROUNDING_N)?;
+
+        let (from, to) = (before.told.mode, told.mode);
+        let comes_from = match to {
+            Mode::Active => matches!(from, Mode::Active | Mode::Arming | Mode::Degraded),
+            Mode::Degraded => matches!(from, Mode::Active | Mode::Degraded),
+            Mode::SafeRamp => matches!(from, Mode::Active | Mode::Degraded | Mode::SafeRamp),
+            Mode::Arming => matches!(from, Mode::Idle | Mode::Arming),
+            _ => true,
+        };
+        hold("I3", "way to force", comes_from)?;
+        hold("I3", "calm arming", to != Mode::Active || from != Mode::Arming || self.arming >= 99)?;
+
+        let healed = from == Mode::Fault && to != Mode::Fault;
+        hold("I4", "latched", !healed || (now.command.asked == Some(Ask::Clear) && self.good >= 100))?;
+        hold("I4", "first fault", from != Mode::Fault || healed || told.fault == before.told.fault)?;
+        self.good = if from == Mode::Fault && now.command.found.is_none() { self.good + 1 } else { 0 };
+
+        let fresh = now.reading.sequence.wrapping_sub(before.reading.sequence).cast_signed() > 0;
+        self.old = if fresh { 0 } else { self.old + 1 };
+        hold("I7", "stale", self.old <= 2 || to == Mode::Fault)?;
+
+        if let [Some(one), Some(two), _] = self.past {
+            let believed = two.told.fault.is_none() && !two.told.limiters.contains(Limiters::HELD);
+            let forced = one.force_n() != Vector3::zeros() && two.force_n() != Vector3::zeros();
+            let new = fresh && one.reading.sequence.wrapping_sub(two.reading.sequence).cast_signed() > 0;
+            let far = |t: &Tick| (t.reading.position_m - two.reading.position_m).norm() > 3.3e-3;
+            hold("I7", "speed", !(believed && forced && new && far(&one) && far(now)) || to == Mode::Fault)?;
+        }
+        Ok(())
+    }
+}
