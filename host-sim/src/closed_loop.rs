@@ -9,9 +9,14 @@
 pub mod device;
 pub mod fidelity;
 pub mod hand;
+pub mod pictures;
 pub mod plant;
+pub mod prepared;
+pub mod report;
 pub mod run;
+pub mod spectrum;
 pub mod stimulus;
 pub mod surface;
+pub mod trace;
 pub mod verdict;
 pub mod watch;

@@ -2,6 +2,7 @@
 
 mod calibrate;
 mod chart;
+mod closed_loop;
 mod far_field;
 mod mesh;
 mod pack;
@@ -56,6 +57,12 @@ enum Command {
     /// Writes chart.csv (one row a run), summary.json (with the Pareto fronts) and pictures as SVG and PNG. A method that does not survive the
     /// press is a row that says how.
     Chart(chart::ChartArgs),
+    /// Close the loop over an emulated hand and device: what a person would feel besides the tissue.
+    ///
+    /// Every hand with every stimulus, every tick watched against the invariants; limit cycles, energy, buzz, static error. Writes summary.json, runs.csv, and
+    /// of the run that shakes most trace.csv and pictures as SVG and PNG. Fails (exit code 1) if anything but the tissue is felt, energy is created or
+    /// an invariant is broken; above the encoder's ceiling a toggling count is told and no failure.
+    Loop(closed_loop::LoopArgs),
     /// Table of what can stand at the edge of a patch in place of the organ: radius of the patch, edge treatment, force error, cost.
     ///
     /// Fixed edge, Winkler springs, cut-off S, rim springs, modes, low rank, dense S and the whole organ on a block, and how much of it must be awake if
@@ -82,7 +89,7 @@ struct Common {
     /// A preset (block, block-deep, block-20kpa, nodule, abdomen, foot, organ-liver, liver) or the path of a scene file (.toml, see host-sim/scenes).
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     scene: String,
-    /// Output folder, made if it is not there [default: out/press, out/reference, out/calibrate, out/mesh-pack, out/far-field, out/plan].
+    /// Output folder, made if it is not there [default: out/press, out/reference, out/calibrate, out/mesh-pack, out/loop, out/far-field, out/plan].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -106,6 +113,7 @@ impl Cli {
             Some(Command::Calibrate(args)) => args.run(),
             Some(Command::Mesh(command)) => command.run(),
             Some(Command::Chart(args)) => args.run(),
+            Some(Command::Loop(args)) => args.run(),
             Some(Command::FarField(args)) => args.run(),
             Some(Command::Paper(command)) => command.run(),
             Some(Command::Plan(args)) => args.run(),

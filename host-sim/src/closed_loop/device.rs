@@ -79,32 +79,43 @@ impl DeviceProfile {
             let line = e.span().map_or(1, |s| text[..s.start].lines().count().max(1));
             Error::Usage(format!("{file}:{line}: {}", e.message().trim()))
         })?;
+        profile.check(file, text)?;
+        Ok(profile)
+    }
+
+    /// Checks every number; `text` is the file's, for line numbers.
+    ///
+    /// # Errors
+    /// The first that no device has, by name and line.
+    pub fn check(&self, file: &str, text: &str) -> Result<(), Error> {
         let line_of = |key: &str| text.lines().position(|l| l.trim_start().starts_with(key)).map_or(1, |n| n + 1);
-        let [x, y, z] = profile.workspace_m;
+        let [x, y, z] = self.workspace_m;
         for (key, value, least, most) in [
-            ("axes", f64::from(profile.axes), 1.0, 3.0),
-            ("max_force_n", profile.max_force_n, 0.01, 20.0),
-            ("force_limit_n", profile.force_limit_n, 0.01, profile.max_force_n),
-            ("stiffness_ceiling_n_per_m", profile.stiffness_ceiling_n_per_m, 1.0, 1e5),
-            ("count_m", profile.count_m, 0.0, 1e-3),
-            ("mass_kg", profile.mass_kg, 1e-3, 5.0),
-            ("damping_n_s_per_m", profile.damping_n_s_per_m, 0.0, 50.0),
-            ("friction_n", profile.friction_n, 0.0, 5.0),
-            ("amplifier_lag_s", profile.amplifier_lag_s, 0.0, 0.02),
-            ("delay_ticks", f64::from(profile.delay_ticks), 0.0, f64::from(DeviceLimits::MOST_DELAY_TICKS)),
+            ("axes", f64::from(self.axes), 1.0, 3.0),
+            ("max_force_n", self.max_force_n, 0.01, 20.0),
+            ("force_limit_n", self.force_limit_n, 0.01, self.max_force_n),
+            ("stiffness_ceiling_n_per_m", self.stiffness_ceiling_n_per_m, 1.0, 1e5),
+            ("count_m", self.count_m, 0.0, 1e-3),
+            ("mass_kg", self.mass_kg, 1e-3, 5.0),
+            ("damping_n_s_per_m", self.damping_n_s_per_m, 0.0, 50.0),
+            ("friction_n", self.friction_n, 0.0, 5.0),
+            ("amplifier_lag_s", self.amplifier_lag_s, 0.0, 0.02),
+            ("delay_ticks", f64::from(self.delay_ticks), 0.0, f64::from(DeviceLimits::MOST_DELAY_TICKS)),
             ("workspace_m", x.min(y).min(z), 0.02, 2.0),
             ("workspace_m", x.max(y).max(z), 0.02, 2.0),
         ] {
             // NaN is outside every range
             if !(least <= value && value <= most) {
                 let line = line_of(key);
-                return Err(Error::Usage(format!("{file}:{line}: {key} = {value} is outside {least} .. {most}: give a number in that range")));
+                return Err(Error::Usage(format!(
+                    "{file}:{line}: {key} = {value} is outside {least} .. {most}: give a number in that range"
+                )));
             }
         }
-        if profile.axes == 2 {
+        if self.axes == 2 {
             return Err(Error::Usage(format!("{file}:{}: axes = 2 is not emulated: give 1 or 3", line_of("axes"))));
         }
-        Ok(profile)
+        Ok(())
     }
 
     /// What the loop is told, around a site [m].

@@ -212,7 +212,11 @@ mod tests {
         let speed = f / b * (1.0 - (-b / m * 0.1_f64).exp());
         assert!((plant.velocity_m_per_s().norm() / speed - 1.0).abs() < 1e-3);
         assert!(plant.velocity_m_per_s().cross(&push).norm() < 1e-12, "friction acts against the velocity, not per axis");
-        let still = { let mut p = self::plant(0.03, 0.0); p.step(&aim(Vector3::x() * 0.029), true); p };
+        let still = {
+            let mut p = self::plant(0.03, 0.0);
+            p.step(&aim(Vector3::x() * 0.029), true);
+            p
+        };
         assert_eq!(still.velocity_m_per_s(), Vector3::zeros(), "less than friction moves nothing");
     }
 

@@ -118,14 +118,7 @@ pub fn run(setup: &Setup, surface: &mut impl Surface) -> Result<Run, BuildError>
         let aim = course.aim(t_s);
         let touched = told.output.depth_m > 0.0 || told.applied_n != Vector3::zeros();
         plant.step(&aim, touched);
-        rows.push(Row {
-            t_s,
-            at_m: plant.at_m(),
-            target_m: aim.at_m,
-            acting_n: plant.acting_n(),
-            energy: plant.energy(),
-            told,
-        });
+        rows.push(Row { t_s, at_m: plant.at_m(), target_m: aim.at_m, acting_n: plant.acting_n(), energy: plant.energy(), told });
         if told.mode == Mode::Fault {
             break;
         }

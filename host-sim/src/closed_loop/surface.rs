@@ -119,8 +119,7 @@ pub struct TissueSurface<'a> {
 pub fn with_tissue<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut TissueSurface) -> T) -> Result<T, BuildError> {
     let model = patch.wide_model();
     let rims: Vec<(Vec<RimNode>, Vec<RimEdge>)> = VARIANTS.iter().map(|v| scaled_rim(&model, v.far_field as f32)).collect();
-    let models: Vec<Model> =
-        rims.iter().map(|(rim_nodes, rim_edges)| Model { rim_nodes, rim_edges, ..model }).collect();
+    let models: Vec<Model> = rims.iter().map(|(rim_nodes, rim_edges)| Model { rim_nodes, rim_edges, ..model }).collect();
     let mut memories: Vec<Memory> = models.iter().map(Memory::for_model).collect();
     let (mut variants, mut states) = (Vec::new(), Vec::new());
     for ((variant, model), memory) in VARIANTS.iter().zip(&models).zip(&mut memories) {
@@ -184,7 +183,8 @@ impl Surface for TissueSurface<'_> {
         }
         let margin = (high - low) * 1.5;
         let inside = |x: Vector3<f32>| x >= low - margin && x <= high + margin;
-        let sound = self.state.nodes().iter().all(|n| n.velocity_m_per_s().iter().all(|v| v.is_finite()) && inside(n.position_m()));
+        let sound =
+            self.state.nodes().iter().all(|n| n.velocity_m_per_s().iter().all(|v| v.is_finite()) && inside(n.position_m()));
         (!sound).then_some("a node is not finite or outside four times the patch")
     }
 }

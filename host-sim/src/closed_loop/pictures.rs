@@ -1,0 +1,50 @@
+//! One run in pictures: force and depth over time, energy, spectrum.
+
+use super::run::Run;
+use super::spectrum::density;
+use super::stimulus::Site;
+use crate::charts::{ChartError, Level, LineSeries, Lines, Scale, ScaledAxis, lines};
+use crate::output::OutputFolder;
+
+/// Points of a curve: more do not show.
+const POINTS: usize = 2000;
+
+/// Draws `<name>_force`, `_depth`, `_energy` and `_spectrum` as SVG and PNG.
+///
+/// # Errors
+/// A folder that cannot be written.
+pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Site) -> Result<(), ChartError> {
+    let stride = run.rows.len().div_ceil(POINTS).max(1);
+    let curve = |name: &'static str, value: &dyn Fn(&super::run::Row) -> f64| LineSeries {
+        name,
+        points: run.rows.iter().step_by(stride).map(|r| (r.t_s, value(r))).collect(),
+        joined: true,
+        marked: false,
+    };
+    let time = ScaledAxis { title: "time [s]", scale: Scale::Linear };
+    let chart = |file: &str, title: &str, y: &str, series: &[LineSeries], levels: &[Level]| {
+        let y = ScaledAxis { title: y, scale: Scale::Linear };
+        lines(folder.path(), &format!("{name}_{file}"), &Lines { title, below, x: time, y, series, levels })
+    };
+    let normal = site.normal;
+    let along = |force: palpate::Vector3<f32>| f64::from(force.dot(&normal.cast()));
+    let force = [
+        curve("force of the tissue", &|r| along(r.told.output.force_n)),
+        curve("force on the hand", &|r| r.acting_n.dot(&normal)),
+    ];
+    chart("force", "What the hand feels", "force along the normal [N]", &force, &[])?;
+    let depth = [curve("handle", &|r| -(r.at_m - site.at_m).dot(&normal) * 1e3)];
+    chart("depth", "Where the handle is", "depth below the surface [mm]", &depth, &[Level { name: "surface", y: 0.0 }])?;
+    let energy = [curve("given since the touch", &|r| r.energy.given_j * 1e3)];
+    chart("energy", "Energy given to the hand", "energy [mJ]", &energy, &[Level { name: "above: created", y: 0.0 }])?;
+    let points = density(&run.rows.iter().map(|r| along(r.told.applied_n)).collect::<Vec<_>>());
+    let points: Vec<(f64, f64)> = points.into_iter().map(|(hz, d)| (hz, (d * 1e3).max(1e-6))).collect();
+    if points.is_empty() {
+        return Ok(());
+    }
+    let series = [LineSeries { name: "force on the hand", points, joined: true, marked: false }];
+    let x = ScaledAxis { title: "frequency [Hz]", scale: Scale::Log };
+    let y = ScaledAxis { title: "density [mN/sqrt(Hz)]", scale: Scale::Log };
+    let title = "Spectrum of the force";
+    lines(folder.path(), &format!("{name}_spectrum"), &Lines { title, below, x, y, series: &series, levels: &[] })
+}

@@ -1,0 +1,241 @@
+//! Runs of every hand with every stimulus, and what they promise.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use palpate::haptic::cycle::Settings;
+use palpate::{BuildError, Vector3};
+
+use super::device::DeviceProfile;
+use super::hand::{Grip, Hand};
+use super::prepared::{FORCE_SHARE, Prepared, encoder_ceiling_n_per_m};
+use super::run::{Run, Setup, run};
+use super::stimulus::{Site, Stimulus};
+use super::surface::{Wall, with_tissue};
+
+/// Energy that a contact may create [J].
+const CREATED_J: f64 = 0.01e-3;
+/// Force above 50 Hz in a slow press, at most [N], up to a Young's modulus [Pa].
+const BUZZ: [(f64, f64); 3] = [(3.5e3, 10e-3), (20e3, 25e-3), (100e3, 40e-3)];
+/// Force above 50 Hz in a hold below the encoder's ceiling [N].
+const HOLD_BUZZ_N: f64 = 20e-3;
+
+/// What is touched.
+#[derive(Clone, Debug)]
+pub enum Target {
+    /// A spring [N/m].
+    Wall(f64),
+    /// A scene's patch and its Young's modulus [Pa].
+    Tissue(Box<Prepared>, f64),
+}
+
+impl Target {
+    /// Depth of presses [m], force [N] and slope [N/m] there.
+    #[must_use]
+    pub fn rest(&self, device: &DeviceProfile) -> (f64, f64, f64) {
+        match self {
+            Self::Wall(n_per_m) => {
+                let depth_m = (FORCE_SHARE * device.force_limit_n / n_per_m).min(4e-3);
+                (depth_m, n_per_m * depth_m, *n_per_m)
+            }
+            Self::Tissue(tissue, _) => (tissue.depth_m, tissue.static_n, tissue.slope_n_per_m),
+        }
+    }
+
+    /// Where it is pressed.
+    #[must_use]
+    pub fn site(&self) -> Site {
+        match self {
+            Self::Wall(_) => Site::new(Vector3::zeros(), Vector3::z()),
+            Self::Tissue(tissue, _) => Site::new(tissue.patch.site_m().cast(), tissue.params.probe.axis.cast()),
+        }
+    }
+
+    /// One run.
+    ///
+    /// # Errors
+    /// What the core refuses.
+    pub fn run(&self, device: &DeviceProfile, hand: Hand, stimulus: Stimulus) -> Result<Run, BuildError> {
+        let (depth_m, static_n, _) = self.rest(device);
+        let limits = device.limits(Vector3::zeros());
+        let settings = Settings { limits: device.limit_values(), ..Settings::safe(&limits) };
+        let setup = Setup { device, hand, stimulus, settings, depth_m, static_n };
+        match self {
+            Self::Wall(n_per_m) => run(&setup, &mut Wall::new(*n_per_m, device.force_limit_n, Vector3::z())),
+            Self::Tissue(tissue, _) => with_tissue(&tissue.patch, &tissue.params, |surface| run(&setup, surface))?,
+        }
+    }
+}
+
+/// A run in numbers.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// Hand.
+    pub hand: &'static str,
+    /// Stimulus.
+    pub stimulus: &'static str,
+    /// What is felt besides the tissue: `quiet`, or what first broke.
+    pub verdict: String,
+    /// Swing of the handle in the last half second [um].
+    pub swing_um: Option<f64>,
+    /// Force above 20 Hz then, RMS [mN].
+    pub shake_mn: Option<f64>,
+    /// Energy created by the worst contact [mJ].
+    pub created_mj: f64,
+    /// Force above 50 Hz in a slow press, RMS [mN].
+    pub buzz_mn: Option<f64>,
+    /// Force above 50 Hz in the last half second [mN].
+    pub hold_buzz_mn: Option<f64>,
+    /// What the controller adds to the model's force at the end [%].
+    pub static_error_pct: Option<f64>,
+    /// Largest turn of the force in a tick [degrees].
+    pub turn_deg: Option<f64>,
+    /// Strongest force [N].
+    pub peak_n: f64,
+    /// A count toggles for want of one that balances: not the loop's.
+    pub count_toggles: bool,
+}
+
+impl Row {
+    fn of(run: &Run, hand: Hand, stimulus: Stimulus, beyond_encoder: bool) -> Self {
+        let cycles = run.hold.is_some_and(|h| h.limit_cycle());
+        // within two counts, and not growing: one count more or less
+        let count_toggles = beyond_encoder && run.hold.is_some_and(|h| h.swing_m <= h.most_swing_m && !h.grows);
+        let verdict = match (run.fault, run.broken.first()) {
+            (Some(fault), _) => fault.to_string(),
+            (None, Some(broken)) => format!("{}: {}", broken.id, broken.what),
+            (None, None) if cycles && count_toggles => "a count toggles".into(),
+            (None, None) if cycles => "limit cycle".into(),
+            (None, None) if run.created_j > CREATED_J => "creates energy".into(),
+            (None, None) => "quiet".into(),
+        };
+        // a released hand and one that changes its grip do not press slowly: what shakes then is theirs
+        let steady = !matches!(hand.grip, Grip::Released | Grip::Changing { .. });
+        let still = run.hold.filter(|h| h.swing_m <= 1e-9);
+        Self {
+            hand: hand.id,
+            stimulus: stimulus.id,
+            verdict,
+            swing_um: run.hold.map(|h| h.swing_m * 1e6),
+            shake_mn: run.hold.map(|h| h.shake_n * 1e3),
+            created_mj: run.created_j * 1e3,
+            buzz_mn: run.buzz_n.filter(|_| steady).map(|b| b * 1e3),
+            hold_buzz_mn: run.hold.map(|_| run.hold_buzz_n * 1e3),
+            static_error_pct: still.map(|_| run.static_error * 100.0),
+            turn_deg: run.turn_deg,
+            peak_n: run.peak_n,
+            count_toggles,
+        }
+    }
+
+    /// Nothing of the loop's is felt.
+    #[must_use]
+    pub fn good(&self) -> bool {
+        matches!(self.verdict.as_str(), "quiet" | "a count toggles")
+    }
+}
+
+/// Every run, in the order of hands and stimuli.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// The device's name.
+    pub device: String,
+    /// What is touched.
+    pub target: String,
+    /// Depth of presses [mm].
+    pub depth_mm: f64,
+    /// Force there [N].
+    pub static_n: f64,
+    /// Slope there [N/m].
+    pub slope_n_per_m: f64,
+    /// Slope up to which one count is not felt [N/m].
+    pub encoder_ceiling_n_per_m: f64,
+    /// Substeps of a tick.
+    pub substeps: u16,
+    /// RMS error of taps at 0.2 and 0.5 m/s [%].
+    pub tap_error_pct: Option<[f64; 2]>,
+    /// The runs.
+    pub runs: Vec<Row>,
+    /// What was promised and did not hold.
+    pub broken: Vec<String>,
+}
+
+/// Runs all; `told` hears how many are done.
+///
+/// # Errors
+/// What the core refuses.
+pub fn report(
+    name: &str,
+    target: &Target,
+    device: &DeviceProfile,
+    hands: &[Hand],
+    stimuli: &[Stimulus],
+    told: &(dyn Fn() + Sync),
+) -> Result<Report, BuildError> {
+    let (depth_m, static_n, slope_n_per_m) = target.rest(device);
+    let ceiling = encoder_ceiling_n_per_m(device);
+    let pairs: Vec<(Hand, Stimulus)> = hands.iter().flat_map(|h| stimuli.iter().map(move |s| (*h, *s))).collect();
+    let rows: Result<Vec<Row>, BuildError> = pairs
+        .par_iter()
+        .map(|(hand, stimulus)| {
+            let run = target.run(device, *hand, *stimulus)?;
+            told();
+            Ok(Row::of(&run, *hand, *stimulus, slope_n_per_m > ceiling))
+        })
+        .collect();
+    let (substeps, tap_error_pct) = match target {
+        Target::Wall(_) => (1, None),
+        Target::Tissue(tissue, _) => (tissue.params.substeps, Some(tissue.tap_errors.map(|e| e * 100.0))),
+    };
+    let mut report = Report {
+        device: device.name.clone(),
+        target: name.into(),
+        depth_mm: depth_m * 1e3,
+        static_n,
+        slope_n_per_m,
+        encoder_ceiling_n_per_m: ceiling,
+        substeps,
+        tap_error_pct,
+        runs: rows?,
+        broken: Vec::new(),
+    };
+    report.broken = report.promises(target);
+    Ok(report)
+}
+
+impl Report {
+    fn promises(&self, target: &Target) -> Vec<String> {
+        let mut broken = Vec::new();
+        for row in self.runs.iter().filter(|r| !r.good()) {
+            broken.push(format!("{} {}: {}", row.hand, row.stimulus, row.verdict));
+        }
+        let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
+        let error_pct = most(&mut self.runs.iter().filter_map(|r| r.static_error_pct));
+        if error_pct > 0.1 {
+            broken.push(format!("the controller changes the static force by {error_pct:.2} %"));
+        }
+        let Target::Tissue(tissue, youngs_modulus_pa) = target else { return broken };
+        if !tissue.taps_held {
+            let [slow, fast] = tissue.tap_errors.map(|e| e * 100.0);
+            broken.push(format!("taps are {slow:.1} and {fast:.1} % off at 0.2 and 0.5 m/s"));
+        }
+        let buzz_mn = most(&mut self.runs.iter().filter_map(|r| r.buzz_mn));
+        if let Some((_, most_n)) = BUZZ.iter().find(|(e, _)| *youngs_modulus_pa <= *e)
+            && buzz_mn > most_n * 1e3
+        {
+            broken.push(format!("a slow press buzzes with {buzz_mn:.1} mN, at most {:.0} were promised", most_n * 1e3));
+        }
+        let below = self.slope_n_per_m <= self.encoder_ceiling_n_per_m;
+        let hold_mn = most(&mut self.runs.iter().filter_map(|r| r.hold_buzz_mn));
+        if below && hold_mn > HOLD_BUZZ_N * 1e3 {
+            broken.push(format!("a hold buzzes with {hold_mn:.1} mN"));
+        }
+        broken
+    }
+
+    /// The worst of a number over all runs.
+    #[must_use]
+    pub fn most(&self, number: impl Fn(&Row) -> Option<f64>) -> f64 {
+        self.runs.iter().filter_map(number).fold(0.0, f64::max)
+    }
+}

@@ -1,0 +1,223 @@
+//! `palpate loop`.
+
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::Common;
+use crate::closed_loop::device::DeviceProfile;
+use crate::closed_loop::hand::{HANDS, Hand};
+use crate::closed_loop::prepared::{Prepared, fits};
+use crate::closed_loop::report::{Report, Row, Target, report};
+use crate::closed_loop::run::Run;
+use crate::closed_loop::stimulus::{STIMULI, Site, Stimulus};
+use crate::closed_loop::{pictures, trace};
+use crate::error::Error;
+use crate::output::OutputFolder;
+use crate::scene::Scene;
+
+/// A progress bar appears on a terminal when a run takes longer than this.
+const QUIET: Duration = Duration::from_secs(2);
+
+#[derive(Args, Clone, Debug)]
+pub(super) struct LoopArgs {
+    #[command(flatten)]
+    common: Common,
+    /// A plain spring of this stiffness in N/m in place of the scene's tissue.
+    #[arg(long, value_name = "N/m")]
+    wall: Option<f64>,
+    /// A device (touch, omni, touch-x, falcon, omega3, inverse3, hapkit, frictionless) or the path of a profile (.toml, see host-sim/devices).
+    #[arg(long, value_name = "NAME|FILE", default_value = "touch")]
+    device: String,
+    /// Whole ticks between computing a force and the amplifier getting it [default: the device's].
+    #[arg(long, value_name = "TICKS")]
+    delay_ticks: Option<u8>,
+    /// Amplifier's time constant in s [default: the device's].
+    #[arg(long, value_name = "s")]
+    lag_s: Option<f64>,
+    /// One encoder count in m [default: the device's].
+    #[arg(long, value_name = "m")]
+    count_m: Option<f64>,
+    /// One hand, H0 to H6 [default: all].
+    #[arg(long, value_name = "ID")]
+    hand: Option<String>,
+    /// One stimulus, S1-0.05, S1-0.2, S1-0.5, S1-1, S2 to S12 [default: all].
+    #[arg(long, value_name = "ID")]
+    stimulus: Option<String>,
+    /// Hold for 3 s in place of a minute.
+    #[arg(long)]
+    quick: bool,
+}
+
+impl LoopArgs {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let device = self.device()?;
+        let hands = one_or_all("--hand", self.hand.as_deref(), &HANDS, Hand::named, |h| h.id)?;
+        let stimuli = one_or_all("--stimulus", self.stimulus.as_deref(), &STIMULI, Stimulus::named, |s| s.id)?;
+        let stimuli: Vec<Stimulus> = stimuli.into_iter().map(|s| if self.quick { s.short() } else { s }).collect();
+        let (name, target) = self.target(&device)?;
+        let folder = OutputFolder::open(&self.common.folder("loop"))?;
+        let all = (hands.len() * stimuli.len()) as u64;
+        let (bar, started) = (ProgressBar::hidden(), Instant::now());
+        bar.set_length(all);
+        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} runs") {
+            bar.set_style(style);
+        }
+        let told = || {
+            bar.inc(1);
+            if bar.is_hidden() && started.elapsed() > QUIET {
+                bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
+            }
+        };
+        let report = report(&name, &target, &device, &hands, &stimuli, &told)?;
+        bar.finish_and_clear();
+        folder.write_json("summary.json", &report)?;
+        folder.write("runs.csv", table(&report.runs)?.as_bytes())?;
+        // shown in full: the only run, or the one that shakes most
+        let shown = report.runs.iter().max_by(|a, b| a.shake_mn.unwrap_or(0.0).total_cmp(&b.shake_mn.unwrap_or(0.0)));
+        if let Some((row, run, site)) = shown.map(|row| again(row, &target, &device, &stimuli)).transpose()?.flatten() {
+            let below = format!("{name}, {}, {} {}: {}", device.name, row.hand, row.stimulus, row.verdict);
+            trace::write(&folder, &run, &site)?;
+            pictures::draw(&folder, "loop", &below, &run, &site)?;
+            print(&report, &hands, &stimuli);
+            println!("\nshown in full: {} {}", row.hand, row.stimulus);
+        }
+        println!("wrote {}: summary.json, runs.csv, trace.csv, pictures as SVG and PNG", folder.path().display());
+        if report.broken.is_empty() {
+            return Ok(());
+        }
+        let more = if report.broken.len() > 3 {
+            format!(" and {} more, see summary.json", report.broken.len() - 3)
+        } else {
+            String::new()
+        };
+        let first: Vec<&str> = report.broken.iter().take(3).map(String::as_str).collect();
+        Err(Error::Check(format!("{}{more}", first.join("; "))))
+    }
+
+    fn device(&self) -> Result<DeviceProfile, Error> {
+        let mut device = DeviceProfile::load(&self.device)?;
+        device.delay_ticks = self.delay_ticks.unwrap_or(device.delay_ticks);
+        device.amplifier_lag_s = self.lag_s.unwrap_or(device.amplifier_lag_s);
+        device.count_m = self.count_m.unwrap_or(device.count_m);
+        device.check("the command line", "")?;
+        Ok(device)
+    }
+
+    fn target(&self, device: &DeviceProfile) -> Result<(String, Target), Error> {
+        let Some(n_per_m) = self.wall else {
+            let scene = Scene::load(&self.common.scene)?;
+            let prepared = Prepared::of(&scene, device)?;
+            return Ok((scene.name.clone(), Target::Tissue(Box::new(prepared), scene.tissue.youngs_modulus_pa)));
+        };
+        if !(1.0..=1e5).contains(&n_per_m) {
+            return Err(Error::Usage(format!("--wall {n_per_m} is outside 1 .. 100000 N/m: give a stiffness in that range")));
+        }
+        fits(device, device.force_limit_n / n_per_m)?;
+        Ok((format!("wall of {n_per_m} N/m"), Target::Wall(n_per_m)))
+    }
+}
+
+fn one_or_all<T: Copy>(
+    option: &str,
+    name: Option<&str>,
+    all: &[T],
+    named: impl Fn(&str) -> Option<T>,
+    id: impl Fn(&T) -> &'static str,
+) -> Result<Vec<T>, Error> {
+    let Some(name) = name.filter(|n| *n != "all") else { return Ok(all.to_vec()) };
+    let ids: Vec<&str> = all.iter().map(id).collect();
+    named(name)
+        .map(|one| vec![one])
+        .ok_or_else(|| Error::Usage(format!("{option} {name} is unknown: give one of {}", ids.join(", "))))
+}
+
+/// The run of a row once more, to show it.
+fn again<'a>(
+    row: &'a Row,
+    target: &Target,
+    device: &DeviceProfile,
+    stimuli: &[Stimulus],
+) -> Result<Option<(&'a Row, Run, Site)>, Error> {
+    let stimulus = stimuli.iter().find(|s| s.id == row.stimulus);
+    let (Some(hand), Some(stimulus)) = (Hand::named(row.hand), stimulus) else { return Ok(None) };
+    let run = target.run(device, hand, *stimulus)?;
+    Ok(Some((row, run, target.site())))
+}
+
+fn table(rows: &[Row]) -> Result<String, Error> {
+    let write = |e: csv::Error| Error::Write { path: "runs.csv".into(), source: std::io::Error::other(e) };
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        csv.serialize(row).map_err(write)?;
+    }
+    let bytes = csv.into_inner().map_err(|e| Error::Write { path: "runs.csv".into(), source: e.into_error() })?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus]) {
+    println!(
+        "{} under {}: pressed to {:.2} mm, {:.3} N, {:.0} N/m there",
+        report.target, report.device, report.depth_mm, report.static_n, report.slope_n_per_m
+    );
+    if let Some([slow, fast]) = report.tap_error_pct {
+        println!(
+            "  substeps  {} a tick: taps at 0.2 and 0.5 m/s are {slow:.1} and {fast:.1} % off true masses (at most 5 and 10)",
+            report.substeps
+        );
+    }
+    let beyond = if report.slope_n_per_m > report.encoder_ceiling_n_per_m { ": holds may toggle" } else { "" };
+    println!("  encoder   one count is felt above {:.0} N/m{beyond}\n", report.encoder_ceiling_n_per_m);
+    print!("{:<22}", "");
+    for stimulus in stimuli {
+        print!("{:>8}", stimulus.id);
+    }
+    println!();
+    for hand in hands {
+        print!("{:<22}", format!("{} {}", hand.id, hand.name));
+        for stimulus in stimuli {
+            let row = report.runs.iter().find(|r| r.hand == hand.id && r.stimulus == stimulus.id);
+            print!("{:>8}", row.map_or("-", mark));
+        }
+        println!();
+    }
+    println!("\n. quiet   count: one count toggles   CYCLE: limit cycle   ENERGY: energy created   FAULT   BROKEN: an invariant");
+    println!(
+        "worst: created {:.4} mJ, slow press {:.1} mN above 50 Hz, hold {:.1} mN, static error {:.3} %, turn {:.1} degrees a tick",
+        report.most(|r| Some(r.created_mj)),
+        report.most(|r| r.buzz_mn),
+        report.most(|r| r.hold_buzz_mn),
+        report.most(|r| r.static_error_pct),
+        report.most(|r| r.turn_deg)
+    );
+}
+
+fn mark(row: &Row) -> &'static str {
+    match row.verdict.as_str() {
+        "quiet" => ".",
+        "a count toggles" => "count",
+        "limit cycle" => "CYCLE",
+        "creates energy" => "ENERGY",
+        verdict if verdict.starts_with("fault") => "FAULT",
+        _ => "BROKEN",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::device::PROFILES;
+
+    #[test]
+    fn the_help_names_every_profile() {
+        use clap::CommandFactory;
+        #[derive(clap::Parser)]
+        struct Probe {
+            #[command(flatten)]
+            args: LoopArgs,
+        }
+        let help = Probe::command().render_long_help().to_string();
+        assert!(PROFILES.iter().all(|(name, _)| help.contains(name)), "{help}");
+    }
+}
