@@ -292,6 +292,11 @@ fn a_trace_that_cannot_be_repeated() {
         ("t_s,probe_x_m,probe_y_m\n0,0,0\n", ["t.csv:1", "no column probe_z_m", "use a trace.csv"]),
         ("probe_x_m,probe_y_m,probe_z_m\n", ["t.csv:1", "no rows", "record a run"]),
         ("probe_x_m,probe_y_m,probe_z_m\n0,0,0\n0,0,zero\n", ["t.csv:3", "\"zero\" is not a number", "use a trace.csv"]),
+        (
+            "t_s,probe_x_m,probe_y_m,probe_z_m\n0,0,0,0\n0.001,0,0,0\n0.004,0,0,0\n",
+            ["t.csv:4", "leaves a gap", "every millisecond"],
+        ),
+        ("t_s,probe_x_m,probe_y_m,probe_z_m\n0,0,0,0\n0.001,0,0,0\n0.001,0,0,0\n", ["t.csv:4", "goes back", "every millisecond"]),
         ("probe_x_m,probe_y_m,probe_z_m\n0,0\n", ["t.csv:2", "is not a number", "use a trace.csv"]),
         ("probe_x_m,probe_y_m,probe_z_m\n0,0,nan\n", ["t.csv:2", "\"nan\" is not a number", "use a trace.csv"]),
         ("probe_x_m,probe_y_m,probe_z_m\n0,1e99,0\n", ["t.csv:2", "\"1e99\" is not a number", "use a trace.csv"]),

@@ -6,6 +6,7 @@ use crate::error::Error;
 use crate::output::OutputFolder;
 use crate::press::Press;
 use crate::scene::{Drive, SceneError};
+use crate::session::TICK_S;
 
 /// Columns, with units.
 const COLUMNS: [&str; 10] =
@@ -43,7 +44,8 @@ fn parse_tips(path: &Path, text: &str) -> Result<Vec<[f32; 3]>, Error> {
         header.iter().position(|c| *c == name).ok_or_else(|| bad(1, format!("has no column {name}: use a trace.csv of `press`")))
     };
     let columns = [column("probe_x_m")?, column("probe_y_m")?, column("probe_z_m")?];
-    let mut tips = Vec::new();
+    let time = header.iter().position(|c| *c == "t_s");
+    let (mut tips, mut last_s) = (Vec::new(), None);
     for (n, line) in lines.enumerate() {
         let cells: Vec<&str> = line.split(',').collect();
         let mut tip = [0.0_f32; 3];
@@ -53,6 +55,16 @@ fn parse_tips(path: &Path, text: &str) -> Result<Vec<[f32; 3]>, Error> {
             *value = number.ok_or_else(|| bad(n + 2, format!("\"{cell}\" is not a number: use a trace.csv of `press`")))?;
         }
         tips.push(tip);
+        // a column of times is optional; where it is, every row is one tick
+        let Some(cell) = time.map(|t| cells.get(t).copied().unwrap_or_default()) else { continue };
+        let now_s = cell.parse().ok().filter(|t: &f64| t.is_finite());
+        let now_s = now_s.ok_or_else(|| bad(n + 2, format!("\"{cell}\" is not a time: use a trace.csv of `press`")))?;
+        if let Some(last_s) = last_s.replace(now_s)
+            && ((now_s - last_s) / TICK_S - 1.0_f64).abs() > 0.1
+        {
+            let what = if now_s > last_s { "leaves a gap" } else { "goes back" };
+            return Err(bad(n + 2, format!("{now_s} s {what} after {last_s} s: give one row for every millisecond")).into());
+        }
     }
     if tips.is_empty() {
         return Err(bad(1, "has no rows: record a run first".into()).into());

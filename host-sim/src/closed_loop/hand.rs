@@ -106,7 +106,7 @@ pub struct Aim {
     pub push_n: Vector3<f64>,
     /// The hand has let go.
     pub let_go: bool,
-    /// The grip changes no more: a hold that is judged.
+    /// The grip changes no more and relaxes no more: a hold that is judged.
     pub steady: bool,
 }
 
@@ -163,7 +163,7 @@ impl HandState {
             return aim.push_n;
         }
         let squeezed_m = -apart_m.dot(&self.normal);
-        let pad_n = self.pad_n(squeezed_m, dt_s);
+        let pad_n = self.pad_n(squeezed_m, if aim.steady { 0.0 } else { dt_s });
         let closing = if squeezed_m > 0.0 { -apart_m_per_s.dot(&self.normal) * LIGHT.damping_n_s_per_m } else { 0.0 };
         let along = |v: Vector3<f64>| v - self.normal * v.dot(&self.normal);
         aim.push_n - self.normal * (pad_n + closing).max(0.0) + pull(LIGHT, along(apart_m), along(apart_m_per_s))
@@ -196,7 +196,7 @@ mod tests {
             velocity_m_per_s: Vector3::zeros(),
             push_n: Vector3::zeros(),
             let_go: false,
-            steady: true,
+            steady: false,
         };
         let at_rest = |state: &mut HandState| state.force_n(&aim, &Vector3::zeros(), &Vector3::zeros(), 0.0, 1e-4);
         let force_n = (0..200_000).map(|_| at_rest(&mut state)).last().unwrap_or_default();

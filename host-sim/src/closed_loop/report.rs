@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use palpate::haptic::cycle::Settings;
-use palpate::{BuildError, Vector3};
+use palpate::{BuildError, Limiters, Vector3};
 
 use super::device::DeviceProfile;
 use super::hand::{Grip, Hand};
@@ -111,7 +111,9 @@ impl Row {
         };
         // a released hand and one that changes its grip do not press slowly: what shakes then is theirs
         let steady = !matches!(hand.grip, Grip::Released | Grip::Changing { .. });
-        let still = run.hold.filter(|h| h.swing_m <= 1e-9);
+        // a contact that was long at the force limit is weakened on purpose until it ends
+        let relieved = run.rows.last().is_some_and(|r| r.told.limiters.contains(Limiters::GAIN));
+        let still = run.hold.filter(|h| h.swing_m <= 1e-9 && !relieved);
         Self {
             hand: hand.id,
             stimulus: stimulus.id,
