@@ -1,0 +1,150 @@
+//! The two pictures: verdicts, and margins.
+
+use super::margin::{Axis, Margin};
+use super::matrix::Matrix;
+use super::subject::Row;
+use super::verdict::Verdict;
+use crate::charts::{HeatCell, HeatGroup, HeatMatrix, HeatRow, Tone, heat_matrix};
+use crate::error::Error;
+use crate::output::OutputFolder;
+
+/// Below this multiple of the standard a margin is thin.
+const THIN: f64 = 1.25;
+
+/// Draws `stability_model` and `stability_margins`.
+///
+/// # Errors
+/// A picture cannot be drawn or written.
+pub fn pictures(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
+    verdicts(folder, matrix)?;
+    if matrix.margins.is_empty() { Ok(()) } else { margins(folder, matrix) }
+}
+
+fn look(verdict: Verdict) -> HeatCell {
+    let (tone, sign) = match verdict {
+        Verdict::Pass => (Tone::Good, "·"),
+        Verdict::Held => (Tone::Calm, "H"),
+        Verdict::NonMonotone => (Tone::Slight, "N"),
+        Verdict::Deformed => (Tone::Fault, "D"),
+        Verdict::Restless => (Tone::Serious, "R"),
+        Verdict::Inverted => (Tone::Failure, "I"),
+        Verdict::Diverged => (Tone::Lost, "X"),
+    };
+    HeatCell { tone, sign: sign.into() }
+}
+
+fn meaning(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Pass => "stands it",
+        Verdict::Held => "depth refused, held",
+        Verdict::NonMonotone => "force falls",
+        Verdict::Deformed => "does not return",
+        Verdict::Restless => "no rest",
+        Verdict::Inverted => "inside out",
+        Verdict::Diverged => "diverges",
+    }
+}
+
+fn empty() -> HeatCell {
+    HeatCell { tone: Tone::Empty, sign: String::new() }
+}
+
+/// The rows that were run; a gap before the product's other builds and before the other methods.
+fn rows(matrix: &Matrix, cells: impl Fn(&Row) -> Vec<HeatCell>) -> Vec<HeatRow> {
+    let run = |row: &&Row| matrix.cells.iter().any(|c| c.row == **row);
+    let group = |row: &Row| (row.is_promised(), row.method.is_ours());
+    let mut last = None;
+    let with_gap = |row: &Row| {
+        let apart = last.replace(group(row)).is_some_and(|before| before != group(row));
+        HeatRow { name: row.name(), apart, cells: cells(row) }
+    };
+    matrix.plan.rows.iter().filter(run).map(with_gap).collect()
+}
+
+fn verdicts(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
+    let plan = &matrix.plan;
+    let kpa = |pa: &f64| (pa * 1e-3).to_string();
+    let group =
+        |case: &super::Case| HeatGroup { label: case.label.map(String::from), feet: plan.moduli_pa.iter().map(kpa).collect() };
+    let groups: Vec<HeatGroup> = plan.cases.iter().map(group).collect();
+    let of_row = |row: &Row| {
+        let places = plan.cases.iter().flat_map(|case| plan.moduli_pa.iter().map(move |pa| (case.name, *pa)));
+        let cell = |(case, pa)| {
+            let found = matrix.cells.iter().find(|c| c.row == *row && c.case.name == case && c.youngs_modulus_pa == pa);
+            found.map_or_else(empty, |c| look(c.figures.verdict))
+        };
+        places.map(cell).collect()
+    };
+    let rows = rows(matrix, of_row);
+    let key = Verdict::ALL.map(|v| (look(v), meaning(v)));
+    let below = format!(
+        "Block 80 x 80 x 40 mm of {} nodes, hemisphere R = 8 mm, {} to {} kPa; presses at 40 mm/s, else to 20 % (8 mm)",
+        plan.nodes,
+        plan.moduli_pa.first().map_or(String::new(), kpa),
+        plan.moduli_pa.last().map_or(String::new(), kpa),
+    );
+    let drawn = HeatMatrix {
+        title: "Where the methods fail",
+        below: &below,
+        groups: &groups,
+        rows: &rows,
+        key: &key,
+        foot: "stiffness [kPa]",
+    };
+    Ok(heat_matrix(folder.path(), "stability_model", &drawn)?)
+}
+
+fn margins(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
+    let moduli = &matrix.plan.margins_at_pa;
+    let label = |axis: Axis| match axis {
+        Axis::Tick => ["longest tick [ms]", "press and tap"],
+        Axis::Depth => ["deepest press [mm]", "at 40 mm/s"],
+        Axis::Speed => ["fastest tap [m/s]", "to 8 mm"],
+        Axis::Stiffness => ["stiffest tissue [kPa]", "press and tap"],
+    };
+    let groups: Vec<HeatGroup> = Axis::ALL
+        .iter()
+        .map(|axis| HeatGroup {
+            label: label(*axis).map(String::from),
+            feet: moduli.iter().map(|pa| format!("from {} kPa", pa * 1e-3)).collect(),
+        })
+        .collect();
+    let of_row = |row: &Row| {
+        let places = Axis::ALL.iter().flat_map(|axis| moduli.iter().map(move |pa| (*axis, *pa)));
+        let cell = |(axis, pa)| {
+            let found = matrix.margins.iter().find(|c| c.row == *row && c.axis == axis && c.youngs_modulus_pa == pa);
+            found.map_or_else(empty, |c| margin_look(axis, pa, &c.margin))
+        };
+        places.map(cell).collect()
+    };
+    let rows = rows(matrix, of_row);
+    let tone = |tone| HeatCell { tone, sign: String::new() };
+    let key = [
+        (tone(Tone::Good), "stands 1.25 times the standard and more"),
+        (tone(Tone::Slight), "stands the standard"),
+        (tone(Tone::Failure), "does not stand it"),
+        (tone(Tone::Empty), "the letter: what comes beyond (as in the verdicts)"),
+    ];
+    let drawn = HeatMatrix {
+        title: "How much more the methods stand before they fail",
+        below: "One quantity grows, the rest stays at the standard: 1 ms, 8 mm, 0.5 m/s, the stiffness below each column",
+        groups: &groups,
+        rows: &rows,
+        key: &key,
+        foot: "",
+    };
+    Ok(heat_matrix(folder.path(), "stability_margins", &drawn)?)
+}
+
+fn margin_look(axis: Axis, youngs_modulus_pa: f64, margin: &Margin) -> HeatCell {
+    let letter = margin.beyond.map_or(String::new(), |v| format!("  {}", look(v).sign));
+    let Some(value) = margin.passes else { return HeatCell { tone: Tone::Failure, sign: format!("–{letter}") } };
+    let over = value / axis.standard(youngs_modulus_pa);
+    let tone = match over {
+        over if over >= THIN => Tone::Good,
+        // the search stops within its resolution of the standard
+        over if over >= 0.95 => Tone::Slight,
+        _ => Tone::Failure,
+    };
+    HeatCell { tone, sign: format!("{}{letter}", axis.said(value, margin.beyond.is_none())) }
+}
