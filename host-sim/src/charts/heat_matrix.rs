@@ -27,6 +27,8 @@ pub enum Tone {
     Fault,
     /// A large fault.
     Serious,
+    /// A larger one.
+    Severe,
     /// A failure.
     Failure,
     /// The worst.
@@ -121,6 +123,7 @@ fn colors(tone: Tone) -> (RGBColor, RGBColor) {
         Tone::Slight => (RGBColor(0xf7, 0xe3, 0x8c), INK),
         Tone::Fault => (RGBColor(0xf0, 0xac, 0x4e), INK),
         Tone::Serious => (RGBColor(0xdb, 0x73, 0x2f), WHITE),
+        Tone::Severe => (RGBColor(0x8a, 0x5a, 0xb8), WHITE),
         Tone::Failure => (RGBColor(0xad, 0x2b, 0x32), WHITE),
         Tone::Lost => (RGBColor(0x2b, 0x2b, 0x33), WHITE),
         Tone::Empty => (RGBColor(0xf1, 0xf2, 0xf4), MUTED),

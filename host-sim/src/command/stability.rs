@@ -92,8 +92,8 @@ fn print_model(matrix: &model::Matrix, summary: &model::Summary) {
     }
     let worst = summary.product;
     println!(
-        "\nproduct, {} promised cells: smallest J {:.3} in a tick, {:.3} in a hold; {:.4} mm left; force falls by {:.2} % at most",
-        worst.cells, worst.lowest_j, worst.held_j, worst.residual_mm, worst.drop_pct
+        "\nproduct, {} promised cells: smallest J {:.3} in a tick, {:.3} in a hold; {:.4} mm left; force falls by {:.2} % at most, {:.0} % with jitter",
+        worst.cells, worst.lowest_j, worst.held_j, worst.residual_mm, worst.drop_pct, worst.jitter_drop_pct
     );
     for line in &summary.broken {
         println!("  does not hold: {line}");

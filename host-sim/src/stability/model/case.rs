@@ -85,9 +85,9 @@ const fn case(name: &'static str, label: [&'static str; 2], stimulus: Stimulus, 
 }
 
 impl Stimulus {
-    /// Slow enough that the force on the way down is that of the tissue's stiffness, not of its inertia.
+    /// Slow and even enough that the force on the way down is that of the tissue's stiffness, not of its inertia: it must not fall.
     #[must_use]
     pub fn is_slow(&self) -> bool {
-        self.in_m_per_s <= 0.1
+        self.in_m_per_s <= 0.1 && self.jitter == 0.0
     }
 }

@@ -27,6 +27,7 @@ fn look(verdict: Verdict) -> HeatCell {
         Verdict::NonMonotone => (Tone::Slight, "N"),
         Verdict::Deformed => (Tone::Fault, "D"),
         Verdict::Restless => (Tone::Serious, "R"),
+        Verdict::Pierced => (Tone::Severe, "P"),
         Verdict::Inverted => (Tone::Failure, "I"),
         Verdict::Diverged => (Tone::Lost, "X"),
     };
@@ -36,10 +37,11 @@ fn look(verdict: Verdict) -> HeatCell {
 fn meaning(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Pass => "stands it",
-        Verdict::Held => "depth refused, held",
+        Verdict::Held => "held at its limit",
         Verdict::NonMonotone => "force falls",
         Verdict::Deformed => "does not return",
         Verdict::Restless => "no rest",
+        Verdict::Pierced => "pierced",
         Verdict::Inverted => "inside out",
         Verdict::Diverged => "diverges",
     }

@@ -13,7 +13,7 @@ const REST_S: f64 = 0.5;
 /// The end of the hold, where the tissue must stand still [s].
 const STILL_S: f64 = 0.02;
 
-/// One tick on the way down.
+/// One tick on the way down, before the tip slows down for the hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loading {
     /// Depth of the tip that the device says [m].
@@ -96,7 +96,10 @@ impl Watch {
             let time_s = (n as f64 + late()) * tick_s;
             let depth_m = (time_s.max(0.0) * stimulus.in_m_per_s - CLEAR_M).min(stimulus.depth_m);
             let force_n = self.tick(block, rival, depth_m)?.0;
-            self.trace.loading.push(Loading { depth_m, force_n });
+            // where the tip slows down, the force falls by what was viscous: that is no fall while it goes deeper
+            if depth_m < stimulus.depth_m && !rival.limiters().contains(Limiters::DEPTH) {
+                self.trace.loading.push(Loading { depth_m, force_n });
+            }
         }
         let still = ticks(STILL_S);
         for _ in 0..ticks(HOLD_S) - still {

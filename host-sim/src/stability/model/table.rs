@@ -3,6 +3,7 @@
 use palpate::Limiters;
 use serde::Serialize;
 
+use super::case::Stimulus;
 use super::matrix::{Cell, Matrix};
 use super::promise::{is_promised, promises};
 use super::verdict::Verdict;
@@ -52,6 +53,8 @@ pub struct Worst {
     pub residual_mm: f64,
     /// Most that the force falls in a slow press [% of its largest].
     pub drop_pct: f64,
+    /// The same in a slow press of jittered poses: the tip's speed jumps from tick to tick, and the force with it.
+    pub jitter_drop_pct: f64,
     /// Most that the force changes in the last 20 ms of a hold [%].
     pub force_change_pct: f64,
 }
@@ -94,17 +97,22 @@ impl Worst {
             held_j: f64::INFINITY,
             residual_mm: 0.0,
             drop_pct: 0.0,
+            jitter_drop_pct: 0.0,
             force_change_pct: 0.0,
         };
         matrix.cells.iter().filter(|c| is_promised(c)).fold(none, |worst, cell| {
             let f = &cell.figures;
-            let drop_pct = if cell.case.stimulus.is_slow() { f.drop_pct } else { 0.0 };
+            let stimulus = cell.case.stimulus;
+            let even = Stimulus { jitter: 0.0, ..stimulus };
+            let drop_pct = if stimulus.is_slow() { f.drop_pct } else { 0.0 };
+            let jitter_drop_pct = if even.is_slow() { f.drop_pct } else { 0.0 };
             Self {
                 cells: worst.cells + 1,
                 lowest_j: worst.lowest_j.min(f.lowest_j),
                 held_j: worst.held_j.min(f.held_j),
                 residual_mm: worst.residual_mm.max(f.residual_mm),
                 drop_pct: worst.drop_pct.max(drop_pct),
+                jitter_drop_pct: worst.jitter_drop_pct.max(jitter_drop_pct),
                 force_change_pct: worst.force_change_pct.max(f.force_change_pct),
             }
         })

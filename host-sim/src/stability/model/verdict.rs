@@ -7,6 +7,8 @@ use super::press::{Loading, Trace};
 
 /// A tet is as good as inside out below this (1).
 const LEAST_J: f64 = 0.05;
+/// The force of a hold is at least this share of the largest (1).
+const LEAST_HELD: f64 = 0.01;
 /// In the last 20 ms of the hold no node goes further [m] and the force changes by no more of itself (1): as in `chart`.
 const STILL_M: f64 = 5e-5;
 const STILL_FORCE: f64 = 0.05;
@@ -29,6 +31,8 @@ pub enum Verdict {
     Deformed,
     /// Still moving at the end of the hold.
     Restless,
+    /// No force is left at the end of the hold: the probe went through the surface.
+    Pierced,
     /// A tet lost 95 % of its volume or turned inside out.
     Inverted,
     /// Numbers ran away.
@@ -37,8 +41,16 @@ pub enum Verdict {
 
 impl Verdict {
     /// In the order of keys and counts.
-    pub const ALL: [Self; 7] =
-        [Self::Pass, Self::Held, Self::NonMonotone, Self::Deformed, Self::Restless, Self::Inverted, Self::Diverged];
+    pub const ALL: [Self; 8] = [
+        Self::Pass,
+        Self::Held,
+        Self::NonMonotone,
+        Self::Deformed,
+        Self::Restless,
+        Self::Pierced,
+        Self::Inverted,
+        Self::Diverged,
+    ];
 
     /// Name in files.
     #[must_use]
@@ -49,6 +61,7 @@ impl Verdict {
             Self::NonMonotone => "non-monotone",
             Self::Deformed => "deformed",
             Self::Restless => "restless",
+            Self::Pierced => "pierced",
             Self::Inverted => "inverted",
             Self::Diverged => "diverged",
         }
@@ -91,6 +104,8 @@ pub fn judge(trace: &Trace, slow: bool) -> Figures {
         Verdict::Diverged
     } else if !at_most(LEAST_J, trace.lowest_j) {
         Verdict::Inverted
+    } else if !at_most(LEAST_HELD * trace.peak_n, trace.held_n) {
+        Verdict::Pierced
     } else if !at_most(trace.moved_m, STILL_M) || !at_most(trace.force_change, STILL_FORCE) {
         Verdict::Restless
     } else if !at_most(trace.residual_m, RETURNED_M) {
