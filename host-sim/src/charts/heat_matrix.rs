@@ -84,7 +84,7 @@ pub struct HeatMatrix<'a> {
 }
 
 /// Room for the names of rows, between groups, and for the lines around the table [px].
-const NAMES_PX: f64 = 186.0;
+const NAMES_PX: f64 = 206.0;
 const GAP_PX: f64 = 7.0;
 const HEAD_PX: f64 = 40.0;
 const FEET_PX: f64 = 22.0;
@@ -195,7 +195,7 @@ impl Drawing<'_> {
         for (cell, meaning) in self.matrix.key {
             self.cell(area, cell, [x, y - 9.0], [18.0, 18.0])?;
             area.draw_text(meaning, &style, (px(x + 23.0), px(y)))?;
-            x += 23.0 + f64::from(width(area, meaning, &style)?) / f64::from(px(1.0)) + 14.0;
+            x += 23.0 + f64::from(width(area, meaning, &style)?) / f64::from(px(1.0)) + 12.0;
         }
         Ok(())
     }

@@ -91,26 +91,34 @@ fn both(subject: &Subject) -> Result<Verdict, Error> {
 /// The end of what passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margin {
-    /// Largest value that passes; `None` if not even the smallest tried does.
+    /// Largest value that passes; `None` if neither the standard nor the smallest does.
     pub passes: Option<f64>,
     /// What goes wrong just beyond; `None` if the largest tried passes.
     pub beyond: Option<Verdict>,
 }
 
-/// The largest value in a range of positive numbers that passes, by bisection of the logarithm: whoever fails at a value is taken to fail at larger ones.
+/// The largest value between the ends that passes, by bisection of the logarithm: up from the standard if that passes, else down from it. Whoever
+/// fails at a value is taken to fail at all larger ones.
 ///
 /// # Errors
 /// What the trial refuses.
-pub fn largest([low, high]: [f64; 2], mut verdict: impl FnMut(f64) -> Result<Verdict, Error>) -> Result<Margin, Error> {
-    let first = verdict(low)?;
-    if first != Verdict::Pass {
-        return Ok(Margin { passes: None, beyond: Some(first) });
-    }
-    let last = verdict(high)?;
-    if last == Verdict::Pass {
-        return Ok(Margin { passes: Some(high), beyond: None });
-    }
-    let (mut good, mut bad, mut beyond) = (low, high, last);
+pub fn largest(
+    [low, high]: [f64; 2],
+    standard: f64,
+    mut verdict: impl FnMut(f64) -> Result<Verdict, Error>,
+) -> Result<Margin, Error> {
+    let at_standard = verdict(standard)?;
+    let (mut good, mut bad, mut beyond) = if at_standard == Verdict::Pass {
+        match verdict(high)? {
+            Verdict::Pass => return Ok(Margin { passes: Some(high), beyond: None }),
+            wrong => (standard, high, wrong),
+        }
+    } else {
+        match verdict(low)? {
+            Verdict::Pass => (low, standard, at_standard),
+            _ => return Ok(Margin { passes: None, beyond: Some(at_standard) }),
+        }
+    };
     while bad / good > 1.0 + RESOLUTION {
         let middle = (good * bad).sqrt();
         match verdict(middle)? {
@@ -126,5 +134,6 @@ pub fn largest([low, high]: [f64; 2], mut verdict: impl FnMut(f64) -> Result<Ver
 /// # Errors
 /// What building the method refuses.
 pub fn margin(subject: &Subject, axis: Axis) -> Result<Margin, Error> {
-    largest(axis.range(), |value| axis.verdict(subject, value))
+    let standard = axis.standard(subject.block.params.youngs_modulus_pa.into());
+    largest(axis.range(), standard, |value| axis.verdict(subject, value))
 }

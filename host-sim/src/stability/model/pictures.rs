@@ -2,8 +2,9 @@
 
 use super::margin::{Axis, Margin};
 use super::matrix::Matrix;
+use super::promise::LEAST_J;
 use super::subject::Row;
-use super::verdict::Verdict;
+use super::verdict::{Figures, Verdict};
 use crate::charts::{HeatCell, HeatGroup, HeatMatrix, HeatRow, Tone, heat_matrix};
 use crate::error::Error;
 use crate::output::OutputFolder;
@@ -47,6 +48,15 @@ fn meaning(verdict: Verdict) -> &'static str {
     }
 }
 
+/// A sound press that leaves a tet less of itself than the product promises.
+fn cell_look(figures: &Figures) -> HeatCell {
+    if figures.verdict == Verdict::Pass && figures.lowest_j <= LEAST_J { squeezed() } else { look(figures.verdict) }
+}
+
+fn squeezed() -> HeatCell {
+    HeatCell { tone: Tone::Good, sign: "s".into() }
+}
+
 fn empty() -> HeatCell {
     HeatCell { tone: Tone::Empty, sign: String::new() }
 }
@@ -58,9 +68,20 @@ fn rows(matrix: &Matrix, cells: impl Fn(&Row) -> Vec<HeatCell>) -> Vec<HeatRow> 
     let mut last = None;
     let with_gap = |row: &Row| {
         let apart = last.replace(group(row)).is_some_and(|before| before != group(row));
-        HeatRow { name: row.name(), apart, cells: cells(row) }
+        HeatRow { name: format!("{}, {}", row.name(), steps(matrix, row)), apart, cells: cells(row) }
     };
     matrix.plan.rows.iter().filter(run).map(with_gap).collect()
+}
+
+/// "1 step", "1 to 8 steps".
+fn steps(matrix: &Matrix, row: &Row) -> String {
+    let substeps = matrix.cells.iter().filter(|c| c.row == *row).map(|c| c.substeps);
+    let (least, most) = substeps.fold((u16::MAX, 0), |(least, most), n| (least.min(n), most.max(n)));
+    match (least, most) {
+        (1, 1) => "1 step".into(),
+        (least, most) if least == most => format!("{most} steps"),
+        (least, most) => format!("{least} to {most} steps"),
+    }
 }
 
 fn verdicts(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
@@ -73,17 +94,18 @@ fn verdicts(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
         let places = plan.cases.iter().flat_map(|case| plan.moduli_pa.iter().map(move |pa| (case.name, *pa)));
         let cell = |(case, pa)| {
             let found = matrix.cells.iter().find(|c| c.row == *row && c.case.name == case && c.youngs_modulus_pa == pa);
-            found.map_or_else(empty, |c| look(c.figures.verdict))
+            found.map_or_else(empty, |c| cell_look(&c.figures))
         };
         places.map(cell).collect()
     };
     let rows = rows(matrix, of_row);
-    let key = Verdict::ALL.map(|v| (look(v), meaning(v)));
+    let mut key: Vec<(HeatCell, &str)> = Verdict::ALL.map(|v| (look(v), meaning(v))).into();
+    key.insert(1, (squeezed(), "J < 0.2"));
+    let moduli: Vec<String> = plan.moduli_pa.iter().map(kpa).collect();
     let below = format!(
-        "Block 80 x 80 x 40 mm of {} nodes, hemisphere R = 8 mm, {} to {} kPa; presses at 40 mm/s, else to 20 % (8 mm)",
+        "Block of {} nodes, 40 mm high, hemisphere R = 8 mm; presses at 40 mm/s; 8 mm if not said; from left {} kPa",
         plan.nodes,
-        plan.moduli_pa.first().map_or(String::new(), kpa),
-        plan.moduli_pa.last().map_or(String::new(), kpa),
+        moduli.join(", "),
     );
     let drawn = HeatMatrix {
         title: "Where the methods fail",

@@ -7,7 +7,7 @@ use super::verdict::Verdict;
 /// Stiffnesses for which it promises anything [Pa].
 const PROMISED_PA: [f64; 2] = [3.5e3, 100e3];
 /// No tet is smaller than this share of itself (1).
-const LEAST_J: f64 = 0.2;
+pub(super) const LEAST_J: f64 = 0.2;
 
 /// Every promise that did not hold, one line each.
 #[must_use]

@@ -22,8 +22,6 @@ const NO_LIMIT_M: f64 = BLOCK_M[2];
 pub enum Build {
     /// With the substeps that it derives or needs; the product with its guard.
     Derived,
-    /// The product with its guard and one step a tick.
-    OneStep,
     /// The product without its guard: what the model alone bears.
     Unguarded,
 }
@@ -37,12 +35,10 @@ pub struct Row {
     pub build: Build,
 }
 
-/// Every row: the product first, then what else it can be run as, then the others in the chart's order.
-pub const ROWS: [Row; 17] = [
+/// Every row: the product first, then its parts, then the others in the chart's order.
+pub const ROWS: [Row; 15] = [
     row(Method::Palpate, Build::Derived),
     row(Method::Calibrated, Build::Derived),
-    row(Method::Palpate, Build::OneStep),
-    row(Method::Calibrated, Build::OneStep),
     row(Method::Palpate, Build::Unguarded),
     row(Method::SpringsVolumeNodal, Build::Derived),
     row(Method::SpringsVolumeTet, Build::Derived),
@@ -68,7 +64,6 @@ impl Row {
     pub fn name(&self) -> String {
         let words = match self.build {
             Build::Derived => "",
-            Build::OneStep => " 1 step",
             Build::Unguarded => " no guard",
         };
         format!("{}{words}", self.method.name())
@@ -124,7 +119,7 @@ impl Subject {
         block.tissue.depth_limit_m = DEPTH_MARGIN * DEEPEST_M;
         let Some((patch, params)) = product(&block, row.method, inclusion) else { return Ok(None) };
         let params = Params { limits: limits(&patch, f64::from(params.tick_s)), ..params };
-        let substeps = if row.build == Build::OneStep { 1 } else { derived(&patch, &params)? };
+        let substeps = derived(&patch, &params)?;
         if row.build == Build::Unguarded {
             block.tissue.depth_limit_m = NO_LIMIT_M;
             return Ok(Some(Self { row, block, substeps, guarded: None }));
