@@ -30,6 +30,8 @@ fn stand(subject: &Subject, name: &str) -> Figures {
     figures
 }
 
+type Spoil = fn(&mut Trace);
+
 /// A press that nothing is wrong with: 1 N at 8 mm.
 fn sound() -> Trace {
     Trace {
@@ -50,7 +52,7 @@ fn sound() -> Trace {
 fn verdicts_say_what_is_wrong_first() {
     let held = Limiters::DEPTH;
     // each spoils a sound press in one way, from the mildest to the worst
-    let spoilt: [(Verdict, fn(&mut Trace)); 7] = [
+    let spoilt: [(Verdict, Spoil); 7] = [
         (Verdict::Pass, |_| {}),
         (Verdict::NonMonotone, |t| t.loading[60].force_n -= 0.04),
         (Verdict::Deformed, |t| t.residual_m = 6e-5),

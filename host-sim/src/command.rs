@@ -75,8 +75,8 @@ enum Command {
     Score(score::ScoreArgs),
     /// Find where the methods fail: presses, taps, jitter, an inclusion and releases at stiffnesses from 1 to 200 kPa, and the margin to failure.
     ///
-    /// Writes summary.json, stability_model.csv (one row a cell: verdict, smallest J, residual, drop of the force), stability_margins.csv (largest
-    /// tick, depth, speed and stiffness that still pass) and pictures as SVG and PNG. Fails (exit code 1) if the product does not stand what it promises from
+    /// Writes summary.json, its tables as CSV (one row a cell: verdict, smallest J, residual, drop of the force; one row a margin: largest tick, depth,
+    /// speed and stiffness that still pass) and pictures as SVG and PNG. Fails (exit code 1) if the product does not stand what it promises from
     /// 3.5 to 100 kPa: 8 mm, a tap of 0.5 m/s, jitter, a ten times stiffer inclusion, release; deeper than it answers it must hold.
     Stability(stability::StabilityArgs),
 }
