@@ -35,7 +35,7 @@ pub struct Case {
     pub label: [&'static str; 2],
     /// How the tip moves.
     pub stimulus: Stimulus,
-    /// The tissue has the ball of [`INCLUSION`] in it.
+    /// The tissue has a ball in it: ten times stiffer, 12 mm deep.
     pub inclusion: bool,
     /// What the product promises.
     pub promise: Promise,
