@@ -73,22 +73,27 @@ fn rows(matrix: &Matrix, cells: impl Fn(&Row) -> Vec<HeatCell>) -> Vec<HeatRow> 
     matrix.plan.rows.iter().filter(run).map(with_gap).collect()
 }
 
-/// "1 step", "1 to 8 steps".
+/// "1 step", "1–8 steps".
 fn steps(matrix: &Matrix, row: &Row) -> String {
     let substeps = matrix.cells.iter().filter(|c| c.row == *row).map(|c| c.substeps);
     let (least, most) = substeps.fold((u16::MAX, 0), |(least, most), n| (least.min(n), most.max(n)));
     match (least, most) {
         (1, 1) => "1 step".into(),
         (least, most) if least == most => format!("{most} steps"),
-        (least, most) => format!("{least} to {most} steps"),
+        (least, most) => format!("{least}–{most} steps"),
     }
 }
 
 fn verdicts(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
     let plan = &matrix.plan;
     let kpa = |pa: &f64| (pa * 1e-3).to_string();
-    let group =
-        |case: &super::Case| HeatGroup { label: case.label.map(String::from), feet: plan.moduli_pa.iter().map(kpa).collect() };
+    // there is room for the first and the last of many
+    let ends = [0, plan.moduli_pa.len().saturating_sub(1)];
+    let foot = |(n, pa): (usize, &f64)| if ends.contains(&n) { kpa(pa) } else { String::new() };
+    let group = |case: &super::Case| HeatGroup {
+        label: case.label.map(String::from),
+        feet: plan.moduli_pa.iter().enumerate().map(foot).collect(),
+    };
     let groups: Vec<HeatGroup> = plan.cases.iter().map(group).collect();
     let of_row = |row: &Row| {
         let places = plan.cases.iter().flat_map(|case| plan.moduli_pa.iter().map(move |pa| (case.name, *pa)));
