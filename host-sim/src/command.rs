@@ -11,6 +11,7 @@ mod plan;
 mod press;
 mod reference;
 mod score;
+mod stability;
 
 use std::path::PathBuf;
 
@@ -79,6 +80,12 @@ enum Command {
     ///
     /// Writes summary.json, scores.csv (one row an intern and phase) and a picture as SVG and PNG. Groups are compared by a permutation test.
     Score(score::ScoreArgs),
+    /// Find where the methods fail: presses, taps, jitter, an inclusion and releases at stiffnesses from 1 to 200 kPa, and the margin to failure.
+    ///
+    /// Writes summary.json, its tables as CSV (one row a cell: verdict, smallest J, residual, drop of the force; one row a margin: largest tick, depth,
+    /// speed and stiffness that still pass) and pictures as SVG and PNG. Fails (exit code 1) if the product does not stand what it promises from
+    /// 3.5 to 100 kPa: 8 mm, a tap of 0.5 m/s, jitter, a ten times stiffer inclusion, release; deeper than it answers it must hold.
+    Stability(stability::StabilityArgs),
 }
 
 const EXIT_CODES: &str = "Exit code: 0 if what the command promises held, 1 if a check failed, 2 on bad input.";
@@ -118,6 +125,7 @@ impl Cli {
             Some(Command::Paper(command)) => command.run(),
             Some(Command::Plan(args)) => args.run(),
             Some(Command::Score(args)) => args.run(),
+            Some(Command::Stability(args)) => args.run(),
         }
     }
 }

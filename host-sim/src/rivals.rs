@@ -36,7 +36,7 @@ pub use rims::{DenseRim, LowRankRim, ModeRim};
 pub use xpbd::Xpbd;
 
 use palpate::method::Product;
-use palpate::{Fault, Model, Params, Spring, Terms, Vector3};
+use palpate::{Fault, Limiters, Model, Params, Spring, Terms, Vector3};
 
 use crate::error::Error;
 use crate::patch::{Material, Memory, Patch};
@@ -51,6 +51,11 @@ pub trait Rival {
 
     /// Where a node is [m].
     fn position_m(&self, node: usize) -> Vector3<f32>;
+
+    /// What a guard before the method has clamped in the last tick; nothing where there is none.
+    fn limiters(&self) -> Limiters {
+        Limiters::DEFAULT
+    }
 
     /// Floating-point operations that the last tick spent in solves; 0 for methods without.
     fn solver_flops(&self) -> f64 {
@@ -164,7 +169,10 @@ impl Method {
         let answer = match self {
             Self::Springs => springs_alone(&patch(usual), &params, work)?,
             Self::VolumePreserved => papers::volume_preserved(&patch(usual), &params, work)?,
-            Self::LocalCompression => papers::local_compression(&patch(usual), &params, work)?,
+            Self::LocalCompression => {
+                let even = Patch::build(&block.even_tissue(), &Material::default(), None);
+                papers::local_compression(&patch(usual), &even, &params, work)?
+            }
             Self::SpringsVolumeTet => own(&patch(1.0), &Params { terms: without, ..params }, work)?,
             Self::SpringsVolumeNodal => own(&patch(0.0), &Params { terms: without, ..params }, work)?,
             Self::Palpate => own(&patch(usual), &params, work)?,

@@ -5,7 +5,8 @@ use palpate::{Params, ProbeShape, Vector3};
 use crate::error::Error;
 use crate::mesh::{BlockSpec, TetMesh, block};
 use crate::patch::Tissue;
-use crate::scene::SceneError;
+use crate::scene::{Inclusion, SceneError};
+use crate::tissue::ratio_of;
 
 /// Sides [m]; the bottom is fixed, the top at z = 0.
 pub const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
@@ -64,6 +65,20 @@ impl Block {
         params.probe.shape = ProbeShape::Hemisphere;
         params.probe.radius_m = RADIUS_M as f32;
         Self { tissue, params }
+    }
+
+    /// The same with a stiffer or softer ball inside.
+    #[must_use]
+    pub fn with_inclusion(mut self, ball: Inclusion) -> Self {
+        let mesh = &self.tissue.mesh;
+        self.tissue.stiffness_ratio = mesh.tets.iter().map(|tet| ratio_of(mesh, tet, &[ball])).collect();
+        self
+    }
+
+    /// Its tissue without inclusions.
+    #[must_use]
+    pub fn even_tissue(&self) -> Tissue {
+        Tissue { stiffness_ratio: vec![1.0; self.tissue.mesh.tets.len()], ..self.tissue.clone() }
     }
 
     /// Counts.

@@ -57,8 +57,9 @@ impl Law for Corotational {
             let f = tet.deformation(position_m);
             let r = follow(q, &f);
             let trace = f[0].dot(&r[0]) + f[1].dot(&r[1]) + f[2].dot(&r[2]) - 3.0;
-            let spherical = self.lambda * trace - 2.0 * self.mu;
-            let stress = [0, 1, 2].map(|k| f[k] * (2.0 * self.mu) + r[k] * spherical);
+            let (shear, bulk) = (2.0 * self.mu * tet.stiffness_ratio, self.lambda * tet.stiffness_ratio);
+            let spherical = bulk * trace - shear;
+            let stress = [0, 1, 2].map(|k| f[k] * shear + r[k] * spherical);
             tet.scatter(&stress, force);
         }
     }

@@ -32,7 +32,7 @@ impl LinearElastic {
         let mut lower = Vec::new();
         for tet in RestTet::of(block) {
             let gradient = tet.all_gradients().map(|g| g.cast::<f64>());
-            let volume = f64::from(tet.volume_m3);
+            let volume = f64::from(tet.volume_m3) * f64::from(tet.stiffness_ratio);
             for (&n, g) in tet.node.iter().zip(&gradient) {
                 for (&m, h) in tet.node.iter().zip(&gradient) {
                     let (Some(r), Some(c)) = (row[n as usize], row[m as usize]) else { continue };

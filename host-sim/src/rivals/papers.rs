@@ -38,12 +38,19 @@ pub(super) fn volume_preserved<T>(patch: &Patch, params: &Params, work: impl FnO
     run(&model, params, method, work)
 }
 
-pub(super) fn local_compression<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
-    let own = patch.wide_model();
-    let printed = printed_springs(&own, params);
+/// `even` is the patch without inclusions: what they add to the springs of (11) they add to the one stiffness.
+pub(super) fn local_compression<T>(
+    patch: &Patch,
+    even: &Patch,
+    params: &Params,
+    work: impl FnOnce(&mut dyn Rival) -> T,
+) -> Result<T, Error> {
+    let (own, even) = (patch.wide_model(), even.wide_model());
+    let printed = printed_springs(&even, params);
     let mean = printed.iter().map(|s| f64::from(s.k)).sum::<f64>() / printed.len().max(1) as f64;
-    let k = (FITTED_OVER_MEAN * mean) as f32;
-    let springs: Vec<Spring> = own.springs.iter().map(|s| Spring { k, k_rest: k * (s.k_rest / s.k), ..*s }).collect();
+    let one = (FITTED_OVER_MEAN * mean) as f32;
+    let stiffer = own.springs.iter().zip(even.springs).map(|(s, even)| (s, one * (s.k / even.k)));
+    let springs: Vec<Spring> = stiffer.map(|(s, k)| Spring { k, k_rest: k * (s.k_rest / s.k), ..*s }).collect();
     let model = Model { springs: &springs, ..own };
     let method = LocalCompression {
         dampers: None,

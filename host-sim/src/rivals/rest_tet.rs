@@ -14,7 +14,7 @@ pub struct RestTet {
     pub node: [u32; 4],
     /// Volume [m^3].
     pub volume_m3: f32,
-    /// Stiffness as a multiple of the tissue's. Only [`super::NeoHookean`] takes it; the others are run on even tissue.
+    /// Stiffness as a multiple of the tissue's.
     pub stiffness_ratio: f32,
     /// Gradients of the shape functions of b, c, d [1/m]: the rows of the inverse of (b-a, c-a, d-a). That of a is minus their sum.
     pub gradient: [Vector3<f32>; 3],

@@ -1,0 +1,109 @@
+//! `palpate stability`.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::error::Error;
+use crate::output::OutputFolder;
+use crate::stability::model;
+
+/// A progress bar appears on a terminal when a run takes longer than this.
+const QUIET: Duration = Duration::from_secs(2);
+
+#[derive(Args, Clone, Debug)]
+pub(super) struct StabilityArgs {
+    /// The methods alone, without a device in the loop.
+    #[arg(long)]
+    model: bool,
+    /// A smaller mesh, two stiffnesses and five ways to press: under a minute.
+    #[arg(long)]
+    quick: bool,
+    /// Output folder, made if it is not there.
+    #[arg(long, value_name = "FOLDER", default_value = "out/stability")]
+    out: PathBuf,
+}
+
+impl StabilityArgs {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let folder = OutputFolder::open(&self.out)?;
+        let plan = if self.quick { model::Plan::quick() } else { model::Plan::full() };
+        let matrix = with_progress(plan.steps(), |done| model::run(&plan, done))?;
+        let summary = model::Summary::of(&matrix);
+        folder.write_json("summary.json", &summary)?;
+        model::write(&folder, &matrix)?;
+        model::pictures(&folder, &matrix)?;
+        print_model(&matrix, &summary);
+        println!(
+            "\nwrote {}: summary.json, stability_model.csv, stability_margins.csv, pictures as SVG and PNG",
+            folder.path().display()
+        );
+        match summary.broken.as_slice() {
+            [] => Ok(()),
+            [first, ..] => Err(Error::Check(format!(
+                "{} of {} promised cells of the product do not hold, the first: {first}",
+                summary.broken.len(),
+                summary.product.cells
+            ))),
+        }
+    }
+}
+
+/// Works while a bar counts the steps.
+fn with_progress<T>(steps: usize, work: impl FnOnce(&(dyn Fn() + Sync)) -> Result<T, Error>) -> Result<T, Error> {
+    let started = Instant::now();
+    let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::hidden());
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed}") {
+        bar.set_style(style);
+    }
+    let done = || {
+        if bar.is_hidden() && started.elapsed() > QUIET {
+            bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        bar.inc(1);
+    };
+    let answer = work(&done);
+    bar.finish_and_clear();
+    answer
+}
+
+fn print_model(matrix: &model::Matrix, summary: &model::Summary) {
+    let moduli: Vec<String> = matrix.plan.moduli_pa.iter().map(|pa| (pa * 1e-3).to_string()).collect();
+    println!("{}; verdicts of {} cells a row", summary.scene, matrix.plan.moduli_pa.len() * matrix.plan.cases.len());
+    println!("{:<28} {:<18} verdicts", "method", format!("steps {} kPa", moduli.join("/")));
+    for row in &summary.rows {
+        let substeps: Vec<String> = row.substeps.iter().map(u16::to_string).collect();
+        let verdicts: Vec<String> = row.verdicts.iter().map(|(v, n)| format!("{n} {}", v.name())).collect();
+        println!("{:<28} {:<18} {}", row.row, substeps.join("/"), verdicts.join(", "));
+    }
+    println!(
+        "\n{:<28} {:>5} {:>18} {:>18} {:>18} {:>18}",
+        "passes up to", "kPa", "tick [ms]", "depth [mm]", "tap [m/s]", "E [kPa]"
+    );
+    for cells in matrix.margins.chunks(model::Axis::ALL.len()) {
+        let Some(first) = cells.first() else { continue };
+        print!("{:<28} {:>5}", first.row.name(), first.youngs_modulus_pa * 1e-3);
+        for cell in cells {
+            print!(" {:>18}", margin_words(cell));
+        }
+        println!();
+    }
+    let worst = summary.product;
+    println!(
+        "\nproduct, {} promised cells: smallest J {:.3} in a tick, {:.3} in a hold; {:.4} mm left; force falls by {:.2} % at most, {:.0} % with jitter",
+        worst.cells, worst.lowest_j, worst.held_j, worst.residual_mm, worst.drop_pct, worst.jitter_drop_pct
+    );
+    for line in &summary.broken {
+        println!("  does not hold: {line}");
+    }
+}
+
+fn margin_words(cell: &model::MarginCell) -> String {
+    let beyond = cell.margin.beyond.map_or("", model::Verdict::name);
+    match cell.margin.passes {
+        None => format!("- {beyond}"),
+        Some(v) => format!("{} {beyond}", cell.axis.said(v, cell.margin.beyond.is_none())),
+    }
+}

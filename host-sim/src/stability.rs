@@ -1,0 +1,3 @@
+//! `stability`: where the methods fail, and how far from it the product is.
+
+pub mod model;

@@ -1,0 +1,27 @@
+//! The model half: every method of the chart pressed, tapped, jittered and released at five stiffnesses, without a device in the loop.
+//!
+//! A [`Case`] says how the tip moves; a [`Subject`] is a method with the substeps it asks for; [`press`] moves one through the other and keeps a
+//! [`Trace`]; [`judge`] says what went wrong first; [`margin`] finds how much more it stands; [`promises`] holds the product to what it promises.
+//!
+//! Every method gets the substeps that it needs for the chart's press on the same tissue; the product those that a session derives. The product
+//! has its guard, the depth limit and the limit on the way in; the others have none of the first and 1 m/s of the second.
+
+mod case;
+mod margin;
+mod matrix;
+mod pictures;
+mod press;
+mod promise;
+mod subject;
+mod table;
+mod verdict;
+
+pub use case::{CASES, Case, Promise, QUICK_CASES, Stimulus};
+pub use margin::{Axis, Margin, largest, margin};
+pub use matrix::{Cell, MarginCell, Matrix, Plan, run};
+pub use pictures::pictures;
+pub use press::{Loading, Trace, press};
+pub use promise::promises;
+pub use subject::{Build, ROWS, Row, Subject};
+pub use table::{Summary, write};
+pub use verdict::{Figures, Verdict, judge};

@@ -1,0 +1,139 @@
+//! How much more a method stands before it fails: one quantity grows until a press or a tap no longer passes.
+
+use super::case::{PRESS, Stimulus, TAP};
+use super::subject::Subject;
+use super::verdict::Verdict;
+use crate::error::Error;
+
+/// The largest value that passes is found within this share (1).
+const RESOLUTION: f64 = 0.05;
+
+/// What grows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// The tick over 1 ms, with masses and foundation as they are: the press and the tap.
+    Tick,
+    /// The depth of the slow press [m].
+    Depth,
+    /// The speed of the tap to 8 mm [m/s]. The core shows no method more than 1 m/s.
+    Speed,
+    /// Young's modulus [Pa], with the substeps as they are: the press and the tap.
+    Stiffness,
+}
+
+impl Axis {
+    /// In the order of tables.
+    pub const ALL: [Self; 4] = [Self::Tick, Self::Depth, Self::Speed, Self::Stiffness];
+
+    /// Name in files, with the unit.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tick => "tick_over_1ms",
+            Self::Depth => "depth_m",
+            Self::Speed => "tap_m_per_s",
+            Self::Stiffness => "youngs_modulus_pa",
+        }
+    }
+
+    /// From where to where it is searched. The core refuses a tick over 2 ms or under 0.3 ms with the foundation of 1 ms.
+    #[must_use]
+    pub fn range(self) -> [f64; 2] {
+        match self {
+            Self::Tick => [0.35, 2.0],
+            Self::Depth => [1e-3, 36e-3],
+            Self::Speed => [0.02, 3.0],
+            Self::Stiffness => [1e3, 1e6],
+        }
+    }
+
+    /// The standard: what must be reached at this stiffness [Pa].
+    #[must_use]
+    pub fn standard(self, youngs_modulus_pa: f64) -> f64 {
+        match self {
+            Self::Tick => 1.0,
+            Self::Depth => PRESS.depth_m,
+            Self::Speed => TAP.in_m_per_s,
+            Self::Stiffness => youngs_modulus_pa,
+        }
+    }
+
+    /// A value in the unit of tables: ms, mm, m/s, kPa; `or_more` if nothing larger was tried.
+    #[must_use]
+    pub fn said(self, value: f64, or_more: bool) -> String {
+        let number = match self {
+            Self::Tick | Self::Speed => format!("{value:.2}"),
+            Self::Depth => format!("{:.1}", value * 1e3),
+            Self::Stiffness => format!("{:.0}", value * 1e-3),
+        };
+        if or_more { format!("≥ {number}") } else { number }
+    }
+
+    fn verdict(self, subject: &Subject, value: f64) -> Result<Verdict, Error> {
+        match self {
+            Self::Tick => both(&subject.with_tick((value * 1e-3) as f32)),
+            Self::Depth => Ok(subject.stand(&Stimulus { depth_m: value, ..PRESS })?.verdict),
+            Self::Speed => Ok(subject.stand(&Stimulus { in_m_per_s: value, out_m_per_s: value, ..TAP })?.verdict),
+            Self::Stiffness => both(&subject.with_modulus(value)),
+        }
+    }
+}
+
+/// The worse of the press and the tap.
+fn both(subject: &Subject) -> Result<Verdict, Error> {
+    let press = subject.stand(&PRESS)?.verdict;
+    if press != Verdict::Pass {
+        return Ok(press);
+    }
+    Ok(subject.stand(&TAP)?.verdict)
+}
+
+/// The end of what passes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Margin {
+    /// Largest value that passes; `None` if neither the standard nor the smallest does.
+    pub passes: Option<f64>,
+    /// What goes wrong just beyond; `None` if the largest tried passes.
+    pub beyond: Option<Verdict>,
+}
+
+/// The largest value between the ends that passes, by bisection of the logarithm: up from the standard if that passes, else down from it. Whoever
+/// fails at a value is taken to fail at all larger ones.
+///
+/// # Errors
+/// What the trial refuses.
+pub fn largest(
+    [low, high]: [f64; 2],
+    standard: f64,
+    mut verdict: impl FnMut(f64) -> Result<Verdict, Error>,
+) -> Result<Margin, Error> {
+    let at_standard = verdict(standard)?;
+    let (mut good, mut bad, mut beyond) = if at_standard == Verdict::Pass {
+        match verdict(high)? {
+            Verdict::Pass => return Ok(Margin { passes: Some(high), beyond: None }),
+            wrong => (standard, high, wrong),
+        }
+    } else {
+        match verdict(low)? {
+            Verdict::Pass => (low, standard, at_standard),
+            _ => return Ok(Margin { passes: None, beyond: Some(at_standard) }),
+        }
+    };
+    while bad / good > 1.0 + RESOLUTION {
+        let middle = (good * bad).sqrt();
+        match verdict(middle)? {
+            Verdict::Pass => good = middle,
+            wrong => (bad, beyond) = (middle, wrong),
+        }
+    }
+    Ok(Margin { passes: Some(good), beyond: Some(beyond) })
+}
+
+/// The margin of a subject along an axis.
+///
+/// # Errors
+/// What building the method refuses.
+pub fn margin(subject: &Subject, axis: Axis) -> Result<Margin, Error> {
+    let standard = axis.standard(subject.block.params.youngs_modulus_pa.into());
+    largest(axis.range(), standard, |value| axis.verdict(subject, value))
+}

@@ -1,0 +1,149 @@
+//! Runs every row at every stiffness through every case, and finds the margins.
+
+use rayon::prelude::*;
+
+use super::case::{CASES, Case, QUICK_CASES};
+use super::margin::{Axis, Margin, margin};
+use super::subject::{ROWS, Row, Subject};
+use super::verdict::Figures;
+use crate::error::Error;
+
+/// What is run.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Nodes of the block.
+    pub nodes: usize,
+    /// Rows.
+    pub rows: Vec<Row>,
+    /// Stiffnesses [Pa].
+    pub moduli_pa: Vec<f64>,
+    /// Columns.
+    pub cases: Vec<Case>,
+    /// Stiffnesses at which margins are searched, of those above [Pa].
+    pub margins_at_pa: Vec<f64>,
+}
+
+/// A verdict with its place.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// Row.
+    pub row: Row,
+    /// Stiffness [Pa].
+    pub youngs_modulus_pa: f64,
+    /// Column.
+    pub case: Case,
+    /// Substeps of a tick.
+    pub substeps: u16,
+    /// What came out.
+    pub figures: Figures,
+}
+
+/// A margin with its place.
+#[derive(Clone, Debug)]
+pub struct MarginCell {
+    /// Row.
+    pub row: Row,
+    /// Stiffness [Pa].
+    pub youngs_modulus_pa: f64,
+    /// Substeps of a tick.
+    pub substeps: u16,
+    /// What grew.
+    pub axis: Axis,
+    /// How far.
+    pub margin: Margin,
+}
+
+/// Everything that came out, in the plan's order: rows, stiffnesses, columns.
+#[derive(Clone, Debug)]
+pub struct Matrix {
+    /// The plan.
+    pub plan: Plan,
+    /// Verdicts.
+    pub cells: Vec<Cell>,
+    /// Margins.
+    pub margins: Vec<MarginCell>,
+}
+
+impl Plan {
+    /// The whole matrix on the block of 410 nodes.
+    #[must_use]
+    pub fn full() -> Self {
+        Self {
+            nodes: 410,
+            rows: ROWS.to_vec(),
+            moduli_pa: vec![1e3, 3.5e3, 20e3, 100e3, 200e3],
+            cases: CASES.to_vec(),
+            margins_at_pa: vec![3.5e3, 100e3],
+        }
+    }
+
+    /// Two stiffnesses and five columns on the block of 130 nodes, margins at one.
+    #[must_use]
+    pub fn quick() -> Self {
+        Self {
+            nodes: 130,
+            moduli_pa: vec![3.5e3, 100e3],
+            cases: CASES.into_iter().filter(|c| QUICK_CASES.contains(&c.name)).collect(),
+            margins_at_pa: vec![3.5e3],
+            ..Self::full()
+        }
+    }
+
+    /// Steps that [`run`] reports.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        let places = self.rows.len() * self.moduli_pa.len();
+        places * (self.tissues().len() + self.cases.len()) + self.rows.len() * self.margins_at_pa.len() * Axis::ALL.len()
+    }
+
+    /// With and without the inclusion, as far as the columns ask for it.
+    fn tissues(&self) -> Vec<bool> {
+        [false, true].into_iter().filter(|with| self.cases.iter().any(|c| c.inclusion == *with)).collect()
+    }
+}
+
+/// Runs a plan; `done` is told of every step.
+///
+/// # Errors
+/// What building a method refuses.
+pub fn run(plan: &Plan, done: &(dyn Fn() + Sync)) -> Result<Matrix, Error> {
+    let tissues = plan.tissues();
+    let mut places = Vec::new();
+    for &row in &plan.rows {
+        for &youngs_modulus_pa in &plan.moduli_pa {
+            places.extend(tissues.iter().map(|&inclusion| (row, youngs_modulus_pa, inclusion)));
+        }
+    }
+    let set_up = |&(row, youngs_modulus_pa, inclusion): &(Row, f64, bool)| {
+        let subject = Subject::new(row, plan.nodes, youngs_modulus_pa, inclusion);
+        done();
+        Ok(subject?.map(|s| (youngs_modulus_pa, inclusion, s)))
+    };
+    let subjects: Vec<Option<(f64, bool, Subject)>> = places.par_iter().map(set_up).collect::<Result<_, Error>>()?;
+    let subjects: Vec<(f64, bool, Subject)> = subjects.into_iter().flatten().collect();
+    let of_case = |case: &Case, (_, inclusion, _): &(f64, bool, Subject)| case.inclusion == *inclusion;
+
+    let mut trials: Vec<(&(f64, bool, Subject), &Case)> = Vec::new();
+    let mut searches = Vec::new();
+    for subject in &subjects {
+        trials.extend(plan.cases.iter().filter(|c| of_case(c, subject)).map(|c| (subject, c)));
+        if !subject.1 && plan.margins_at_pa.contains(&subject.0) {
+            searches.extend(Axis::ALL.map(|axis| (subject, axis)));
+        }
+    }
+    let try_one = |((youngs_modulus_pa, _, subject), case): &(&(f64, bool, Subject), &Case)| {
+        let figures = subject.stand(&case.stimulus)?;
+        done();
+        let (row, substeps) = (subject.row, subject.substeps);
+        Ok(Cell { row, youngs_modulus_pa: *youngs_modulus_pa, case: **case, substeps, figures })
+    };
+    let search_one = |((youngs_modulus_pa, _, subject), axis): &(&(f64, bool, Subject), Axis)| {
+        let margin = margin(subject, *axis)?;
+        done();
+        let (row, substeps) = (subject.row, subject.substeps);
+        Ok(MarginCell { row, youngs_modulus_pa: *youngs_modulus_pa, substeps, axis: *axis, margin })
+    };
+    let cells = trials.par_iter().map(try_one).collect::<Result<_, Error>>()?;
+    let margins = searches.par_iter().map(search_one).collect::<Result<_, Error>>()?;
+    Ok(Matrix { plan: plan.clone(), cells, margins })
+}

@@ -1,0 +1,173 @@
+//! Moves the tip through a stimulus and keeps what a verdict needs.
+
+use palpate::{Limiters, Vector3};
+
+use super::case::Stimulus;
+use crate::rivals::{Block, Rival};
+
+/// The tip starts and ends this far above the surface [m].
+const CLEAR_M: f64 = 5e-4;
+/// Hold, and time to come to rest after the release [s].
+const HOLD_S: f64 = 0.35;
+const REST_S: f64 = 0.5;
+/// The end of the hold, where the tissue must stand still [s].
+const STILL_S: f64 = 0.02;
+
+/// One tick on the way down, before the tip slows down for the hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Loading {
+    /// Depth of the tip that the device says [m].
+    pub depth_m: f64,
+    /// Force along the handle, out of the tissue [N].
+    pub force_n: f64,
+}
+
+/// What a press leaves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trace {
+    /// The way down, tick by tick.
+    pub loading: Vec<Loading>,
+    /// Where the tip was when numbers ran away [m]; what follows is not measured then.
+    pub diverged_at_m: Option<f64>,
+    /// Smallest volume of a tet over its rest volume in any tick (1).
+    pub lowest_j: f64,
+    /// The same at the end of the hold.
+    pub held_j: f64,
+    /// Largest force along the handle [N].
+    pub peak_n: f64,
+    /// Force at the end of the hold [N].
+    pub held_n: f64,
+    /// Furthest that a node went in the last 20 ms of the hold [m].
+    pub moved_m: f64,
+    /// Change of the force in that time over its largest (1).
+    pub force_change: f64,
+    /// Largest displacement of a node half a second after the release [m].
+    pub residual_m: f64,
+    /// What the guard clamped.
+    pub limiters: Limiters,
+}
+
+/// Presses, holds, releases. Ticks are those of the block's parameters.
+pub fn press(block: &Block, rival: &mut dyn Rival, stimulus: &Stimulus) -> Trace {
+    let mut watch = Watch::new(block);
+    if let Err(depth_m) = watch.whole(block, rival, stimulus) {
+        watch.trace.diverged_at_m = Some(depth_m);
+    }
+    watch.trace
+}
+
+struct Watch {
+    tets: Vec<([u32; 4], f64)>,
+    rest_m: Vec<Vector3<f64>>,
+    position_m: Vec<Vector3<f64>>,
+    trace: Trace,
+}
+
+impl Watch {
+    fn new(block: &Block) -> Self {
+        let mesh = &block.tissue.mesh;
+        let rest_m: Vec<Vector3<f64>> = mesh.nodes_m.iter().map(|x| Vector3::from(*x)).collect();
+        let tets = mesh.tets.iter().map(|tet| (*tet, 1.0 / six_volume(tet, &rest_m))).collect();
+        let trace = Trace {
+            loading: Vec::new(),
+            diverged_at_m: None,
+            lowest_j: f64::INFINITY,
+            held_j: f64::NAN,
+            peak_n: 0.0,
+            held_n: f64::NAN,
+            moved_m: f64::NAN,
+            force_change: f64::NAN,
+            residual_m: f64::NAN,
+            limiters: Limiters::DEFAULT,
+        };
+        Self { tets, position_m: rest_m.clone(), rest_m, trace }
+    }
+
+    /// The depth where it diverged, if so.
+    fn whole(&mut self, block: &Block, rival: &mut dyn Rival, stimulus: &Stimulus) -> Result<(), f64> {
+        let tick_s = f64::from(block.params.tick_s);
+        let ticks = |seconds: f64| (seconds / tick_s).ceil() as usize;
+        let way_m = stimulus.depth_m + CLEAR_M;
+        let mut random = Random(7);
+        let mut late = || stimulus.jitter * random.next();
+
+        let down = ticks(way_m / stimulus.in_m_per_s) + 1;
+        for n in 0..=down {
+            let time_s = (n as f64 + late()) * tick_s;
+            let depth_m = (time_s.max(0.0) * stimulus.in_m_per_s - CLEAR_M).min(stimulus.depth_m);
+            let force_n = self.tick(block, rival, depth_m)?.0;
+            // where the tip slows down, the force falls by what was viscous: that is no fall while it goes deeper
+            if depth_m < stimulus.depth_m && !rival.limiters().contains(Limiters::DEPTH) {
+                self.trace.loading.push(Loading { depth_m, force_n });
+            }
+        }
+        let still = ticks(STILL_S);
+        for _ in 0..ticks(HOLD_S) - still {
+            self.tick(block, rival, stimulus.depth_m)?;
+        }
+        let before_m = self.position_m.clone();
+        let (mut least_n, mut most_n) = (f64::INFINITY, f64::NEG_INFINITY);
+        for _ in 0..still {
+            let (force_n, j) = self.tick(block, rival, stimulus.depth_m)?;
+            (least_n, most_n) = (least_n.min(force_n), most_n.max(force_n));
+            (self.trace.held_j, self.trace.held_n) = (j, force_n);
+        }
+        self.trace.moved_m = self.furthest_m(&before_m);
+        self.trace.force_change = (most_n - least_n) / most_n.abs().max(f64::MIN_POSITIVE);
+
+        let up = ticks(way_m / stimulus.out_m_per_s) + 1;
+        for n in 0..=up {
+            let time_s = (n as f64 + late()) * tick_s;
+            let depth_m = (stimulus.depth_m - time_s.max(0.0) * stimulus.out_m_per_s).max(-CLEAR_M);
+            self.tick(block, rival, depth_m)?;
+        }
+        for _ in 0..ticks(REST_S) {
+            self.tick(block, rival, -CLEAR_M)?;
+        }
+        self.trace.residual_m = self.furthest_m(&self.rest_m);
+        Ok(())
+    }
+
+    /// One tick: force along the handle [N] and smallest J; the depth where it diverged [m].
+    fn tick(&mut self, block: &Block, rival: &mut dyn Rival, depth_m: f64) -> Result<(f64, f64), f64> {
+        let force = rival.tick(block.tip_m(depth_m)).map_err(|_| depth_m)?;
+        let force_n = f64::from(force.dot(&block.params.probe.axis));
+        for (n, x) in (0..).zip(&mut self.position_m) {
+            *x = rival.position_m(n).cast();
+        }
+        let j =
+            self.tets.iter().map(|(tet, per_rest)| six_volume(tet, &self.position_m) * per_rest).fold(f64::INFINITY, f64::min);
+        // a NaN would pass `min` unseen
+        if !(force_n.is_finite() && self.position_m.iter().all(|x| x.iter().all(|c| c.is_finite()))) {
+            return Err(depth_m);
+        }
+        let trace = &mut self.trace;
+        trace.lowest_j = trace.lowest_j.min(j);
+        trace.peak_n = trace.peak_n.max(force_n);
+        trace.limiters.set(rival.limiters());
+        Ok((force_n, j))
+    }
+
+    fn furthest_m(&self, from_m: &[Vector3<f64>]) -> f64 {
+        self.position_m.iter().zip(from_m).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+    }
+}
+
+fn six_volume(tet: &[u32; 4], position_m: &[Vector3<f64>]) -> f64 {
+    let [a, b, c, d] = tet.map(|n| position_m[n as usize]);
+    (b - a).dot(&(c - a).cross(&(d - a)))
+}
+
+/// Uniform in -1 .. 1, the same on every machine (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^= z >> 31;
+        (z >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}

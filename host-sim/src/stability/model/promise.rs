@@ -1,0 +1,43 @@
+//! What the product promises of itself, held against what came out.
+
+use super::case::Promise;
+use super::matrix::{Cell, Matrix};
+use super::verdict::Verdict;
+
+/// Stiffnesses for which it promises anything [Pa].
+const PROMISED_PA: [f64; 2] = [3.5e3, 100e3];
+/// No tet is smaller than this share of itself (1).
+pub(super) const LEAST_J: f64 = 0.2;
+
+/// Every promise that did not hold, one line each.
+#[must_use]
+pub fn promises(matrix: &Matrix) -> Vec<String> {
+    matrix.cells.iter().filter(|c| is_promised(c)).filter_map(broken).collect()
+}
+
+/// Whether the product promises anything here.
+#[must_use]
+pub fn is_promised(cell: &Cell) -> bool {
+    let [softest_pa, stiffest_pa] = PROMISED_PA;
+    let stiffness = (softest_pa..=stiffest_pa).contains(&cell.youngs_modulus_pa);
+    cell.row.is_promised() && stiffness && cell.case.promise != Promise::None
+}
+
+fn broken(cell: &Cell) -> Option<String> {
+    let figures = &cell.figures;
+    let wanted = if cell.case.promise == Promise::Hold { Verdict::Held } else { Verdict::Pass };
+    let kept = figures.verdict == wanted && figures.lowest_j > LEAST_J;
+    let told = || {
+        format!(
+            "{} at {} kPa, {}: {} where {} is promised, smallest J {:.3} (promised above {LEAST_J}), {:.3} mm left",
+            cell.row.name(),
+            cell.youngs_modulus_pa * 1e-3,
+            cell.case.name,
+            figures.verdict.name(),
+            wanted.name(),
+            figures.lowest_j,
+            figures.residual_mm,
+        )
+    };
+    (!kept).then(told)
+}

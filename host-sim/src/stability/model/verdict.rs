@@ -1,0 +1,143 @@
+//! What went wrong first in a press, if anything.
+
+use palpate::Limiters;
+use serde::Serialize;
+
+use super::press::{Loading, Trace};
+
+/// A tet is as good as inside out below this (1).
+const LEAST_J: f64 = 0.05;
+/// The force of a hold is at least this share of the largest (1).
+const LEAST_HELD: f64 = 0.01;
+/// In the last 20 ms of the hold no node goes further [m] and the force changes by no more of itself (1): as in `chart`.
+const STILL_M: f64 = 5e-5;
+const STILL_FORCE: f64 = 0.05;
+/// What may be left after the release [m].
+const RETURNED_M: f64 = 5e-5;
+/// The force may fall by this share of its largest while the tip goes down (1).
+const MOST_DROP: f64 = 0.02;
+
+/// From good to bad.
+#[derive(Clone, Copy, Debug, Eq, Ord, PartialEq, PartialOrd, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Nothing went wrong.
+    Pass,
+    /// Nothing went wrong, at a depth where the guard held the tip.
+    Held,
+    /// The force fell while the tip went deeper.
+    NonMonotone,
+    /// Not back at rest half a second after the release.
+    Deformed,
+    /// Still moving at the end of the hold.
+    Restless,
+    /// No force is left at the end of the hold: the probe went through the surface.
+    Pierced,
+    /// A tet lost 95 % of its volume or turned inside out.
+    Inverted,
+    /// Numbers ran away.
+    Diverged,
+}
+
+impl Verdict {
+    /// In the order of keys and counts.
+    pub const ALL: [Self; 8] = [
+        Self::Pass,
+        Self::Held,
+        Self::NonMonotone,
+        Self::Deformed,
+        Self::Restless,
+        Self::Pierced,
+        Self::Inverted,
+        Self::Diverged,
+    ];
+
+    /// Name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Held => "held",
+            Self::NonMonotone => "non-monotone",
+            Self::Deformed => "deformed",
+            Self::Restless => "restless",
+            Self::Pierced => "pierced",
+            Self::Inverted => "inverted",
+            Self::Diverged => "diverged",
+        }
+    }
+}
+
+/// Numbers of a press.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figures {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Smallest J in any tick (1).
+    pub lowest_j: f64,
+    /// Smallest J at the end of the hold (1).
+    pub held_j: f64,
+    /// Largest displacement left [mm].
+    pub residual_mm: f64,
+    /// How far the force fell on the way down, as a share of its largest [%].
+    pub drop_pct: f64,
+    /// Furthest that a node went at the end of the hold [mm].
+    pub moved_mm: f64,
+    /// Change of the force then [%].
+    pub force_change_pct: f64,
+    /// Force at the end of the hold [N].
+    pub held_n: f64,
+    /// Largest force [N].
+    pub peak_n: f64,
+    /// Where numbers ran away [mm].
+    pub diverged_at_mm: Option<f64>,
+    /// What the guard clamped.
+    pub limiters: Limiters,
+}
+
+/// Judges a press. `slow`: the force on the way down is the tissue's, and must not fall.
+#[must_use]
+pub fn judge(trace: &Trace, slow: bool) -> Figures {
+    let drop = largest_drop(&trace.loading);
+    let at_most = |value: f64, most: f64| value <= most;
+    let verdict = if trace.diverged_at_m.is_some() {
+        Verdict::Diverged
+    } else if !at_most(LEAST_J, trace.lowest_j) {
+        Verdict::Inverted
+    } else if !at_most(LEAST_HELD * trace.peak_n, trace.held_n) {
+        Verdict::Pierced
+    } else if !at_most(trace.moved_m, STILL_M) || !at_most(trace.force_change, STILL_FORCE) {
+        Verdict::Restless
+    } else if !at_most(trace.residual_m, RETURNED_M) {
+        Verdict::Deformed
+    } else if slow && !at_most(drop, MOST_DROP) {
+        Verdict::NonMonotone
+    } else if trace.limiters.contains(Limiters::DEPTH) {
+        Verdict::Held
+    } else {
+        Verdict::Pass
+    };
+    Figures {
+        verdict,
+        lowest_j: trace.lowest_j,
+        held_j: trace.held_j,
+        residual_mm: trace.residual_m * 1e3,
+        drop_pct: drop * 100.0,
+        moved_mm: trace.moved_m * 1e3,
+        force_change_pct: trace.force_change * 100.0,
+        held_n: trace.held_n,
+        peak_n: trace.peak_n,
+        diverged_at_mm: trace.diverged_at_m.map(|d| d * 1e3),
+        limiters: trace.limiters,
+    }
+}
+
+/// Furthest that the force falls below what it was at a smaller depth, over the largest force (1).
+fn largest_drop(loading: &[Loading]) -> f64 {
+    let (mut highest_n, mut drop_n) = (0.0_f64, 0.0_f64);
+    for tick in loading {
+        highest_n = highest_n.max(tick.force_n);
+        drop_n = drop_n.max(highest_n - tick.force_n);
+    }
+    if highest_n > 0.0 { drop_n / highest_n } else { 0.0 }
+}
