@@ -7,11 +7,14 @@
 use palpate::path::probe::ProbePose;
 use palpate::{BuildError, Limits, Params, tick};
 
+use crate::measure::volumes;
 use crate::patch::{Memory, Patch};
 use crate::stable_step::StableStep;
 
 /// Speeds of the taps [m/s] and the RMS error allowed, as a share of the static force (1).
 pub const TAPS: [(f64, f64); 2] = [(0.2, 0.05), (0.5, 0.10)];
+/// In no tap may a tet become smaller than this share of itself (1): crushed between heavy neighbours it would.
+pub const LEAST_J: f64 = 0.2;
 /// Numbers of substeps that are tried.
 const TRIED: [u16; 8] = [1, 2, 3, 4, 6, 8, 12, 16];
 /// Substeps beyond which the true masses are not stepped: a mesh with such a sliver has no reference.
@@ -24,7 +27,7 @@ pub struct Fidelity {
     pub params: Params,
     /// RMS error of each of [`TAPS`] (1).
     pub errors: [f64; TAPS.len()],
-    /// Every tap is within its limit.
+    /// Every tap is within its limit, and no tet is crushed by one.
     pub held: bool,
 }
 
@@ -65,7 +68,7 @@ pub fn derive(patch: &Patch, params: &Params, depth_m: f64) -> Result<Fidelity, 
         for ((error, (speed, _)), truth) in errors.iter_mut().zip(TAPS).zip(&answers) {
             *error = rms_error(&tap(patch, &tried, depth_m, speed)?, truth);
         }
-        let held = errors.iter().zip(TAPS).all(|(e, (_, most))| *e <= most);
+        let held = errors.iter().zip(TAPS).all(|(e, (_, most))| *e <= most) && lowest_j(patch, &tried)? > LEAST_J;
         last = Some(Fidelity { params: tried, errors, held });
         if held {
             break;
@@ -106,6 +109,24 @@ fn tap(patch: &Patch, params: &Params, depth_m: f64, m_per_s: f64) -> Result<Vec
         if n < 0 { m_per_s * t } else { depth_m * (std::f64::consts::PI * t / half_s).sin() }
     };
     Ok((-5..=ticks).map(|n| at(depth(n))).collect())
+}
+
+/// Smallest volume of a tet over its rest volume in any tick of the fastest tap to the patch's depth limit, held for 50 ms (1).
+fn lowest_j(patch: &Patch, params: &Params) -> Result<f64, BuildError> {
+    let model = patch.wide_model();
+    let mut memory = Memory::for_model(&model);
+    let (tuned, mut state) = memory.start(&model, params)?;
+    let step_m = TAPS.map(|t| t.0).into_iter().fold(0.0, f64::max) * 1e-3;
+    let deepest_m = f64::from(model.depth_limit_m);
+    let ticks = (deepest_m / step_m).ceil() as i32 + 50;
+    let mut lowest_j = f64::INFINITY;
+    for n in -2..=ticks {
+        let depth_m = (f64::from(n) * step_m).min(deepest_m);
+        let tip_m = patch.site_m() - params.probe.axis * depth_m as f32;
+        tick(&model, &tuned, &mut state, ProbePose { tip_m });
+        lowest_j = lowest_j.min(volumes(&model, &state).0);
+    }
+    Ok(lowest_j)
 }
 
 /// RMS difference over the largest true force (1).

@@ -7,11 +7,14 @@ use super::case::{INCLUSION, Stimulus};
 use super::press::{Trace, press};
 use super::verdict::{Figures, judge};
 use crate::chart::{MOST_SUBSTEPS, least_substeps};
+use crate::closed_loop::fidelity;
 use crate::error::Error;
 use crate::patch::{Material, Memory, Patch};
 use crate::rivals::{BLOCK_M, Block, DEEPEST_M, Method, Rival, calibrated};
-use crate::stable_step::{StableStep, limits, substeps_for_taps};
+use crate::stable_step::limits;
 
+/// Depth of the taps that a loop's substeps are derived from [m].
+const FIDELITY_DEPTH_M: f64 = 4e-3;
 /// A session lets a patch answer this much more than the deepest hold.
 const DEPTH_MARGIN: f64 = 1.25;
 /// Methods without a guard answer down to the bottom.
@@ -118,8 +121,9 @@ impl Subject {
         }
         block.tissue.depth_limit_m = DEPTH_MARGIN * DEEPEST_M;
         let Some((patch, params)) = product(&block, row.method, inclusion) else { return Ok(None) };
-        let params = Params { limits: limits(&patch, f64::from(params.tick_s)), ..params };
-        let substeps = derived(&patch, &params)?;
+        let params = Params { substeps: 1, limits: limits(&patch, f64::from(params.tick_s)), ..params };
+        let derived = fidelity::derive(&patch, &params, FIDELITY_DEPTH_M)?;
+        let (params, substeps) = (derived.params, derived.params.substeps);
         if row.build == Build::Unguarded {
             block.tissue.depth_limit_m = NO_LIMIT_M;
             return Ok(Some(Self { row, block, substeps, guarded: None }));
@@ -183,15 +187,6 @@ fn product(block: &Block, method: Method, inclusion: bool) -> Option<(Patch, Par
         return Some((if inclusion { patch.with_inclusions(&[INCLUSION]) } else { patch }, params));
     }
     Some((Patch::build(&block.tissue, &Material::default(), None), block.params))
-}
-
-/// Substeps that a session gives a patch.
-fn derived(patch: &Patch, params: &Params) -> Result<u16, Error> {
-    let (model, site_m) = (patch.wide_model(), patch.site_m());
-    let too_slow = || Error::TooSlow("the standard block does not survive being measured: check the core".into());
-    let stable = StableStep::measure(&model, params, site_m)?.ok_or_else(too_slow)?;
-    let least = stable.substeps(f64::from(params.tick_s)) as u16;
-    substeps_for_taps(&model, params, site_m, least)?.ok_or_else(too_slow)
 }
 
 /// The product behind its guard.
