@@ -60,13 +60,15 @@ impl StableStep {
     /// # Errors
     /// What [`Params::build`] refuses.
     pub fn measure(model: &Model, params: &Params, site_m: Vector3<f32>) -> Result<Option<Self>, BuildError> {
-        let careful = Params { substeps: CAREFUL_SUBSTEPS, limits: unbounded_but_sink(params), ..*params };
+        let careful = Params { substeps: CAREFUL_SUBSTEPS.max(params.substeps), limits: unbounded_but_sink(params), ..*params };
         let mut memory = Memory::for_model(model);
         let mut scratch = Memory::for_model(model);
         let (tuned, mut state) = memory.start(model, &careful)?;
         let (_, mut trial) = scratch.start(model, &careful)?;
         let limit = |w2: f64| {
-            let room = 4.0 - 2.0 * f64::from(params.contact_damping * params.contact_cap);
+            // the cap is told for the tick, what it takes of a step's room is that of the substep
+            let substeps = f64::from(params.substeps);
+            let room = 4.0 - 2.0 * f64::from(params.contact_damping * params.contact_cap) / (substeps * substeps);
             (room.max(1.0) / w2).sqrt()
         };
         let mut shape = Shape::seeded(model.nodes.len());

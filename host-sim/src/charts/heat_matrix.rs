@@ -84,7 +84,7 @@ pub struct HeatMatrix<'a> {
 }
 
 /// Room for the names of rows, between groups, and for the lines around the table [px].
-const NAMES_PX: f64 = 206.0;
+const NAMES_PX: f64 = 236.0;
 const GAP_PX: f64 = 7.0;
 const HEAD_PX: f64 = 40.0;
 const FEET_PX: f64 = 22.0;
