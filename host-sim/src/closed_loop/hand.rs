@@ -92,6 +92,8 @@ const PAD_SCALE_M: f64 = 0.5e-3;
 const BONE_M: f64 = 1.5e-3;
 /// A finger pushes no harder, wherever its bone goes [N].
 const MOST_PAD_N: f64 = 3.0;
+/// What relaxes slower than this creeps [s].
+const CREEP_S: f64 = 0.5;
 /// Shares of the force that relax, and in what time [s].
 const RELAXING: [(f64, f64); 3] = [(0.2, 4e-3), (0.2, 70e-3), (0.3, 1.4)];
 
@@ -106,7 +108,7 @@ pub struct Aim {
     pub push_n: Vector3<f64>,
     /// The hand has let go.
     pub let_go: bool,
-    /// The grip changes no more and relaxes no more: a hold that is judged.
+    /// The grip changes no more and creeps no more: a hold that is judged.
     pub steady: bool,
 }
 
@@ -163,21 +165,23 @@ impl HandState {
             return aim.push_n;
         }
         let squeezed_m = -apart_m.dot(&self.normal);
-        let pad_n = self.pad_n(squeezed_m, if aim.steady { 0.0 } else { dt_s });
+        let pad_n = self.pad_n(squeezed_m, dt_s, aim.steady);
         let closing = if squeezed_m > 0.0 { -apart_m_per_s.dot(&self.normal) * LIGHT.damping_n_s_per_m } else { 0.0 };
         let along = |v: Vector3<f64>| v - self.normal * v.dot(&self.normal);
         aim.push_n - self.normal * (pad_n + closing).max(0.0) + pull(LIGHT, along(apart_m), along(apart_m_per_s))
     }
 
     /// Force of the pad [N] squeezed by this much.
-    fn pad_n(&mut self, squeezed_m: f64, dt_s: f64) -> f64 {
+    fn pad_n(&mut self, squeezed_m: f64, dt_s: f64, steady: bool) -> f64 {
         let soft_m = squeezed_m.clamp(0.0, BONE_M);
         let slope = PAD_FORCE_N / PAD_SCALE_M * (BONE_M / PAD_SCALE_M).exp();
         let elastic_n = PAD_FORCE_N * ((soft_m / PAD_SCALE_M).exp() - 1.0) + (squeezed_m - BONE_M).max(0.0) * slope;
         let elastic_n = elastic_n.min(MOST_PAD_N / (1.0 - RELAXING.iter().map(|r| r.0).sum::<f64>()));
         let mut force_n = elastic_n;
         for (relaxed_n, (share, time_s)) in self.relaxed_n.iter_mut().zip(RELAXING) {
-            *relaxed_n += (share * elastic_n - *relaxed_n) * (dt_s / time_s).min(1.0);
+            if !(steady && time_s > CREEP_S) {
+                *relaxed_n += (share * elastic_n - *relaxed_n) * (dt_s / time_s).min(1.0);
+            }
             force_n -= *relaxed_n;
         }
         force_n.clamp(0.0, MOST_PAD_N)
