@@ -10,6 +10,7 @@ mod plan;
 mod press;
 mod reference;
 mod score;
+mod stability_loop;
 
 use std::path::PathBuf;
 
@@ -72,6 +73,11 @@ enum Command {
     ///
     /// Writes summary.json, scores.csv (one row an intern and phase) and a picture as SVG and PNG. Groups are compared by a permutation test.
     Score(score::ScoreArgs),
+    /// Which stiffness the loop holds: hand by delay by device, ours and nine rivals, and what the encoder allows.
+    ///
+    /// Writes summary.json, stability_loop.csv, ceilings.csv and pictures as SVG and PNG. Fails (exit code 1) if ours does not hold 400 N/m in every
+    /// hand, quiet, without energy and without static error: on the Touch up to two ticks late, without friction up to one.
+    StabilityLoop(stability_loop::StabilityLoopArgs),
 }
 
 const EXIT_CODES: &str = "Exit code: 0 if what the command promises held, 1 if a check failed, 2 on bad input.";
@@ -110,6 +116,7 @@ impl Cli {
             Some(Command::Paper(command)) => command.run(),
             Some(Command::Plan(args)) => args.run(),
             Some(Command::Score(args)) => args.run(),
+            Some(Command::StabilityLoop(args)) => args.run(),
         }
     }
 }

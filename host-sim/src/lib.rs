@@ -27,6 +27,7 @@ pub mod rivals;
 pub mod scene;
 pub mod score;
 pub mod session;
+pub mod stability;
 pub mod stable_step;
 pub mod statics;
 pub mod summary;

@@ -1,0 +1,3 @@
+//! Where the loop fails, with the margin.
+
+pub mod loop_matrix;
