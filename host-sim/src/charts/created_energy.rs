@@ -1,4 +1,4 @@
-//! Energy that each control creates: bars on a logarithmic axis, the static error beside.
+//! Energy that each control creates: bars on a logarithmic axis, static error and shaken hands beside.
 
 use std::path::Path;
 
@@ -20,8 +20,8 @@ pub struct EnergyRow {
     pub name: String,
     /// Energy created on each device [J].
     pub created_j: Vec<f64>,
-    /// Beside the bars.
-    pub static_error: String,
+    /// Two columns beside the bars: static error, hands that it shakes.
+    pub beside: [String; 2],
 }
 
 /// Bars.
@@ -59,8 +59,9 @@ pub fn created_energy(folder: &Path, name: &str, bars: &CreatedEnergy) -> Result
 const LEFT_PX: f64 = 168.0;
 const TOP_PX: f64 = 120.0;
 const BELOW_PX: f64 = 70.0;
-/// Room for the static errors [px].
-const RIGHT_PX: f64 = 150.0;
+/// Room for the columns beside the bars, and of the second of them [px].
+const RIGHT_PX: f64 = 210.0;
+const COLUMN_PX: f64 = 72.0;
 /// Ends of the axis [mJ], powers of ten.
 const DECADES: (i32, i32) = (-3, 3);
 const COLORS: [RGBColor; 2] = [BAR, RELEASE];
@@ -93,12 +94,14 @@ impl CreatedEnergy<'_> {
 
     fn key<DB: DrawingBackend>(&self, area: &Area<DB>, right: f64) -> Drawn<DB> {
         for (n, (device, color)) in self.devices.iter().zip(COLORS).enumerate() {
-            let x = LEFT_PX + 250.0 + 170.0 * n as f64;
+            let x = LEFT_PX + 210.0 + 120.0 * n as f64;
             area.draw(&Rectangle::new([(px(x), px(TOP_PX - 19.0)), (px(x + 12.0), px(TOP_PX - 7.0))], color.filled()))?;
             area.draw_text(device, &text(TICK_PX, INK, (HPos::Left, VPos::Center)), (px(x + 18.0), px(TOP_PX - 13.0)))?;
         }
-        let style = text(TICK_PX, MUTED, (HPos::Right, VPos::Bottom));
-        area.draw_text("static error", &style, (px(right), px(TOP_PX - 4.0)))
+        for (head, x) in ["static error", "shakes"].into_iter().zip([right - COLUMN_PX, right]) {
+            area.draw_text(head, &text(TICK_PX, MUTED, (HPos::Right, VPos::Bottom)), (px(x), px(TOP_PX - 4.0)))?;
+        }
+        Ok(())
     }
 }
 
@@ -117,7 +120,9 @@ impl Picture for CreatedEnergy<'_> {
             let top = TOP_PX + step * n as f64;
             let middle = px(top + step * 0.5);
             area.draw_text(&row.name, &text(TICK_PX, INK, (HPos::Right, VPos::Center)), (px(LEFT_PX - 10.0), middle))?;
-            area.draw_text(&row.static_error, &text(TICK_PX, INK, (HPos::Right, VPos::Center)), (px(right), middle))?;
+            for (said, x) in row.beside.iter().zip([right - COLUMN_PX, right]) {
+                area.draw_text(said, &text(TICK_PX, INK, (HPos::Right, VPos::Center)), (px(x), middle))?;
+            }
             let thick = step * 0.76 / row.created_j.len() as f64;
             for ((k, created_j), color) in row.created_j.iter().enumerate().zip(COLORS) {
                 let mj = created_j * 1e3;
