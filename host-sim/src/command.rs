@@ -75,7 +75,7 @@ enum Command {
     Score(score::ScoreArgs),
     /// Which stiffness the loop holds: hand by delay by device, ours and nine rivals, and what the encoder allows.
     ///
-    /// Writes summary.json, stability_loop.csv, ceilings.csv and pictures as SVG and PNG. Fails (exit code 1) if ours does not hold 400 N/m in every
+    /// Writes summary.json, its tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if ours does not hold 400 N/m in every
     /// hand, quiet, without energy and without static error: on the Touch up to two ticks late, without friction up to one.
     StabilityLoop(stability_loop::StabilityLoopArgs),
 }

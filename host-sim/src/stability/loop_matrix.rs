@@ -3,9 +3,10 @@
 //! Each cell climbs from [`SOFTEST_N_PER_M`] in steps of 12 % until the first wall that is not quiet. Bisecting would be wrong: a loop can shake at
 //! one stiffness and hold at a higher one, because friction, the force limit and the encoder's count enter at different ones.
 //!
-//! An earlier simulation, one axis, whose hands did not reach further for a stiffer wall, found 139, 952, 2640 and 5836 N/m raw for H0 to H3 one tick
-//! late. Here the arm H3 ends at 2100: its target lies so deep that it presses with 0.85 of the force limit whatever the wall, where the
-//! other's pressed 0.5 N and was soon held by friction. Above some 1100 N/m one count of 55 um is felt through that friction, in any loop.
+//! An earlier simulation, one axis and written apart, found 139, 952, 2640 and 5836 N/m raw for H0 to H3 one tick late; here it is 155, 1066,
+//! 2357 and 2105. H2 and H3 end there by the encoder: the handle swings by a few micrometres across the edge of a count, and that is 50-70 mN. Whether a
+//! hold rests on such an edge is luck of the stiffness (H3 is quiet again at 3312 and from 4653 on). With counts of 1 um H3 is quiet to the end
+//! and H2 to 3312. Two ticks late H0 ends at 99 against 70: the other pushed with 0.5 N at every stiffness, and so pushed it ends at 79.
 //!
 //! [`ceiling`] asks what the encoder allows, whatever the control.
 

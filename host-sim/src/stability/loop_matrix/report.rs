@@ -103,7 +103,7 @@ fn print_ceilings(ceilings: &[Ceiling]) {
     );
     for c in ceilings {
         let deepest = |e: f64| {
-            let slope = c.slopes.iter().filter(|s| s.youngs_modulus_pa == e).next_back();
+            let slope = c.slopes.iter().rfind(|s| s.youngs_modulus_pa == e);
             slope.map_or("-".into(), |s| {
                 let over = if s.n_per_m > c.felt_n_per_m { "*" } else { "" };
                 format!("{:.0}{over} {:.0} mm", s.n_per_m, s.depth_m * 1e3)
