@@ -4,8 +4,10 @@
 //! stimulus ─ hand ─ plant ─ sense ─ core::haptic::cycle ─ actuate ─ plant      every tick watched against the invariants
 //! ```
 //!
-//! [`run::run`] is that line. A [`device`] profile and a [`hand`] are data; a [`surface`] is a wall or the product's patch; a [`verdict`] is frozen.
+//! [`run::run`] is that line. A [`device`] profile and a [`hand`] are data; a [`control`] is ours or a rival; a [`surface`] is a
+//! wall or the product's patch; a [`verdict`] is frozen.
 
+pub mod control;
 pub mod device;
 pub mod fidelity;
 pub mod hand;

@@ -72,6 +72,12 @@ impl Stimulus {
         STIMULI.into_iter().find(|s| s.id.eq_ignore_ascii_case(name) || s.name == name)
     }
 
+    /// A tap of this speed [m/s] and a hold.
+    #[must_use]
+    pub fn tap(m_per_s: f64) -> Self {
+        Self { id: "S1", name: "tap", kind: Kind::Tap { m_per_s } }
+    }
+
     /// The same, no longer than a few seconds: a hold of three.
     #[must_use]
     pub fn short(self) -> Self {

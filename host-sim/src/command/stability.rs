@@ -5,9 +5,12 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
 
+use super::stability_loop::run_loop;
 use crate::error::Error;
 use crate::output::OutputFolder;
+use crate::stability::loop_matrix::LoopSummary;
 use crate::stability::model;
 
 /// A progress bar appears on a terminal when a run takes longer than this.
@@ -16,38 +19,61 @@ const QUIET: Duration = Duration::from_secs(2);
 #[derive(Args, Clone, Debug)]
 pub(super) struct StabilityArgs {
     /// The methods alone, without a device in the loop.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "only_loop")]
     model: bool,
-    /// A smaller mesh, two stiffnesses and five ways to press: under a minute.
+    /// The loop alone, without the methods.
+    #[arg(long = "loop")]
+    only_loop: bool,
+    /// A smaller mesh, two stiffnesses, five ways to press, one device: under a minute.
     #[arg(long)]
     quick: bool,
+    /// The loop on every shipped device too, at its own delay.
+    #[arg(long, conflicts_with = "quick")]
+    full: bool,
     /// Output folder, made if it is not there.
     #[arg(long, value_name = "FOLDER", default_value = "out/stability")]
     out: PathBuf,
 }
 
+/// `summary.json`.
+#[derive(Serialize)]
+struct Summary {
+    model: Option<model::Summary>,
+    #[serde(rename = "loop")]
+    of_loop: Option<LoopSummary>,
+}
+
 impl StabilityArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let folder = OutputFolder::open(&self.out)?;
+        let mut summary = Summary { model: None, of_loop: None };
+        if !self.only_loop {
+            summary.model = Some(self.methods(&folder)?);
+        }
+        if !self.model {
+            summary.of_loop = Some(run_loop(&folder, self.quick, self.full)?);
+        }
+        folder.write_json("summary.json", &summary)?;
+        println!("\nwrote {}: summary.json, tables as CSV, pictures as SVG and PNG", folder.path().display());
+        if let Some(model) = &summary.model
+            && let [first, ..] = model.broken.as_slice()
+        {
+            let (broken, cells) = (model.broken.len(), model.product.cells);
+            return Err(Error::Check(format!(
+                "{broken} of {cells} promised cells of the product do not hold, the first: {first}"
+            )));
+        }
+        summary.of_loop.map_or(Ok(()), |of_loop| of_loop.check())
+    }
+
+    fn methods(&self, folder: &OutputFolder) -> Result<model::Summary, Error> {
         let plan = if self.quick { model::Plan::quick() } else { model::Plan::full() };
         let matrix = with_progress(plan.steps(), |done| model::run(&plan, done))?;
         let summary = model::Summary::of(&matrix);
-        folder.write_json("summary.json", &summary)?;
-        model::write(&folder, &matrix)?;
-        model::pictures(&folder, &matrix)?;
+        model::write(folder, &matrix)?;
+        model::pictures(folder, &matrix)?;
         print_model(&matrix, &summary);
-        println!(
-            "\nwrote {}: summary.json, stability_model.csv, stability_margins.csv, pictures as SVG and PNG",
-            folder.path().display()
-        );
-        match summary.broken.as_slice() {
-            [] => Ok(()),
-            [first, ..] => Err(Error::Check(format!(
-                "{} of {} promised cells of the product do not hold, the first: {first}",
-                summary.broken.len(),
-                summary.product.cells
-            ))),
-        }
+        Ok(summary)
     }
 }
 

@@ -1,0 +1,244 @@
+//! Ways to keep the loop quiet: ours, none at all, and what others do, each around any surface.
+//!
+//! A rival changes what the surface answers; the cycle's own damping is off then and its last resort as late as it may be set. What a rival sees is
+//! what a controller has: the counted depth, the model's force, its stiffness, and the forces it sent itself. All act along the contact's normal.
+
+mod constant_damping;
+mod energy_bounding;
+mod low_pass;
+mod slew;
+mod time_domain_passivity;
+mod virtual_coupling;
+
+use palpate::haptic::cycle::{Renderer, Settings};
+use palpate::haptic::damping::DampingSettings;
+use palpate::haptic::limits::LimitValues;
+use palpate::haptic::passivity::PassivitySettings;
+use palpate::path::probe::ProbePose;
+use palpate::{Output, Vector3};
+
+use self::constant_damping::ConstantDamping;
+use self::energy_bounding::EnergyBounding;
+use self::low_pass::LowPass;
+use self::slew::Slew;
+use self::time_domain_passivity::TimeDomainPassivity;
+use self::virtual_coupling::VirtualCoupling;
+use super::device::DeviceProfile;
+use super::stimulus::{Change, Site};
+use super::surface::Surface;
+
+/// The tick [s].
+const TICK_S: f32 = 1e-3;
+
+/// How the loop is kept quiet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Control {
+    /// The product: [`Settings::safe`].
+    Ours,
+    /// The model's force as it is.
+    Direct,
+    /// `F + B v`, the velocity low-passed at 50 Hz, in contact.
+    ConstantDamping {
+        /// [N s/m]
+        n_s_per_m: f32,
+    },
+    /// Time-domain passivity control.
+    TimeDomainPassivity,
+    /// The same against the energy of the model itself.
+    ReferenceEnergy,
+    /// Energy bounding.
+    EnergyBounding,
+    /// A spring and a damper between handle and a proxy that the model sees.
+    VirtualCoupling,
+    /// The force changes by at most so much a tick.
+    Slew {
+        /// [N]
+        n_per_tick: f32,
+    },
+    /// The force through a low-pass of 50 Hz.
+    LowPass,
+}
+
+/// Everything that is compared, ours first.
+pub const CONTROLS: [Control; 10] = [
+    Control::Ours,
+    Control::Direct,
+    Control::ConstantDamping { n_s_per_m: 1.0 },
+    Control::ConstantDamping { n_s_per_m: 2.0 },
+    Control::TimeDomainPassivity,
+    Control::ReferenceEnergy,
+    Control::EnergyBounding,
+    Control::VirtualCoupling,
+    Control::Slew { n_per_tick: 0.05 },
+    Control::LowPass,
+];
+
+impl Control {
+    /// Shown in tables and pictures.
+    #[must_use]
+    pub fn name(self) -> String {
+        match self {
+            Self::Ours => "ours".into(),
+            Self::Direct => "direct".into(),
+            Self::ConstantDamping { n_s_per_m } => format!("damping {n_s_per_m} N s/m"),
+            Self::TimeDomainPassivity => "TDPA".into(),
+            Self::ReferenceEnergy => "TDPA + reference".into(),
+            Self::EnergyBounding => "energy bounding".into(),
+            Self::VirtualCoupling => "virtual coupling".into(),
+            Self::Slew { n_per_tick } => format!("slew {n_per_tick} N/tick"),
+            Self::LowPass => "low-pass 50 Hz".into(),
+        }
+    }
+
+    /// The cycle's settings under it.
+    #[must_use]
+    pub fn settings(self, device: &DeviceProfile) -> Settings {
+        let safe = Settings::safe(&device.limits(Vector3::zeros()));
+        let max_force_n = safe.limits.max_force_n.min(device.force_limit_n as f32);
+        let safe = Settings { limits: LimitValues { max_force_n, ..safe.limits }, ..safe };
+        match self {
+            Self::Ours => safe,
+            _ => Settings { damping: DampingSettings::NONE, passivity: PassivitySettings::HIGHEST, ..safe },
+        }
+    }
+
+    /// A surface under it.
+    pub fn over<S: Surface>(self, surface: S, device: &DeviceProfile) -> Controlled<S> {
+        let max_force_n = self.settings(device).limits.max_force_n;
+        let device = Known {
+            max_force_n,
+            damping_n_s_per_m: device.damping_n_s_per_m as f32,
+            delay_ticks: usize::from(device.delay_ticks),
+        };
+        Controlled { surface, control: self, device, law: self.law(&device), normal: Vector3::zeros() }
+    }
+
+    fn law(self, device: &Known) -> Option<Box<dyn Law>> {
+        Some(match self {
+            Self::Ours | Self::Direct => return None,
+            Self::ConstantDamping { n_s_per_m } => Box::new(ConstantDamping::new(n_s_per_m)),
+            Self::TimeDomainPassivity => Box::new(TimeDomainPassivity::new(device, false)),
+            Self::ReferenceEnergy => Box::new(TimeDomainPassivity::new(device, true)),
+            Self::EnergyBounding => Box::new(EnergyBounding::new(device)),
+            Self::VirtualCoupling => Box::<VirtualCoupling>::default(),
+            Self::Slew { n_per_tick } => Box::new(Slew::new(n_per_tick)),
+            Self::LowPass => Box::<LowPass>::default(),
+        })
+    }
+}
+
+/// What a controller may know of its device.
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    max_force_n: f32,
+    damping_n_s_per_m: f32,
+    delay_ticks: usize,
+}
+
+/// One tick along the normal.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    /// Counted depth of the handle, negative outside [m].
+    depth_m: f32,
+    /// Force of the model, out of the tissue [N].
+    model_n: f32,
+    /// Stiffness of the model there [N/m].
+    tangent_n_per_m: f32,
+}
+
+/// What a rival does, tick by tick.
+trait Law: std::fmt::Debug {
+    /// Depth that the model is shown [m] when the handle is at `depth_m`.
+    fn shown_m(&mut self, depth_m: f32) -> f32 {
+        depth_m
+    }
+
+    /// Force on the hand, out of the tissue [N].
+    fn force_n(&mut self, seen: &Seen) -> f32;
+}
+
+/// Velocity by difference, low-passed by one pole.
+#[derive(Clone, Copy, Debug)]
+struct Velocity {
+    share: f32,
+    depth_m: Option<f32>,
+    m_per_s: f32,
+}
+
+impl Velocity {
+    const SHARE_50_HZ: f32 = 0.2696;
+    const SHARE_100_HZ: f32 = 0.4665;
+
+    fn new(share: f32) -> Self {
+        Self { share, depth_m: None, m_per_s: 0.0 }
+    }
+
+    /// In every tick, also outside.
+    fn track(&mut self, depth_m: f32) -> f32 {
+        let last_m = self.depth_m.replace(depth_m).unwrap_or(depth_m);
+        self.m_per_s += self.share * ((depth_m - last_m) / TICK_S - self.m_per_s);
+        self.m_per_s
+    }
+}
+
+/// A surface under a control.
+#[derive(Debug)]
+pub struct Controlled<S> {
+    surface: S,
+    control: Control,
+    device: Known,
+    law: Option<Box<dyn Law>>,
+    /// Of the last contact: a force that lingers acts along it.
+    normal: Vector3<f32>,
+}
+
+impl<S: Surface> Renderer for Controlled<S> {
+    fn render(&mut self, pose: ProbePose) -> Output {
+        let Some(law) = &mut self.law else { return self.surface.render(pose) };
+        let site = self.surface.site();
+        let out_of: Vector3<f32> = site.normal.cast();
+        let depth_m = (site.at_m.cast() - pose.tip_m).dot(&out_of);
+        let shown_m = law.shown_m(depth_m);
+        let output = self.surface.render(ProbePose { tip_m: pose.tip_m + out_of * (depth_m - shown_m) });
+        if output.fault.is_some() {
+            return output;
+        }
+        if output.normal != Vector3::zeros() {
+            self.normal = output.normal;
+        }
+        let model_n = output.force_n.dot(&output.normal);
+        let tangent_n_per_m = self.surface.tangent_n_per_m(&output);
+        let force_n = law.force_n(&Seen { depth_m, model_n, tangent_n_per_m });
+        if force_n == model_n {
+            return output;
+        }
+        Output { force_n: output.force_n + self.normal * (force_n - model_n), normal: self.normal, ..output }
+    }
+
+    fn reset(&mut self) {
+        self.surface.reset();
+        self.law = self.control.law(&self.device);
+    }
+
+    fn tangent_n_per_m(&self, output: &Output) -> f32 {
+        self.surface.tangent_n_per_m(output)
+    }
+}
+
+impl<S: Surface> Surface for Controlled<S> {
+    fn site(&self) -> Site {
+        self.surface.site()
+    }
+
+    fn change(&mut self, change: Change) {
+        self.surface.change(change);
+    }
+
+    fn settle(&mut self, in_contact: bool) {
+        self.surface.settle(in_contact);
+    }
+
+    fn unsound(&self) -> Option<&'static str> {
+        self.surface.unsound()
+    }
+}

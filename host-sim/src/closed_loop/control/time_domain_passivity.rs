@@ -1,0 +1,67 @@
+//! Time-domain passivity control (Hannaford and Ryu, IEEE Trans. Robotics and Automation 18, 2002): as soon as the port has given more energy than
+//! it took, damping for this tick takes the rest back.
+//!
+//! Against the *reference energy* (Ryu, Preusche, Hannaford and Hirzinger, IEEE Trans. Control Systems Technology 13, 2005) the port may never be behind what
+//! the model itself holds at that depth, so energy is not first stored and then lost.
+
+use std::collections::VecDeque;
+
+use super::{Known, Law, Seen, TICK_S, Velocity};
+
+/// Strongest damping [N s/m].
+const MOST_N_S_PER_M: f32 = 5.0;
+/// Slower than this nothing is damped [m/s].
+const STILL_M_PER_S: f32 = 1e-4;
+
+#[derive(Clone, Debug)]
+pub(super) struct TimeDomainPassivity {
+    reference: bool,
+    velocity: Velocity,
+    max_force_n: f32,
+    /// Forces on their way, the one that acts first [N].
+    line_n: VecDeque<f32>,
+    depth_m: f32,
+    model_n: f32,
+    taken_j: f32,
+    reference_j: f32,
+}
+
+impl TimeDomainPassivity {
+    pub(super) fn new(device: &Known, reference: bool) -> Self {
+        Self {
+            reference,
+            velocity: Velocity::new(Velocity::SHARE_100_HZ),
+            max_force_n: device.max_force_n,
+            line_n: VecDeque::from(vec![0.0; device.delay_ticks + 1]),
+            depth_m: 0.0,
+            model_n: 0.0,
+            taken_j: 0.0,
+            reference_j: 0.0,
+        }
+    }
+}
+
+impl Law for TimeDomainPassivity {
+    fn force_n(&mut self, seen: &Seen) -> f32 {
+        let in_m_per_s = self.velocity.track(seen.depth_m);
+        let way_m = seen.depth_m - self.depth_m;
+        let acted_n = self.line_n.pop_front().unwrap_or(0.0);
+        // a contact begins: the account is empty
+        if seen.model_n > 0.0 && self.model_n == 0.0 && self.line_n.iter().all(|f| *f == 0.0) && acted_n == 0.0 {
+            (self.taken_j, self.reference_j) = (0.0, 0.0);
+        }
+        self.taken_j += acted_n * way_m;
+        self.reference_j += 0.5 * (seen.model_n + self.model_n) * way_m;
+        (self.depth_m, self.model_n) = (seen.depth_m, seen.model_n);
+
+        let left_j = if self.reference { self.taken_j - self.reference_j } else { self.taken_j };
+        let mut force_n = seen.model_n;
+        if force_n > 0.0 && left_j < 0.0 && in_m_per_s.abs() > STILL_M_PER_S {
+            let damping = (-left_j / (TICK_S * in_m_per_s * in_m_per_s)).min(MOST_N_S_PER_M);
+            force_n += damping * in_m_per_s;
+        }
+        let force_n = force_n.clamp(0.0, self.max_force_n);
+        self.line_n.push_back(force_n);
+        force_n
+    }
+}
