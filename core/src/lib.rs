@@ -36,6 +36,7 @@ mod model;
 mod params;
 mod patch_file;
 pub mod path;
+mod planted;
 mod state;
 mod tick;
 
@@ -44,6 +45,8 @@ pub use model::{FoundationPoint, Model, NodeRest, RimEdge, RimNode, Spring, Tet,
 pub use nalgebra::Vector3;
 pub use params::{Limits, Params, Probe, ProbeShape, Terms, Tuned};
 pub use patch_file::PatchFile;
+#[cfg(feature = "planted-defects")]
+pub use planted::Defect;
 pub use path::force::volume::TetShapes;
 pub use path::output::Output;
 pub use path::probe::ProbePose;
