@@ -45,10 +45,10 @@ pub use model::{FoundationPoint, Model, NodeRest, RimEdge, RimNode, Spring, Tet,
 pub use nalgebra::Vector3;
 pub use params::{Limits, Params, Probe, ProbeShape, Terms, Tuned};
 pub use patch_file::PatchFile;
-#[cfg(feature = "planted-defects")]
-pub use planted::Defect;
 pub use path::force::volume::TetShapes;
 pub use path::output::Output;
 pub use path::probe::ProbePose;
+#[cfg(feature = "planted-defects")]
+pub use planted::Defect;
 pub use state::{Fnv, Node, State};
 pub use tick::{tick, tick_with};

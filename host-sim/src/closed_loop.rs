@@ -4,13 +4,16 @@
 //! stimulus ─ hand ─ plant ─ sense ─ core::haptic::cycle ─ actuate ─ plant      every tick watched against the invariants
 //! ```
 //!
-//! [`run::run`] is that line. A [`device`] profile and a [`hand`] are data; a [`surface`] is a wall or the product's patch; a [`verdict`] is frozen.
+//! [`run::run`] is that line; [`campaign`] runs it with the faults of [`faulty`]. A [`device`] profile and a [`hand`] are data; a [`surface`] is a wall or the product's patch; a [`verdict`] is frozen.
 
+pub mod campaign;
 pub mod device;
+pub mod faulty;
 pub mod fidelity;
 pub mod hand;
 pub mod plant;
 pub mod run;
+pub mod soak;
 pub mod stimulus;
 pub mod surface;
 pub mod verdict;

@@ -27,7 +27,8 @@ fn tissue_is_quiet_in_every_hand() {
                 let stimulus = Stimulus::named(id).unwrap();
                 let setup = Setup { device: &device, hand, stimulus, settings, depth_m: DEPTH_M, static_n };
                 let run = with_tissue(&bench.patch, &derived.params, |tissue| run(&setup, tissue)).unwrap().unwrap();
-                let label = format!("{youngs_modulus_pa} Pa, {} {id}: {:?}, {:?}, {:?}", hand.id, run.hold, run.broken, run.fault);
+                let label =
+                    format!("{youngs_modulus_pa} Pa, {} {id}: {:?}, {:?}, {:?}", hand.id, run.hold, run.broken, run.fault);
                 assert!(run.quiet(), "{label}");
                 assert!(run.created_j <= 0.01e-3, "{label}: {} J", run.created_j);
                 if id != "S7" {

@@ -8,7 +8,6 @@ use palpate::path::probe::ProbePose;
 use palpate::{Fault, Limiters, Output, Vector3};
 use palpate_sim::closed_loop::watch::{Broken, Tick, Watch};
 
-
 /// Outward normal of the half-space: slanted, so that an axis is not a direction.
 pub const NORMAL: Vector3<f32> = Vector3::new(0.48, 0.6, 0.64);
 

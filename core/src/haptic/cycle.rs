@@ -181,7 +181,7 @@ impl Cycle {
         record.limiters.set(output.limiters);
         self.touched = output.depth_m > 0.0 || output.force_n != Vector3::zeros();
         self.limiter.judge(&self.limits, &output.force_n)?;
-        self.runaway.judge(&self.damping.velocity_m_per_s(), &output.normal, &self.limiter.last_n())?;
+        self.runaway.judge(&way_m, self.limits.tick_s(), &output.normal, &self.limiter.last_n())?;
         record.wanted_n = self.damping.damp(&output, renderer.tangent_n_per_m(&output));
         self.follow(&output);
 

@@ -113,13 +113,7 @@ impl Damping {
         settings.check()?;
         within(&[("tick_s", tick_s, 1e-4, 1e-2), ("device.count_m", count_m, 0.0, 1e-3)])?;
         let ticks_per_s = 1.0 / tick_s;
-        Ok(Self {
-            settings: *settings,
-            ticks_per_s,
-            count_m,
-            played_m: None,
-            velocity_m_per_s: Vector3::zeros(),
-        })
+        Ok(Self { settings: *settings, ticks_per_s, count_m, played_m: None, velocity_m_per_s: Vector3::zeros() })
     }
 
     /// Takes the pose of this tick [m]; in every tick, also in free space, so that the velocity is right at the touch.

@@ -98,7 +98,9 @@ impl DeviceProfile {
             // NaN is outside every range
             if !(least <= value && value <= most) {
                 let line = line_of(key);
-                return Err(Error::Usage(format!("{file}:{line}: {key} = {value} is outside {least} .. {most}: give a number in that range")));
+                return Err(Error::Usage(format!(
+                    "{file}:{line}: {key} = {value} is outside {least} .. {most}: give a number in that range"
+                )));
             }
         }
         if profile.axes == 2 {

@@ -143,7 +143,14 @@ impl HandState {
     }
 
     /// Force on the handle [N] at a place [m] with a velocity [m/s]; `dt_s` passes for what relaxes.
-    pub fn force_n(&mut self, aim: &Aim, at_m: &Vector3<f64>, velocity_m_per_s: &Vector3<f64>, t_s: f64, dt_s: f64) -> Vector3<f64> {
+    pub fn force_n(
+        &mut self,
+        aim: &Aim,
+        at_m: &Vector3<f64>,
+        velocity_m_per_s: &Vector3<f64>,
+        t_s: f64,
+        dt_s: f64,
+    ) -> Vector3<f64> {
         if aim.let_go {
             return Vector3::zeros();
         }
@@ -209,13 +216,7 @@ mod tests {
 
     #[test]
     fn a_hand_that_let_go_is_not_there() {
-        let aim = Aim {
-            at_m: Vector3::x(),
-            velocity_m_per_s: Vector3::x(),
-            push_n: Vector3::x(),
-            let_go: true,
-            steady: false,
-        };
+        let aim = Aim { at_m: Vector3::x(), velocity_m_per_s: Vector3::x(), push_n: Vector3::x(), let_go: true, steady: false };
         for hand in HANDS {
             let mut state = HandState::new(hand, Vector3::z());
             assert_eq!(state.force_n(&aim, &Vector3::zeros(), &Vector3::zeros(), 0.0, 1e-5), Vector3::zeros());

@@ -95,6 +95,16 @@ impl Plant {
         self.velocity_m_per_s = velocity_m_per_s;
     }
 
+    /// Puts the handle at rest somewhere [m].
+    pub fn put(&mut self, at_m: Vector3<f64>) {
+        (self.at_m, self.velocity_m_per_s) = (at_m, Vector3::zeros());
+    }
+
+    /// What it is made of: friction and lag may change under way.
+    pub fn device_mut(&mut self) -> &mut DeviceProfile {
+        &mut self.device
+    }
+
     /// Force of the motors at the end of the last tick [N].
     #[must_use]
     pub fn acting_n(&self) -> Vector3<f64> {
@@ -212,7 +222,11 @@ mod tests {
         let speed = f / b * (1.0 - (-b / m * 0.1_f64).exp());
         assert!((plant.velocity_m_per_s().norm() / speed - 1.0).abs() < 1e-3);
         assert!(plant.velocity_m_per_s().cross(&push).norm() < 1e-12, "friction acts against the velocity, not per axis");
-        let still = { let mut p = self::plant(0.03, 0.0); p.step(&aim(Vector3::x() * 0.029), true); p };
+        let still = {
+            let mut p = self::plant(0.03, 0.0);
+            p.step(&aim(Vector3::x() * 0.029), true);
+            p
+        };
         assert_eq!(still.velocity_m_per_s(), Vector3::zeros(), "less than friction moves nothing");
     }
 

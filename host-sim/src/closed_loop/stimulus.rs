@@ -332,7 +332,8 @@ mod tests {
     fn tissue_changes_three_times_and_ends_as_it_began() {
         for id in ["S11", "S12"] {
             let course = course(Stimulus::named(id).unwrap());
-            let changes: Vec<Change> = (0..(course.seconds() * 1e3) as u32).filter_map(|n| course.change(f64::from(n) * 1e-3)).collect();
+            let changes: Vec<Change> =
+                (0..(course.seconds() * 1e3) as u32).filter_map(|n| course.change(f64::from(n) * 1e-3)).collect();
             let ratio = |c: &Change| match c {
                 Change::Stiffness(r) | Change::FarField(r) => *r,
             };

@@ -19,6 +19,9 @@ pub trait Surface: Renderer {
     /// A tick begins, in contact or not.
     fn settle(&mut self, in_contact: bool);
 
+    /// Puts one node, or all of them, at a place [m, every axis] or gives them a speed [m/s, every axis]; what has no nodes stays as it is.
+    fn strike(&mut self, _at_m: Option<f32>, _speed_m_per_s: Option<f32>, _all: bool) {}
+
     /// What is wrong with its state, if anything: not finite, or far from where it can be.
     fn unsound(&self) -> Option<&'static str> {
         None
@@ -119,8 +122,7 @@ pub struct TissueSurface<'a> {
 pub fn with_tissue<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut TissueSurface) -> T) -> Result<T, BuildError> {
     let model = patch.wide_model();
     let rims: Vec<(Vec<RimNode>, Vec<RimEdge>)> = VARIANTS.iter().map(|v| scaled_rim(&model, v.far_field as f32)).collect();
-    let models: Vec<Model> =
-        rims.iter().map(|(rim_nodes, rim_edges)| Model { rim_nodes, rim_edges, ..model }).collect();
+    let models: Vec<Model> = rims.iter().map(|(rim_nodes, rim_edges)| Model { rim_nodes, rim_edges, ..model }).collect();
     let mut memories: Vec<Memory> = models.iter().map(Memory::for_model).collect();
     let (mut variants, mut states) = (Vec::new(), Vec::new());
     for ((variant, model), memory) in VARIANTS.iter().zip(&models).zip(&mut memories) {
@@ -134,6 +136,14 @@ pub fn with_tissue<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut Tis
     let state = states.swap_remove(0);
     let site = Site::new(patch.site_m().cast(), params.probe.axis.cast());
     Ok(work(&mut TissueSurface { variants, state, at: 0, wanted: 0, site }))
+}
+
+impl TissueSurface<'_> {
+    /// Its nodes, in the model's order.
+    #[must_use]
+    pub fn nodes(&self) -> &[palpate::Node] {
+        self.state.nodes()
+    }
 }
 
 fn scaled_rim(model: &Model, ratio: f32) -> (Vec<RimNode>, Vec<RimEdge>) {
@@ -175,6 +185,21 @@ impl Surface for TissueSurface<'_> {
         }
     }
 
+    fn strike(&mut self, at_m: Option<f32>, speed_m_per_s: Option<f32>, all: bool) {
+        let Some((model, _)) = self.variants.first() else { return };
+        let far = |n: &usize| model.nodes.get(*n).map_or(f64::MAX, |r| (Vector3::from(r.rest_m).cast() - self.site.at_m).norm());
+        // one that is free: under the probe
+        let count = self.state.nodes().len();
+        let nearest = (0..count).min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or_default();
+        let struck = if all { 0..count } else { nearest..nearest + 1 };
+        for n in struck {
+            let Some(node) = self.state.nodes().get(n) else { return };
+            let place_m = at_m.map_or(node.position_m(), Vector3::repeat);
+            let speed = speed_m_per_s.map_or(node.velocity_m_per_s(), Vector3::repeat);
+            self.state.place(n, place_m, speed);
+        }
+    }
+
     fn unsound(&self) -> Option<&'static str> {
         let (model, _) = self.variants.first()?;
         let (mut low, mut high) = (Vector3::repeat(f32::MAX), Vector3::repeat(f32::MIN));
@@ -184,7 +209,8 @@ impl Surface for TissueSurface<'_> {
         }
         let margin = (high - low) * 1.5;
         let inside = |x: Vector3<f32>| x >= low - margin && x <= high + margin;
-        let sound = self.state.nodes().iter().all(|n| n.velocity_m_per_s().iter().all(|v| v.is_finite()) && inside(n.position_m()));
+        let sound =
+            self.state.nodes().iter().all(|n| n.velocity_m_per_s().iter().all(|v| v.is_finite()) && inside(n.position_m()));
         (!sound).then_some("a node is not finite or outside four times the patch")
     }
 }

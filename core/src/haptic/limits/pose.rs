@@ -74,7 +74,12 @@ impl PoseGate {
         if !newer {
             self.age_ticks = self.age_ticks.saturating_add(1);
             return match self.believed_m {
-                Some(position_m) if self.age_ticks <= limits.values.max_age_ticks + u16::from(planted(Defect::StaleOneMore)) || planted(Defect::StaleRendered) => Ok(Pose { position_m, held: true }),
+                Some(position_m)
+                    if self.age_ticks <= limits.values.max_age_ticks + u16::from(planted(Defect::StaleOneMore))
+                        || planted(Defect::StaleRendered) =>
+                {
+                    Ok(Pose { position_m, held: true })
+                }
                 _ => Err(Fault::PoseStale),
             };
         }
