@@ -5,7 +5,7 @@
 use palpate_sim::closed_loop::campaign::{Case, Ground, LightPatch, MOTIONS, Table, campaign};
 use palpate_sim::closed_loop::device::DeviceProfile;
 use palpate_sim::closed_loop::faulty::list::FAULTS;
-use palpate_sim::closed_loop::faulty::{Expected, Injection};
+use palpate_sim::closed_loop::faulty::{Expected, FaultType, Injection, Needs};
 use palpate_sim::closed_loop::hand::HANDS;
 
 const RUNS: u64 = 2_000;
@@ -41,11 +41,12 @@ fn the_same_seed_gives_the_same_runs_and_another_seed_others() {
 #[test]
 fn every_hand_and_motion_meets_every_kind() {
     let cases: Vec<Case> = (0..100_000).map(|n| Case::draw(n, 1)).collect();
-    for fault in 0..FAULTS.len() {
+    let free = |fault: &FaultType| !matches!(fault.needs, Needs::FastForce | Needs::NobodysForce);
+    for (fault, kind) in FAULTS.iter().enumerate().filter(|(_, kind)| free(kind)) {
         for hand in HANDS {
             for motion in MOTIONS {
                 let met = cases.iter().any(|c| c.fault == fault && c.hand == hand && c.motion == motion);
-                assert!(met, "{} {} {}", FAULTS[fault].id, hand.id, motion.id);
+                assert!(met, "{} {} {}", kind.id, hand.id, motion.id);
             }
         }
     }

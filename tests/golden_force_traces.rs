@@ -128,7 +128,8 @@ fn different(name: &str, rows: &[Row]) -> Vec<String> {
     for (line, (motion, tick, force_n)) in golden.iter().zip(rows) {
         let cells: Vec<&str> = line.split(',').collect();
         assert!(cells[0] == *motion && cells[1] == tick.to_string(), "{name}: {line} instead of {motion}, {tick}");
-        let was_n = Vector3::new(cells[2], cells[3], cells[4]).map(|c| c.parse::<f32>().unwrap());
+        let cell = |n: usize| cells[n].parse::<f32>().unwrap();
+        let was_n = Vector3::new(cell(2), cell(3), cell(4));
         // written so that NaN differs
         if !((force_n - was_n).norm() <= SHARE * was_n.norm() + LEAST_N) {
             found.push(format!("{name} {motion}, tick {tick}: {force_n:?} N instead of {was_n:?} N"));

@@ -8,6 +8,7 @@
 //! * cost: up to 1100 instructions of a Cortex-M4F beside the patch (its listing), every stage included
 //! * may fail: every [`Fault`]
 
+mod gains;
 mod record;
 mod renderer;
 mod settings;
@@ -19,7 +20,7 @@ pub use settings::{ArmingSettings, Settings};
 use nalgebra::Vector3;
 
 use super::damping::Damping;
-use super::deadline::{self, Deadline};
+use super::deadline::Deadline;
 use super::device::{DeviceLimits, HapticDevice};
 use super::length;
 use super::limits::{ForceLimiter, LimitValues, Limits, PoseGate};
@@ -186,12 +187,7 @@ impl Cycle {
         self.follow(&output);
 
         let gain = self.gain(record);
-        let mut cap_n = self.cap_n();
-        if late && !planted(Defect::LateNotHalved) {
-            record.limiters.set(Limiters::GAIN);
-            let half_n = deadline::KEPT * length(&self.limiter.last_n());
-            cap_n = if half_n < cap_n { half_n } else { cap_n };
-        }
+        let cap_n = if late { self.half_n(record) } else { self.cap_n() };
         let limited = self.limiter.limit(&self.limits, record.wanted_n * gain, cap_n)?;
         record.limiters.set(limited.limiters);
         if self.mode() == Mode::SafeRamp && limited.force_n == Vector3::zeros() {
@@ -244,40 +240,6 @@ impl Cycle {
                 self.enter(Event::Recovered);
             }
             _ => {}
-        }
-    }
-
-    /// Product of all gains (1).
-    fn gain(&mut self, record: &mut Telemetry) -> f32 {
-        if !self.touched || planted(Defect::RampInRisesInContact) {
-            let ramp = self.ramp + self.arming.ramp_in_per_tick;
-            self.ramp = if ramp < 1.0 { ramp } else { 1.0 };
-            self.relief = 1.0;
-        } else if self.limiter.strained(&self.limits) {
-            let relief = self.relief - self.arming.relief_per_tick;
-            self.relief = if relief > self.arming.least_relief { relief } else { self.arming.least_relief };
-        }
-        if self.ramp * self.relief < 1.0 {
-            record.limiters.set(Limiters::GAIN);
-        }
-        if self.observer.gain() < 1.0 {
-            record.limiters.set(Limiters::ENERGY);
-        }
-        self.ramp * self.relief * self.observer.gain()
-    }
-
-    /// Longest force that the mode allows [N]. In `SafeRamp` it falls to zero in a fixed time and never rises.
-    fn cap_n(&self) -> f32 {
-        match self.mode() {
-            Mode::Active | Mode::Degraded => self.limits.values().max_force_n,
-            Mode::SafeRamp if planted(Defect::RampDoesNotFall) => length(&self.limiter.last_n()) * 1.001,
-            Mode::SafeRamp => {
-                let ticks_left = u32::from(self.arming.ramp_ticks).saturating_sub(self.machine.ticks());
-                let falling_n = self.ramp_from_n * (ticks_left as f32 * self.per_ramp);
-                let last_n = length(&self.limiter.last_n());
-                if falling_n < last_n { falling_n } else { last_n }
-            }
-            _ => 0.0,
         }
     }
 

@@ -4,8 +4,10 @@
 //! same run.
 
 mod case;
+mod inject;
 mod run;
 mod table;
+mod verdict;
 
 pub use case::{Case, MOTIONS, Moment, Motion};
 pub use run::{Bed, Outcome};

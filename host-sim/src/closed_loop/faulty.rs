@@ -143,8 +143,10 @@ pub enum Needs {
     Nothing,
     /// A force above 0.3 N acts.
     Force,
-    /// A force acts, and the probe moves faster than 0.35 m/s.
+    /// A force acts, and the probe moves faster than 0.35 m/s: a fast tap.
     FastForce,
+    /// A force acts on a device that nobody holds.
+    NobodysForce,
 }
 
 /// What the loop has to do.

@@ -111,6 +111,9 @@ impl Case {
         if case.kind().needs == Needs::FastForce {
             (case.motion, case.moment, case.after_ticks) = (MOTIONS[1], Moment::Touch, case.after_ticks % 4);
         }
+        if case.kind().needs == Needs::NobodysForce {
+            case.hand = HANDS[0];
+        }
         // a wall has no nodes
         let nodes =
             matches!(case.kind().injection, Injection::Tissue(Tissue::NodeAt(_) | Tissue::NodeSpeed(_) | Tissue::Denormal(_)));

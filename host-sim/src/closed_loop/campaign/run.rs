@@ -1,16 +1,17 @@
 //! One case from its first tick to its verdict.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Settings, Telemetry};
-use palpate::haptic::limits::LimitValues;
 use palpate::haptic::mode::Mode;
 use palpate::path::probe::ProbePose;
-use palpate::{BuildError, Fault, Vector3};
+use palpate::{BuildError, Fault};
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::SeedableRng;
 
 use super::case::{Case, Moment};
+use super::inject::{begin, command};
+use super::verdict::{reacted, verdict};
 use crate::closed_loop::device::DeviceProfile;
-use crate::closed_loop::faulty::{Drive, Expected, Faulty, FaultyTissue, Host, Injection, Needs, Opening};
+use crate::closed_loop::faulty::{Expected, Faulty, FaultyTissue, Needs, Opening};
 use crate::closed_loop::hand::HANDS;
 use crate::closed_loop::plant::Plant;
 use crate::closed_loop::run::{Setup, Watched, course_of};
@@ -60,18 +61,18 @@ pub struct Bed<'a> {
 }
 
 #[derive(Clone)]
-struct Armed {
-    cycle: Cycle,
+pub(super) struct Armed {
+    pub(super) cycle: Cycle,
     watched: Watched,
     /// Readings so far.
     readings: u32,
 }
 
 /// Everything that moves in a run.
-struct Scene<'s, S> {
-    armed: Armed,
-    device: Faulty<Plant>,
-    tissue: FaultyTissue<'s, S>,
+pub(super) struct Scene<'s, S> {
+    pub(super) armed: Armed,
+    pub(super) device: Faulty<Plant>,
+    pub(super) tissue: FaultyTissue<'s, S>,
 }
 
 impl<S: Surface> Scene<'_, S> {
@@ -79,7 +80,8 @@ impl<S: Surface> Scene<'_, S> {
         self.armed.watched.cycle(&mut self.armed.cycle, &mut self.device, &mut self.tissue, command)
     }
 
-    fn plant(&mut self) -> &mut Plant {
+    /// The plant.
+    pub(super) fn plant(&mut self) -> &mut Plant {
         self.device.device()
     }
 }
@@ -196,7 +198,7 @@ fn follow<S: Surface>(case: &Case, course: &Course, from_s: f64, scene: &mut Sce
             waited += u32::from(due);
             let met = match kind.needs {
                 Needs::Nothing => true,
-                Needs::Force => last_n > FORCE_N,
+                Needs::Force | Needs::NobodysForce => last_n > FORCE_N,
                 Needs::FastForce => last_n > FORCE_N && speed.norm() > FAST_M_PER_S,
             };
             if waited > case.after_ticks && met {
@@ -249,81 +251,4 @@ fn follow<S: Surface>(case: &Case, course: &Course, from_s: f64, scene: &mut Sce
     }
     outcome.wrong = outcome.wrong.or_else(|| verdict(case, &outcome, last_mode));
     outcome
-}
-
-/// Begins the fault; what went wrong at once.
-fn begin<S: Surface>(injection: Injection, scene: &mut Scene<'_, S>) -> Option<&'static str> {
-    match injection {
-        Injection::Reading(fault) => scene.device.break_reading(Some(fault)),
-        Injection::Drive(fault) => {
-            scene.device.break_drive(Some(fault));
-            match fault {
-                Drive::Lag(lag_s) => scene.plant().device_mut().amplifier_lag_s = lag_s,
-                Drive::Friction(ratio) => scene.plant().device_mut().friction_n *= ratio,
-                _ => {}
-            }
-        }
-        Injection::Tissue(fault) => scene.tissue.break_it(Some(fault)),
-        Injection::Host(Host::Lowers) => {
-            let now = *scene.armed.cycle.limits();
-            let asked = LimitValues { max_force_n: 0.5 * now.max_force_n, ..now };
-            if scene.armed.cycle.lower_limits(&asked).is_err() || *scene.armed.cycle.limits() != asked {
-                return Some("a lowered limit was not taken");
-            }
-        }
-        Injection::Host(Host::Raises(which)) => {
-            let now = *scene.armed.cycle.limits();
-            let asked = match which {
-                0 => LimitValues { max_force_n: now.max_force_n * 1.05, ..now },
-                1 => LimitValues { max_force_n: f32::NAN, ..now },
-                2 => LimitValues { max_slew_n_per_s: now.max_slew_n_per_s * 2.0, ..now },
-                _ => LimitValues { max_speed_m_per_s: -1.0, ..now },
-            };
-            if scene.armed.cycle.lower_limits(&asked).is_ok() || *scene.armed.cycle.limits() != now {
-                return Some("a limit was raised");
-            }
-        }
-        _ => {}
-    }
-    None
-}
-
-/// What the host says in the tick so long after the beginning.
-fn command(injection: Injection, since: Option<u32>) -> Command {
-    let Some(since) = since else { return Command::HEARD };
-    match injection {
-        Injection::Host(Host::Silent) => Command { heard: false, ..Command::HEARD },
-        Injection::Host(Host::Asks(asked)) => Command { asked: Some(asked), ..Command::HEARD },
-        Injection::Found(fault) => Command { found: Some(fault), ..Command::HEARD },
-        Injection::Late { ticks, every } if since.is_multiple_of(every) => Command { late_ticks: ticks, ..Command::HEARD },
-        _ => Command::HEARD,
-    }
-}
-
-fn reacted(expected: &Expected, told: &Telemetry) -> bool {
-    match expected {
-        Expected::Ramp(_) => matches!(told.mode, Mode::SafeRamp | Mode::Idle),
-        Expected::Degraded(_) => told.mode == Mode::Degraded,
-        _ => told.mode == Mode::Fault && told.applied_n == Vector3::zeros(),
-    }
-}
-
-fn verdict(case: &Case, outcome: &Outcome, mode: Mode) -> Option<&'static str> {
-    let (fault, reaction) = (outcome.fault, outcome.reaction_ticks);
-    let in_time = |within: u32| reaction.is_some_and(|r| r <= within);
-    let wrong = |what, holds: bool| (!holds).then_some(what);
-    if !outcome.injected {
-        return wrong("a fault that nobody injected", fault.is_none());
-    }
-    match case.kind().expected {
-        Expected::Fault(of, within) => wrong("not noticed", fault.is_some())
-            .or(wrong("noticed as something else", fault.is_some_and(|f| of.contains(&f))))
-            .or(wrong("noticed too late", in_time(within))),
-        Expected::Ridden => wrong("a false alarm", fault.is_none())
-            .or(wrong("the force was taken away", matches!(mode, Mode::Active | Mode::Degraded))),
-        Expected::Bounded(of) => wrong("ended by another fault", fault.is_none_or(|f| of.contains(&f))),
-        Expected::Ramp(within) => wrong("a fault instead of a ramp", fault.is_none()).or(wrong("ramp too late", in_time(within))),
-        Expected::Degraded(within) => wrong("not scaled down", in_time(within)),
-        Expected::Nothing => None,
-    }
 }

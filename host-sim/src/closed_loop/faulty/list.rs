@@ -15,6 +15,7 @@ const LATE: &[Fault] = &[Fault::DeadlineMissed];
 const NAN_FORCE: &[Fault] = &[Fault::ForceNotFinite];
 const LONG_FORCE: &[Fault] = &[Fault::ForceImplausible];
 const NODE: &[Fault] = &[Fault::Diverged, Fault::ForceNotFinite];
+const AWAY: &[Fault] = &[Fault::Runaway, Fault::OverSpeed];
 /// What a wrong sign or a stuck reading may end in, if it can be told.
 const WRONG_WAY: &[Fault] = &[Fault::Runaway, Fault::OverSpeed, Fault::SensorFault, Fault::OutOfWorkspace, Fault::EnergyCreated];
 
@@ -101,7 +102,7 @@ pub const FAULTS: &[FaultType] = &[
     reading("P10-once", "one reading out of order", Reading::Behind(2), 1, Needs::Nothing, Expected::Ridden),
     reading("P11", "readings two ticks late", Reading::Late(2), FOR_EVER, Needs::Nothing, Expected::Bounded(WRONG_WAY)),
     reading("P11-jitter", "readings jitter by a tick", Reading::Jitter, FOR_EVER, Needs::Nothing, Expected::Bounded(WRONG_WAY)),
-    reading("P12", "one axis frozen at speed", Reading::Frozen, FOR_EVER, Needs::FastForce, Expected::Bounded(WRONG_WAY)),
+    reading("P12", "one axis frozen at speed", Reading::Frozen, FOR_EVER, Needs::FastForce, Expected::Fault(SENSOR, 4)),
     reading("P12-slow", "one axis frozen, any time", Reading::Frozen, FOR_EVER, Needs::Nothing, Expected::Bounded(WRONG_WAY)),
     reading("P13", "noise of ten counts", Reading::Noise(10), FOR_EVER, Needs::Nothing, Expected::Bounded(WRONG_WAY)),
     // forces
@@ -109,6 +110,14 @@ pub const FAULTS: &[FaultType] = &[
     drive("A2", "actuators stuck at their force", Drive::Stuck, FOR_EVER, Expected::Bounded(WRONG_WAY)),
     drive("A2-drop", "forces lost for 20 ticks", Drive::Dropped, 20, Expected::Ridden),
     drive("A3", "force of the wrong sign", Drive::Reversed, FOR_EVER, Expected::Bounded(WRONG_WAY)),
+    with(
+        "A3-free",
+        "force of the wrong sign, nobody holds",
+        Injection::Drive(Drive::Reversed),
+        FOR_EVER,
+        Needs::NobodysForce,
+        Expected::Fault(AWAY, 200),
+    ),
     drive("A7-1ms", "amplifier lag of 1 ms", Drive::Lag(1e-3), FOR_EVER, Expected::Ridden),
     drive("A7-5ms", "amplifier lag of 5 ms", Drive::Lag(5e-3), FOR_EVER, Expected::Bounded(WRONG_WAY)),
     drive("A7-late", "forces two ticks later", Drive::Late(2), FOR_EVER, Expected::Bounded(WRONG_WAY)),
