@@ -112,7 +112,7 @@ pub const FAULTS: &[FaultType] = &[
     drive("A3", "force of the wrong sign", Drive::Reversed, FOR_EVER, Expected::Bounded(WRONG_WAY)),
     with(
         "A3-free",
-        "force of the wrong sign, nobody holds",
+        "wrong sign, nobody holds",
         Injection::Drive(Drive::Reversed),
         FOR_EVER,
         Needs::NobodysForce,
