@@ -150,6 +150,8 @@ pub enum Fault {
     DeadlineMissed = 12,
     /// The supply fell below what the actuators need.
     SupplyLow = 13,
+    /// The probe sped up against a force that should have held it.
+    Runaway = 14,
 }
 
 impl fmt::Display for Fault {
@@ -168,6 +170,7 @@ impl fmt::Display for Fault {
             Self::SelfTestFailed => "the self-test failed",
             Self::DeadlineMissed => "ticks ended too late",
             Self::SupplyLow => "the supply was too low",
+            Self::Runaway => "the probe ran away against the force",
         };
         write!(f, "fault {}: {text}", *self as u8)
     }

@@ -13,10 +13,12 @@
 
 pub mod cycle;
 pub mod damping;
+pub mod deadline;
 pub mod device;
 pub mod limits;
 pub mod mode;
 pub mod passivity;
+pub mod runaway;
 
 use nalgebra::Vector3;
 

@@ -36,6 +36,7 @@ mod model;
 mod params;
 mod patch_file;
 pub mod path;
+mod planted;
 mod state;
 mod tick;
 
@@ -47,5 +48,7 @@ pub use patch_file::PatchFile;
 pub use path::force::volume::TetShapes;
 pub use path::output::Output;
 pub use path::probe::ProbePose;
+#[cfg(feature = "planted-defects")]
+pub use planted::Defect;
 pub use state::{Fnv, Node, State};
 pub use tick::{tick, tick_with};

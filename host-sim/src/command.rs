@@ -4,6 +4,7 @@ mod calibrate;
 mod chart;
 mod closed_loop;
 mod far_field;
+mod faults;
 mod mesh;
 mod pack;
 mod paper;
@@ -71,6 +72,11 @@ enum Command {
     /// the rest stands still. Writes summary.json, its tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if rim
     /// springs are further than 0.5 % from dense S on a patch of two probe radii or more, or not positive.
     FarField(far_field::FarFieldArgs),
+    /// Inject every kind of fault into the haptic loop, in every hand, at every moment of a touch, and check what follows.
+    ///
+    /// Writes faults.csv (one row a kind of fault), summary.json and a picture as SVG and PNG. Fails (exit code 1) if a run breaks an invariant
+    /// of the loop, or if the reaction is missing, late or another than it must be.
+    Faults(faults::FaultsArgs),
     /// Find the smallest model of a scene that keeps a force tolerance within a board's budget, and write its patch.
     ///
     /// Searches patch radius, element size, foundation, substeps and terms. Prints the model, the next smaller one that misses the tolerance and the next
@@ -124,6 +130,7 @@ impl Cli {
             Some(Command::Chart(args)) => args.run(),
             Some(Command::Loop(args)) => args.run(),
             Some(Command::FarField(args)) => args.run(),
+            Some(Command::Faults(args)) => args.run(),
             Some(Command::Paper(command)) => command.run(),
             Some(Command::Plan(args)) => args.run(),
             Some(Command::Score(args)) => args.run(),

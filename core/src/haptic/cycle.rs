@@ -5,9 +5,10 @@
 //!
 //! * in: a device, what renders its pose, what the host said since the last cycle
 //! * out: a force on the device, a [`Telemetry`] record
-//! * cost: up to 1000 instructions of a Cortex-M4F beside the patch (its listing), every stage included
+//! * cost: up to 1100 instructions of a Cortex-M4F beside the patch (its listing), every stage included
 //! * may fail: every [`Fault`]
 
+mod gains;
 mod record;
 mod renderer;
 mod settings;
@@ -19,14 +20,17 @@ pub use settings::{ArmingSettings, Settings};
 use nalgebra::Vector3;
 
 use super::damping::Damping;
+use super::deadline::Deadline;
 use super::device::{DeviceLimits, HapticDevice};
 use super::length;
 use super::limits::{ForceLimiter, LimitValues, Limits, PoseGate};
 use super::mode::{Event, Machine, Mode};
 use super::passivity::PassivityObserver;
+use super::runaway::Runaway;
 use crate::fault::{BuildError, Fault, Limiters};
 use crate::path::output::Output;
 use crate::path::probe::ProbePose;
+use crate::planted::{Defect, planted};
 
 /// The loop's own state.
 #[derive(Clone, Copy, Debug)]
@@ -39,6 +43,8 @@ pub struct Cycle {
     gate: PoseGate,
     limiter: ForceLimiter,
     observer: PassivityObserver,
+    deadline: Deadline,
+    runaway: Runaway,
     machine: Machine,
     ticks: u32,
     position_m: Option<Vector3<f32>>,
@@ -70,6 +76,8 @@ impl Cycle {
             gate: PoseGate::default(),
             limiter: ForceLimiter::default(),
             observer: PassivityObserver::build(&settings.passivity, device)?,
+            deadline: Deadline::default(),
+            runaway: Runaway::default(),
             machine: Machine::BOOT,
             ticks: 0,
             position_m: None,
@@ -106,7 +114,10 @@ impl Cycle {
     /// # Errors
     /// [`BuildError::OutOfRange`] names the limit that would rise; nothing changes then.
     pub fn lower_limits(&mut self, values: &LimitValues) -> Result<(), BuildError> {
-        self.limits = self.limits.lowered(values)?;
+        let lowered = self.limits.lowered(values)?;
+        if !planted(Defect::LoweringIgnored) {
+            self.limits = lowered;
+        }
         Ok(())
     }
 
@@ -119,7 +130,7 @@ impl Cycle {
             Ok(force_n) => record.applied_n = force_n,
             Err(fault) => self.fail(fault),
         }
-        if self.mode().allows_force() {
+        if self.mode().allows_force() || planted(Defect::FaultKeepsForce) && self.mode() == Mode::Fault {
             device.actuate(record.applied_n);
         } else {
             record.applied_n = Vector3::zeros();
@@ -142,9 +153,13 @@ impl Cycle {
         command: Command,
         record: &mut Telemetry,
     ) -> Result<Vector3<f32>, Fault> {
-        if let Some(fault) = command.found {
+        if let Some(fault) = command.found
+            && !planted(Defect::FindingUnheard)
+        {
             return Err(fault);
         }
+        let late = if self.mode().runs_patch() { self.deadline.judge(command.late_ticks)? } else { false };
+        self.gate.skip(command.late_ticks);
         let force_acts = self.limiter.last_n() != Vector3::zeros();
         let pose = self.gate.admit(&self.limits, &device.sense(), force_acts)?;
         if pose.held {
@@ -167,11 +182,13 @@ impl Cycle {
         record.limiters.set(output.limiters);
         self.touched = output.depth_m > 0.0 || output.force_n != Vector3::zeros();
         self.limiter.judge(&self.limits, &output.force_n)?;
+        self.runaway.judge(&way_m, self.limits.tick_s(), &output.normal, &self.limiter.last_n())?;
         record.wanted_n = self.damping.damp(&output, renderer.tangent_n_per_m(&output));
         self.follow(&output);
 
         let gain = self.gain(record);
-        let limited = self.limiter.limit(&self.limits, record.wanted_n * gain, self.cap_n())?;
+        let cap_n = if late { self.half_n(record) } else { self.cap_n() };
+        let limited = self.limiter.limit(&self.limits, record.wanted_n * gain, cap_n)?;
         record.limiters.set(limited.limiters);
         if self.mode() == Mode::SafeRamp && limited.force_n == Vector3::zeros() {
             self.enter(Event::RampEnded);
@@ -182,7 +199,8 @@ impl Cycle {
     /// Follows the host: what it asks, and its silence. False if it is not to be followed now.
     fn listen(&mut self, command: Command, renderer: &mut impl Renderer) -> bool {
         self.silence = if command.heard { 0 } else { self.silence.saturating_add(1) };
-        if self.silence >= self.arming.silence_ticks {
+        let silence = if planted(Defect::SilenceHalfHeard) { self.silence / 2 } else { self.silence };
+        if silence >= self.arming.silence_ticks && !planted(Defect::SilenceUnheard) {
             self.enter(Event::HostLost);
         }
         let Some(asked) = command.asked else { return true };
@@ -194,7 +212,7 @@ impl Cycle {
             Ask::Clear => Event::Cleared,
         };
         // a fault is not forgotten before poses have been good for a while
-        let ready = event != Event::Cleared || self.calm >= self.arming.calm_ticks;
+        let ready = event != Event::Cleared || self.calm >= self.arming.calm_ticks || planted(Defect::ClearedAtOnce);
         let followed = ready && self.enter(event);
         if followed && matches!(event, Event::ArmAsked | Event::Cleared) {
             renderer.reset();
@@ -207,11 +225,11 @@ impl Cycle {
     fn follow(&mut self, output: &Output) {
         match self.mode() {
             Mode::Arming => {
-                let outside = !self.touched && !output.limiters.contains(Limiters::BURIED);
+                let outside = !self.touched && !output.limiters.contains(Limiters::BURIED) || planted(Defect::ArmedInside);
                 let slow = length(&self.damping.velocity_m_per_s()) < self.arming.slow_m_per_s;
                 let weak = length(&output.force_n) < self.arming.weak_n;
                 self.calm = if outside && slow && weak { self.calm.saturating_add(1) } else { 0 };
-                if self.calm >= self.arming.calm_ticks {
+                if self.calm >= self.arming.calm_ticks || planted(Defect::ArmedAtOnce) {
                     self.enter(Event::Armed);
                 }
             }
@@ -225,46 +243,15 @@ impl Cycle {
         }
     }
 
-    /// Product of all gains (1).
-    fn gain(&mut self, record: &mut Telemetry) -> f32 {
-        if !self.touched {
-            let ramp = self.ramp + self.arming.ramp_in_per_tick;
-            self.ramp = if ramp < 1.0 { ramp } else { 1.0 };
-            self.relief = 1.0;
-        } else if self.limiter.strained(&self.limits) {
-            let relief = self.relief - self.arming.relief_per_tick;
-            self.relief = if relief > self.arming.least_relief { relief } else { self.arming.least_relief };
-        }
-        if self.ramp * self.relief < 1.0 {
-            record.limiters.set(Limiters::GAIN);
-        }
-        if self.observer.gain() < 1.0 {
-            record.limiters.set(Limiters::ENERGY);
-        }
-        self.ramp * self.relief * self.observer.gain()
-    }
-
-    /// Longest force that the mode allows [N]. In `SafeRamp` it falls to zero in a fixed time and never rises.
-    fn cap_n(&self) -> f32 {
-        match self.mode() {
-            Mode::Active | Mode::Degraded => self.limits.values().max_force_n,
-            Mode::SafeRamp => {
-                let ticks_left = u32::from(self.arming.ramp_ticks).saturating_sub(self.machine.ticks());
-                let falling_n = self.ramp_from_n * (ticks_left as f32 * self.per_ramp);
-                let last_n = length(&self.limiter.last_n());
-                if falling_n < last_n { falling_n } else { last_n }
-            }
-            _ => 0.0,
-        }
-    }
-
     /// Follows an event; false if the mode does not know it.
     fn enter(&mut self, event: Event) -> bool {
         let moved = self.machine.handle(event);
         if moved {
             self.calm = 0;
             match self.mode() {
-                Mode::Active if event == Event::Armed => (self.ramp, self.relief) = (0.0, 1.0),
+                Mode::Active if event == Event::Armed => {
+                    (self.ramp, self.relief) = (if planted(Defect::NoRampIn) { 1.0 } else { 0.0 }, 1.0);
+                }
                 Mode::SafeRamp => self.ramp_from_n = length(&self.limiter.last_n()),
                 _ => {}
             }
@@ -276,6 +263,8 @@ impl Cycle {
         self.machine.fail(fault);
         self.observer.clear();
         self.damping.reset();
+        self.deadline = Deadline::default();
+        self.runaway = Runaway::default();
         self.position_m = None;
         self.touched = false;
         self.calm = 0;

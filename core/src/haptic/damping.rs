@@ -23,6 +23,7 @@ use nalgebra::Vector3;
 use super::within;
 use crate::fault::BuildError;
 use crate::path::output::Output;
+use crate::planted::{Defect, planted};
 
 /// Largest damping [N s/m], whatever the tangent: a device's own is of the order of 0.1.
 pub const MOST_N_S_PER_M: f32 = 20.0;
@@ -143,6 +144,9 @@ impl Damping {
     #[must_use]
     pub fn damp(&self, output: &Output, tangent_n_per_m: f32) -> Vector3<f32> {
         let push_n = output.force_n.dot(&output.normal);
+        if planted(Defect::ForceInFreeSpace) && push_n == 0.0 {
+            return self.velocity_m_per_s * -1.0;
+        }
         if push_n <= 0.0 {
             return output.force_n;
         }
@@ -151,7 +155,7 @@ impl Damping {
         let damping = if asked > MOST_N_S_PER_M { MOST_N_S_PER_M } else { asked };
         let added_n = -damping * self.velocity_m_per_s.dot(&output.normal);
         // never sticky: at most the whole push is taken away
-        let added_n = if added_n < -push_n { -push_n } else { added_n };
+        let added_n = if added_n < -push_n && !planted(Defect::DampingSticks) { -push_n } else { added_n };
         output.force_n + output.normal * added_n
     }
 }

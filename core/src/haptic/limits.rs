@@ -4,6 +4,7 @@
 //! "Lower" is "stricter" for every one of them.
 
 mod force;
+mod freeze;
 mod pose;
 
 pub use force::{ForceLimiter, Limited};
@@ -14,6 +15,7 @@ use nalgebra::Vector3;
 use super::device::DeviceLimits;
 use super::within;
 use crate::fault::BuildError;
+use crate::planted::{Defect, planted};
 
 /// Limits as a profile states them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,7 +123,8 @@ impl Limits {
     /// # Errors
     /// [`BuildError::OutOfRange`] names the limit that would be higher than it is, or is no number; nothing changes then.
     pub fn lowered(&self, values: &LimitValues) -> Result<Self, BuildError> {
-        values.check_below(&self.values)?;
+        let highest = if planted(Defect::RaisingAllowed) { &LimitValues::HIGHEST } else { &self.values };
+        values.check_below(highest)?;
         Ok(Self::derive(values, &self.device, self.tick_s))
     }
 

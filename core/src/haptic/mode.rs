@@ -16,6 +16,7 @@
 //! * may fail: never; an event that a mode does not know changes nothing
 
 use crate::fault::Fault;
+use crate::planted::{Defect, planted};
 
 /// What the loop is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -188,6 +189,9 @@ impl Machine {
     /// A tick begins.
     pub fn count(&mut self) {
         self.ticks = self.ticks.saturating_add(1);
+        if planted(Defect::FaultUnlatched) && self.mode == Mode::Fault && self.ticks > 50 {
+            (self.mode, self.fault) = (Mode::Idle, None);
+        }
     }
 
     /// Follows an event other than a fault; false if the mode does not know it.
@@ -206,6 +210,9 @@ impl Machine {
 
     /// Stops everything for this reason; a fault that is already there stays.
     pub fn fail(&mut self, fault: Fault) {
+        if planted(Defect::FaultReplaced) && self.mode == Mode::Fault {
+            self.fault = Some(fault);
+        }
         if let Some(mode) = next(self.mode, Event::Faulted) {
             (self.mode, self.ticks, self.fault) = (mode, 0, Some(fault));
         }

@@ -18,6 +18,7 @@ use nalgebra::Vector3;
 use super::device::DeviceLimits;
 use super::within;
 use crate::fault::{BuildError, Fault};
+use crate::planted::{Defect, planted};
 
 /// Forces on their way to the actuators.
 const LINE: usize = DeviceLimits::MOST_DELAY_TICKS as usize + 1;
@@ -101,9 +102,10 @@ impl PassivityObserver {
     /// # Errors
     /// [`Fault::EnergyCreated`] when one contact after the other ends in the alarm.
     pub fn observe(&mut self, way_m: &Vector3<f32>, touched: bool) -> Result<(), Fault> {
-        let force_n = self.line_n.get(self.acting).copied().unwrap_or_default();
+        let acting = if planted(Defect::EnergyOfWrongTick) { LINE - 1 } else { self.acting };
+        let force_n = self.line_n.get(acting).copied().unwrap_or_default();
         let energy = &mut self.energy;
-        energy.given_j += force_n.dot(way_m);
+        energy.given_j += if planted(Defect::EnergyUnseen) { 0.0 } else { force_n.dot(way_m) };
         if energy.given_j > energy.created_j {
             energy.created_j = energy.given_j;
         }
@@ -168,7 +170,7 @@ impl PassivityObserver {
     /// Gain on the force (1): one until an alarm; it falls in a contact and changes upwards only between contacts.
     #[must_use]
     pub fn gain(&self) -> f32 {
-        self.gain
+        if planted(Defect::EnergyGainStuck) { 1.0 } else { self.gain }
     }
 }
 

@@ -95,6 +95,16 @@ impl Plant {
         self.velocity_m_per_s = velocity_m_per_s;
     }
 
+    /// Puts the handle at rest somewhere [m].
+    pub fn put(&mut self, at_m: Vector3<f64>) {
+        (self.at_m, self.velocity_m_per_s) = (at_m, Vector3::zeros());
+    }
+
+    /// What it is made of: friction and lag may change under way.
+    pub fn device_mut(&mut self) -> &mut DeviceProfile {
+        &mut self.device
+    }
+
     /// Force of the motors at the end of the last tick [N].
     #[must_use]
     pub fn acting_n(&self) -> Vector3<f64> {

@@ -129,7 +129,7 @@ pub fn run(setup: &Setup, surface: &mut impl Surface) -> Result<Run, BuildError>
 }
 
 /// The course of a stimulus for this hand on this surface.
-fn course_of(setup: &Setup, surface: &impl Surface) -> Course {
+pub(super) fn course_of(setup: &Setup, surface: &impl Surface) -> Course {
     let push_n = if setup.hand.grip == Grip::Released { setup.static_n.min(RELEASED_PUSH_N) } else { 0.0 };
     Course {
         stimulus: setup.stimulus,
@@ -140,23 +140,38 @@ fn course_of(setup: &Setup, surface: &impl Surface) -> Course {
     }
 }
 
-#[derive(Default)]
-struct Watched {
+/// A loop that is watched.
+#[derive(Clone, Default)]
+pub(super) struct Watched {
     watch: Watch,
-    broken: Vec<Broken>,
+    pub(super) broken: Vec<Broken>,
     ticks: u32,
+    /// The last one that was read: a cycle that fails before reads none.
+    reading: Option<palpate::haptic::device::Sensed>,
 }
 
 impl Watched {
-    fn cycle(&mut self, cycle: &mut Cycle, plant: &mut Plant, surface: &mut impl Surface, command: Command) -> Telemetry {
+    /// Nothing seen yet, of a loop with these settings.
+    pub(super) fn of(settings: &Settings, device: &palpate::haptic::device::DeviceLimits) -> Self {
+        Self { watch: Watch::of(settings, device), ..Self::default() }
+    }
+
+    pub(super) fn cycle(
+        &mut self,
+        cycle: &mut Cycle,
+        device: &mut impl HapticDevice,
+        surface: &mut impl Surface,
+        command: Command,
+    ) -> Telemetry {
         let limits = *cycle.limits();
-        let mut seen = Seen { plant, reading: None, got_n: None };
+        let mut seen = Seen { device, reading: None, got_n: None };
         let told = cycle.run(&mut seen, surface, command);
-        let (reading, got_n) = (seen.reading, seen.got_n);
+        let got_n = seen.got_n;
+        self.reading = seen.reading.or(self.reading);
         self.ticks += 1;
         // reading every node is dear, and what is not finite does not become so again
         let unsound = if self.ticks.is_multiple_of(16) { surface.unsound() } else { None };
-        if let Some(reading) = reading
+        if let Some(reading) = self.reading
             && let Err(broken) = self.watch.check(&Tick { command, reading, limits, told, got_n, unsound })
             && !self.broken.contains(&broken)
         {
@@ -166,32 +181,32 @@ impl Watched {
     }
 }
 
-/// A plant whose ports are listened to.
-struct Seen<'a> {
-    plant: &'a mut Plant,
+/// A device whose ports are listened to.
+struct Seen<'a, D> {
+    device: &'a mut D,
     reading: Option<palpate::haptic::device::Sensed>,
     got_n: Option<Vector3<f32>>,
 }
 
-impl HapticDevice for Seen<'_> {
+impl<D: HapticDevice> HapticDevice for Seen<'_, D> {
     fn limits(&self) -> palpate::haptic::device::DeviceLimits {
-        self.plant.limits()
+        self.device.limits()
     }
 
     fn sense(&mut self) -> palpate::haptic::device::Sensed {
-        let reading = self.plant.sense();
+        let reading = self.device.sense();
         self.reading = Some(reading);
         reading
     }
 
     fn actuate(&mut self, force_n: Vector3<f32>) {
         self.got_n = Some(force_n);
-        self.plant.actuate(force_n);
+        self.device.actuate(force_n);
     }
 
     fn release(&mut self) {
         self.got_n = None;
-        self.plant.release();
+        self.device.release();
     }
 }
 

@@ -19,6 +19,9 @@ pub trait Surface: Renderer {
     /// A tick begins, in contact or not.
     fn settle(&mut self, in_contact: bool);
 
+    /// Puts one node, or all of them, at a place [m, every axis] or gives them a speed [m/s, every axis]; what has no nodes stays as it is.
+    fn strike(&mut self, _at_m: Option<f32>, _speed_m_per_s: Option<f32>, _all: bool) {}
+
     /// What is wrong with its state, if anything: not finite, or far from where it can be.
     fn unsound(&self) -> Option<&'static str> {
         None
@@ -135,6 +138,14 @@ pub fn with_tissue<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut Tis
     Ok(work(&mut TissueSurface { variants, state, at: 0, wanted: 0, site }))
 }
 
+impl TissueSurface<'_> {
+    /// Its nodes, in the model's order.
+    #[must_use]
+    pub fn nodes(&self) -> &[palpate::Node] {
+        self.state.nodes()
+    }
+}
+
 fn scaled_rim(model: &Model, ratio: f32) -> (Vec<RimNode>, Vec<RimEdge>) {
     let nodes = model.rim_nodes.iter().map(|r| RimNode { block_m: r.block_m.map(|b| b * ratio), ..*r });
     let edges = model.rim_edges.iter().map(|r| RimEdge { block_m: r.block_m.map(|b| b * ratio), ..*r });
@@ -171,6 +182,21 @@ impl Surface for TissueSurface<'_> {
         let stiffness = |n: usize| VARIANTS.get(n).map_or(1.0, |v| v.stiffness * v.far_field);
         if !in_contact || stiffness(self.wanted) < stiffness(self.at) {
             self.at = self.wanted;
+        }
+    }
+
+    fn strike(&mut self, at_m: Option<f32>, speed_m_per_s: Option<f32>, all: bool) {
+        let Some((model, _)) = self.variants.first() else { return };
+        let far = |n: &usize| model.nodes.get(*n).map_or(f64::MAX, |r| (Vector3::from(r.rest_m).cast() - self.site.at_m).norm());
+        // one that is free: under the probe
+        let count = self.state.nodes().len();
+        let nearest = (0..count).min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or_default();
+        let struck = if all { 0..count } else { nearest..nearest + 1 };
+        for n in struck {
+            let Some(node) = self.state.nodes().get(n) else { return };
+            let place_m = at_m.map_or(node.position_m(), Vector3::repeat);
+            let speed = speed_m_per_s.map_or(node.velocity_m_per_s(), Vector3::repeat);
+            self.state.place(n, place_m, speed);
         }
     }
 

@@ -1,12 +1,13 @@
 //! The invariants of the loop, judged from outside in every tick: from what went in, what it told and what the device got.
 //!
 //! I1 the force is finite and no longer than the limit; I2 it grows no faster than the slew and keeps its direction; I3 no force without a mode that
-//! allows it, and in `SafeRamp` only a falling one; I4 a fault stays until it is cleared, after good poses; I5 the tissue's state is finite and near its
-//! patch; I7 nothing old is rendered; I8 limits only go down; I9 what is told is what is given; I10 ticks count up by one. I6, no allocation and
+//! allows it, in `SafeRamp` only a falling one, after arming a rising share, after a late tick at most half; I4 a fault stays until it is cleared, after good poses; I5 the tissue's state is finite and near its
+//! patch; I7 nothing old is rendered; I8 limits only go down; I9 what is told is what is given; I10 ticks count up by one;
+//! I11 energy is that of the force that acted, and what a contact made too much of fades it. I6, no allocation and
 //! no panic, is proven on the image, not watched.
 
-use palpate::haptic::cycle::{Ask, Command, Telemetry};
-use palpate::haptic::device::{Sensed, SensorStatus};
+use palpate::haptic::cycle::{Ask, Command, Settings, Telemetry};
+use palpate::haptic::device::{DeviceLimits, Sensed, SensorStatus};
 use palpate::haptic::limits::LimitValues;
 use palpate::haptic::mode::Mode;
 use palpate::{Limiters, Vector3};
@@ -58,6 +59,30 @@ pub struct Watch {
     arming: u32,
     /// Readings in a row, while in fault, that nothing is wrong with.
     good: u32,
+    /// Ticks without contact since the last arming.
+    free: u32,
+    /// Ticks in a row at the force limit in `Active`.
+    saturated: u32,
+    /// Ticks in a row over the energy alarm.
+    alarmed: i32,
+    settled: Option<Settled>,
+}
+
+/// What the loop was set to.
+#[derive(Clone, Copy, Debug)]
+struct Settled {
+    delay_ticks: usize,
+    alarm_j: f32,
+    ramp_in_per_tick: f32,
+}
+
+/// No limit is higher than it was.
+fn lower(now: &LimitValues, before: &LimitValues) -> bool {
+    now.max_force_n <= before.max_force_n
+        && now.max_slew_n_per_s <= before.max_slew_n_per_s
+        && now.max_speed_m_per_s <= before.max_speed_m_per_s
+        && now.max_age_ticks <= before.max_age_ticks
+        && now.workspace_margin <= before.workspace_margin
 }
 
 fn allows_force(mode: Mode) -> bool {
@@ -65,16 +90,41 @@ fn allows_force(mode: Mode) -> bool {
 }
 
 impl Watch {
+    /// Judges ramp-in and energy too, of a loop with these settings.
+    #[must_use]
+    pub fn of(settings: &Settings, device: &DeviceLimits) -> Self {
+        let settled = Settled {
+            delay_ticks: device.delay_ticks.into(),
+            alarm_j: settings.passivity.alarm_j,
+            ramp_in_per_tick: settings.arming.ramp_in_per_tick,
+        };
+        Self { settled: Some(settled), ..Self::default() }
+    }
+
     /// The first invariant that this tick breaks.
     ///
     /// # Errors
     /// Which one.
     pub fn check(&mut self, now: &Tick) -> Result<(), Broken> {
         self.silent = if now.command.heard { 0 } else { self.silent + 1 };
+        self.count(now);
         let answer = self.judge(now);
         self.arming = if now.told.mode == Mode::Arming { self.arming + 1 } else { 0 };
         self.past = [Some(*now), self.past[0], self.past[1]];
         answer
+    }
+
+    fn count(&mut self, now: &Tick) {
+        let told = &now.told;
+        let touched = told.output.depth_m > 0.0 || told.output.force_n != Vector3::zeros();
+        self.free = match told.mode {
+            Mode::Active | Mode::Degraded => self.free + u32::from(!touched),
+            _ => 0,
+        };
+        let at_end = told.mode == Mode::Active && told.output.force_n.norm() >= now.limits.max_force_n;
+        self.saturated = if at_end { self.saturated + 1 } else { 0 };
+        let over = self.settled.is_some_and(|s| told.energy.created_j > s.alarm_j);
+        self.alarmed = if over { self.alarmed + 1 } else { 0 };
     }
 
     fn judge(&mut self, now: &Tick) -> Result<(), Broken> {
@@ -99,10 +149,20 @@ impl Watch {
             let aside = force_n.cross(&told.wanted_n).norm();
             hold("I2", "direction", aside <= 0.03 * length_n * told.wanted_n.norm() && force_n.dot(&told.wanted_n) > 0.0)?;
         }
+        let wanted_n = told.wanted_n.norm();
+        hold("I2", "longer than wanted", length_n <= 1.0001 * wanted_n + ROUNDING_N || told.mode == Mode::Fault)?;
+        hold("I3", "saturation", self.saturated <= u32::from(now.limits.saturated_ticks) + 1)?;
+        if let Some(settled) = self.settled
+            && matches!(told.mode, Mode::Active | Mode::Degraded)
+        {
+            let risen = self.free as f32 * settled.ramp_in_per_tick;
+            hold("I3", "ramp-in", length_n <= 1.001 * risen * wanted_n + ROUNDING_N)?;
+            hold("I11", "energy fades", length_n <= 1.01 * 0.8_f32.powi(self.alarmed) * wanted_n + ROUNDING_N)?;
+        }
         hold("I3", "host silence", self.silent < 150 || length_n <= 0.05)?;
 
         let Some(before) = self.past[0] else { return hold("I3", "boot", !allows_force(told.mode) && told.mode != Mode::Arming) };
-        hold("I8", "a limit rose", now.limits.max_force_n <= before.limits.max_force_n)?;
+        hold("I8", "a limit rose", lower(&now.limits, &before.limits))?;
         hold("I10", "count", told.tick == before.told.tick.wrapping_add(1))?;
         self.against(now, &before)
     }
@@ -115,6 +175,12 @@ impl Watch {
         let near_n = (0..=1000).map(|n| (force_n - last_n * (n as f32 * 1e-3)).norm()).fold(f32::MAX, f32::min);
         hold("I2", "slew", near_n <= now.limits.max_slew_n_per_s * 1e-3 + 1.5e-3)?;
         hold("I3", "ramp falls", told.mode != Mode::SafeRamp || force_n.norm() <= last_n.norm() + ROUNDING_N)?;
+
+        let late = now.command.late_ticks > 0 && allows_force(before.told.mode);
+        hold("I3", "late", !late || force_n.norm() <= 0.5 * last_n.norm() + ROUNDING_N)?;
+        let twice = now.command.late_ticks > 1 || before.command.late_ticks > 0 && before.told.fault.is_none();
+        hold("I3", "late twice", !(late && twice) || told.mode == Mode::Fault)?;
+        self.energy(now, before)?;
 
         let (from, to) = (before.told.mode, told.mode);
         let comes_from = match to {
@@ -144,5 +210,20 @@ impl Watch {
             hold("I7", "speed", !(believed && forced && new && far(&one) && far(now)) || to == Mode::Fault)?;
         }
         Ok(())
+    }
+
+    /// The work of the force that acted is what the loop counted.
+    fn energy(&self, now: &Tick, before: &Tick) -> Result<(), Broken> {
+        let Some(acted) = self.settled.and_then(|s| self.past.get(s.delay_ticks).copied().flatten()) else { return Ok(()) };
+        let force_n = acted.force_n();
+        if force_n == Vector3::zeros() || now.told.fault.is_some() || before.told.fault.is_some() {
+            return Ok(());
+        }
+        let work_j = force_n.dot(&(now.told.position_m - before.told.position_m));
+        let counted_j = now.told.energy.given_j - before.told.energy.given_j;
+        match (counted_j - work_j).abs() <= 1e-7 + 1e-3 * work_j.abs() + 1e-5 * now.told.energy.given_j.abs() {
+            true => Ok(()),
+            false => Err(Broken { id: "I11", what: "energy counted" }),
+        }
     }
 }

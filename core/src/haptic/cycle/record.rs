@@ -29,13 +29,15 @@ pub struct Command {
     pub heard: bool,
     /// What it asks.
     pub asked: Option<Ask>,
-    /// What the board found wrong: a late tick, the supply, the self-test.
+    /// What the board found wrong: the supply, the self-test, a tick that never ended.
     pub found: Option<Fault>,
+    /// Periods that went by without a new force since the last cycle: 0 if it was in time.
+    pub late_ticks: u16,
 }
 
 impl Command {
     /// A sign of life, nothing else.
-    pub const HEARD: Self = Self { heard: true, asked: None, found: None };
+    pub const HEARD: Self = Self { heard: true, asked: None, found: None, late_ticks: 0 };
 }
 
 /// What a cycle did.

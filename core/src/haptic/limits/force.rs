@@ -14,6 +14,7 @@ use nalgebra::Vector3;
 use super::Limits;
 use crate::fault::{Fault, Limiters};
 use crate::haptic::length;
+use crate::planted::{Defect, planted};
 
 /// A force that may leave.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +40,7 @@ impl ForceLimiter {
     /// [`Fault::ForceNotFinite`] at once, [`Fault::ForceImplausible`] when it stays far too long.
     pub fn judge(&mut self, limits: &Limits, model_n: &Vector3<f32>) -> Result<(), Fault> {
         let length_n = length(model_n);
-        if !length_n.is_finite() {
+        if !length_n.is_finite() && !planted(Defect::NanForcePasses) {
             return Err(Fault::ForceNotFinite);
         }
         let most_n = limits.values.max_force_n;
@@ -47,7 +48,7 @@ impl ForceLimiter {
             if length_n > limits.values.implausible_ratio * most_n { self.implausible.saturating_add(1) } else { 0 };
         // a model that ends at the same force as we do is at its end too
         self.saturated = if length_n >= 0.999 * most_n { self.saturated.saturating_add(1) } else { 0 };
-        match self.implausible >= limits.values.implausible_ticks {
+        match self.implausible >= limits.values.implausible_ticks && !planted(Defect::ImplausibleBorne) {
             true => Err(Fault::ForceImplausible),
             false => Ok(()),
         }
@@ -60,12 +61,14 @@ impl ForceLimiter {
     pub fn limit(&mut self, limits: &Limits, wanted_n: Vector3<f32>, cap_n: f32) -> Result<Limited, Fault> {
         let mut limiters = Limiters::default();
         let length_n = length(&wanted_n);
-        if !(length_n.is_finite() && cap_n.is_finite()) {
+        if !(length_n.is_finite() && cap_n.is_finite() || planted(Defect::NanForcePasses)) {
             return Err(Fault::ForceNotFinite);
         }
         let most_n = if cap_n < limits.values.max_force_n { cap_n } else { limits.values.max_force_n };
         let mut aim_n = wanted_n;
-        if length_n > most_n {
+        if planted(Defect::LimitPerAxis) {
+            aim_n = aim_n.map(|c| c.clamp(-0.57 * most_n, 0.57 * most_n));
+        } else if length_n > most_n && !planted(Defect::NoForceLimit) {
             aim_n *= most_n / length_n;
             limiters.set(Limiters::FORCE);
         }
@@ -74,8 +77,14 @@ impl ForceLimiter {
         let share = if square > 0.0 { (aim_n.dot(&self.last_n) / square).clamp(0.0, 1.0) } else { 0.0 };
         let kept_n = self.last_n * share;
         let growth_n = length(&(aim_n - kept_n));
-        if growth_n > limits.slew_n {
-            aim_n = kept_n + (aim_n - kept_n) * (limits.slew_n / growth_n);
+        if planted(Defect::SlewHoldsBack) {
+            let step_n = aim_n - self.last_n;
+            let over = length(&step_n) / limits.slew_n;
+            aim_n = if over > 1.0 { self.last_n + step_n * (1.0 / over) } else { aim_n };
+        }
+        let slew_n = if planted(Defect::SlewDoubled) { 2.0 * limits.slew_n } else { limits.slew_n };
+        if growth_n > slew_n && !planted(Defect::NoSlewLimit) {
+            aim_n = kept_n + (aim_n - kept_n) * (slew_n / growth_n);
             limiters.set(Limiters::SLEW);
         }
         self.last_n = aim_n;
@@ -96,7 +105,7 @@ impl ForceLimiter {
     /// At the limit for longer than `saturated_ticks`.
     #[must_use]
     pub fn strained(&self, limits: &Limits) -> bool {
-        self.saturated > limits.values.saturated_ticks
+        self.saturated > limits.values.saturated_ticks && !planted(Defect::SaturationUnrelieved)
     }
 }
 

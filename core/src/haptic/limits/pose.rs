@@ -11,9 +11,11 @@
 use nalgebra::Vector3;
 
 use super::Limits;
+use super::freeze::Freeze;
 use crate::fault::Fault;
 use crate::haptic::device::{Sensed, SensorStatus};
 use crate::haptic::length;
+use crate::planted::{Defect, planted};
 
 /// A believed pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +37,7 @@ pub struct PoseGate {
     since_ticks: u16,
     /// Unbelievable readings in a row.
     odd: u16,
+    freeze: Freeze,
 }
 
 impl PoseGate {
@@ -45,25 +48,38 @@ impl PoseGate {
     pub fn admit(&mut self, limits: &Limits, sensed: &Sensed, force_acts: bool) -> Result<Pose, Fault> {
         let answer = self.judge(limits, sensed, force_acts);
         if answer.is_err() {
-            (self.believed_m, self.odd) = (None, 0);
+            (self.believed_m, self.odd, self.freeze) = (None, 0, Freeze::default());
         }
         answer
     }
 
+    /// Periods went by without a cycle: a hand may have come further.
+    pub fn skip(&mut self, late_ticks: u16) {
+        self.since_ticks = self.since_ticks.saturating_add(late_ticks);
+    }
+
     fn judge(&mut self, limits: &Limits, sensed: &Sensed, force_acts: bool) -> Result<Pose, Fault> {
-        if sensed.status != SensorStatus::Good {
+        if sensed.status != SensorStatus::Good && !planted(Defect::SensorUnheard) {
             return Err(Fault::SensorFault);
         }
-        if !sensed.position_m.iter().all(|c| c.is_finite()) {
+        if !sensed.position_m.iter().all(|c| c.is_finite()) && !planted(Defect::NanPoseRendered) {
             return Err(Fault::PoseNotFinite);
         }
         self.since_ticks = self.since_ticks.saturating_add(1);
         // signed distance: a number that went back is old, and the count may wrap
-        let newer = self.sequence.is_none_or(|last| sensed.sequence.wrapping_sub(last).cast_signed() > 0_i32);
+        let newer = self.sequence.is_none_or(|last| match planted(Defect::SequenceDoesNotWrap) {
+            true => sensed.sequence > last,
+            false => sensed.sequence.wrapping_sub(last).cast_signed() > 0_i32,
+        });
         if !newer {
             self.age_ticks = self.age_ticks.saturating_add(1);
             return match self.believed_m {
-                Some(position_m) if self.age_ticks <= limits.values.max_age_ticks => Ok(Pose { position_m, held: true }),
+                Some(position_m)
+                    if self.age_ticks <= limits.values.max_age_ticks + u16::from(planted(Defect::StaleOneMore))
+                        || planted(Defect::StaleRendered) =>
+                {
+                    Ok(Pose { position_m, held: true })
+                }
                 _ => Err(Fault::PoseStale),
             };
         }
@@ -72,8 +88,8 @@ impl PoseGate {
         if let Some(position_m) = self.believed_m {
             let most_m = limits.way_m * f32::from(self.since_ticks) + limits.counts_m;
             let way_m = length(&(sensed.position_m - position_m));
-            if way_m > most_m {
-                self.odd = self.odd.saturating_add(1);
+            if way_m > most_m && !(planted(Defect::GlitchRendered) && self.odd == 0) {
+                self.odd = if planted(Defect::SpeedForgiven) { 0 } else { self.odd.saturating_add(1) };
                 if self.odd < limits.values.odd_poses {
                     return Ok(Pose { position_m, held: true });
                 }
@@ -81,9 +97,11 @@ impl PoseGate {
                     return Err(Fault::OverSpeed);
                 }
             }
+            let way_m = sensed.position_m - position_m;
+            self.freeze.judge(limits, &sensed.position_m, &way_m, self.since_ticks, force_acts)?;
         }
         let inside = (0..3).all(|k| limits.low_m[k] <= sensed.position_m[k] && sensed.position_m[k] <= limits.high_m[k]);
-        if !inside {
+        if !inside && !planted(Defect::WorkspaceEndless) {
             return Err(Fault::OutOfWorkspace);
         }
         self.believed_m = Some(sensed.position_m);

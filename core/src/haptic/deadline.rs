@@ -1,0 +1,82 @@
+//! What happens when a tick ends after its period.
+//!
+//! Whoever paces the loop tells each cycle how many periods went by without a new force ([`super::cycle::Command::late_ticks`]). One is borne: the
+//! device has held an old force for twice its time, so this tick gives at most half of it. Two in a row, or five among 1000 ticks, are a loop
+//! slower than its gains are tuned for.
+//!
+//! * in: periods missed since the last cycle
+//! * out: whether this tick is to give half the last force at most
+//! * cost: 20 instructions of a Cortex-M4F, estimated
+//! * may fail: [`Fault::DeadlineMissed`]
+
+use crate::fault::Fault;
+use crate::planted::{Defect, planted};
+
+/// Missed periods in a row that are a fault.
+pub const IN_A_ROW: u16 = 2;
+/// Misses among [`WINDOW_TICKS`] that are a fault.
+pub const AMONG: usize = 5;
+/// Ticks over which misses are counted.
+pub const WINDOW_TICKS: u16 = 1000;
+/// Share of the last force that stays after one miss (1).
+pub const KEPT: f32 = 0.5;
+
+/// Judges tick after tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Deadline {
+    /// Ticks since the last misses, newest first; as many as may be forgiven.
+    ago: [u16; AMONG - 1],
+}
+
+impl Default for Deadline {
+    fn default() -> Self {
+        Self { ago: [u16::MAX; AMONG - 1] }
+    }
+}
+
+impl Deadline {
+    /// One cycle, told of the periods that were missed before it. True if it is the one miss that is borne.
+    ///
+    /// # Errors
+    /// [`Fault::DeadlineMissed`].
+    pub fn judge(&mut self, late_ticks: u16) -> Result<bool, Fault> {
+        for ago in &mut self.ago {
+            *ago = ago.saturating_add(1);
+        }
+        if late_ticks == 0 || planted(Defect::LateUnheard) {
+            return Ok(false);
+        }
+        let [newest, .., oldest] = self.ago;
+        let often = oldest < WINDOW_TICKS && !planted(Defect::LateTicksForgotten);
+        if late_ticks >= IN_A_ROW || newest < IN_A_ROW || often {
+            return Err(Fault::DeadlineMissed);
+        }
+        self.ago.rotate_right(1);
+        if let Some(newest) = self.ago.first_mut() {
+            *newest = 0;
+        }
+        Ok(true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ticks up to the fault when these ticks are late by one.
+    fn fault_at(late: impl Fn(u32) -> bool) -> Option<u32> {
+        let mut deadline = Deadline::default();
+        (0..10_000).find(|&n| deadline.judge(u16::from(late(n))).is_err())
+    }
+
+    #[test]
+    fn one_miss_halves_and_two_in_a_row_or_five_of_a_thousand_are_a_fault() {
+        let mut deadline = Deadline::default();
+        assert_eq!([0, 1, 0, 1, 0].map(|late| deadline.judge(late)), [false, true, false, true, false].map(Ok));
+        assert_eq!(Deadline::default().judge(2), Err(Fault::DeadlineMissed), "two periods at once are two in a row");
+        assert_eq!(fault_at(|n| n == 7 || n == 8), Some(8));
+        assert_eq!(fault_at(|n| n % 249 == 0), Some(996), "the fifth within 1000 ticks");
+        assert_eq!(fault_at(|n| n % 250 == 0), None, "the fifth is the first of the next thousand");
+        assert_eq!(fault_at(|n| n < 8 && n % 2 == 0), None, "four are forgiven");
+    }
+}

@@ -1,0 +1,109 @@
+//! A reading that stops dead: an encoder that is stuck, or one axis of it.
+//!
+//! What moves at 0.2 m/s for three ticks and then reads the same count again and again was stopped within a tick: 200 m/s^2, nine newtons on a stylus,
+//! which no tissue gives. One fast reading alone is a glitch. An encoder that sticks while the hand rests cannot be told from a hand that rests, friction holds it as still. Then the
+//! force stays what it was; the first way beyond a hand's, once the encoder works again, is a fault of [`super::pose`].
+//!
+//! * in: the way between two readings [m], the place
+//! * out: nothing
+//! * cost: 60 instructions of a Cortex-M4F, estimated
+//! * may fail: [`Fault::SensorFault`]
+
+use nalgebra::Vector3;
+
+use super::Limits;
+use crate::fault::Fault;
+use crate::planted::{Defect, planted};
+
+/// Speed along an axis that does not end within a tick [m/s].
+const FAST_M_PER_S: f32 = 0.2;
+/// Readings in a row that have to be so fast, in one direction.
+const MOVING: u8 = 3;
+/// The same in counts a tick (1): a coarse encoder makes a slow hand look fast now and then.
+const FAST_COUNTS: f32 = 2.5;
+/// Equal readings in a row after that which are a fault.
+const EQUAL: u8 = 3;
+/// Nearer than this to the end of the workspace a hard stop may have stopped it [m].
+const STOP_M: f32 = 2e-3;
+
+/// Watches each axis.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Freeze {
+    /// Fast readings in a row of each axis, negative in the negative direction.
+    moving: [i8; 3],
+    /// Equal readings since then.
+    equal: [u8; 3],
+}
+
+impl Freeze {
+    /// One reading that is new, `way_m` from the one before, which is `ticks` older.
+    ///
+    /// # Errors
+    /// [`Fault::SensorFault`], if a force acts: without one a stuck reading does no harm.
+    pub fn judge(
+        &mut self,
+        limits: &Limits,
+        at_m: &Vector3<f32>,
+        way_m: &Vector3<f32>,
+        ticks: u16,
+        force_acts: bool,
+    ) -> Result<(), Fault> {
+        let fast_m = FAST_M_PER_S * limits.tick_s;
+        let counts_m = FAST_COUNTS * 0.5 * limits.counts_m;
+        let fast_m = f32::from(ticks) * if counts_m > fast_m { counts_m } else { fast_m };
+        let (low_m, high_m) = (limits.device.workspace_low_m, limits.device.workspace_high_m);
+        let mut frozen = false;
+        for (k, (moving, equal)) in self.moving.iter_mut().zip(&mut self.equal).enumerate() {
+            let stopped = at_m[k] < low_m[k] + STOP_M || at_m[k] > high_m[k] - STOP_M;
+            if way_m[k] == 0.0 && !stopped {
+                *equal = equal.saturating_add(1);
+            } else {
+                let sense = if stopped || way_m[k].abs() < fast_m {
+                    0
+                } else if way_m[k] > 0.0 {
+                    1
+                } else {
+                    -1
+                };
+                // a reading that was equal in between ended the motion
+                let goes_on = *equal == 0 && sense * *moving > 0;
+                *moving = if goes_on { moving.saturating_add(sense) } else { sense };
+                *equal = 0;
+            }
+            frozen |= *equal == EQUAL && moving.unsigned_abs() >= MOVING;
+        }
+        match frozen && force_acts && !planted(Defect::FrozenBelieved) {
+            true => Err(Fault::SensorFault),
+            false => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::limits;
+    use super::*;
+
+    /// Ticks until the fault after a way of `m_per_s` and then none.
+    fn stops_from(m_per_s: f32, at_m: f32) -> Option<usize> {
+        let mut freeze = Freeze::default();
+        let at_m = Vector3::new(0.0, at_m, 0.0);
+        let mut judge = |way_m: f32| freeze.judge(&limits(), &at_m, &Vector3::new(0.0, way_m, 0.0), 1, true);
+        for _ in 0..3 {
+            judge(1e-3 * m_per_s).unwrap();
+        }
+        (1..20).find(|_| judge(0.0).is_err())
+    }
+
+    #[test]
+    fn what_stops_dead_from_speed_is_a_fault_and_what_slows_down_is_not() {
+        assert_eq!(stops_from(0.21, 0.0), Some(3));
+        assert_eq!(stops_from(-0.21, 0.0), Some(3));
+        assert_eq!(stops_from(0.1, 0.0), None);
+        assert_eq!(stops_from(0.21, 0.0595), None, "the hard stop");
+        let mut freeze = Freeze::default();
+        for way_m in [0.3e-3, 0.3e-3, 0.3e-3, 0.1e-3, 0.0, 0.0, 0.0, 0.0, 1e-3, -1e-3, 0.0, 0.0, 0.0, 0.0] {
+            freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, way_m, 0.0), 1, true).unwrap();
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! A probe that speeds up against the force: the force acts the wrong way, or the reading runs the wrong way.
+//!
+//! With the sign of an actuator or of an encoder wrong, the tissue pulls: the deeper, the stronger. From position alone this is not certain: every
+//! motion under `-F` is one under `F` of a hand that pushes `2 F` harder. What can be told is a hand that would have to push harder than hands do.
+//! So this asks for much: pushed out by half a newton or more without a break, the probe gained 0.5 m/s inwards. A held device loses its hand at once,
+//! a firm hand holds against it; then the force stays within its limit, and saturation halves it.
+//!
+//! * in: way of the tick [m], normal of the contact, force sent last [N]
+//! * out: nothing
+//! * cost: 50 instructions of a Cortex-M4F, estimated
+//! * may fail: [`Fault::Runaway`]
+
+use nalgebra::Vector3;
+
+use super::length;
+use crate::fault::Fault;
+use crate::planted::{Defect, planted};
+
+/// Force that a probe does not speed up against [N].
+const PUSH_N: f32 = 0.5;
+/// Speed gained against it that is a fault [m/s].
+const GAINED_M_PER_S: f32 = 0.5;
+/// Share of the newest speed (1): 30 Hz, so that a reading that is held and then made up for is no gain.
+const SHARE: f32 = 0.1718;
+
+/// Watches one contact after the other.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Runaway {
+    /// Low-passed [m/s].
+    velocity_m_per_s: Vector3<f32>,
+    /// Slowest way in since the force is strong, at least zero [m/s].
+    slowest_m_per_s: Option<f32>,
+}
+
+impl Runaway {
+    /// One tick of `tick_s`: `applied_n` is the force sent last, `normal` points out of the tissue.
+    ///
+    /// # Errors
+    /// [`Fault::Runaway`].
+    pub fn judge(
+        &mut self,
+        way_m: &Vector3<f32>,
+        tick_s: f32,
+        normal: &Vector3<f32>,
+        applied_n: &Vector3<f32>,
+    ) -> Result<(), Fault> {
+        self.velocity_m_per_s += (way_m * (1.0 / tick_s) - self.velocity_m_per_s) * SHARE;
+        if length(applied_n) < PUSH_N || applied_n.dot(normal) <= 0.0 {
+            self.slowest_m_per_s = None;
+            return Ok(());
+        }
+        let inward = -self.velocity_m_per_s.dot(normal);
+        let inward = if inward > 0.0 { inward } else { 0.0 };
+        let slowest = match self.slowest_m_per_s {
+            Some(slowest) if slowest < inward => slowest,
+            _ => inward,
+        };
+        self.slowest_m_per_s = Some(slowest);
+        match inward - slowest > GAINED_M_PER_S && !planted(Defect::RunawayBorne) {
+            true => Err(Fault::Runaway),
+            false => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn judge(runaway: &mut Runaway, inward: f32, push_n: f32) -> Result<(), Fault> {
+        runaway.judge(&Vector3::new(0.0, 0.0, -1e-3 * inward), 1e-3, &Vector3::z(), &Vector3::new(0.0, 0.0, push_n))
+    }
+
+    #[test]
+    fn speed_that_a_tap_brings_is_none_that_is_gained() {
+        let mut tap = Runaway::default();
+        for _ in 0..100 {
+            judge(&mut tap, 1.0, 0.0).unwrap();
+        }
+        for n in 0..100_u8 {
+            // 1 m/s at the touch, out again with as much; one reading is missing and made up for
+            let inward = 1.0 - 0.02 * f32::from(n);
+            let seen = if n == 5 {
+                0.0
+            } else if n == 6 {
+                2.0 * inward
+            } else {
+                inward
+            };
+            assert_eq!(judge(&mut tap, seen, 2.0), Ok(()), "{inward} m/s");
+        }
+    }
+
+    #[test]
+    fn speed_gained_against_the_force_is_a_fault_against_a_weak_one_it_is_not() {
+        let mut pulled = Runaway::default();
+        let at = (0..100_u8).position(|n| judge(&mut pulled, 0.06 * f32::from(n), 1.0).is_err());
+        assert!(at.is_some_and(|n| (9..16).contains(&n)), "{at:?}: 0.5 m/s is gained at 9, the low-pass is 6 late");
+        let mut weak = Runaway::default();
+        assert!((0..100_u8).all(|n| judge(&mut weak, 0.06 * f32::from(n), 0.4).is_ok()), "a weak force holds nobody");
+    }
+}

@@ -1,0 +1,129 @@
+//! One run of the campaign, drawn from a number.
+
+use palpate::Vector3;
+use rand_xoshiro::SplitMix64;
+use rand_xoshiro::rand_core::{RngCore, SeedableRng};
+
+use crate::closed_loop::faulty::list::FAULTS;
+use crate::closed_loop::faulty::{FaultType, Injection, Needs, Tissue};
+use crate::closed_loop::hand::{HANDS, Hand};
+use crate::closed_loop::stimulus::Stimulus;
+
+/// What the hand does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Of [`crate::closed_loop::stimulus::STIMULI`].
+    pub id: &'static str,
+    /// Speed of the approach [m/s].
+    m_per_s: f64,
+}
+
+/// Taps, a slow press, a hold, a drag, a swing, a hand that lets go.
+pub const MOTIONS: [Motion; 7] = [
+    Motion { id: "S1-0.2", m_per_s: 0.2 },
+    Motion { id: "S1-0.5", m_per_s: 0.5 },
+    Motion { id: "S2", m_per_s: 5e-3 },
+    Motion { id: "S4", m_per_s: 0.05 },
+    Motion { id: "S5", m_per_s: 0.05 },
+    Motion { id: "S6", m_per_s: 0.05 },
+    Motion { id: "S7", m_per_s: 0.05 },
+];
+
+impl Motion {
+    /// The stimulus.
+    #[must_use]
+    pub fn stimulus(&self) -> Option<Stimulus> {
+        Stimulus::named(self.id)
+    }
+
+    /// Where in its course the run begins [s]: a slow approach is cut short.
+    #[must_use]
+    pub fn from_s(&self) -> f64 {
+        (4.0e-3 / self.m_per_s - 0.02).max(0.0)
+    }
+}
+
+/// When the fault begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Moment {
+    /// Before the touch.
+    Free,
+    /// At the first touch.
+    Touch,
+    /// Deep in the tissue.
+    Deep,
+    /// On the way out, or when the hand lets go.
+    Release,
+}
+
+const MOMENTS: [Moment; 4] = [Moment::Free, Moment::Touch, Moment::Deep, Moment::Release];
+
+/// One run.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// Which of [`FAULTS`].
+    pub fault: usize,
+    /// Who holds the device.
+    pub hand: Hand,
+    /// What the hand does.
+    pub motion: Motion,
+    /// When the fault begins.
+    pub moment: Moment,
+    /// Ticks after that moment.
+    pub after_ticks: u32,
+    /// On the patch, not on the wall.
+    pub on_patch: bool,
+    /// Place of a start in the tissue, and the like (0 .. 1).
+    pub share: f64,
+    /// Of the noise.
+    pub noise: u64,
+}
+
+impl Case {
+    /// The wall leans, so that an axis is not a direction.
+    pub const WALL_NORMAL: Vector3<f32> = Vector3::new(0.48, 0.6, 0.64);
+
+    /// The run of this number.
+    #[must_use]
+    pub fn draw(number: u64, seed: u64) -> Self {
+        let types = FAULTS.len() as u64;
+        let mut random = SplitMix64::seed_from_u64(seed ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        let mut below = |n: usize| (random.next_u64() % n as u64) as usize;
+        let fault = (number % types) as usize;
+        let moment = MOMENTS[below(4)];
+        let motion = MOTIONS[below(MOTIONS.len())];
+        let span = match moment {
+            Moment::Free | Moment::Touch => 12,
+            Moment::Deep => 150,
+            Moment::Release => 25,
+        };
+        let mut case = Self {
+            fault,
+            hand: HANDS[below(HANDS.len())],
+            motion,
+            moment,
+            after_ticks: below(span) as u32,
+            on_patch: below(2) == 0,
+            share: below(1 << 20) as f64 / f64::from(1_u32 << 20),
+            noise: 0,
+        };
+        case.noise = random.next_u64();
+        if case.kind().needs == Needs::FastForce {
+            (case.motion, case.moment, case.after_ticks) = (MOTIONS[1], Moment::Touch, case.after_ticks % 4);
+        }
+        if case.kind().needs == Needs::NobodysForce {
+            case.hand = HANDS[0];
+        }
+        // a wall has no nodes
+        let nodes =
+            matches!(case.kind().injection, Injection::Tissue(Tissue::NodeAt(_) | Tissue::NodeSpeed(_) | Tissue::Denormal(_)));
+        case.on_patch |= nodes;
+        case
+    }
+
+    /// The fault.
+    #[must_use]
+    pub fn kind(&self) -> &'static FaultType {
+        FAULTS.get(self.fault).unwrap_or(&FAULTS[0])
+    }
+}

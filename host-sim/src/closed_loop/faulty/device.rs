@@ -1,0 +1,169 @@
+//! A device that something is wrong with.
+
+use std::collections::VecDeque;
+
+use palpate::Vector3;
+use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+use rand_xoshiro::SplitMix64;
+use rand_xoshiro::rand_core::RngCore;
+
+use super::{Drive, Reading};
+
+/// Readings that are kept for late ones.
+const KEPT: usize = 16;
+/// Numbers left out by a sensor that counts fast: it wraps every 16 readings.
+const LEAP: u32 = 0x1000_0000;
+
+/// Any device, with a fault in its readings or its forces.
+#[derive(Clone, Debug)]
+pub struct Faulty<D> {
+    device: D,
+    /// Out of the tissue, and along it.
+    normal: Vector3<f32>,
+    along: Vector3<f32>,
+    site_m: Vector3<f32>,
+    reading: Option<Reading>,
+    drive: Option<Drive>,
+    /// True readings, newest last.
+    past: VecDeque<Sensed>,
+    /// As the loop got it last.
+    told: Option<Sensed>,
+    /// Where it was when the fault began [m].
+    stuck_m: Vector3<f32>,
+    /// Added to every number.
+    number_offset: u32,
+    line_n: VecDeque<Vector3<f32>>,
+    given_n: Vector3<f32>,
+    random: SplitMix64,
+}
+
+impl<D: HapticDevice> Faulty<D> {
+    /// Nothing wrong yet. `normal` and `along` span what a fault may move a reading by, `site_m` is what signs are counted from.
+    pub fn new(device: D, site_m: Vector3<f32>, normal: Vector3<f32>, along: Vector3<f32>, random: SplitMix64) -> Self {
+        Self {
+            device,
+            normal,
+            along,
+            site_m,
+            reading: None,
+            drive: None,
+            past: VecDeque::with_capacity(KEPT),
+            told: None,
+            stuck_m: Vector3::zeros(),
+            number_offset: 0,
+            line_n: VecDeque::new(),
+            given_n: Vector3::zeros(),
+            random,
+        }
+    }
+
+    /// The device itself.
+    pub fn device(&mut self) -> &mut D {
+        &mut self.device
+    }
+
+    /// Adds to the number of every reading, so that a device may take the place of another.
+    pub fn number_from(&mut self, number: u32) {
+        self.number_offset = number;
+    }
+
+    /// From the next reading on.
+    pub fn break_reading(&mut self, fault: Option<Reading>) {
+        self.reading = fault;
+        if let Some(last) = self.past.back() {
+            self.stuck_m = last.position_m;
+        }
+    }
+
+    /// From the next force on.
+    pub fn break_drive(&mut self, fault: Option<Drive>) {
+        self.drive = fault;
+        self.line_n.clear();
+    }
+
+    /// The axis that the press moves along most: a fault of one axis is one of this.
+    fn axis(&self) -> usize {
+        self.normal.iamax()
+    }
+
+    fn wrong(&mut self, fault: Reading, mut now: Sensed) -> Sensed {
+        let axis = self.axis();
+        let position_m = &mut now.position_m;
+        match fault {
+            Reading::Is(value) => position_m[axis] = value,
+            Reading::Shifted { out_m, aside_m } => *position_m += self.normal * out_m + self.along * aside_m,
+            Reading::Repeated => return self.told.unwrap_or(now),
+            Reading::Behind(by) => now.sequence = now.sequence.wrapping_sub(by),
+            Reading::Failed => now.status = SensorStatus::Failed,
+            Reading::Stuck => *position_m = self.stuck_m,
+            Reading::Frozen => position_m[axis] = self.stuck_m[axis],
+            Reading::Mirrored => *position_m = self.site_m * 2.0 - *position_m,
+            Reading::MirroredAxis => position_m[axis] = 2.0 * self.site_m[axis] - position_m[axis],
+            Reading::Noise(counts) => {
+                let count_m = self.device.limits().count_m;
+                for c in position_m.iter_mut() {
+                    let span = u64::from(counts) * 2 + 1;
+                    *c += ((self.random.next_u64() % span) as f32 - f32::from(counts)) * count_m;
+                }
+            }
+            Reading::Late(ticks) => *position_m = self.ago_m(ticks),
+            Reading::Jitter => {
+                let late = self.random.next_u64() % 4 == 0;
+                *position_m = self.ago_m(late.into());
+            }
+            Reading::Wraps => {
+                self.number_offset = self.number_offset.wrapping_add(LEAP);
+                now.sequence = now.sequence.wrapping_add(LEAP);
+            }
+        }
+        now
+    }
+
+    fn ago_m(&self, ticks: usize) -> Vector3<f32> {
+        let at = self.past.len().saturating_sub(1 + ticks);
+        self.past.get(at).map_or(Vector3::zeros(), |s| s.position_m)
+    }
+}
+
+impl<D: HapticDevice> HapticDevice for Faulty<D> {
+    fn limits(&self) -> DeviceLimits {
+        self.device.limits()
+    }
+
+    fn sense(&mut self) -> Sensed {
+        let mut now = self.device.sense();
+        now.sequence = now.sequence.wrapping_add(self.number_offset);
+        if self.past.len() == KEPT {
+            self.past.pop_front();
+        }
+        self.past.push_back(now);
+        let told = match self.reading {
+            Some(fault) => self.wrong(fault, now),
+            None => now,
+        };
+        self.told = Some(told);
+        told
+    }
+
+    fn actuate(&mut self, force_n: Vector3<f32>) {
+        let given_n = match self.drive {
+            Some(Drive::Saturated(most_n)) => force_n.map(|c| c.clamp(-most_n, most_n)),
+            Some(Drive::Stuck) => self.given_n,
+            Some(Drive::Reversed) => -force_n,
+            Some(Drive::Dropped) => Vector3::zeros(),
+            Some(Drive::Late(ticks)) => {
+                self.line_n.push_back(force_n);
+                if self.line_n.len() > ticks { self.line_n.pop_front().unwrap_or_default() } else { self.given_n }
+            }
+            Some(Drive::Lag(_) | Drive::Friction(_)) | None => force_n,
+        };
+        self.given_n = given_n;
+        self.device.actuate(given_n);
+    }
+
+    fn release(&mut self) {
+        self.line_n.clear();
+        self.given_n = Vector3::zeros();
+        self.device.release();
+    }
+}

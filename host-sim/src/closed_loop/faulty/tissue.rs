@@ -1,0 +1,82 @@
+//! A tissue that something is wrong with.
+
+use palpate::haptic::cycle::Renderer;
+use palpate::path::probe::ProbePose;
+use palpate::{Output, Vector3};
+
+use super::Tissue;
+use crate::closed_loop::stimulus::{Change, Site};
+use crate::closed_loop::surface::Surface;
+
+/// Any surface, with a fault in it.
+#[derive(Debug)]
+pub struct FaultyTissue<'a, S> {
+    surface: &'a mut S,
+    fault: Option<Tissue>,
+    last_m: Vector3<f32>,
+}
+
+impl<'a, S: Surface> FaultyTissue<'a, S> {
+    /// Nothing wrong yet.
+    pub fn new(surface: &'a mut S) -> Self {
+        Self { surface, fault: None, last_m: Vector3::zeros() }
+    }
+
+    /// From the next tick on; what strikes the nodes strikes them once.
+    pub fn break_it(&mut self, fault: Option<Tissue>) {
+        match fault {
+            Some(Tissue::NodeSpeed(speed)) => self.surface.strike(None, Some(speed), false),
+            Some(Tissue::NodeAt(at)) => self.surface.strike(Some(at), None, false),
+            Some(Tissue::Denormal(speed)) => self.surface.strike(None, Some(speed), true),
+            _ => {}
+        }
+        self.fault = fault;
+    }
+}
+
+impl<S: Surface> Renderer for FaultyTissue<'_, S> {
+    fn render(&mut self, pose: ProbePose) -> Output {
+        let mut output = self.surface.render(pose);
+        let normal: Vector3<f32> = self.surface.site().normal.cast();
+        let way_m = pose.tip_m - std::mem::replace(&mut self.last_m, pose.tip_m);
+        match self.fault {
+            Some(Tissue::Force(force_n)) => {
+                output.force_n = normal * force_n;
+                output.normal = normal;
+            }
+            Some(Tissue::Aside(force_n)) => output.force_n += self.surface.site().along.cast() * force_n,
+            Some(Tissue::Scaled(ratio)) => output.force_n *= ratio,
+            Some(Tissue::Active(force_n)) if output.depth_m > 0.0 && way_m.dot(&normal) > 0.0 => {
+                output.force_n += normal * force_n
+            }
+            _ => {}
+        }
+        output
+    }
+
+    fn reset(&mut self) {
+        self.surface.reset();
+    }
+
+    fn tangent_n_per_m(&self, output: &Output) -> f32 {
+        self.surface.tangent_n_per_m(output)
+    }
+}
+
+impl<S: Surface> Surface for FaultyTissue<'_, S> {
+    fn site(&self) -> Site {
+        self.surface.site()
+    }
+
+    fn change(&mut self, change: Change) {
+        self.surface.change(change);
+    }
+
+    fn settle(&mut self, in_contact: bool) {
+        self.surface.settle(in_contact);
+    }
+
+    fn unsound(&self) -> Option<&'static str> {
+        self.surface.unsound()
+    }
+}

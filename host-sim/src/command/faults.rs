@@ -1,0 +1,245 @@
+//! `palpate faults`.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use crate::charts::{self, ReactionBar, ReactionTimes};
+use crate::closed_loop::campaign::{Ground, LightPatch, Table, campaign};
+use crate::closed_loop::device::DeviceProfile;
+use crate::closed_loop::faulty::Expected;
+use crate::closed_loop::hand::HANDS;
+use crate::closed_loop::soak::{Soak, soak};
+use crate::error::Error;
+use crate::output::OutputFolder;
+
+/// Farthest that a node may be from its place after normal use [m].
+const DRIFT_M: f32 = 1e-6;
+
+#[derive(Args, Clone, Debug)]
+pub(super) struct FaultsArgs {
+    /// Runs, spread evenly over the kinds of fault [default: 100000, with --quick 6000].
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(100..=100_000_000))]
+    runs: Option<u64>,
+    /// Another draw of hands, motions and moments.
+    #[arg(long, value_name = "NUMBER", default_value_t = 1)]
+    seed: u64,
+    /// So many seconds of normal use besides, in which nothing may trip.
+    #[arg(long = "soak-s", value_name = "SECONDS", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
+    soak_s: u32,
+    /// Fewer runs, under a minute.
+    #[arg(long)]
+    quick: bool,
+    /// Output folder, made if it is not there.
+    #[arg(long, value_name = "FOLDER", default_value = "out/faults")]
+    out: PathBuf,
+}
+
+/// `summary.json`.
+#[derive(Serialize)]
+struct Summary {
+    runs: u64,
+    seed: u64,
+    kinds: usize,
+    hands: usize,
+    injected: u64,
+    invariants_broken: u64,
+    reactions_wrong: u64,
+    latest_reaction_ticks: u32,
+    peak_force_n: f32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    soak: Option<SoakSummary>,
+}
+
+#[derive(Serialize)]
+struct SoakSummary {
+    seconds: f64,
+    uses: u64,
+    trips: usize,
+    invariants_broken: usize,
+    drift_m: f32,
+    denormals: usize,
+    peak_force_n: f32,
+}
+
+impl FaultsArgs {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let runs = self.runs.unwrap_or(if self.quick { 6_000 } else { 100_000 });
+        let folder = OutputFolder::open(&self.out)?;
+        let device = DeviceProfile::load("touch")?;
+        let light = LightPatch::load()?;
+        let ground = Ground::new(&device, &light);
+        let bar = bar(runs, "runs");
+        let table = campaign(&ground, runs, self.seed, |n| bar.inc(n))?;
+        bar.finish_and_clear();
+        let soaked = if self.soak_s > 0 {
+            let bar = self::bar(u64::from(self.soak_s) * 1000, "ticks of normal use");
+            let soaked = soak(&ground, self.soak_s.into(), |n| bar.inc(n))?;
+            bar.finish_and_clear();
+            Some(soaked)
+        } else {
+            None
+        };
+        let summary = self.summary(runs, &table, soaked.as_ref());
+        folder.write("faults.csv", csv(&table).as_bytes())?;
+        folder.write_json("summary.json", &summary)?;
+        self.picture(&folder, runs, &table)?;
+        print(&table, &summary);
+        println!("\nwrote {}: summary.json, faults.csv, faults.svg, faults.png", self.out.display());
+        judge(&table, soaked.as_ref())
+    }
+
+    fn summary(&self, runs: u64, table: &Table, soaked: Option<&Soak>) -> Summary {
+        let sum = |of: fn(&crate::closed_loop::campaign::Row) -> u64| table.rows.iter().map(of).sum();
+        Summary {
+            runs,
+            seed: self.seed,
+            kinds: table.rows.len(),
+            hands: HANDS.len(),
+            injected: sum(|r| r.injected),
+            invariants_broken: sum(|r| r.broken),
+            reactions_wrong: sum(|r| r.wrong),
+            latest_reaction_ticks: table.rows.iter().filter_map(|r| r.latest_ticks()).max().unwrap_or_default(),
+            peak_force_n: table.rows.iter().map(|r| r.peak_n).fold(0.0, f32::max),
+            soak: soaked.map(|s| SoakSummary {
+                seconds: s.ticks as f64 * 1e-3,
+                uses: s.uses,
+                trips: s.trips.len(),
+                invariants_broken: s.broken.len(),
+                drift_m: s.drift_m,
+                denormals: s.denormals,
+                peak_force_n: s.peak_n,
+            }),
+        }
+    }
+
+    fn picture(&self, folder: &OutputFolder, runs: u64, table: &Table) -> Result<(), Error> {
+        let bars: Vec<ReactionBar> = table
+            .kinds()
+            .filter(|(_, row)| !row.reaction_ticks.is_empty())
+            .map(|(kind, row)| {
+                let mut ticks = row.reaction_ticks.clone();
+                ticks.sort_unstable();
+                let at = |n: usize| f64::from(ticks.get(n).copied().unwrap_or_default());
+                let ticks = [at(0), at(ticks.len() / 2), at(ticks.len() - 1)];
+                ReactionBar { name: kind.name, ticks, allowed_ticks: allowed(&kind.expected).map(f64::from) }
+            })
+            .collect();
+        let below = format!(
+            "{runs} runs in {} hands; bar: fastest to slowest, dot: median, stroke: allowed; no stroke: not certain to be told",
+            HANDS.len()
+        );
+        let title = "From a fault to no force, or to a falling one";
+        charts::reaction_times(folder.path(), "faults", &ReactionTimes { title, below: &below, bars: &bars })?;
+        Ok(())
+    }
+}
+
+fn bar(length: u64, what: &str) -> ProgressBar {
+    let style = ProgressStyle::with_template(&format!("{{bar:40}} {{pos}}/{{len}} {what}, {{eta}} left"));
+    ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// Longest reaction allowed [ticks].
+fn allowed(expected: &Expected) -> Option<u32> {
+    match *expected {
+        Expected::Fault(_, ticks) | Expected::Ramp(ticks) | Expected::Degraded(ticks) => Some(ticks),
+        Expected::Ridden | Expected::Bounded(_) | Expected::Nothing => None,
+    }
+}
+
+fn must(expected: &Expected) -> &'static str {
+    match expected {
+        Expected::Fault(..) => "fault",
+        Expected::Ridden => "go on",
+        Expected::Bounded(_) => "bounded",
+        Expected::Ramp(_) => "ramp",
+        Expected::Degraded(_) => "weaken",
+        Expected::Nothing => "nothing",
+    }
+}
+
+fn csv(table: &Table) -> String {
+    let mut text = String::from(
+        "id,fault,must,allowed_ticks,runs,injected,faulted,latest_reaction_ticks,peak_force_n,invariants_broken,reactions_wrong,ended_in\n",
+    );
+    for (kind, row) in table.kinds() {
+        let number = |n: Option<u32>| n.map_or(String::new(), |n| n.to_string());
+        // writing to a string cannot fail
+        let _ = writeln!(
+            text,
+            "{},\"{}\",{},{},{},{},{},{},{},{},{},{}",
+            kind.id,
+            kind.name,
+            must(&kind.expected),
+            number(allowed(&kind.expected)),
+            row.runs,
+            row.injected,
+            row.detected,
+            number(row.latest_ticks()),
+            row.peak_n,
+            row.broken,
+            row.wrong,
+            row.ends()
+        );
+    }
+    text
+}
+
+fn print(table: &Table, summary: &Summary) {
+    println!(
+        "{:<11} {:<38} {:<8} {:>5} {:>5} {:>6} {:>6} {:>7} {:>6} {:>5}  number of fault: runs",
+        "id", "fault", "must", "runs", "came", "faults", "latest", "peak N", "broken", "wrong"
+    );
+    for (kind, row) in table.kinds() {
+        let latest = row.latest_ticks().map_or("-".into(), |t| t.to_string());
+        println!(
+            "{:<11} {:<38} {:<8} {:>5} {:>5} {:>6} {latest:>6} {:>7.3} {:>6} {:>5}  {}",
+            kind.id,
+            kind.name,
+            must(&kind.expected),
+            row.runs,
+            row.injected,
+            row.detected,
+            row.peak_n,
+            row.broken,
+            row.wrong,
+            row.ends()
+        );
+    }
+    println!(
+        "\n{} runs, {} kinds of fault: {} broke an invariant, {} reacted wrongly; strongest force {:.3} N",
+        summary.runs, summary.kinds, summary.invariants_broken, summary.reactions_wrong, summary.peak_force_n
+    );
+    if let Some(s) = &summary.soak {
+        println!(
+            "{:.0} s of normal use, {} touches: {} trips, {} invariants broken, patch back within {:.1e} m, {} denormal numbers",
+            s.seconds, s.uses, s.trips, s.invariants_broken, s.drift_m, s.denormals
+        );
+    }
+}
+
+fn judge(table: &Table, soaked: Option<&Soak>) -> Result<(), Error> {
+    if table.bad() > 0 {
+        let first = table.examples().first().copied().unwrap_or_default().to_owned();
+        return Err(Error::Check(format!("{} of the runs went wrong; the first: {first}", table.bad())));
+    }
+    let Some(s) = soaked else { return Ok(()) };
+    if let Some((hand, what, fault)) = s.trips.first() {
+        return Err(Error::Check(format!("normal use tripped {} times; the first: {hand} {what}, {fault}", s.trips.len())));
+    }
+    if let Some(broken) = s.broken.first() {
+        return Err(Error::Check(format!("normal use broke {}: {}", broken.id, broken.what)));
+    }
+    // written so that NaN fails
+    if !(s.drift_m <= DRIFT_M && s.denormals == 0) {
+        return Err(Error::Check(format!(
+            "after normal use the patch is {} m off, {} numbers are denormal",
+            s.drift_m, s.denormals
+        )));
+    }
+    Ok(())
+}
