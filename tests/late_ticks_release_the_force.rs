@@ -2,26 +2,29 @@
 
 use std::path::Path;
 
+use palpate_firmware::script::LEAD_TICKS;
 use palpate_tests::emulator::{Machine, Outcome, Run, build_firmware};
 
 fn run(shift: u32) -> Outcome {
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
     let elf = build_firmware(target, &[]).unwrap();
-    Run { machine: Machine::An386, shift, ticks: 100, exec_log: None }.start(&elf).unwrap()
+    Run { machine: Machine::An386, shift, ticks: 1_000, lead_ticks: LEAD_TICKS, exec_log: None }.start(&elf).unwrap()
 }
 
 #[test]
-fn three_late_ticks_in_a_row_release_the_force_for_good() {
+fn two_late_ticks_in_a_row_are_a_fault() {
     let outcome = run(5); // 2 ms a tick
     let result = outcome.result().unwrap();
-    assert_eq!(result.overruns, 3, "late ticks until the release");
-    assert_eq!(result.faults, 98, "the third late tick and all after it");
+    assert_eq!(result.overruns, 2, "late ticks until the fault");
+    // boot, self-test and two ticks of arming come before it
+    assert_eq!(result.faults, 1_000 - 4, "{}", outcome.text);
+    assert!(outcome.text.contains("mode=fault fault=ticks ended too late"), "{}", outcome.text);
     assert_eq!(outcome.exit_status, Some(1));
 }
 
 #[test]
 fn a_tick_without_end_meets_the_watchdog() {
-    let outcome = run(8); // 16 ms a tick, past the watchdog's 10 ms
+    let outcome = run(8); // 16 ms a tick, past the watchdog's 4 ms
     assert!(outcome.text.contains("watchdog"), "{}", outcome.text);
     assert_eq!(outcome.exit_status, Some(1));
 }

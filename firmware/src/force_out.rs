@@ -2,6 +2,8 @@
 
 use fixed::types::I16F16;
 
+use crate::edge::Drive;
+
 /// Output of one axis as its converter takes it: +-32767 is +-[`DacCode::FULL_SCALE_N`], 0 is no force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DacCode(pub i16);
@@ -25,10 +27,27 @@ impl DacCode {
     }
 }
 
-/// The codes of the three axes for a force on the hand [N].
+/// What a board puts on its pins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Outputs {
+    /// The amplifiers' enable line.
+    pub enabled: bool,
+    /// The converters.
+    pub codes: [DacCode; 3],
+}
+
+impl Outputs {
+    /// Nothing drives the hand.
+    pub const OFF: Self = Self { enabled: false, codes: [DacCode::ZERO; 3] };
+}
+
+/// The outputs of three orthogonal axes.
 #[must_use]
-pub fn codes(force_n: [f32; 3]) -> [DacCode; 3] {
-    force_n.map(DacCode::from_force_n)
+pub fn outputs(drive: Drive) -> Outputs {
+    match drive {
+        Drive::Off => Outputs::OFF,
+        Drive::Force(force_n) => Outputs { enabled: true, codes: <[f32; 3]>::from(force_n).map(DacCode::from_force_n) },
+    }
 }
 
 #[cfg(test)]

@@ -10,17 +10,24 @@ mod haptic_loop;
 mod safety;
 mod telemetry;
 
+use core::fmt;
+
 use cortex_m_rt::entry;
-use palpate_firmware::patch;
+use palpate::haptic::cycle::Settings;
+use palpate_firmware::controller::{Arming, Controller};
+use palpate_firmware::edge::Edge;
+use palpate_firmware::patch::{self, Memory, Patch};
+use static_cell::ConstStaticCell;
+
+static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::RESERVED);
 
 #[entry]
 fn main() -> ! {
-    let patch = match patch::load() {
-        Ok(patch) => patch,
-        Err(error) => safety::stop(format_args!("no patch: {error:?}; pack it again with `palpate mesh pack`")),
-    };
+    let memory = MEMORY.take();
+    let patch = or_stop(Patch::open(patch::in_flash(), memory), "no patch");
+    let controller = or_stop(Controller::build(&Settings::safe(1), Edge::DESKTOP, Arming::ByItself), "no controller");
     let (haptic, background) = board::start_executors();
-    let (Ok(run), Ok(report)) = (haptic_loop::run(patch, board::run_ticks()), telemetry::report()) else {
+    let (Ok(run), Ok(report)) = (haptic_loop::run(controller, patch, board::script()), telemetry::report()) else {
         safety::stop(format_args!("a task was spawned twice"));
     };
     background.spawn(report);
@@ -30,4 +37,8 @@ fn main() -> ! {
         // wfe is a no-op in the emulator and would burn through its virtual time
         cortex_m::asm::wfi();
     }
+}
+
+fn or_stop<T>(result: Result<T, impl fmt::Display>, what: &str) -> T {
+    result.unwrap_or_else(|error| safety::stop(format_args!("{what}: {error}")))
 }

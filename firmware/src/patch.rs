@@ -1,7 +1,7 @@
 //! The tissue core bound to this image: patch in flash, state in RAM. The only file that names the core's types.
 
+use palpate::haptic::cycle::Renderer;
 use palpate::{BuildError, Model, Node, Output, PatchFile, ProbePose, State, TetShapes, Tuned};
-use static_cell::ConstStaticCell;
 
 use crate::placement::Placement;
 
@@ -9,7 +9,7 @@ use crate::placement::Placement;
 const NODES: usize = 512;
 /// Surface triangles that it holds.
 const TRIANGLES: usize = 1024;
-/// RAM of the least of the supported boards, less 16 KB for stacks and telemetry.
+/// RAM of the least of the supported boards, less 16 KB for the stack and 8 KB for everything else.
 #[cfg(target_os = "none")]
 const RAM_FOR_PATCH: usize = 112 * 1024;
 
@@ -46,42 +46,37 @@ impl Memory {
     };
 }
 
-static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::RESERVED);
-
-/// One patch under the device, ready to tick.
-pub struct Patch {
-    model: Model<'static>,
-    tuned: Tuned<'static>,
-    state: State<'static>,
+/// One patch under the device, ready to tick. A renderer in the device's frame.
+pub struct Patch<'a> {
+    model: Model<'a>,
+    tuned: Tuned<'a>,
+    state: State<'a>,
     placement: Placement,
 }
 
-/// Why there is no patch to tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LoadError {
-    /// The packed patch in flash was refused.
-    Patch(BuildError),
-    /// The one state there is has been handed out before.
-    StateTaken,
+/// The packed patch in flash.
+#[must_use]
+pub fn in_flash() -> &'static [u8] {
+    &PATCH_FILE.0
 }
 
-/// Checks the patch in flash and puts it at rest. Works once: the state lives in a static.
-///
-/// # Errors
-/// When the patch is refused, and on a second call.
-pub fn load() -> Result<Patch, LoadError> {
-    let memory = MEMORY.try_take().ok_or(LoadError::StateTaken)?;
-    Patch::open(&PATCH_FILE.0, memory).map_err(LoadError::Patch)
-}
-
-impl Patch {
-    /// Checks a packed patch that starts on a word and puts it at rest in the memory given.
+impl<'a> Patch<'a> {
+    /// Checks a packed patch and puts it at rest. The bytes start on a 4-byte boundary.
     ///
     /// # Errors
-    /// When the patch is refused or does not fit.
-    pub fn open(bytes: &'static [u8], memory: &'static mut Memory) -> Result<Self, BuildError> {
+    /// When the patch is refused, does not fit the memory, or needs a shorter step than its own substeps.
+    pub fn open(bytes: &'a [u8], memory: &'a mut Memory) -> Result<Self, BuildError> {
         let file = PatchFile::open(bytes)?;
         let model = file.model;
+        let substep_s = file.params.tick_s / f32::from(file.params.substeps.max(1));
+        if substep_s > file.stable_dt_s || file.stable_dt_s.is_nan() {
+            return Err(BuildError::OutOfRange {
+                parameter: "substep in s of the patch",
+                value: substep_s,
+                min: 0.0,
+                max: file.stable_dt_s,
+            });
+        }
         let placement = Placement::new(file.site_m, file.params.probe.axis);
         let tuned = file.params.build(&model, &mut memory.node_step, &mut memory.cap_m)?;
         #[cfg(not(target_os = "none"))]
@@ -92,14 +87,6 @@ impl Patch {
         Ok(Self { model, tuned, state, placement })
     }
 
-    /// Answers a pose of the device with the force on its probe, both in the device's frame.
-    #[inline(always)]
-    pub fn tick(&mut self, pose: ProbePose) -> Output {
-        let pose = ProbePose { tip_m: self.placement.to_patch(pose.tip_m) };
-        let output = palpate::tick(&self.model, &self.tuned, &mut self.state, pose);
-        Output { force_n: self.placement.to_device(output.force_n), ..output }
-    }
-
     /// Hash of all positions and velocities.
     #[must_use]
     pub fn state_hash(&self) -> u64 {
@@ -108,7 +95,38 @@ impl Patch {
 
     /// The patch.
     #[must_use]
-    pub fn model(&self) -> &Model<'static> {
+    pub fn model(&self) -> &Model<'a> {
         &self.model
+    }
+
+    /// What moves, in the patch's own frame.
+    #[must_use]
+    pub fn state(&self) -> &State<'a> {
+        &self.state
+    }
+
+    /// Where the patch lies under the device.
+    #[must_use]
+    pub fn placement(&self) -> &Placement {
+        &self.placement
+    }
+}
+
+impl Renderer for Patch<'_> {
+    /// Answers a pose of the device with the force on its probe; everything in the device's frame.
+    #[inline(always)]
+    fn render(&mut self, pose: ProbePose) -> Output {
+        let pose = ProbePose { tip_m: self.placement.to_patch(pose.tip_m) };
+        let output = palpate::tick(&self.model, &self.tuned, &mut self.state, pose);
+        Output {
+            force_n: self.placement.turn_to_device(output.force_n),
+            normal: self.placement.turn_to_device(output.normal),
+            point_m: self.placement.to_device(output.point_m),
+            ..output
+        }
+    }
+
+    fn reset(&mut self) {
+        self.state.reset(&self.model);
     }
 }

@@ -8,7 +8,7 @@ use crate::board;
 pub fn stop(reason: fmt::Arguments<'_>) -> ! {
     // no interrupt may put a force back after this
     cortex_m::interrupt::disable();
-    board::outputs_to_zero();
+    board::outputs_off();
     board::print(reason);
     board::exit(false)
 }

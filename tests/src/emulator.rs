@@ -56,6 +56,8 @@ pub struct Run<'a> {
     pub shift: u32,
     /// Ticks until the firmware stops.
     pub ticks: u32,
+    /// Ticks that the scripted hand waits outside the tissue. A force is felt after some 600; without the force the patch runs from the third on.
+    pub lead_ticks: u32,
     /// Where to log every executed instruction.
     pub exec_log: Option<&'a Path>,
 }
@@ -82,7 +84,7 @@ pub struct RunResult {
     pub ticks: u32,
     /// Ticks that ended late.
     pub overruns: u32,
-    /// Ticks without force by fault or release.
+    /// Ticks in the mode `Fault`.
     pub faults: u32,
 }
 
@@ -133,7 +135,7 @@ impl Run<'_> {
         let mut command = Command::new("qemu-system-arm");
         command.args(["-machine", machine, "-cpu", cpu, "-nographic", "-monitor", "none", "-serial", "null"]);
         command.arg("-semihosting-config");
-        command.arg(format!("enable=on,target=native,arg=palpate-firmware,arg={}", self.ticks));
+        command.arg(format!("enable=on,target=native,arg=palpate-firmware,arg={},arg={}", self.ticks, self.lead_ticks));
         command.arg("-icount").arg(format!("shift={},sleep=off", self.shift));
         if let Some(log) = self.exec_log {
             command.args(["-singlestep", "-d", "exec,nochain", "-D"]).arg(log);

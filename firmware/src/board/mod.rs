@@ -4,8 +4,10 @@
 //! * `start_tick_timer()`, which calls [`crate::haptic_loop::on_period`] from an interrupt above both, every millisecond, and arms the watchdog;
 //! * `feed_watchdog()`, without which the board calls [`crate::safety::stop`] after some periods, above every interrupt;
 //! * `clock_counts() -> u32`, free running and wrapping, and `counts_to_ns`;
-//! * `write_dac(codes)` and `outputs_to_zero()`, the latter fit for any context, a fault handler included;
-//! * `run_ticks()`, the length of the run or `None` for ever, and `exit(success) -> !`;
+//! * `write_outputs(outputs)`, `outputs()` to read them back from the pins, and `outputs_off()`, fit for any context, a fault handler included;
+//! * `healthy()`, the board's part of the self-test;
+//! * `stack_used_bytes()`, the deepest the stack has been, of `STACK_BYTES`;
+//! * `script()`, how long a run without a host lasts, and `exit(success) -> !`;
 //! * `print(line)`, plain text for the last words of a run;
 //! * the handlers of `HardFault` and of interrupts nobody claimed, both ending in [`crate::safety::stop`].
 //!
@@ -16,6 +18,6 @@
 mod mps2;
 #[cfg(feature = "mps2")]
 pub use mps2::{
-    clock_counts, counts_to_ns, exit, feed_watchdog, outputs_to_zero, print, run_ticks, start_executors, start_tick_timer,
-    write_dac,
+    STACK_BYTES, clock_counts, counts_to_ns, exit, feed_watchdog, healthy, outputs, outputs_off, print, script, stack_used_bytes,
+    start_executors, start_tick_timer, write_outputs,
 };

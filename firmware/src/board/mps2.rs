@@ -4,19 +4,23 @@
 
 use core::{
     fmt,
-    sync::atomic::{AtomicI16, Ordering},
+    sync::atomic::{AtomicBool, AtomicI16, Ordering},
 };
 
 use cortex_m::{
     interrupt::InterruptNumber,
     peripheral::{NVIC, Peripherals},
 };
-use cortex_m_rt::{ExceptionFrame, exception};
+use cortex_m_rt::exception;
 use defmt_semihosting as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
-use palpate_firmware::force_out::DacCode;
+use palpate_firmware::force_out::{DacCode, Outputs};
+use palpate_firmware::script::LEAD_TICKS;
 
-use crate::{haptic_loop, safety};
+use crate::{
+    haptic_loop::{self, Script},
+    safety,
+};
 
 /// Main clock of the FPGA images [Hz]; timer 0 and the free-running counter both run on it.
 const CLOCK_HZ: u32 = 25_000_000;
@@ -35,8 +39,8 @@ const WATCHDOG_LOAD: *mut u32 = 0x4000_8000 as *mut u32;
 const WATCHDOG_CONTROL: *mut u32 = 0x4000_8008 as *mut u32;
 const WATCHDOG_INTCLEAR: *mut u32 = 0x4000_800C as *mut u32;
 const WATCHDOG_ENABLE: u32 = 1;
-/// The loop is dead after ten periods without a sign of life. Late ticks release the force long before; this is for one that never ends.
-const WATCHDOG_PERIODS: u32 = 10;
+/// The loop is dead after four periods without a completed tick. Late ticks release the force before; this is for one that never ends.
+const WATCHDOG_PERIODS: u32 = 4;
 /// FPGAIO free-running counter, 32 bit, running since reset.
 const COUNTER: *const u32 = 0x4002_8018 as *const u32;
 
@@ -153,32 +157,72 @@ pub fn counts_to_ns(counts: u32) -> u32 {
 
 defmt::timestamp!("{=u32:us}", clock_counts() / (CLOCK_HZ / 1_000_000));
 
-/// The image has no converters: these stand for their registers.
+/// The image has neither converters nor an enable line: these stand for their registers.
 static DAC: [AtomicI16; 3] = [const { AtomicI16::new(0) }; 3];
+static ENABLE: AtomicBool = AtomicBool::new(false);
 
-/// Puts the codes on the converters.
-pub fn write_dac(codes: [DacCode; 3]) {
-    for (register, code) in DAC.iter().zip(codes) {
+/// Puts the codes on the converters and sets the enable line; off goes first, on last.
+pub fn write_outputs(outputs: Outputs) {
+    if !outputs.enabled {
+        ENABLE.store(false, Ordering::Relaxed);
+    }
+    for (register, code) in DAC.iter().zip(outputs.codes) {
         register.store(code.0, Ordering::Relaxed);
+    }
+    if outputs.enabled {
+        ENABLE.store(true, Ordering::Relaxed);
     }
 }
 
-/// Releases the force. Takes no lock and calls nothing that can fail.
-pub fn outputs_to_zero() {
-    write_dac([DacCode::ZERO; 3]);
+/// What is on the pins.
+pub fn outputs() -> Outputs {
+    let [x, y, z] = &DAC;
+    let codes = [x, y, z].map(|register| DacCode(register.load(Ordering::Relaxed)));
+    Outputs { enabled: ENABLE.load(Ordering::Relaxed), codes }
 }
 
-/// The number the emulator was given as the program's argument, or the default. On hardware this is `None`.
-pub fn run_ticks() -> Option<u32> {
-    let argument = semihosting::experimental::env::args::<128>()
-        .ok()
-        .and_then(|arguments| (&arguments).filter_map(core::result::Result::ok).nth(1)?.parse().ok());
-    Some(argument.unwrap_or(DEFAULT_RUN_TICKS))
+/// Releases the force. Takes no lock and calls nothing that can fail.
+#[inline(never)]
+pub fn outputs_off() {
+    write_outputs(Outputs::OFF);
+}
+
+/// Whether the outputs are off before anything is switched on.
+pub fn healthy() -> bool {
+    outputs() == Outputs::OFF
 }
 
 /// Writes one line of plain text to the emulator's standard error; standard output carries the log frames.
 pub fn print(line: fmt::Arguments<'_>) {
     semihosting::eprintln!("{line}");
+}
+
+/// The run that the emulator's command line asks for: `TICKS`, or `TICKS LEAD_TICKS`.
+pub fn script() -> Script {
+    let number = |at| {
+        let arguments = semihosting::experimental::env::args::<128>().ok()?;
+        (&arguments).filter_map(core::result::Result::ok).nth(at)?.parse().ok()
+    };
+    Script { ticks: number(1).unwrap_or(DEFAULT_RUN_TICKS), lead_ticks: number(2).unwrap_or(LEAD_TICKS) }
+}
+
+unsafe extern "C" {
+    static _stack_start: u32;
+    static _stack_end: u32;
+}
+
+/// Bytes below the statics that are the stack's, `memory.x` says how many.
+pub const STACK_BYTES: usize = 16 * 1024;
+/// What cortex-m-rt's `paint-stack` fills the stack with.
+const PAINT: u32 = 0xCCCC_CCCC;
+
+/// Bytes of the stack that were ever written: the paint is gone there.
+pub fn stack_used_bytes() -> usize {
+    let (low, high) = (&raw const _stack_end, &raw const _stack_start);
+    let words = (high.addr() - low.addr()) / size_of::<u32>();
+    // SAFETY: both symbols come from `memory.x` and bound the stack; every word between them is RAM, and reading one has no side effect.
+    let untouched = (0..words).take_while(|at| unsafe { low.add(*at).read_volatile() } == PAINT).count();
+    (words - untouched) * size_of::<u32>()
 }
 
 /// Ends the emulation with exit status 0 or 1.
@@ -191,9 +235,32 @@ unsafe fn NonMaskableInt() -> ! {
     safety::stop(format_args!("watchdog: the haptic loop has stopped"))
 }
 
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    safety::stop(format_args!("hard fault at pc={:#010x} lr={:#010x}", frame.pc(), frame.lr()))
+// A stack that overflowed has left RAM below the statics. Everything said from here on needs one that works: take it from the top.
+core::arch::global_asm!(
+    ".section .HardFault.palpate, \"ax\"",
+    ".global HardFault",
+    ".type HardFault,%function",
+    ".thumb_func",
+    "HardFault:",
+    "cpsid i",
+    "mov r0, sp",
+    "ldr r1, =_stack_start",
+    "mov sp, r1",
+    "b {on_hard_fault}",
+    ".size HardFault, . - HardFault",
+    on_hard_fault = sym on_hard_fault,
+);
+
+/// `frame` is where the core left the registers of what failed: eight words, the program counter the seventh. Only told if it lies in the stack.
+extern "C" fn on_hard_fault(frame: *const u32) -> ! {
+    outputs_off();
+    let stack = (&raw const _stack_end).addr()..(&raw const _stack_start).addr() - 32;
+    if stack.contains(&frame.addr()) {
+        // SAFETY: eight words from here on are within the stack.
+        let [lr, pc] = unsafe { [frame.add(5).read_volatile(), frame.add(6).read_volatile()] };
+        safety::stop(format_args!("hard fault at pc={pc:#010x} lr={lr:#010x}"))
+    }
+    safety::stop(format_args!("hard fault: the stack overflowed"))
 }
 
 #[exception]
