@@ -4,7 +4,7 @@
 
 use core::{
     fmt,
-    sync::atomic::{AtomicBool, AtomicI16, Ordering},
+    sync::atomic::{AtomicBool, AtomicI16, AtomicU32, Ordering},
 };
 
 use cortex_m::{
@@ -39,8 +39,9 @@ const WATCHDOG_LOAD: *mut u32 = 0x4000_8000 as *mut u32;
 const WATCHDOG_CONTROL: *mut u32 = 0x4000_8008 as *mut u32;
 const WATCHDOG_INTCLEAR: *mut u32 = 0x4000_800C as *mut u32;
 const WATCHDOG_ENABLE: u32 = 1;
-/// The loop is dead after four periods without a completed tick. Late ticks release the force before; this is for one that never ends.
-const WATCHDOG_PERIODS: u32 = 4;
+/// The loop is dead after this long without a completed tick [us]: under the 5 ms in which the actuators must be off, over what two late ticks in a
+/// row take, which release the force themselves.
+const WATCHDOG_US: u32 = 4_500;
 /// FPGAIO free-running counter, 32 bit, running since reset.
 const COUNTER: *const u32 = 0x4002_8018 as *const u32;
 
@@ -132,13 +133,17 @@ pub fn start_tick_timer() {
     }
     // SAFETY: the watchdog belongs to this file; its handler is `NonMaskableInt` below.
     unsafe {
-        WATCHDOG_LOAD.write_volatile(WATCHDOG_PERIODS * (CLOCK_HZ / TICK_HZ));
+        WATCHDOG_LOAD.write_volatile(WATCHDOG_US * (CLOCK_HZ / 1_000_000));
         WATCHDOG_CONTROL.write_volatile(WATCHDOG_ENABLE);
     }
 }
 
-/// A sign of life from the haptic loop.
+/// When the watchdog was last fed [counts].
+static FED: AtomicU32 = AtomicU32::new(0);
+
+/// A completed, checked tick.
 pub fn feed_watchdog() {
+    FED.store(clock_counts(), Ordering::Relaxed);
     // SAFETY: any write reloads the watchdog, which nothing but this file touches.
     unsafe { WATCHDOG_INTCLEAR.write_volatile(1) };
 }
@@ -232,7 +237,9 @@ pub fn exit(success: bool) -> ! {
 
 #[exception]
 unsafe fn NonMaskableInt() -> ! {
-    safety::stop(format_args!("watchdog: the haptic loop has stopped"))
+    outputs_off();
+    let silent = clock_counts().wrapping_sub(FED.load(Ordering::Relaxed)) / (CLOCK_HZ / 1_000_000);
+    safety::stop(format_args!("watchdog: no tick was completed for silent_us={silent}"))
 }
 
 // A stack that overflowed has left RAM below the statics. Everything said from here on needs one that works: take it from the top.
