@@ -3,14 +3,16 @@
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, signal::Signal};
-use palpate::haptic::cycle::Command;
+use palpate::haptic::cycle::{Command, Renderer};
+use palpate::haptic::device::Sensed;
 use palpate::haptic::mode::Mode;
 use palpate::{Fault, Fnv};
 use palpate_firmware::controller::Controller;
 use palpate_firmware::deadline::Deadline;
 use palpate_firmware::force_out::{self, Outputs};
+use palpate_firmware::link::Record;
 use palpate_firmware::patch::Patch;
-use palpate_firmware::script;
+use palpate_firmware::script::{self, Script};
 
 use crate::{board, telemetry};
 
@@ -27,67 +29,76 @@ pub fn on_period() {
     PERIOD.signal(period);
 }
 
-/// How long the scripted hand presses.
-#[derive(Clone, Copy)]
-pub struct Script {
-    /// Ticks until the run ends.
-    pub ticks: u32,
-    /// Ticks outside the tissue before the first press.
-    pub lead_ticks: u32,
+/// The controller with its deadline and what it has seen.
+pub struct HapticLoop {
+    pub controller: Controller,
+    deadline: Deadline,
+    found: Option<Fault>,
+    seen: telemetry::Snapshot,
+    forces: Fnv,
 }
 
-/// Renders the patch to a scripted hand.
-///
-/// * **Trigger**: the hardware tick timer, every millisecond.
-/// * **Deadline**: the force is on the converters before the next period begins.
-/// * **Overrun**: decided here, not in a supervisor below, which a tick that never ends in time would starve. A late force is still
-///   written, being fresher than the one on the converters; the periods it ran over are skipped, so the next tick starts on an edge.
-///   Two in a row, or five in a thousand ([`palpate_firmware::deadline`]), turn the outputs off at once and are the next tick's fault.
-/// * **Dead loop**: a tick that never ends holds the last force until the watchdog, fed by completed and checked ticks alone, turns it off.
-/// * **Faults**: no force in the same tick, latched until the host clears it.
-///
-/// Nothing is logged from here: a log call blocks on its link.
-#[embassy_executor::task]
-pub async fn run(mut controller: Controller, mut patch: Patch<'static>, script: Script) {
-    let mut deadline = Deadline::default();
-    let mut found = None;
-    let mut seen = telemetry::Snapshot::START;
-    let mut forces = Fnv::default();
-    while seen.ticks < script.ticks {
-        let period = PERIOD.wait().await;
-        let started = board::clock_counts();
+impl HapticLoop {
+    /// Before its first tick.
+    pub fn new(controller: Controller) -> Self {
+        Self { controller, deadline: Deadline::default(), found: None, seen: telemetry::Snapshot::START, forces: Fnv::default() }
+    }
 
-        let sensed = script::sensed(seen.ticks, script.lead_ticks);
-        let command = Command { found: found.take(), ..Command::HEARD };
-        let record = controller.step(&mut patch, sensed, command, board::healthy());
-        let mut outputs = force_out::outputs(controller.drive());
+    /// One tick.
+    ///
+    /// * **Trigger**: the hardware tick timer, every millisecond; `period` is the one that began. In lock-step the host's pose, and no period.
+    /// * **Deadline**: the force is on the converters before the next period begins.
+    /// * **Overrun**: decided here, not in a supervisor below, which a tick that never ends in time would starve. A late force is still
+    ///   written, being fresher than the one on the converters; the periods it ran over are skipped, so the next tick starts on an edge.
+    ///   Two in a row, or five in a thousand ([`palpate_firmware::deadline`]), turn the outputs off at once and are the next tick's fault.
+    /// * **Dead loop**: a tick that never ends holds the last force until the watchdog, fed by completed and checked ticks alone, turns it off.
+    /// * **Faults**: no force in the same tick, latched until the host clears it.
+    ///
+    /// Nothing is logged from here: a log call blocks on its link.
+    pub fn tick(&mut self, tissue: &mut impl Renderer, sensed: Sensed, command: Command, period: Option<u32>) -> Record {
+        let started = board::clock_counts();
+        let command = Command { found: self.found.take(), ..command };
+        let told = self.controller.step(tissue, sensed, command, board::healthy());
+        let mut outputs = force_out::outputs(self.controller.drive());
         board::write_outputs(outputs);
-        let late = PERIODS_BEGUN.load(Ordering::Relaxed).wrapping_sub(period);
-        if deadline.close(late) {
+        let late = period.map_or(0, |period| PERIODS_BEGUN.load(Ordering::Relaxed).wrapping_sub(period));
+        if self.deadline.close(late) {
             board::outputs_off();
             outputs = Outputs::OFF;
-            found = Some(Fault::DeadlineMissed);
-        }
-        if controller.sound(&record) && board::outputs() == outputs {
-            board::feed_watchdog();
+            self.found = Some(Fault::DeadlineMissed);
         }
         if late > 0 {
             PERIOD.reset();
         }
-
+        if self.controller.sound(&told) && board::outputs() == outputs {
+            board::feed_watchdog();
+        }
         let spent = board::clock_counts().wrapping_sub(started);
+
+        let seen = &mut self.seen;
         seen.longest_tick_counts = seen.longest_tick_counts.max(spent);
-        forces.vector(record.applied_n);
         seen.ticks = seen.ticks.wrapping_add(1);
-        seen.overruns = deadline.overruns();
-        seen.faults += u32::from(record.mode == Mode::Fault);
-        (seen.mode, seen.fault, seen.force_n) = (record.mode, record.fault, record.applied_n.into());
-        if seen.ticks.is_multiple_of(SNAPSHOT_TICKS) {
-            telemetry::publish(seen);
+        seen.overruns = self.deadline.overruns();
+        seen.faults += u32::from(told.mode == Mode::Fault);
+        (seen.mode, seen.fault, seen.force_n) = (told.mode, told.fault, told.applied_n.into());
+        self.forces.vector(told.applied_n);
+        Record::new(&told, outputs, spent)
+    }
+}
+
+/// Renders the patch to a scripted hand, a tick a period, then reports.
+#[embassy_executor::task]
+pub async fn run_script(mut haptic: HapticLoop, mut patch: Patch<'static>, script: Script) {
+    while haptic.seen.ticks < script.ticks {
+        let period = PERIOD.wait().await;
+        haptic.tick(&mut patch, script::sensed(haptic.seen.ticks, script.lead_ticks), Command::HEARD, Some(period));
+        if haptic.seen.ticks.is_multiple_of(SNAPSHOT_TICKS) {
+            telemetry::publish(haptic.seen);
         }
     }
     board::outputs_off();
-    telemetry::finish(telemetry::Result { last: seen, state_hash: patch.state_hash(), force_hash: forces.finish() });
+    let (last, state_hash, force_hash) = (haptic.seen, patch.state_hash(), haptic.forces.finish());
+    telemetry::finish(telemetry::Result { last, state_hash, force_hash });
     loop {
         PERIOD.wait().await;
         board::feed_watchdog();

@@ -3,10 +3,14 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(test)]
+extern crate std;
+
 pub mod controller;
 pub mod deadline;
 pub mod edge;
 pub mod force_out;
+pub mod link;
 pub mod patch;
 pub mod placement;
 pub mod probe_in;

@@ -7,38 +7,49 @@
 
 mod board;
 mod haptic_loop;
+mod lockstep;
 mod safety;
 mod telemetry;
 
 use core::fmt;
 
+use board::Duty;
 use cortex_m_rt::entry;
+use haptic_loop::HapticLoop;
 use palpate::haptic::cycle::Settings;
 use palpate_firmware::controller::{Arming, Controller};
 use palpate_firmware::edge::Edge;
+use palpate_firmware::link::Upload;
 use palpate_firmware::patch::{self, Memory, Patch};
 use static_cell::ConstStaticCell;
 
 static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::RESERVED);
+static UPLOAD: ConstStaticCell<Upload> = ConstStaticCell::new(Upload::RESERVED);
 
 #[entry]
 fn main() -> ! {
     let memory = MEMORY.take();
-    let patch = or_stop(Patch::open(patch::in_flash(), memory), "no patch");
-    let controller = or_stop(Controller::build(&Settings::safe(1), Edge::DESKTOP, Arming::ByItself), "no controller");
     let (haptic, background) = board::start_executors();
-    let (Ok(run), Ok(report)) = (haptic_loop::run(controller, patch, board::script()), telemetry::report()) else {
-        safety::stop(format_args!("a task was spawned twice"));
-    };
-    background.spawn(report);
-    haptic.spawn(run);
-    board::start_tick_timer();
+    let duty = board::duty();
+    let arming = if let Duty::Script(_) = duty { Arming::ByItself } else { Arming::OnRequest };
+    let controller = or_stop(Controller::build(&Settings::safe(1), Edge::DESKTOP, arming), "no controller");
+    let controller = HapticLoop::new(controller);
+    match duty {
+        Duty::Script(script) => {
+            let patch = or_stop(Patch::open(patch::in_flash(), memory, None), "no patch");
+            background.spawn(or_stop(telemetry::report(), "telemetry"));
+            haptic.spawn(or_stop(haptic_loop::run_script(controller, patch, script), "haptic loop"));
+            board::start_tick_timer();
+        }
+        Duty::LockStep => haptic.spawn(or_stop(lockstep::run(controller, memory, UPLOAD.take()), "lock-step")),
+    }
     loop {
         // wfe is a no-op in the emulator and would burn through its virtual time
         cortex_m::asm::wfi();
     }
 }
 
+/// Nothing runs without it.
 fn or_stop<T>(result: Result<T, impl fmt::Display>, what: &str) -> T {
     result.unwrap_or_else(|error| safety::stop(format_args!("{what}: {error}")))
 }

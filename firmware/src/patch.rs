@@ -1,7 +1,7 @@
 //! The tissue core bound to this image: patch in flash, state in RAM. The only file that names the core's types.
 
 use palpate::haptic::cycle::Renderer;
-use palpate::{BuildError, Model, Node, Output, PatchFile, ProbePose, State, TetShapes, Tuned};
+use palpate::{BuildError, Fault, Model, Node, Output, PatchFile, ProbePose, State, TetShapes, Tuned};
 
 use crate::placement::Placement;
 
@@ -60,25 +60,27 @@ pub fn in_flash() -> &'static [u8] {
     &PATCH_FILE.0
 }
 
+/// Name of a patch's own substep in [`BuildError::OutOfRange`].
+pub const SUBSTEP: &str = "substep of the patch in s";
+/// Name of Young's modulus in [`BuildError::OutOfRange`] when it is too far from the patch's own.
+pub const MODULUS: &str = "youngs_modulus_pa of the patch";
+
 impl<'a> Patch<'a> {
-    /// Checks a packed patch and puts it at rest. The bytes start on a 4-byte boundary.
+    /// Checks a packed patch and puts it at rest. The bytes start on a 4-byte boundary. `youngs_modulus_pa`, between half and twice the packed one,
+    /// takes its place.
     ///
     /// # Errors
     /// When the patch is refused, does not fit the memory, or needs a shorter step than its own substeps.
-    pub fn open(bytes: &'a [u8], memory: &'a mut Memory) -> Result<Self, BuildError> {
+    pub fn open(bytes: &'a [u8], memory: &'a mut Memory, youngs_modulus_pa: Option<f32>) -> Result<Self, BuildError> {
         let file = PatchFile::open(bytes)?;
-        let model = file.model;
-        let substep_s = file.params.tick_s / f32::from(file.params.substeps.max(1));
-        if substep_s > file.stable_dt_s || file.stable_dt_s.is_nan() {
-            return Err(BuildError::OutOfRange {
-                parameter: "substep in s of the patch",
-                value: substep_s,
-                min: 0.0,
-                max: file.stable_dt_s,
-            });
+        let (model, mut params) = (file.model, file.params);
+        within(SUBSTEP, params.tick_s / f32::from(params.substeps.max(1)), 0.0, file.stable_dt_s)?;
+        if let Some(asked) = youngs_modulus_pa {
+            within(MODULUS, asked, 0.5 * params.youngs_modulus_pa, 2.0 * params.youngs_modulus_pa)?;
+            params.youngs_modulus_pa = asked;
         }
-        let placement = Placement::new(file.site_m, file.params.probe.axis);
-        let tuned = file.params.build(&model, &mut memory.node_step, &mut memory.cap_m)?;
+        let placement = Placement::new(file.site_m, params.probe.axis);
+        let tuned = params.build(&model, &mut memory.node_step, &mut memory.cap_m)?;
         #[cfg(not(target_os = "none"))]
         let shapes = &mut memory.shapes[..];
         #[cfg(target_os = "none")]
@@ -109,6 +111,38 @@ impl<'a> Patch<'a> {
     #[must_use]
     pub fn placement(&self) -> &Placement {
         &self.placement
+    }
+}
+
+fn within(parameter: &'static str, value: f32, min: f32, max: f32) -> Result<(), BuildError> {
+    // NaN is outside
+    if min <= value && value <= max { Ok(()) } else { Err(BuildError::OutOfRange { parameter, value, min, max }) }
+}
+
+/// What lies under the device: a patch, or none yet because another one is on its way. Whoever arms all the same gets a fault.
+pub struct Tissue<'a>(pub Option<Patch<'a>>);
+
+impl Tissue<'_> {
+    /// Nodes of the patch, and the hash of its state.
+    #[must_use]
+    pub fn state(&self) -> (usize, u64) {
+        self.0.as_ref().map_or((0, 0), |patch| (patch.model().nodes.len(), patch.state_hash()))
+    }
+}
+
+impl Renderer for Tissue<'_> {
+    #[inline(always)]
+    fn render(&mut self, pose: ProbePose) -> Output {
+        match &mut self.0 {
+            Some(patch) => patch.render(pose),
+            None => Output { fault: Some(Fault::SizeMismatch), ..Output::NONE },
+        }
+    }
+
+    fn reset(&mut self) {
+        if let Some(patch) = &mut self.0 {
+            patch.reset();
+        }
     }
 }
 

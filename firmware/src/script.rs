@@ -13,6 +13,15 @@ const CLEAR: i32 = 60;
 /// Depth of every press: 4 mm.
 const DEEP: i32 = 400;
 
+/// How long the scripted hand presses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Script {
+    /// Ticks until the run ends.
+    pub ticks: u32,
+    /// Ticks outside the tissue before the first press.
+    pub lead_ticks: u32,
+}
+
 /// The reading of a tick.
 #[must_use]
 pub fn sensed(tick: u32, lead_ticks: u32) -> Sensed {

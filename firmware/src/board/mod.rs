@@ -7,17 +7,29 @@
 //! * `write_outputs(outputs)`, `outputs()` to read them back from the pins, and `outputs_off()`, fit for any context, a fault handler included;
 //! * `healthy()`, the board's part of the self-test;
 //! * `stack_used_bytes()`, the deepest the stack has been, of `STACK_BYTES`;
-//! * `script()`, how long a run without a host lasts, and `exit(success) -> !`;
+//! * `duty()`, what the image is to do, and `exit(success) -> !`;
+//! * `link_read(bytes)` and `link_write(bytes)`, the link to the host;
 //! * `print(line)`, plain text for the last words of a run;
 //! * the handlers of `HardFault` and of interrupts nobody claimed, both ending in [`crate::safety::stop`].
 //!
 //! Nothing outside this folder is `unsafe`.
+
+use palpate_firmware::script::Script;
+
+/// What an image does.
+#[derive(Clone, Copy)]
+pub enum Duty {
+    /// A scripted hand presses, in real time.
+    Script(Script),
+    /// A host drives every tick over the link.
+    LockStep,
+}
 
 #[cfg(feature = "mps2")]
 #[expect(unsafe_code, reason = "registers, vector table and interrupt entry are the board's to touch")]
 mod mps2;
 #[cfg(feature = "mps2")]
 pub use mps2::{
-    STACK_BYTES, clock_counts, counts_to_ns, exit, feed_watchdog, healthy, outputs, outputs_off, print, script, stack_used_bytes,
-    start_executors, start_tick_timer, write_outputs,
+    STACK_BYTES, clock_counts, counts_to_ns, duty, exit, feed_watchdog, healthy, link_read, link_write, outputs, outputs_off,
+    print, stack_used_bytes, start_executors, start_tick_timer, write_outputs,
 };

@@ -3,6 +3,8 @@
 //! The emulator charges every instruction the same time, so its clock counts instructions; it says nothing about hardware cycles.
 
 use core::{
+    cell::RefCell,
+    ffi::CStr,
     fmt,
     sync::atomic::{AtomicBool, AtomicI16, AtomicU32, Ordering},
 };
@@ -14,19 +16,21 @@ use cortex_m::{
 use cortex_m_rt::exception;
 use defmt_semihosting as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
+use embassy_sync::blocking_mutex::{Mutex, raw::CriticalSectionRawMutex};
 use palpate_firmware::force_out::{DacCode, Outputs};
-use palpate_firmware::script::LEAD_TICKS;
+use palpate_firmware::script::{LEAD_TICKS, Script};
 
-use crate::{
-    haptic_loop::{self, Script},
-    safety,
-};
+use semihosting::fs::{File, OpenOptions};
+use semihosting::io::{Read as _, Write as _};
+
+use super::Duty;
+use crate::{haptic_loop, safety};
 
 /// Main clock of the FPGA images [Hz]; timer 0 and the free-running counter both run on it.
 const CLOCK_HZ: u32 = 25_000_000;
 const TICK_HZ: u32 = 1_000;
-/// Length of a run when the emulator's command line names none.
-const DEFAULT_RUN_TICKS: u32 = 10_000;
+/// The run when the emulator's command line names none.
+const DEFAULT_SCRIPT: Script = Script { ticks: 10_000, lead_ticks: LEAD_TICKS };
 
 // CMSDK APB timer 0
 const TIMER0_CTRL: *mut u32 = 0x4000_0000 as *mut u32;
@@ -202,13 +206,44 @@ pub fn print(line: fmt::Arguments<'_>) {
     semihosting::eprintln!("{line}");
 }
 
-/// The run that the emulator's command line asks for: `TICKS`, or `TICKS LEAD_TICKS`.
-pub fn script() -> Script {
-    let number = |at| {
-        let arguments = semihosting::experimental::env::args::<128>().ok()?;
-        (&arguments).filter_map(core::result::Result::ok).nth(at)?.parse().ok()
-    };
-    Script { ticks: number(1).unwrap_or(DEFAULT_RUN_TICKS), lead_ticks: number(2).unwrap_or(LEAD_TICKS) }
+/// What the emulator's command line asks for: `TICKS`, `TICKS LEAD_TICKS`, or `lock-step IN OUT` with the paths of two FIFOs.
+pub fn duty() -> Duty {
+    let Ok(arguments) = semihosting::experimental::env::args::<512>() else { return Duty::Script(DEFAULT_SCRIPT) };
+    let mut words = (&arguments).filter_map(core::result::Result::ok).skip(1);
+    let first = words.next();
+    if first == Some("lock-step") {
+        let mut open = |options: &OpenOptions| {
+            let mut path = [0_u8; 256];
+            let word = words.next()?.as_bytes();
+            path.get_mut(..word.len())?.copy_from_slice(word);
+            options.open(CStr::from_bytes_until_nul(&path).ok()?).ok()
+        };
+        let (input, output) = (open(OpenOptions::new().read(true)), open(OpenOptions::new().write(true)));
+        let (Some(input), Some(output)) = (input, output) else {
+            safety::stop(format_args!("lock-step: two FIFOs are needed: lock-step IN OUT"))
+        };
+        LINK.lock(|link| *link.borrow_mut() = Some((input, output)));
+        return Duty::LockStep;
+    }
+    let number = |word: Option<&str>| word.and_then(|word| word.parse().ok());
+    Duty::Script(Script {
+        ticks: number(first).unwrap_or(DEFAULT_SCRIPT.ticks),
+        lead_ticks: number(words.next()).unwrap_or(DEFAULT_SCRIPT.lead_ticks),
+    })
+}
+
+/// The two ends of the link, from the host's file system.
+static LINK: Mutex<CriticalSectionRawMutex, RefCell<Option<(File, File)>>> = Mutex::new(RefCell::new(None));
+
+/// Bytes from the host; the whole machine stands still until there are some. 0 when the host has closed its end.
+pub fn link_read(bytes: &mut [u8]) -> usize {
+    LINK.lock(|link| link.borrow_mut().as_mut().and_then(|(input, _)| input.read(bytes).ok())).unwrap_or(0)
+}
+
+/// Bytes to the host.
+pub fn link_write(bytes: &[u8]) {
+    // a host that does not read any more is noticed by the next read
+    let _ = LINK.lock(|link| link.borrow_mut().as_mut().map(|(_, output)| output.write_all(bytes)));
 }
 
 unsafe extern "C" {
