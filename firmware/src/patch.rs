@@ -52,6 +52,8 @@ pub struct Patch<'a> {
     tuned: Tuned<'a>,
     state: State<'a>,
     placement: Placement,
+    /// The next tick puts the patch to rest.
+    resting: bool,
 }
 
 /// The packed patch in flash.
@@ -86,7 +88,7 @@ impl<'a> Patch<'a> {
         #[cfg(target_os = "none")]
         let shapes: &mut [TetShapes] = &mut [];
         let state = State::new(&model, &mut memory.nodes, &mut memory.candidates, shapes)?;
-        Ok(Self { model, tuned, state, placement })
+        Ok(Self { model, tuned, state, placement, resting: false })
     }
 
     /// Hash of all positions and velocities.
@@ -150,6 +152,10 @@ impl Renderer for Patch<'_> {
     /// Answers a pose of the device with the force on its probe; everything in the device's frame.
     #[inline(always)]
     fn render(&mut self, pose: ProbePose) -> Output {
+        if core::mem::take(&mut self.resting) {
+            self.state.reset(&self.model);
+            return Output::NONE;
+        }
         let pose = ProbePose { tip_m: self.placement.to_patch(pose.tip_m) };
         let output = palpate::tick(&self.model, &self.tuned, &mut self.state, pose);
         Output {
@@ -160,7 +166,8 @@ impl Renderer for Patch<'_> {
         }
     }
 
+    /// Done by the next tick in place of its answer: both would not fit one period, and nobody feels the first tick of arming.
     fn reset(&mut self) {
-        self.state.reset(&self.model);
+        self.resting = true;
     }
 }

@@ -106,7 +106,7 @@ mod tests {
         assert_eq!(feed(&mut receiver, &frame(0, 9)), [Err(FrameError::TooLong)], "the rubbish swallows the frame it runs into");
         assert_eq!(feed(&mut receiver, &frame(1, 9)), [Ok(9)]);
         let cut = frame(2, 9);
-        assert_eq!(feed(&mut receiver, &[&cut[..4], &[0]].concat()), [Err(FrameError::Checksum)]);
+        assert_eq!(feed(&mut receiver, &[&cut[..4], &[0]].concat()), [Err(FrameError::Stuffing)]);
         assert_eq!(feed(&mut receiver, &frame(2, 9)), [Ok(9)]);
         assert_eq!(receiver.counts().bad, 2);
     }
