@@ -33,7 +33,7 @@ impl Placement {
     #[inline(always)]
     #[must_use]
     pub fn to_patch(&self, point_m: Vector3<f32>) -> Vector3<f32> {
-        self.site_m + (self.x * point_m.x + self.y * point_m.y + self.z * point_m.z)
+        self.site_m + self.turn_to_patch(point_m)
     }
 
     /// A point of the patch's frame in the device's [m].
@@ -41,6 +41,13 @@ impl Placement {
     #[must_use]
     pub fn to_device(&self, point_m: Vector3<f32>) -> Vector3<f32> {
         self.turn_to_device(point_m - self.site_m)
+    }
+
+    /// A force [N] or a direction of the device's frame in the patch's.
+    #[inline(always)]
+    #[must_use]
+    pub fn turn_to_patch(&self, vector: Vector3<f32>) -> Vector3<f32> {
+        self.x * vector.x + self.y * vector.y + self.z * vector.z
     }
 
     /// A force [N] or a direction of the patch's frame in the device's.

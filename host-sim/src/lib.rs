@@ -9,6 +9,7 @@ pub mod chart;
 pub mod charts;
 pub mod clock;
 pub mod command;
+pub mod emulate;
 pub mod error;
 pub mod far_field;
 pub mod finger;

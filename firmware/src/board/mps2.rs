@@ -20,8 +20,8 @@ use embassy_sync::blocking_mutex::{Mutex, raw::CriticalSectionRawMutex};
 use palpate_firmware::force_out::{DacCode, Outputs};
 use palpate_firmware::script::{LEAD_TICKS, Script};
 
-use semihosting::fs::{File, OpenOptions};
-use semihosting::io::{Read as _, Write as _};
+use semihosting::fs::File;
+use semihosting::io::{self, Read as _, Write as _};
 
 use super::Duty;
 use crate::{haptic_loop, safety};
@@ -212,13 +212,13 @@ pub fn duty() -> Duty {
     let mut words = (&arguments).filter_map(core::result::Result::ok).skip(1);
     let first = words.next();
     if first == Some("lock-step") {
-        let mut open = |options: &OpenOptions| {
+        let mut open = |how: fn(&CStr) -> io::Result<File>| {
             let mut path = [0_u8; 256];
             let word = words.next()?.as_bytes();
             path.get_mut(..word.len())?.copy_from_slice(word);
-            options.open(CStr::from_bytes_until_nul(&path).ok()?).ok()
+            how(CStr::from_bytes_until_nul(&path).ok()?).ok()
         };
-        let (input, output) = (open(OpenOptions::new().read(true)), open(OpenOptions::new().write(true)));
+        let (input, output) = (open(|path| File::open(path)), open(|path| File::create(path)));
         let (Some(input), Some(output)) = (input, output) else {
             safety::stop(format_args!("lock-step: two FIFOs are needed: lock-step IN OUT"))
         };
