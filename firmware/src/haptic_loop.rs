@@ -3,7 +3,7 @@
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, signal::Signal};
-use palpate::haptic::cycle::{Command, Renderer};
+use palpate::haptic::cycle::Command;
 use palpate::haptic::device::Sensed;
 use palpate::haptic::mode::Mode;
 use palpate::{Fault, Fnv};
@@ -11,9 +11,11 @@ use palpate_firmware::controller::Controller;
 use palpate_firmware::deadline::Deadline;
 use palpate_firmware::force_out::{self, Outputs};
 use palpate_firmware::link::Record;
-use palpate_firmware::patch::Patch;
+use palpate_firmware::patch::Tissue;
 use palpate_firmware::script::{self, Script};
 
+#[cfg(feature = "planted-crash")]
+use crate::plant::{self, Place};
 use crate::{board, telemetry};
 
 /// Ticks between two snapshots: one a second, slow enough for any log link.
@@ -27,6 +29,8 @@ pub fn on_period() {
     let period = PERIODS_BEGUN.load(Ordering::Relaxed).wrapping_add(1);
     PERIODS_BEGUN.store(period, Ordering::Relaxed); // only this interrupt writes it
     PERIOD.signal(period);
+    #[cfg(feature = "planted-crash")]
+    plant::pass(Place::Timer);
 }
 
 /// The controller with its deadline and what it has seen.
@@ -55,12 +59,16 @@ impl HapticLoop {
     /// * **Faults**: no force in the same tick, latched until the host clears it.
     ///
     /// Nothing is logged from here: a log call blocks on its link.
-    pub fn tick(&mut self, tissue: &mut impl Renderer, sensed: Sensed, command: Command, period: Option<u32>) -> Record {
+    pub fn tick(&mut self, tissue: &mut Tissue<'_>, sensed: Sensed, command: Command, period: Option<u32>) -> Record {
         let started = board::clock_counts();
+        #[cfg(feature = "planted-crash")]
+        plant::pass(Place::Tick);
         let command = Command { found: self.found.take(), ..command };
         let told = self.controller.step(tissue, sensed, command, board::healthy());
         let mut outputs = force_out::outputs(self.controller.drive());
         board::write_outputs(outputs);
+        #[cfg(feature = "planted-crash")]
+        plant::pass(Place::Written);
         let late = period.map_or(0, |period| PERIODS_BEGUN.load(Ordering::Relaxed).wrapping_sub(period));
         if self.deadline.close(late) {
             board::outputs_off();
@@ -75,6 +83,7 @@ impl HapticLoop {
         }
         let spent = board::clock_counts().wrapping_sub(started);
 
+        board::count_millisecond();
         let seen = &mut self.seen;
         seen.longest_tick_counts = seen.longest_tick_counts.max(spent);
         seen.ticks = seen.ticks.wrapping_add(1);
@@ -88,16 +97,16 @@ impl HapticLoop {
 
 /// Renders the patch to a scripted hand, a tick a period, then reports.
 #[embassy_executor::task]
-pub async fn run_script(mut haptic: HapticLoop, mut patch: Patch<'static>, script: Script) {
+pub async fn run_script(mut haptic: HapticLoop, mut tissue: Tissue<'static>, script: Script) {
     while haptic.seen.ticks < script.ticks {
         let period = PERIOD.wait().await;
-        haptic.tick(&mut patch, script::sensed(haptic.seen.ticks, script.lead_ticks), Command::HEARD, Some(period));
+        haptic.tick(&mut tissue, script::sensed(haptic.seen.ticks, script.lead_ticks), Command::HEARD, Some(period));
         if haptic.seen.ticks.is_multiple_of(SNAPSHOT_TICKS) {
             telemetry::publish(haptic.seen);
         }
     }
     board::outputs_off();
-    let (last, state_hash, force_hash) = (haptic.seen, patch.state_hash(), haptic.forces.finish());
+    let (last, state_hash, force_hash) = (haptic.seen, tissue.state().1, haptic.forces.finish());
     telemetry::finish(telemetry::Result { last, state_hash, force_hash });
     loop {
         PERIOD.wait().await;

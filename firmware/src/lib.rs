@@ -6,13 +6,16 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod config;
 pub mod controller;
 pub mod deadline;
 pub mod edge;
 pub mod force_out;
+pub mod kinematics;
 pub mod link;
 pub mod patch;
 pub mod placement;
 pub mod probe_in;
+pub mod resets;
 pub mod script;
 pub mod words;

@@ -3,9 +3,10 @@
 //! The emulator stands still while the board waits for the host: a run is the same to the bit whatever the machine does.
 
 use palpate::haptic::device::{Sensed, SensorStatus};
+use palpate_firmware::config;
 use palpate_firmware::link::desk::Reply;
 use palpate_firmware::link::frame::FRAME_BYTES;
-use palpate_firmware::link::{Change, Desk, FromBoard, Receiver, ToBoard, Upload, encode};
+use palpate_firmware::link::{Change, Desk, FromBoard, Receiver, Refusal, ToBoard, Upload, encode};
 use palpate_firmware::patch::{self, Memory, Patch, Tissue};
 
 use crate::board;
@@ -123,6 +124,10 @@ fn serve(haptic: &mut HapticLoop, tissue: &mut Tissue<'_>, mut upload: Option<&m
             }
             Reply::Refused(refusal) => line.send(&FromBoard::Refused(refusal)),
             Reply::Change(change) => return change,
+            Reply::Store(profile) => {
+                let kept = config::store(&mut board::ProfileMemory, &profile).map_err(Refusal::from);
+                line.send(&kept.map_or_else(FromBoard::Refused, FromBoard::Stored));
+            }
             Reply::Report => {
                 let (nodes, state_hash) = tissue.state();
                 line.send(&FromBoard::State {

@@ -8,6 +8,8 @@
 mod board;
 mod haptic_loop;
 mod lockstep;
+#[cfg(feature = "planted-crash")]
+mod plant;
 mod safety;
 mod telemetry;
 
@@ -16,11 +18,10 @@ use core::fmt;
 use board::Duty;
 use cortex_m_rt::entry;
 use haptic_loop::HapticLoop;
-use palpate::haptic::cycle::Settings;
+use palpate_firmware::config::{self, Profile};
 use palpate_firmware::controller::{Arming, Controller};
-use palpate_firmware::edge::Edge;
 use palpate_firmware::link::Upload;
-use palpate_firmware::patch::{self, Memory, Patch};
+use palpate_firmware::patch::{self, Memory, Patch, Tissue};
 use static_cell::ConstStaticCell;
 
 static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::RESERVED);
@@ -31,14 +32,19 @@ fn main() -> ! {
     let memory = MEMORY.take();
     let (haptic, background) = board::start_executors();
     let duty = board::duty();
-    let arming = if let Duty::Script(_) = duty { Arming::ByItself } else { Arming::OnRequest };
-    let controller = or_stop(Controller::build(&Settings::safe(1), Edge::DESKTOP, arming), "no controller");
+    let arming = match duty {
+        _ if board::barred() => Arming::Barred,
+        Duty::Script(_) => Arming::ByItself,
+        Duty::LockStep => Arming::OnRequest,
+    };
+    let (settings, edge) = config::load(&board::ProfileMemory).map_or_else(Profile::desktop, |kept| kept.0).split();
+    let controller = or_stop(Controller::build(&settings, edge, arming), "no controller");
     let controller = HapticLoop::new(controller);
     match duty {
         Duty::Script(script) => {
             let patch = or_stop(Patch::open(patch::in_flash(), memory, None), "no patch");
             background.spawn(or_stop(telemetry::report(), "telemetry"));
-            haptic.spawn(or_stop(haptic_loop::run_script(controller, patch, script), "haptic loop"));
+            haptic.spawn(or_stop(haptic_loop::run_script(controller, Tissue(Some(patch)), script), "haptic loop"));
             board::start_tick_timer();
         }
         Duty::LockStep => haptic.spawn(or_stop(lockstep::run(controller, memory, UPLOAD.take()), "lock-step")),
@@ -46,6 +52,8 @@ fn main() -> ! {
     loop {
         // wfe is a no-op in the emulator and would burn through its virtual time
         cortex_m::asm::wfi();
+        #[cfg(feature = "planted-crash")]
+        plant::pass(plant::Place::Thread);
     }
 }
 

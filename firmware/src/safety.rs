@@ -4,13 +4,13 @@ use core::{fmt, panic::PanicInfo};
 
 use crate::board;
 
-/// Releases the force, then prints the reason and ends the run as failed.
+/// Releases the force, then prints the reason and leaves the rest to the board: the watchdog's reset, or the end of an emulated run.
 pub fn stop(reason: fmt::Arguments<'_>) -> ! {
     // no interrupt may put a force back after this
     cortex_m::interrupt::disable();
     board::outputs_off();
     board::print(reason);
-    board::exit(false)
+    board::after_crash()
 }
 
 #[panic_handler]

@@ -67,7 +67,10 @@ pub fn finish(result: Result) {
 #[embassy_executor::task]
 pub async fn report() {
     loop {
-        match NEWEST.wait().await {
+        let newest = NEWEST.wait().await;
+        #[cfg(feature = "planted-crash")]
+        crate::plant::pass(crate::plant::Place::Report);
+        match newest {
             Message::Running(snapshot) => running(&snapshot),
             Message::Finished(result) => finished(&result),
         }

@@ -7,6 +7,9 @@
 //! * `write_outputs(outputs)`, `outputs()` to read them back from the pins, and `outputs_off()`, fit for any context, a fault handler included;
 //! * `healthy()`, the board's part of the self-test;
 //! * `stack_used_bytes()`, the deepest the stack has been, of `STACK_BYTES`;
+//! * `barred()`, whether the watchdog has reset the board too often ([`palpate_firmware::resets`]), `count_millisecond()` for its clock, and
+//!   `after_crash() -> !`, what follows when the outputs are off and the reason is said;
+//! * `ProfileMemory`, the two slots of [`palpate_firmware::config`];
 //! * `duty()`, what the image is to do, and `exit(success) -> !`;
 //! * `link_read(bytes)` and `link_write(bytes)`, the link to the host;
 //! * `print(line)`, plain text for the last words of a run;
@@ -15,6 +18,9 @@
 //! Nothing outside this folder is `unsafe`.
 
 use palpate_firmware::script::Script;
+
+#[cfg(all(feature = "mps2", feature = "planted-crash"))]
+pub use mps2::{crash, planted_site};
 
 /// What an image does.
 #[derive(Clone, Copy)]
@@ -30,6 +36,7 @@ pub enum Duty {
 mod mps2;
 #[cfg(feature = "mps2")]
 pub use mps2::{
-    STACK_BYTES, clock_counts, counts_to_ns, duty, exit, feed_watchdog, healthy, link_read, link_write, outputs, outputs_off,
-    print, stack_used_bytes, start_executors, start_tick_timer, write_outputs,
+    ProfileMemory, STACK_BYTES, after_crash, barred, clock_counts, count_millisecond, counts_to_ns, duty, exit, feed_watchdog,
+    healthy, link_read, link_write, outputs, outputs_off, print, stack_used_bytes, start_executors, start_tick_timer,
+    write_outputs,
 };

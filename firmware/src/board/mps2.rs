@@ -26,6 +26,11 @@ use semihosting::io::{self, Read as _, Write as _};
 use super::Duty;
 use crate::{haptic_loop, safety};
 
+#[cfg(feature = "planted-crash")]
+pub mod crash;
+mod kept;
+pub use kept::{ProfileMemory, barred, count_millisecond};
+
 /// Main clock of the FPGA images [Hz]; timer 0 and the free-running counter both run on it.
 const CLOCK_HZ: u32 = 25_000_000;
 const TICK_HZ: u32 = 1_000;
@@ -263,6 +268,26 @@ pub fn stack_used_bytes() -> usize {
     // SAFETY: both symbols come from `memory.x` and bound the stack; every word between them is RAM, and reading one has no side effect.
     let untouched = (0..words).take_while(|at| unsafe { low.add(*at).read_volatile() } == PAINT).count();
     (words - untouched) * size_of::<u32>()
+}
+
+/// On hardware the watchdog resets the board. An emulated run ends, for whoever waits for it.
+pub fn after_crash() -> ! {
+    #[cfg(feature = "planted-crash")]
+    if planted_site().is_some_and(|site| site >= RESTARTING_SITE) {
+        kept::restart()
+    }
+    exit(false)
+}
+
+/// Planted sites from this one on end in a reset, as on hardware.
+#[cfg(feature = "planted-crash")]
+const RESTARTING_SITE: usize = 12;
+
+/// Which crash the command line asks for, behind `TICKS LEAD_TICKS`. None once the board is barred.
+#[cfg(feature = "planted-crash")]
+pub fn planted_site() -> Option<usize> {
+    let arguments = semihosting::experimental::env::args::<512>().ok()?;
+    (&arguments).filter_map(core::result::Result::ok).nth(3)?.parse().ok().filter(|_| !barred())
 }
 
 /// Ends the emulation with exit status 0 or 1.

@@ -6,6 +6,7 @@ use palpate::haptic::mode::{Mode, Request};
 
 use super::message::{HostAsk, Refusal, ToBoard};
 use super::upload::Upload;
+use crate::config::Profile;
 use crate::controller::Controller;
 
 /// Something that only the owner of the patch can do; no tick in between.
@@ -32,6 +33,8 @@ pub enum Reply {
     Change(Change),
     /// Say how you are.
     Report,
+    /// Keep this profile.
+    Store(Profile),
 }
 
 /// What came since the last tick.
@@ -73,6 +76,8 @@ impl Desk {
                 None => Reply::Refused(Refusal::PatchPieces),
             },
             ToBoard::Report => Reply::Report,
+            ToBoard::Store(profile) if controller.mode().accepts(Request::Config) => Reply::Store(profile),
+            ToBoard::Store(_) => Reply::Refused(Refusal::NotIdle),
         }
     }
 

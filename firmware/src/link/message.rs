@@ -8,6 +8,7 @@ use palpate::haptic::limits::LimitValues;
 use serde::{Deserialize, Serialize};
 
 use super::record::Record;
+use crate::config::{Profile, StoreError};
 use crate::patch::{MODULUS, SUBSTEP};
 
 /// From the host. Whatever it is, it is a sign of life.
@@ -44,6 +45,8 @@ pub enum ToBoard<'a> {
     PatchEnd,
     /// Say how you are.
     Report,
+    /// Keep a profile over power-off, in `Idle`; it holds from the next start on.
+    Store(Profile),
 }
 
 /// What a host may ask of the mode machine; start-up is the board's own.
@@ -112,6 +115,8 @@ pub enum FromBoard {
     Refused(Refusal),
     /// A patch of so many nodes is there, at rest.
     PatchTaken(u32),
+    /// The profile is kept; it is the n-th.
+    Stored(u32),
     /// The answer to [`ToBoard::Report`].
     State {
         /// Hash of the patch's state.
@@ -150,6 +155,10 @@ pub enum Refusal {
     PatchInvalid,
     /// There is no patch yet.
     NoPatch,
+    /// A number of the profile is out of its range.
+    ProfileRange,
+    /// The memory for the profile does not keep it.
+    FlashFailed,
 }
 
 impl From<BuildError> for Refusal {
@@ -161,6 +170,15 @@ impl From<BuildError> for Refusal {
             BuildError::OutOfRange { parameter: SUBSTEP, .. } => Self::PatchStep,
             BuildError::OutOfRange { parameter: MODULUS, .. } => Self::ModulusOutOfRange,
             _ => Self::PatchInvalid,
+        }
+    }
+}
+
+impl From<StoreError> for Refusal {
+    fn from(error: StoreError) -> Self {
+        match error {
+            StoreError::Range(_) => Self::ProfileRange,
+            StoreError::Flash => Self::FlashFailed,
         }
     }
 }
@@ -183,6 +201,8 @@ impl fmt::Display for Refusal {
             }
             Self::PatchInvalid => "the patch's mesh or parameters are wrong: check the mesh and pack it again",
             Self::NoPatch => "there is no patch yet: send one first",
+            Self::ProfileRange => "a number of the profile is out of its range: check it against the limits of the loop",
+            Self::FlashFailed => "the memory for the profile does not keep it: the one before still holds",
         })
     }
 }

@@ -127,6 +127,7 @@ mod tests {
     fn a_message_with_something_behind_it_is_none() {
         let mut out = [0; FRAME_BYTES];
         let bytes = frame::encode(0, &(1_u32, 2_u32), &mut out).unwrap();
-        assert_eq!(feed(&mut Receiver::NEW, bytes), [Err(FrameError::Message)]);
+        let mut receiver = Receiver::NEW;
+        assert_eq!(feed(&mut receiver, bytes), [Err(FrameError::Message)]);
     }
 }
