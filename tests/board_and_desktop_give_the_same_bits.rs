@@ -19,7 +19,7 @@ const FELT_N: f32 = 0.05;
 
 fn on_desktop(bytes: &[u8]) -> RunResult {
     let mut memory = Box::new(Memory::RESERVED);
-    let mut patch = Patch::open(bytes, &mut memory).unwrap();
+    let mut patch = Patch::open(bytes, &mut memory, None).unwrap();
     let mut controller = Controller::build(&Settings::safe(1), Edge::DESKTOP, Arming::ByItself).unwrap();
     let mut forces = Fnv::default();
     let (mut most_n, mut modes) = (0.0_f32, vec![Mode::Boot]);
@@ -40,7 +40,8 @@ fn on_desktop(bytes: &[u8]) -> RunResult {
 
 fn agree(elf: &Path, expected: &RunResult) {
     for machine in [Machine::An386, Machine::An500] {
-        let outcome = Run { machine, shift: 3, ticks: TICKS, lead_ticks: LEAD_TICKS, exec_log: None }.start(elf).unwrap();
+        let outcome =
+            Run { machine, shift: 3, ticks: TICKS, lead_ticks: LEAD_TICKS, planted: None, exec_log: None }.start(elf).unwrap();
         assert_eq!(&outcome.result().unwrap(), expected, "{machine:?}");
         assert_eq!(outcome.exit_status, Some(0), "{machine:?}");
         let messages = outcome.messages(&std::fs::read(elf).unwrap());

@@ -29,7 +29,7 @@ const LOGGED_TICKS: u32 = LOGGED_LEAD + 22;
 /// Boot, self-test, and one tick of the patch.
 const FIRST_TICK: u32 = 3;
 /// 65 % of a millisecond [cycles].
-const M4F_168_BUDGET: f64 = 109_000.0;
+const M4F_168_BUDGET: f64 = 109_200.0;
 const M7_480_BUDGET: f64 = 312_000.0;
 /// `CoreMark` per megahertz of a Cortex-M7 over that of a Cortex-M4, both as Arm gives them: 5.01 / 3.40. An integer program; for want of a cycle table
 /// of the M7 it is printed beside the estimate, and no budget relies on it.
@@ -57,7 +57,7 @@ fn target() -> &'static Path {
 fn logged(elf: &Path, ticks: u32, shift: u32) -> Logged {
     let image = FirmwareImage::parse(&std::fs::read(elf).unwrap()).unwrap();
     let log = scratch().join(format!("{}-{ticks}.log", elf.file_stem().unwrap().display()));
-    let run = Run { machine: Machine::An386, shift, ticks, lead_ticks: LOGGED_LEAD, exec_log: Some(&log) };
+    let run = Run { machine: Machine::An386, shift, ticks, lead_ticks: LOGGED_LEAD, planted: None, exec_log: Some(&log) };
     let outcome = run.start(elf).unwrap();
     let open = || ExecLog::new(std::io::BufReader::new(std::fs::File::open(&log).unwrap()));
     let ticks = calls_of(TICK, &image, open()).unwrap();
@@ -97,7 +97,14 @@ fn worst_tick(patch: &Path) -> Worst {
     let rim = stage(worst, &logged.image, RIM).cycles();
 
     let elf = build_firmware_with(target(), &[], patch).unwrap();
-    let run = Run { machine: Machine::An386, shift: RUNNING_SHIFT, ticks: 4_000, lead_ticks: LEAD_TICKS, exec_log: None };
+    let run = Run {
+        machine: Machine::An386,
+        shift: RUNNING_SHIFT,
+        ticks: 4_000,
+        lead_ticks: LEAD_TICKS,
+        planted: None,
+        exec_log: None,
+    };
     let outcome = run.start(&elf).unwrap();
     assert_eq!(outcome.result().unwrap().overruns, 0);
     let instructions = outcome.number("longest_tick_ns").unwrap() >> RUNNING_SHIFT;

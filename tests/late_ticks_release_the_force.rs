@@ -8,7 +8,9 @@ use palpate_tests::emulator::{Machine, Outcome, Run, build_firmware};
 fn run(shift: u32) -> Outcome {
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
     let elf = build_firmware(target, &[]).unwrap();
-    Run { machine: Machine::An386, shift, ticks: 1_000, lead_ticks: LEAD_TICKS, exec_log: None }.start(&elf).unwrap()
+    Run { machine: Machine::An386, shift, ticks: 1_000, lead_ticks: LEAD_TICKS, planted: None, exec_log: None }
+        .start(&elf)
+        .unwrap()
 }
 
 #[test]

@@ -20,7 +20,7 @@ use cortex_m_rt::entry;
 use haptic_loop::HapticLoop;
 use palpate_firmware::config::{self, Profile};
 use palpate_firmware::controller::{Arming, Controller};
-use palpate_firmware::link::Upload;
+use palpate_firmware::link::{Refusal, Upload};
 use palpate_firmware::patch::{self, Memory, Patch, Tissue};
 use static_cell::ConstStaticCell;
 
@@ -38,11 +38,11 @@ fn main() -> ! {
         Duty::LockStep => Arming::OnRequest,
     };
     let (settings, edge) = config::load(&board::ProfileMemory).map_or_else(Profile::desktop, |kept| kept.0).split();
-    let controller = or_stop(Controller::build(&settings, edge, arming), "no controller");
+    let controller = or_stop(Controller::build(&settings, edge, arming).map_err(Refusal::from), "no controller");
     let controller = HapticLoop::new(controller);
     match duty {
         Duty::Script(script) => {
-            let patch = or_stop(Patch::open(patch::in_flash(), memory, None), "no patch");
+            let patch = or_stop(Patch::open(patch::in_flash(), memory, None).map_err(Refusal::from), "no patch");
             background.spawn(or_stop(telemetry::report(), "telemetry"));
             haptic.spawn(or_stop(haptic_loop::run_script(controller, Tissue(Some(patch)), script), "haptic loop"));
             board::start_tick_timer();

@@ -2,6 +2,8 @@
 
 use core::{fmt, panic::PanicInfo};
 
+use palpate_firmware::force_out::Outputs;
+
 use crate::board;
 
 /// Releases the force, then prints the reason and leaves the rest to the board: the watchdog's reset, or the end of an emulated run.
@@ -10,6 +12,7 @@ pub fn stop(reason: fmt::Arguments<'_>) -> ! {
     cortex_m::interrupt::disable();
     board::outputs_off();
     board::print(reason);
+    board::print(format_args!("{}", if board::outputs() == Outputs::OFF { "outputs off" } else { "OUTPUTS ON" }));
     board::after_crash()
 }
 

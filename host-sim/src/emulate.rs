@@ -2,11 +2,18 @@
 //!
 //! `image` (built, or given) -> `board` (the emulator and its link) -> `twin` (board and desktop side by side, compared to the bit) -> `press` (the finger) or
 //! `campaign` (contact, faults and recovery for as long as wanted).
+//!
+//! What a tick costs: `exec_log` (what was executed), `firmware_image` (whose code it is), `thumb` (which class), `instruction_mix` (cycles), `timing`.
 
 pub mod board;
 pub mod campaign;
+pub mod exec_log;
+pub mod firmware_image;
 pub mod image;
+pub mod instruction_mix;
 pub mod press;
+pub mod thumb;
+pub mod timing;
 pub mod twin;
 
 pub use board::{Board, Machine};
@@ -54,6 +61,12 @@ pub enum EmulateError {
     /// Something else than what was asked for.
     #[error("the board answered out of turn: {0}")]
     OutOfTurn(String),
+    /// The image cannot be read.
+    #[error("{0}")]
+    Image(#[from] firmware_image::ImageError),
+    /// What was executed cannot be classed.
+    #[error("{0}")]
+    Mix(#[from] instruction_mix::MixError),
     /// The same patch or settings were refused here.
     #[error("{0}")]
     Build(#[from] palpate::BuildError),

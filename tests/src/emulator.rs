@@ -58,6 +58,8 @@ pub struct Run<'a> {
     pub ticks: u32,
     /// Ticks that the scripted hand waits outside the tissue. A force is felt after some 600; without the force the patch runs from the third on.
     pub lead_ticks: u32,
+    /// Which planted crash the image meets, if it has the feature `planted-crash`.
+    pub planted: Option<usize>,
     /// Where to log every executed instruction.
     pub exec_log: Option<&'a Path>,
 }
@@ -134,8 +136,9 @@ impl Run<'_> {
         };
         let mut command = Command::new("qemu-system-arm");
         command.args(["-machine", machine, "-cpu", cpu, "-nographic", "-monitor", "none", "-serial", "null"]);
+        let planted = self.planted.map_or(String::new(), |site| format!(",arg={site}"));
         command.arg("-semihosting-config");
-        command.arg(format!("enable=on,target=native,arg=palpate-firmware,arg={},arg={}", self.ticks, self.lead_ticks));
+        command.arg(format!("enable=on,target=native,arg=palpate-firmware,arg={},arg={}{planted}", self.ticks, self.lead_ticks));
         command.arg("-icount").arg(format!("shift={},sleep=off", self.shift));
         if let Some(log) = self.exec_log {
             command.args(["-singlestep", "-d", "exec,nochain", "-D"]).arg(log);

@@ -16,6 +16,8 @@ use super::EmulateError;
 
 /// An answer takes a tick's emulation, far under a millisecond; a board that is silent this long has crashed.
 const PATIENCE: Duration = Duration::from_secs(20);
+/// What an image gets to end by itself.
+const FAREWELL: Duration = Duration::from_secs(2);
 /// Every instruction takes 2^6 = 64 ns of virtual time, more than a count of the board's clock: counts tell single instructions.
 pub const SHIFT: u32 = 6;
 /// One count of the board's clock [ns].
@@ -32,9 +34,30 @@ pub enum Machine {
     M7,
 }
 
+impl Machine {
+    /// Clock of the part that it stands for [Hz].
+    #[must_use]
+    pub fn clock_hz(self) -> f64 {
+        match self {
+            Self::M4f => 168e6,
+            Self::M7 => 480e6,
+        }
+    }
+
+    /// What times estimated for it hold on.
+    #[must_use]
+    pub fn timed_on(self) -> &'static str {
+        match self {
+            Self::M4f => "estimated, M4F at 168 MHz",
+            Self::M7 => "estimated, 480 MHz by the M4F's table",
+        }
+    }
+}
+
 /// A running image.
 pub struct Board {
     child: Child,
+    machine: Machine,
     folder: TempDir,
     to: File,
     from: File,
@@ -80,7 +103,13 @@ impl Board {
         }
         command.arg("-kernel").arg(image).stdin(Stdio::null()).stdout(Stdio::null()).stderr(words);
         let child = command.spawn().map_err(|source| EmulateError::NotStarted { program: "qemu-system-arm", source })?;
-        Ok(Self { child, folder, to, from, receiver: Receiver::NEW, sequence: 0, bytes: [0; 4096], read: 0, taken: 0 })
+        Ok(Self { child, machine, folder, to, from, receiver: Receiver::NEW, sequence: 0, bytes: [0; 4096], read: 0, taken: 0 })
+    }
+
+    /// Which board it is.
+    #[must_use]
+    pub fn machine(&self) -> Machine {
+        self.machine
     }
 
     /// Sends a message.
@@ -164,7 +193,18 @@ impl Board {
 
 impl Drop for Board {
     fn drop(&mut self) {
-        // only a process that we started, and only that one
+        // without a host the image ends by itself, and its log is whole
+        if let (Ok(to), Ok(from)) = (File::open("/dev/null"), File::open("/dev/null")) {
+            (self.to, self.from) = (to, from);
+        }
+        let begun = Instant::now();
+        while begun.elapsed() < FAREWELL {
+            if !matches!(self.child.try_wait(), Ok(None)) {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        // only the process that we started
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

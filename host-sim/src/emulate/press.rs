@@ -1,14 +1,14 @@
 //! The scene's finger presses the emulated board; what comes out is a [`Press`] like that of the desktop.
 //!
 //! The finger feels the force on the device, so with the cycle's damping and limits. Times are instructions of the board, exact, turned into
-//! microseconds of a Cortex-M4F at 168 MHz by the mean cycles of an instruction: an estimate, not hardware timing.
+//! microseconds by the mean cycles of an instruction: an estimate, not hardware timing.
 
 use palpate::haptic::mode::Mode;
 use palpate::{Limiters, Output, Vector3};
 use palpate_firmware::link::Record;
 
 use super::twin::Reading;
-use super::{EmulateError, Twin};
+use super::{EmulateError, Machine, Twin};
 use crate::finger::Finger;
 use crate::press::{Press, SETTLE_S, TickRow, clear_m, hold};
 use crate::scene::Scene;
@@ -16,13 +16,11 @@ use crate::session::{Session, TICK_S};
 
 /// Cycles of an instruction of the tick on a Cortex-M4F, by the reference manual's table over the logged mix (`emulate --timing` measures it).
 pub const CYCLES_PER_INSTRUCTION: f64 = 1.45;
-/// Clock of the board that the estimate is for [Hz].
-pub const CLOCK_HZ: f64 = 168e6;
 
 /// Estimated time of so many instructions [us].
 #[must_use]
-pub fn estimated_us(instructions: u64) -> f32 {
-    (instructions as f64 * CYCLES_PER_INSTRUCTION / CLOCK_HZ * 1e6) as f32
+pub fn estimated_us(instructions: u64, machine: Machine) -> f32 {
+    (instructions as f64 * CYCLES_PER_INSTRUCTION / machine.clock_hz() * 1e6) as f32
 }
 
 /// Runs a scene on a twin that is armed `clear` above the surface.
@@ -41,9 +39,7 @@ pub fn run(
     let mut finger = Finger::new(&scene.drive, clear_m, TICK_S, SETTLE_S);
     let mut recorded = session.tips_m.iter();
     let targets = scene.drive.targets();
-    let mut press = Press::empty(format!(
-        "emulated Cortex-M4F: instructions x {CYCLES_PER_INSTRUCTION} cycles at 168 MHz, estimated, not hardware timing"
-    ));
+    let mut press = Press::empty(twin.machine().timed_on().into());
     let mut force_n = 0.0;
     loop {
         let (position_m, hold_ends) = match &mut finger {
@@ -98,7 +94,7 @@ fn row(record: &Record, twin: &Twin<'_>, position_m: Vector3<f32>, n: usize) -> 
             limiters: limiters(record.patch_limiters),
             fault: record.fault(),
         },
-        tick_us: estimated_us(instructions),
+        tick_us: estimated_us(instructions, twin.machine()),
     }
 }
 

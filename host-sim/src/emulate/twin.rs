@@ -11,7 +11,7 @@ use palpate_firmware::link::message::HostAsk;
 use palpate_firmware::link::{Desk, FromBoard, Record, ToBoard};
 use palpate_firmware::patch::{Memory, Patch};
 
-use super::{Board, EmulateError};
+use super::{Board, EmulateError, Machine};
 
 /// Ticks within which a board that nobody disturbs must reach full gain.
 const START_UP_TICKS: u32 = 2_000;
@@ -30,6 +30,7 @@ pub struct Difference {
 /// Board and desktop.
 pub struct Twin<'a> {
     board: Board,
+    machine: Machine,
     controller: Controller,
     patch: Patch<'a>,
     desk: Desk,
@@ -86,6 +87,7 @@ impl<'a> Twin<'a> {
         }
         board.upload(patch)?;
         Ok(Self {
+            machine: board.machine(),
             board,
             controller,
             patch: patch_here,
@@ -103,6 +105,17 @@ impl<'a> Twin<'a> {
     #[must_use]
     pub fn patch(&self) -> &Patch<'a> {
         &self.patch
+    }
+
+    /// The emulated board's kind.
+    #[must_use]
+    pub fn machine(&self) -> Machine {
+        self.machine
+    }
+
+    /// The link, for what is not a tick.
+    pub fn board(&mut self) -> &mut Board {
+        &mut self.board
     }
 
     /// The mode.
