@@ -33,6 +33,11 @@ pub fn on_period() {
     plant::pass(Place::Timer);
 }
 
+/// Waits for the next period of the tick timer; its number.
+pub async fn next_period() -> u32 {
+    PERIOD.wait().await
+}
+
 /// The controller with its deadline and what it has seen.
 pub struct HapticLoop {
     pub controller: Controller,

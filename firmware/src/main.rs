@@ -7,10 +7,10 @@
 
 mod board;
 mod haptic_loop;
-mod lockstep;
 #[cfg(feature = "planted-crash")]
 mod plant;
 mod safety;
+mod serve;
 mod telemetry;
 
 use core::fmt;
@@ -22,6 +22,7 @@ use palpate_firmware::config::{self, Profile};
 use palpate_firmware::controller::{Arming, Controller};
 use palpate_firmware::link::{Refusal, Upload};
 use palpate_firmware::patch::{self, Memory, Patch, Tissue};
+use serve::Pace;
 use static_cell::ConstStaticCell;
 
 static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::RESERVED);
@@ -35,7 +36,7 @@ fn main() -> ! {
     let arming = match duty {
         _ if board::barred() => Arming::Barred,
         Duty::Script(_) => Arming::ByItself,
-        Duty::LockStep => Arming::OnRequest,
+        Duty::Serve(_) => Arming::OnRequest,
     };
     let (settings, edge) = config::load(&board::ProfileMemory).map_or_else(Profile::desktop, |kept| kept.0).split();
     let controller = or_stop(Controller::build(&settings, edge, arming).map_err(Refusal::from), "no controller");
@@ -47,7 +48,12 @@ fn main() -> ! {
             haptic.spawn(or_stop(haptic_loop::run_script(controller, Tissue(Some(patch)), script), "haptic loop"));
             board::start_tick_timer();
         }
-        Duty::LockStep => haptic.spawn(or_stop(lockstep::run(controller, memory, UPLOAD.take()), "lock-step")),
+        Duty::Serve(pace) => {
+            haptic.spawn(or_stop(serve::run(controller, memory, UPLOAD.take(), pace), "haptic loop"));
+            if pace == Pace::Timed {
+                board::start_tick_timer();
+            }
+        }
     }
     loop {
         // wfe is a no-op in the emulator and would burn through its virtual time

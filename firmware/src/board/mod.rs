@@ -11,13 +11,16 @@
 //!   `after_crash() -> !`, what follows when the outputs are off and the reason is said;
 //! * `ProfileMemory`, the two slots of [`palpate_firmware::config`];
 //! * `duty()`, what the image is to do, and `exit(success) -> !`;
-//! * `link_read(bytes)` and `link_write(bytes)`, the link to the host;
+//! * `link_read(bytes)` and `link_write(bytes)`, the link to the host: neither waits, but for a lock-step link's read;
+//! * `sense()`, what the board's own sensors say, if it has any;
 //! * `print(line)`, plain text for the last words of a run;
 //! * the handlers of `HardFault` and of interrupts nobody claimed, both ending in [`crate::safety::stop`].
 //!
 //! Nothing outside this folder is `unsafe`.
 
 use palpate_firmware::script::Script;
+
+use crate::serve::Pace;
 
 #[cfg(all(feature = "mps2", feature = "planted-crash"))]
 pub use mps2::{crash, planted_site};
@@ -27,8 +30,8 @@ pub use mps2::{crash, planted_site};
 pub enum Duty {
     /// A scripted hand presses, in real time.
     Script(Script),
-    /// A host drives every tick over the link.
-    LockStep,
+    /// A host is on the link.
+    Serve(Pace),
 }
 
 #[cfg(feature = "mps2")]
@@ -37,6 +40,6 @@ mod mps2;
 #[cfg(feature = "mps2")]
 pub use mps2::{
     ProfileMemory, STACK_BYTES, after_crash, barred, clock_counts, count_millisecond, counts_to_ns, duty, exit, feed_watchdog,
-    healthy, link_read, link_write, outputs, outputs_off, print, stack_used_bytes, start_executors, start_tick_timer,
+    healthy, link_read, link_write, outputs, outputs_off, print, sense, stack_used_bytes, start_executors, start_tick_timer,
     write_outputs,
 };

@@ -17,6 +17,7 @@ use cortex_m_rt::exception;
 use defmt_semihosting as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_sync::blocking_mutex::{Mutex, raw::CriticalSectionRawMutex};
+use palpate::haptic::device::Sensed;
 use palpate_firmware::force_out::{DacCode, Outputs};
 use palpate_firmware::script::{LEAD_TICKS, Script};
 
@@ -24,11 +25,13 @@ use semihosting::fs::File;
 use semihosting::io::{self, Read as _, Write as _};
 
 use super::Duty;
+use crate::serve::Pace;
 use crate::{haptic_loop, safety};
 
 #[cfg(feature = "planted-crash")]
 pub mod crash;
 mod kept;
+mod uart;
 pub use kept::{ProfileMemory, barred, count_millisecond};
 
 /// Main clock of the FPGA images [Hz]; timer 0 and the free-running counter both run on it.
@@ -58,6 +61,8 @@ const COUNTER: *const u32 = 0x4002_8018 as *const u32;
 #[derive(Clone, Copy)]
 #[repr(u16)]
 enum Interrupt {
+    UartReceived = 0,
+    UartSent = 1,
     TickTimer = 8,
     Haptic = 30,
     Background = 31,
@@ -76,6 +81,9 @@ const fn priority(interrupt: Interrupt) -> u8 {
         Interrupt::TickTimer => 0x20,
         Interrupt::Haptic => 0x40,
         Interrupt::Background => 0x60,
+        // a byte waits in one register: above the haptic loop, which it costs 60 instructions, 12 times a tick at most
+        Interrupt::UartReceived => 0x30,
+        Interrupt::UartSent => 0x50,
     }
 }
 
@@ -89,6 +97,8 @@ unsafe extern "C" {
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [unsafe extern "C" fn(); 32] = {
     let mut table: [unsafe extern "C" fn(); 32] = [DefaultHandler; 32];
+    table[Interrupt::UartReceived as usize] = uart::on_received;
+    table[Interrupt::UartSent as usize] = uart::on_sent;
     table[Interrupt::TickTimer as usize] = on_tick_timer;
     table[Interrupt::Haptic as usize] = on_haptic;
     table[Interrupt::Background as usize] = on_background;
@@ -211,7 +221,7 @@ pub fn print(line: fmt::Arguments<'_>) {
     semihosting::eprintln!("{line}");
 }
 
-/// What the emulator's command line asks for: `TICKS`, `TICKS LEAD_TICKS`, or `lock-step IN OUT` with the paths of two FIFOs.
+/// What the emulator's command line asks for: `TICKS`, `TICKS LEAD_TICKS`, `lock-step IN OUT` with the paths of two FIFOs, or `uart`.
 pub fn duty() -> Duty {
     let Ok(arguments) = semihosting::experimental::env::args::<512>() else { return Duty::Script(DEFAULT_SCRIPT) };
     let mut words = (&arguments).filter_map(core::result::Result::ok).skip(1);
@@ -227,8 +237,12 @@ pub fn duty() -> Duty {
         let (Some(input), Some(output)) = (input, output) else {
             safety::stop(format_args!("lock-step: two FIFOs are needed: lock-step IN OUT"))
         };
-        LINK.lock(|link| *link.borrow_mut() = Some((input, output)));
-        return Duty::LockStep;
+        FILES.lock(|link| *link.borrow_mut() = Some((input, output)));
+        return Duty::Serve(Pace::LockStep);
+    }
+    if first == Some("uart") {
+        uart::start();
+        return Duty::Serve(Pace::Timed);
     }
     let number = |word: Option<&str>| word.and_then(|word| word.parse().ok());
     Duty::Script(Script {
@@ -237,18 +251,27 @@ pub fn duty() -> Duty {
     })
 }
 
-/// The two ends of the link, from the host's file system.
-static LINK: Mutex<CriticalSectionRawMutex, RefCell<Option<(File, File)>>> = Mutex::new(RefCell::new(None));
+/// The two ends of a lock-step link, from the host's file system. Without one the link is the UART.
+static FILES: Mutex<CriticalSectionRawMutex, RefCell<Option<(File, File)>>> = Mutex::new(RefCell::new(None));
 
-/// Bytes from the host; the whole machine stands still until there are some. 0 when the host has closed its end.
+/// These images have no encoders: poses come over the link.
+pub fn sense() -> Option<Sensed> {
+    None
+}
+
+/// Bytes from the host. In lock-step the whole machine stands still until there are some, and 0 says that the host has gone.
 pub fn link_read(bytes: &mut [u8]) -> usize {
-    LINK.lock(|link| link.borrow_mut().as_mut().and_then(|(input, _)| input.read(bytes).ok())).unwrap_or(0)
+    let from_file = FILES.lock(|link| link.borrow_mut().as_mut().map(|(input, _)| input.read(bytes).unwrap_or(0)));
+    from_file.unwrap_or_else(|| uart::read(bytes))
 }
 
 /// Bytes to the host.
 pub fn link_write(bytes: &[u8]) {
     // a host that does not read any more is noticed by the next read
-    let _ = LINK.lock(|link| link.borrow_mut().as_mut().map(|(_, output)| output.write_all(bytes)));
+    let to_file = FILES.lock(|link| link.borrow_mut().as_mut().map(|(_, output)| output.write_all(bytes)));
+    if to_file.is_none() {
+        uart::write(bytes);
+    }
 }
 
 unsafe extern "C" {

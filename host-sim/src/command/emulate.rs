@@ -46,7 +46,7 @@ pub(super) struct EmulateArgs {
     /// Only the press and 2000 ticks.
     #[arg(long)]
     quick: bool,
-    /// Also measure what a tick takes: instructions, estimated cycles, their histogram (instructions.csv, tick_time_all).
+    /// Also measure what a tick takes: instructions, estimated cycles, their histogram (instructions.csv, picture of all ticks).
     #[arg(long)]
     timing: bool,
 }

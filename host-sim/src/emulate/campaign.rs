@@ -69,13 +69,15 @@ pub fn run(twin: &mut Twin<'_>, ticks: u32, deepest_m: f32, mut progress: impl F
         let depth_m = deepest_m * (0.25 + 0.75 * share());
         let (turn, slide_m) = (core::f32::consts::TAU * share(), 4e-3 * share());
         let at = (PRESS_TICKS as f32 * (0.2 + 0.6 * share())) as u32;
-        let mut calm = 0;
+        let (mut calm, mut strayed) = (0, 0);
         let mut n = 0;
         let mut was_away = twin.mode() != Mode::Active;
         while met.ticks < ticks && n < PRESS_TICKS {
             let active = matches!(twin.mode(), Mode::Active | Mode::Degraded);
+            // under force such a jump would count as too fast: the hand strays before it presses
+            let straying = mishap == Mishap::OutsideWorkspace && active && strayed < 4;
             // outside until the force is on at full gain, then one press
-            let pressing = n > 0 || (active && calm > 0);
+            let pressing = !straying && (n > 0 || (active && calm > 0));
             let phase = n as f32 / PRESS_TICKS as f32;
             let down = (1.0 - (2.0 * phase - 1.0).abs()) * (depth_m + CLEAR_M);
             let aside = (phase - 0.25).clamp(0.0, 0.5) * 2.0 * slide_m;
@@ -87,14 +89,17 @@ pub fn run(twin: &mut Twin<'_>, ticks: u32, deepest_m: f32, mut progress: impl F
                 Mode::Fault => Some(HostAsk::Clear),
                 _ => None,
             };
+            if straying {
+                reading.position_m.z = 0.2;
+                strayed += 1;
+            }
             if pressing && (at..at + 4).contains(&n) {
                 match mishap {
-                    Mishap::None => {}
+                    Mishap::None | Mishap::OutsideWorkspace => {}
                     Mishap::NotANumber => reading.position_m.y = f32::NAN,
                     Mishap::SensorFails => reading.good = false,
                     Mishap::Teleport => reading.position_m.x += 0.02 * (n - at + 1) as f32,
                     Mishap::Stale => reading.fresh = false,
-                    Mishap::OutsideWorkspace => reading.position_m.z = 0.2,
                     Mishap::Stop => ask = Some(HostAsk::Stop),
                 }
             }

@@ -34,11 +34,11 @@ pub fn build() -> Result<PathBuf, EmulateError> {
         return Err(EmulateError::NotBuilt(first.to_owned()));
     }
     let messages = String::from_utf8_lossy(&output.stdout);
-    let executable = messages.lines().filter_map(|line| {
+    let mut executable = messages.lines().filter_map(|line| {
         let message: serde_json::Value = serde_json::from_str(line).ok()?;
         message.get("executable")?.as_str().map(PathBuf::from)
     });
-    executable.last().ok_or_else(|| EmulateError::NotBuilt("cargo named no image".into()))
+    executable.next_back().ok_or_else(|| EmulateError::NotBuilt("cargo named no image".into()))
 }
 
 /// The image to run: the one given, or a new one.
