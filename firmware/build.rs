@@ -18,9 +18,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     if env::var("CARGO_CFG_TARGET_OS")? != "none" {
         return Ok(());
     }
-    fs::copy("../memory.x", out.join("memory.x"))?;
-    // cortex-m-rt includes this file for the names of interrupt handlers; the board fills its vector table by itself
-    fs::write(out.join("device.x"), "")?;
+    let memory = fs::read_to_string("../memory.x")?;
+    if env::var_os("CARGO_FEATURE_NUCLEO_H743ZI").is_some() {
+        // the same sizes; the names of interrupt handlers come with the chip's registers
+        fs::write(out.join("memory.x"), memory.replace("ORIGIN = 0x00000000", "ORIGIN = 0x08000000"))?;
+    } else {
+        fs::write(out.join("memory.x"), memory)?;
+        // cortex-m-rt includes this file for the names of interrupt handlers; the board fills its vector table by itself
+        fs::write(out.join("device.x"), "")?;
+    }
     println!("cargo:rustc-link-search={}", out.display());
     for argument in ["-Tlink.x", "-Tdefmt.x", "--nmagic"] {
         println!("cargo:rustc-link-arg-bins={argument}");

@@ -33,12 +33,12 @@ impl Flash for Cut {
         (0..SLOT_BYTES).try_for_each(|at| self.put(slot, at, 0xFF))
     }
 
-    fn write(&mut self, slot: Slot, at: usize, bytes: &[u8]) -> Result<(), FlashError> {
-        bytes.iter().enumerate().try_for_each(|(n, byte)| {
+    fn write(&mut self, slot: Slot, bytes: &[u8; SLOT_BYTES]) -> Result<(), FlashError> {
+        bytes.iter().enumerate().try_for_each(|(at, byte)| {
             if *byte == 0xFF {
                 return Ok(()); // erased already
             }
-            self.put(slot, at + n, *byte)
+            self.put(slot, at, *byte)
         })
     }
 }

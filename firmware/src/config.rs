@@ -1,7 +1,7 @@
 //! The profile that a board keeps over power-off: two slots of flash, written in turn.
 //!
-//! A slot is `magic, version, length, generation, profile as postcard, CRC-32`. Writing goes to the slot that is not in use, and the checksum goes
-//! last: whenever the power fails, the other slot still holds what was there before. What is damaged, of another version or out of range counts as empty.
+//! A slot is `magic, version, length, generation, profile as postcard, CRC-32`. Writing goes to the slot that is not in use:
+//! whenever the power fails, the other one still holds what was there before. What is damaged, of another version or out of range counts as empty.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use palpate::BuildError;
@@ -84,11 +84,11 @@ pub trait Flash {
     /// The flash says that it did not work.
     fn erase(&mut self, slot: Slot) -> Result<(), FlashError>;
 
-    /// Writes bytes into an erased place.
+    /// Writes an erased slot from its start on.
     ///
     /// # Errors
     /// The flash says that it did not work.
-    fn write(&mut self, slot: Slot, at: usize, bytes: &[u8]) -> Result<(), FlashError>;
+    fn write(&mut self, slot: Slot, bytes: &[u8; SLOT_BYTES]) -> Result<(), FlashError>;
 }
 
 /// Flash that did not do as told.
@@ -136,12 +136,10 @@ pub fn store(flash: &mut impl Flash, profile: &Profile) -> Result<u32, StoreErro
     profile.check().map_err(StoreError::Range)?;
     let (slot, generation) = load(flash).map_or((Slot::A, 1), |(_, slot, last)| (slot.other(), last.wrapping_add(1)));
     let mut bytes = [0xFF; SLOT_BYTES];
-    let length = format(&mut bytes, profile, generation).ok_or(StoreError::Flash)?;
+    format(&mut bytes, profile, generation).ok_or(StoreError::Flash)?;
     let failed = |FlashError| StoreError::Flash;
     flash.erase(slot).map_err(failed)?;
-    let (body, rest) = bytes.split_at(length);
-    flash.write(slot, 0, body).map_err(failed)?;
-    flash.write(slot, length, rest.get(..TAIL).ok_or(StoreError::Flash)?).map_err(failed)?;
+    flash.write(slot, &bytes).map_err(failed)?;
     match load(flash) {
         Some((read, _, found)) if (read, found) == (*profile, generation) => Ok(generation),
         _ => Err(StoreError::Flash),
@@ -157,8 +155,8 @@ pub enum StoreError {
     Flash,
 }
 
-/// Writes head, profile and checksum; the length without the checksum.
-fn format(bytes: &mut [u8; SLOT_BYTES], profile: &Profile, generation: u32) -> Option<usize> {
+/// Writes head, profile and checksum.
+fn format(bytes: &mut [u8; SLOT_BYTES], profile: &Profile, generation: u32) -> Option<()> {
     let (head, body) = bytes.split_at_mut(HEAD);
     let length = postcard::to_slice(profile, body).ok()?.len();
     head.get_mut(..4)?.copy_from_slice(&MAGIC.to_le_bytes());
@@ -168,7 +166,7 @@ fn format(bytes: &mut [u8; SLOT_BYTES], profile: &Profile, generation: u32) -> O
     let end = HEAD + length;
     let crc = CRC.checksum(bytes.get(..end)?);
     bytes.get_mut(end..end + TAIL)?.copy_from_slice(&crc.to_le_bytes());
-    Some(end)
+    Some(())
 }
 
 fn parse(bytes: &[u8; SLOT_BYTES]) -> Option<(Profile, u32)> {

@@ -34,12 +34,30 @@ pub enum Duty {
     Serve(Pace),
 }
 
+#[expect(unsafe_code, reason = "memory that outlives a reset is no plain static")]
+mod resets;
+#[expect(unsafe_code, reason = "the stack's bounds are the linker's, and a hard fault needs a fresh one")]
+mod stack;
+pub use resets::count_millisecond;
+pub use stack::{STACK_BYTES, stack_used_bytes};
+
+#[cfg(feature = "nucleo-h743zi")]
+#[expect(unsafe_code, reason = "interrupt entry and registers shared with fault handlers are the board's to touch")]
+mod nucleo_h743zi;
+#[cfg(feature = "nucleo-h743zi")]
+pub use nucleo_h743zi::{
+    ProfileMemory, after_crash, barred, clock_counts, counts_to_ns, duty, exit, feed_watchdog, healthy, link_read, link_write,
+    outputs, outputs_off, print, sense, start_executors, start_tick_timer, write_outputs,
+};
+
+#[cfg(not(any(feature = "mps2", feature = "nucleo-h743zi")))]
+compile_error!("name a board: --features mps2 or --features nucleo-h743zi");
+
 #[cfg(feature = "mps2")]
 #[expect(unsafe_code, reason = "registers, vector table and interrupt entry are the board's to touch")]
 mod mps2;
 #[cfg(feature = "mps2")]
 pub use mps2::{
-    ProfileMemory, STACK_BYTES, after_crash, barred, clock_counts, count_millisecond, counts_to_ns, duty, exit, feed_watchdog,
-    healthy, link_read, link_write, outputs, outputs_off, print, sense, stack_used_bytes, start_executors, start_tick_timer,
-    write_outputs,
+    ProfileMemory, after_crash, barred, clock_counts, counts_to_ns, duty, exit, feed_watchdog, healthy, link_read, link_write,
+    outputs, outputs_off, print, sense, start_executors, start_tick_timer, write_outputs,
 };

@@ -30,9 +30,9 @@ use crate::{haptic_loop, safety};
 
 #[cfg(feature = "planted-crash")]
 pub mod crash;
-mod kept;
+mod profile;
 mod uart;
-pub use kept::{ProfileMemory, barred, count_millisecond};
+pub use profile::ProfileMemory;
 
 /// Main clock of the FPGA images [Hz]; timer 0 and the free-running counter both run on it.
 const CLOCK_HZ: u32 = 25_000_000;
@@ -274,30 +274,11 @@ pub fn link_write(bytes: &[u8]) {
     }
 }
 
-unsafe extern "C" {
-    static _stack_start: u32;
-    static _stack_end: u32;
-}
-
-/// Bytes below the statics that are the stack's, `memory.x` says how many.
-pub const STACK_BYTES: usize = 16 * 1024;
-/// What cortex-m-rt's `paint-stack` fills the stack with.
-const PAINT: u32 = 0xCCCC_CCCC;
-
-/// Bytes of the stack that were ever written: the paint is gone there.
-pub fn stack_used_bytes() -> usize {
-    let (low, high) = (&raw const _stack_end, &raw const _stack_start);
-    let words = (high.addr() - low.addr()) / size_of::<u32>();
-    // SAFETY: both symbols come from `memory.x` and bound the stack; every word between them is RAM, and reading one has no side effect.
-    let untouched = (0..words).take_while(|at| unsafe { low.add(*at).read_volatile() } == PAINT).count();
-    (words - untouched) * size_of::<u32>()
-}
-
 /// On hardware the watchdog resets the board. An emulated run ends, for whoever waits for it.
 pub fn after_crash() -> ! {
     #[cfg(feature = "planted-crash")]
     if planted_site().is_some_and(|site| site >= RESTARTING_SITE) {
-        kept::restart()
+        super::resets::restart()
     }
     exit(false)
 }
@@ -305,6 +286,11 @@ pub fn after_crash() -> ! {
 /// Planted sites from this one on end in a reset, as on hardware.
 #[cfg(feature = "planted-crash")]
 const RESTARTING_SITE: usize = 12;
+
+/// Whether crashes came too often.
+pub fn barred() -> bool {
+    super::resets::barred(false) // a reset by this image says so itself
+}
 
 /// Which crash the command line asks for, behind `TICKS LEAD_TICKS`. None once the board is barred.
 #[cfg(feature = "planted-crash")]
@@ -323,37 +309,4 @@ unsafe fn NonMaskableInt() -> ! {
     outputs_off();
     let silent = clock_counts().wrapping_sub(FED.load(Ordering::Relaxed)) / (CLOCK_HZ / 1_000_000);
     safety::stop(format_args!("watchdog: no tick was completed for silent_us={silent}"))
-}
-
-// A stack that overflowed has left RAM below the statics. Everything said from here on needs one that works: take it from the top.
-core::arch::global_asm!(
-    ".section .HardFault.palpate, \"ax\"",
-    ".global HardFault",
-    ".type HardFault,%function",
-    ".thumb_func",
-    "HardFault:",
-    "cpsid i",
-    "mov r0, sp",
-    "ldr r1, =_stack_start",
-    "mov sp, r1",
-    "b {on_hard_fault}",
-    ".size HardFault, . - HardFault",
-    on_hard_fault = sym on_hard_fault,
-);
-
-/// `frame` is where the core left the registers of what failed: eight words, the program counter the seventh. Only told if it lies in the stack.
-extern "C" fn on_hard_fault(frame: *const u32) -> ! {
-    outputs_off();
-    let stack = (&raw const _stack_end).addr()..(&raw const _stack_start).addr() - 32;
-    if stack.contains(&frame.addr()) {
-        // SAFETY: eight words from here on are within the stack.
-        let [lr, pc] = unsafe { [frame.add(5).read_volatile(), frame.add(6).read_volatile()] };
-        safety::stop(format_args!("hard fault at pc={pc:#010x} lr={lr:#010x}"))
-    }
-    safety::stop(format_args!("hard fault: the stack overflowed"))
-}
-
-#[exception]
-unsafe fn DefaultHandler(irqn: i16) -> ! {
-    safety::stop(format_args!("interrupt {irqn} has no handler"))
 }
