@@ -18,12 +18,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     if env::var("CARGO_CFG_TARGET_OS")? != "none" {
         return Ok(());
     }
-    let memory = fs::read_to_string("../memory.x")?;
-    if env::var_os("CARGO_FEATURE_NUCLEO_H743ZI").is_some() {
-        // the same sizes; the names of interrupt handlers come with the chip's registers
-        fs::write(out.join("memory.x"), memory.replace("ORIGIN = 0x00000000", "ORIGIN = 0x08000000"))?;
-    } else {
-        fs::write(out.join("memory.x"), memory)?;
+    fs::copy("../memory.x", out.join("memory.x"))?;
+    let nucleo = env::var_os("CARGO_FEATURE_NUCLEO_H743ZI").is_some();
+    let origin = if nucleo { "0x08000000" } else { "0x00000000" };
+    fs::write(out.join("flash.x"), format!("FLASH : ORIGIN = {origin}, LENGTH = 1024K\n"))?;
+    // the Nucleo's come with the chip's registers
+    if !nucleo {
         // cortex-m-rt includes this file for the names of interrupt handlers; the board fills its vector table by itself
         fs::write(out.join("device.x"), "")?;
     }

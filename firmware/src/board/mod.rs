@@ -29,6 +29,7 @@ pub use mps2::{crash, planted_site};
 #[derive(Clone, Copy)]
 pub enum Duty {
     /// A scripted hand presses, in real time.
+    #[cfg_attr(feature = "nucleo-h743zi", expect(dead_code, reason = "a board with sensors needs no scripted hand"))]
     Script(Script),
     /// A host is on the link.
     Serve(Pace),
