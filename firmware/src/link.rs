@@ -13,6 +13,7 @@ pub mod frame;
 pub mod message;
 pub mod receiver;
 pub mod record;
+mod stuffing;
 pub mod upload;
 
 pub use desk::{Change, Desk};

@@ -8,6 +8,8 @@ use core::fmt;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use serde::{Deserialize, Serialize};
 
+use super::stuffing;
+
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 /// Sequence number in front.
 const HEAD: usize = 2;
@@ -57,11 +59,11 @@ pub fn encode<'out>(sequence: u16, message: &impl Serialize, out: &'out mut [u8;
     head.copy_from_slice(&sequence.to_le_bytes());
     let (body, _) = rest.split_at_mut(BODY_BYTES);
     let body = postcard::to_slice(message, body).map_err(|_| FrameError::TooLong)?.len();
-    let (checked, tail) = plain.split_at_mut(HEAD + body);
+    let (checked, tail) = plain.split_at_mut_checked(HEAD + body).ok_or(FrameError::TooLong)?;
     let crc = CRC.checksum(checked).to_le_bytes();
-    tail.get_mut(..TAIL).ok_or(FrameError::TooLong)?.copy_from_slice(&crc);
+    *tail.first_chunk_mut().ok_or(FrameError::TooLong)? = crc;
     let whole = plain.get(..HEAD + body + TAIL).ok_or(FrameError::TooLong)?;
-    let length = cobs::try_encode(whole, out).map_err(|_| FrameError::TooLong)?;
+    let length = stuffing::stuff(whole, out).ok_or(FrameError::TooLong)?;
     *out.get_mut(length).ok_or(FrameError::TooLong)? = 0;
     out.get(..=length).ok_or(FrameError::TooLong)
 }
@@ -74,7 +76,7 @@ pub fn decode<'b, Message: Deserialize<'b>>(frame: &'b mut [u8]) -> Result<(u16,
     if frame.len() >= FRAME_BYTES {
         return Err(FrameError::TooLong);
     }
-    let length = cobs::decode_in_place(frame).map_err(|_| FrameError::Stuffing)?;
+    let length = stuffing::unstuff(frame).ok_or(FrameError::Stuffing)?;
     let plain: &'b [u8] = frame.get(..length).ok_or(FrameError::Stuffing)?;
     let (checked, crc) = plain.split_last_chunk::<TAIL>().ok_or(FrameError::Checksum)?;
     if CRC.checksum(checked) != u32::from_le_bytes(*crc) {

@@ -40,7 +40,7 @@ impl Upload {
         let room = bytemuck::cast_slice_mut::<u32, u8>(&mut self.words).get_mut(self.have..end);
         match room {
             Some(room) if next && end <= self.announced => {
-                room.copy_from_slice(piece);
+                room.iter_mut().zip(piece).for_each(|(place, byte)| *place = *byte);
                 self.have = end;
                 Ok(())
             }
