@@ -3,8 +3,6 @@
 //! The emulator charges every instruction the same time, so its clock counts instructions; it says nothing about hardware cycles.
 
 use core::{
-    cell::RefCell,
-    ffi::CStr,
     fmt,
     sync::atomic::{AtomicBool, AtomicI16, AtomicU32, Ordering},
 };
@@ -16,29 +14,22 @@ use cortex_m::{
 use cortex_m_rt::exception;
 use defmt_semihosting as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
-use embassy_sync::blocking_mutex::{Mutex, raw::CriticalSectionRawMutex};
 use palpate::haptic::device::Sensed;
 use palpate_firmware::force_out::{DacCode, Outputs};
-use palpate_firmware::script::{LEAD_TICKS, Script};
 
-use semihosting::fs::File;
-use semihosting::io::{self, Read as _, Write as _};
-
-use super::Duty;
-use crate::serve::Pace;
 use crate::{haptic_loop, safety};
 
 #[cfg(feature = "planted-crash")]
 pub mod crash;
+mod link;
 mod profile;
 mod uart;
+pub use link::{duty, link_read, link_write};
 pub use profile::ProfileMemory;
 
 /// Main clock of the FPGA images [Hz]; timer 0 and the free-running counter both run on it.
 const CLOCK_HZ: u32 = 25_000_000;
 const TICK_HZ: u32 = 1_000;
-/// The run when the emulator's command line names none.
-const DEFAULT_SCRIPT: Script = Script { ticks: 10_000, lead_ticks: LEAD_TICKS };
 
 // CMSDK APB timer 0
 const TIMER0_CTRL: *mut u32 = 0x4000_0000 as *mut u32;
@@ -221,57 +212,9 @@ pub fn print(line: fmt::Arguments<'_>) {
     semihosting::eprintln!("{line}");
 }
 
-/// What the emulator's command line asks for: `TICKS`, `TICKS LEAD_TICKS`, `lock-step IN OUT` with the paths of two FIFOs, or `uart`.
-pub fn duty() -> Duty {
-    let Ok(arguments) = semihosting::experimental::env::args::<512>() else { return Duty::Script(DEFAULT_SCRIPT) };
-    let mut words = (&arguments).filter_map(core::result::Result::ok).skip(1);
-    let first = words.next();
-    if first == Some("lock-step") {
-        let mut open = |how: fn(&CStr) -> io::Result<File>| {
-            let mut path = [0_u8; 256];
-            let word = words.next()?.as_bytes();
-            path.get_mut(..word.len())?.copy_from_slice(word);
-            how(CStr::from_bytes_until_nul(&path).ok()?).ok()
-        };
-        let (input, output) = (open(|path| File::open(path)), open(|path| File::create(path)));
-        let (Some(input), Some(output)) = (input, output) else {
-            safety::stop(format_args!("lock-step: two FIFOs are needed: lock-step IN OUT"))
-        };
-        FILES.lock(|link| *link.borrow_mut() = Some((input, output)));
-        return Duty::Serve(Pace::LockStep);
-    }
-    if first == Some("uart") {
-        uart::start();
-        return Duty::Serve(Pace::Timed);
-    }
-    let number = |word: Option<&str>| word.and_then(|word| word.parse().ok());
-    Duty::Script(Script {
-        ticks: number(first).unwrap_or(DEFAULT_SCRIPT.ticks),
-        lead_ticks: number(words.next()).unwrap_or(DEFAULT_SCRIPT.lead_ticks),
-    })
-}
-
-/// The two ends of a lock-step link, from the host's file system. Without one the link is the UART.
-static FILES: Mutex<CriticalSectionRawMutex, RefCell<Option<(File, File)>>> = Mutex::new(RefCell::new(None));
-
 /// These images have no encoders: poses come over the link.
 pub fn sense() -> Option<Sensed> {
     None
-}
-
-/// Bytes from the host. In lock-step the whole machine stands still until there are some, and 0 says that the host has gone.
-pub fn link_read(bytes: &mut [u8]) -> usize {
-    let from_file = FILES.lock(|link| link.borrow_mut().as_mut().map(|(input, _)| input.read(bytes).unwrap_or(0)));
-    from_file.unwrap_or_else(|| uart::read(bytes))
-}
-
-/// Bytes to the host.
-pub fn link_write(bytes: &[u8]) {
-    // a host that does not read any more is noticed by the next read
-    let to_file = FILES.lock(|link| link.borrow_mut().as_mut().map(|(_, output)| output.write_all(bytes)));
-    if to_file.is_none() {
-        uart::write(bytes);
-    }
 }
 
 /// On hardware the watchdog resets the board. An emulated run ends, for whoever waits for it.
