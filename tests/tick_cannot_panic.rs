@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use palpate_tests::disassembly;
-use palpate_tests::emulator::build_firmware;
+use palpate_tests::emulator::{build_firmware, link_panic_proof};
 
 /// Functions of the path, as they are named in the image.
 const PATH: [&str; 2] = ["palpate::tick::", "palpate::path::"];
@@ -50,7 +50,7 @@ fn no_function_of_the_path_calls_a_panic() {
 #[test]
 fn a_tick_links_without_a_panic_and_with_one_it_does_not() {
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
-    build_firmware(target, &["panic-proof"]).unwrap();
-    let planted = build_firmware(target, &["panic-proof", "planted-crash"]).unwrap_err().to_string();
+    link_panic_proof(target, false).unwrap();
+    let planted = link_panic_proof(target, true).unwrap_err().to_string();
     assert!(planted.contains("undefined symbol: a_tick_can_panic"), "{planted}");
 }

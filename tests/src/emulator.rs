@@ -93,7 +93,13 @@ pub struct RunResult {
 /// Builds the firmware with its default patch and returns its ELF file. `target` is cargo's target directory; every set of features has its own below it.
 pub fn build_firmware(target: &Path, features: &[&str]) -> Result<PathBuf, EmulatorError> {
     let target = features.iter().fold(target.to_owned(), |path, feature| path.join(feature));
-    build(&target, features, None)
+    build(&target, features, None, "palpate-firmware")
+}
+
+/// Links the image that holds a tick and nothing that may panic; with one panic planted it must not link. Shares the libraries of the default image.
+pub fn link_panic_proof(target: &Path, planted: bool) -> Result<PathBuf, EmulatorError> {
+    let features = if planted { &["panic-proof", "planted-crash"][..] } else { &["panic-proof"] };
+    build(target, features, None, "panic-proof")
 }
 
 /// The same with another patch file, an absolute path. The ELF file is named after the patch: builds of one image at a time share their libraries.
@@ -101,14 +107,14 @@ pub fn build_firmware_with(target: &Path, features: &[&str], patch: &Path) -> Re
     static BUILDING: Mutex<()> = Mutex::new(());
     let one_at_a_time = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
     let target = features.iter().fold(target.join("with-patch"), |path, feature| path.join(feature));
-    let elf = build(&target, features, Some(patch))?;
+    let elf = build(&target, features, Some(patch), "palpate-firmware")?;
     let named = target.join(patch.file_stem().unwrap_or_default()).with_extension("elf");
     std::fs::copy(&elf, &named).map_err(|cause| EmulatorError::NotBuilt(format!("{}: {cause}", named.display())))?;
     drop(one_at_a_time);
     Ok(named)
 }
 
-fn build(target: &Path, features: &[&str], patch: Option<&Path>) -> Result<PathBuf, EmulatorError> {
+fn build(target: &Path, features: &[&str], patch: Option<&Path>, image: &str) -> Result<PathBuf, EmulatorError> {
     let program = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
     let mut command = Command::new(&program);
     match patch {
@@ -116,13 +122,13 @@ fn build(target: &Path, features: &[&str], patch: Option<&Path>) -> Result<PathB
         None => command.env_remove("PALPATE_PATCH"),
     };
     let output = command
-        .args(["fw", "--features", &features.join(","), "--target-dir"])
+        .args(["fw", "--bin", image, "--features", &features.join(","), "--target-dir"])
         .arg(target)
         .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
         .output()
         .map_err(|source| EmulatorError::NotStarted { program, source })?;
     if output.status.success() {
-        Ok(target.join("thumbv7em-none-eabihf/firmware/palpate-firmware"))
+        Ok(target.join("thumbv7em-none-eabihf/firmware").join(image))
     } else {
         Err(EmulatorError::NotBuilt(String::from_utf8_lossy(&output.stderr).into_owned()))
     }
