@@ -19,8 +19,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Ok(());
     }
     fs::copy("../memory.x", out.join("memory.x"))?;
-    // cortex-m-rt includes this file for the names of interrupt handlers; the board fills its vector table by itself
-    fs::write(out.join("device.x"), "")?;
+    let nucleo = env::var_os("CARGO_FEATURE_NUCLEO_H743ZI").is_some();
+    let origin = if nucleo { "0x08000000" } else { "0x00000000" };
+    fs::write(out.join("flash.x"), format!("FLASH : ORIGIN = {origin}, LENGTH = 1024K\n"))?;
+    // the Nucleo's come with the chip's registers
+    if !nucleo {
+        // cortex-m-rt includes this file for the names of interrupt handlers; the board fills its vector table by itself
+        fs::write(out.join("device.x"), "")?;
+    }
     println!("cargo:rustc-link-search={}", out.display());
     for argument in ["-Tlink.x", "-Tdefmt.x", "--nmagic"] {
         println!("cargo:rustc-link-arg-bins={argument}");

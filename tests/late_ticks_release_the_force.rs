@@ -2,26 +2,35 @@
 
 use std::path::Path;
 
+use palpate_firmware::script::LEAD_TICKS;
 use palpate_tests::emulator::{Machine, Outcome, Run, build_firmware};
 
 fn run(shift: u32) -> Outcome {
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
     let elf = build_firmware(target, &[]).unwrap();
-    Run { machine: Machine::An386, shift, ticks: 100, exec_log: None }.start(&elf).unwrap()
+    Run { machine: Machine::An386, shift, ticks: 1_000, lead_ticks: LEAD_TICKS, planted: None, exec_log: None }
+        .start(&elf)
+        .unwrap()
 }
 
 #[test]
-fn three_late_ticks_in_a_row_release_the_force_for_good() {
-    let outcome = run(5); // 2 ms a tick
-    let result = outcome.result().unwrap();
-    assert_eq!(result.overruns, 3, "late ticks until the release");
-    assert_eq!(result.faults, 98, "the third late tick and all after it");
-    assert_eq!(outcome.exit_status, Some(1));
+fn two_late_ticks_in_a_row_are_a_fault() {
+    // 1.2 and 2.4 ms a tick
+    for shift in [4, 5] {
+        let outcome = run(shift);
+        let result = outcome.result().unwrap();
+        assert_eq!(result.overruns, 2, "late ticks until the fault");
+        // boot, self-test, the tick that puts the patch to rest, and two late ones
+        assert_eq!(result.faults, 1_000 - 5, "{}", outcome.text);
+        assert!(outcome.text.contains("mode=fault fault=ticks ended too late"), "{}", outcome.text);
+        assert_eq!(outcome.exit_status, Some(1));
+    }
 }
 
 #[test]
 fn a_tick_without_end_meets_the_watchdog() {
-    let outcome = run(8); // 16 ms a tick, past the watchdog's 10 ms
-    assert!(outcome.text.contains("watchdog"), "{}", outcome.text);
+    let outcome = run(8); // 20 ms a tick, past the watchdog's 4.5 ms
+    let silent_us = outcome.number("silent_us").unwrap_or_else(|| panic!("no word from the watchdog: {}", outcome.text));
+    assert!(silent_us <= 5_000, "the outputs were off {silent_us} us after the last completed tick");
     assert_eq!(outcome.exit_status, Some(1));
 }

@@ -1,9 +1,10 @@
-//! No function on the tick's path calls a panic: read off the board's image, where every stage is a function of its own.
+//! A tick cannot panic. No function on the core's path calls a panic: read off the board's image, where every stage is a function of its own. And all of a
+//! tick, from the host's message to the outputs, is linked with a panic handler that cannot be linked.
 
 use std::path::Path;
 
 use palpate_tests::disassembly;
-use palpate_tests::emulator::build_firmware;
+use palpate_tests::emulator::{build_firmware, link_panic_proof};
 
 /// Functions of the path, as they are named in the image.
 const PATH: [&str; 2] = ["palpate::tick::", "palpate::path::"];
@@ -44,4 +45,12 @@ fn no_function_of_the_path_calls_a_panic() {
     }
     assert_eq!(bad, [""; 0]);
     assert!(listing.contains("panic"), "an image without any panic would prove nothing about where they are");
+}
+
+#[test]
+fn a_tick_links_without_a_panic_and_with_one_it_does_not() {
+    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
+    link_panic_proof(target, false).unwrap();
+    let planted = link_panic_proof(target, true).unwrap_err().to_string();
+    assert!(planted.contains("undefined symbol: a_tick_can_panic"), "{planted}");
 }

@@ -154,9 +154,29 @@ pub enum Fault {
     Runaway = 14,
 }
 
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let text = match self {
+impl Fault {
+    /// Every fault, by number.
+    pub const ALL: [Self; 14] = [
+        Self::PoseNotFinite,
+        Self::Diverged,
+        Self::ForceNotFinite,
+        Self::SizeMismatch,
+        Self::SensorFault,
+        Self::PoseStale,
+        Self::OutOfWorkspace,
+        Self::OverSpeed,
+        Self::ForceImplausible,
+        Self::EnergyCreated,
+        Self::SelfTestFailed,
+        Self::DeadlineMissed,
+        Self::SupplyLow,
+        Self::Runaway,
+    ];
+
+    /// In words.
+    #[must_use]
+    pub fn text(self) -> &'static str {
+        match self {
             Self::PoseNotFinite => "the probe pose was not finite",
             Self::Diverged => "the tissue diverged",
             Self::ForceNotFinite => "the force was not finite",
@@ -171,8 +191,13 @@ impl fmt::Display for Fault {
             Self::DeadlineMissed => "ticks ended too late",
             Self::SupplyLow => "the supply was too low",
             Self::Runaway => "the probe ran away against the force",
-        };
-        write!(f, "fault {}: {text}", *self as u8)
+        }
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "fault {}: {}", *self as u8, self.text())
     }
 }
 

@@ -1,6 +1,6 @@
 //! Force in, converter codes out.
 
-use fixed::types::I16F16;
+use crate::edge::Drive;
 
 /// Output of one axis as its converter takes it: +-32767 is +-[`DacCode::FULL_SCALE_N`], 0 is no force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,24 +11,40 @@ impl DacCode {
     pub const ZERO: Self = Self(0);
     /// Force at code 32767 [N]; the peak force of a desktop device of this class.
     pub const FULL_SCALE_N: f32 = 8.0;
-    /// Codes per newton: 32767 / 8, exact in `I16F16`.
-    const PER_N: I16F16 = I16F16::lit("4095.875");
+    /// Codes per newton: 32767 / 8, exact in single precision.
+    const PER_N: f32 = 4095.875;
 
-    /// Nearest code; saturates at full scale. Not-a-number gives no force: nothing sensible can be rendered.
+    /// Nearest code; saturates at full scale. Not-a-number gives no force: nothing sensible can be rendered. In floating point, for the unit
+    /// converts and saturates in one instruction.
     #[must_use]
     pub fn from_force_n(force_n: f32) -> Self {
-        let limited = force_n.clamp(-Self::FULL_SCALE_N, Self::FULL_SCALE_N);
-        let Some(newtons) = I16F16::checked_from_num(limited) else {
-            return Self::ZERO;
-        };
-        Self(newtons.saturating_mul(Self::PER_N).saturating_round().saturating_to_num())
+        let codes = force_n * Self::PER_N;
+        let nearest = (codes + 0.5_f32.copysign(codes)) as i32; // cuts toward zero
+        Self(nearest.clamp(-0x7FFF, 0x7FFF) as i16)
     }
 }
 
-/// The codes of the three axes for a force on the hand [N].
+/// What a board puts on its pins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Outputs {
+    /// The amplifiers' enable line.
+    pub enabled: bool,
+    /// The converters.
+    pub codes: [DacCode; 3],
+}
+
+impl Outputs {
+    /// Nothing drives the hand.
+    pub const OFF: Self = Self { enabled: false, codes: [DacCode::ZERO; 3] };
+}
+
+/// The outputs of three orthogonal axes.
 #[must_use]
-pub fn codes(force_n: [f32; 3]) -> [DacCode; 3] {
-    force_n.map(DacCode::from_force_n)
+pub fn outputs(drive: Drive) -> Outputs {
+    match drive {
+        Drive::Off => Outputs::OFF,
+        Drive::Force(force_n) => Outputs { enabled: true, codes: <[f32; 3]>::from(force_n).map(DacCode::from_force_n) },
+    }
 }
 
 #[cfg(test)]
@@ -60,8 +76,7 @@ mod tests {
         for step in -8_000..=8_000 {
             let force_n = step as f32 * 1e-3;
             let back_n = f32::from(DacCode::from_force_n(force_n).0) / 4095.875;
-            // half a code, and half a code more at full scale for the 2^-16 N of the fixed-point force
-            assert!((back_n - force_n).abs() <= 0.57 / 4095.875, "{force_n} N came back as {back_n} N");
+            assert!((back_n - force_n).abs() <= 0.501 / 4095.875, "{force_n} N came back as {back_n} N");
         }
     }
 }

@@ -1,11 +1,21 @@
-//! The 1 kHz task: encoder counts in, one tick of the tissue core, converter codes out.
+//! The 1 kHz task: a reading in, one haptic cycle over the tissue core, converter codes out.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, signal::Signal};
-use palpate::Fnv;
-use palpate_firmware::{deadline::Deadline, force_out, patch::Patch, probe_in};
+use palpate::haptic::cycle::Command;
+use palpate::haptic::device::Sensed;
+use palpate::haptic::mode::Mode;
+use palpate::{Fault, Fnv};
+use palpate_firmware::controller::Controller;
+use palpate_firmware::deadline::Deadline;
+use palpate_firmware::force_out::{self, Outputs};
+use palpate_firmware::link::Record;
+use palpate_firmware::patch::Tissue;
+use palpate_firmware::script::{self, Script};
 
+#[cfg(feature = "planted-crash")]
+use crate::plant::{self, Place};
 use crate::{board, telemetry};
 
 /// Ticks between two snapshots: one a second, slow enough for any log link.
@@ -19,60 +29,90 @@ pub fn on_period() {
     let period = PERIODS_BEGUN.load(Ordering::Relaxed).wrapping_add(1);
     PERIODS_BEGUN.store(period, Ordering::Relaxed); // only this interrupt writes it
     PERIOD.signal(period);
+    #[cfg(feature = "planted-crash")]
+    plant::pass(Place::Timer);
 }
 
-/// Renders the patch.
-///
-/// * **Trigger**: the hardware tick timer, every millisecond.
-/// * **Deadline**: the force is on the converters before the next period begins.
-/// * **Overrun**: decided here, not in a supervisor below, which a tick that never ends in time would starve. A late force is still
-///   written, being fresher than the one on the converters; the periods it ran over are skipped, so the next tick starts on an edge.
-///   [`palpate_firmware::deadline::LATE_IN_A_ROW`] of them in a row release the force for good and the core no longer runs.
-/// * **Dead loop**: a tick that never ends holds the last force, until the watchdog releases it.
-/// * **Faults**: any fault of the core gives zero force for that tick.
-///
-/// Nothing is logged from here: a log call blocks on its link.
-#[embassy_executor::task]
-pub async fn run(mut patch: Patch, run_ticks: Option<u32>) {
-    let mut deadline = Deadline::new();
-    let mut seen = telemetry::Snapshot::default();
-    let mut forces = Fnv::default();
-    while run_ticks != Some(seen.ticks) {
-        let period = PERIOD.wait().await;
-        board::feed_watchdog();
+/// Waits for the next period of the tick timer; its number.
+pub async fn next_period() -> u32 {
+    PERIOD.wait().await
+}
+
+/// The controller with its deadline and what it has seen.
+pub struct HapticLoop {
+    pub controller: Controller,
+    deadline: Deadline,
+    found: Option<Fault>,
+    seen: telemetry::Snapshot,
+    forces: Fnv,
+}
+
+impl HapticLoop {
+    /// Before its first tick.
+    pub fn new(controller: Controller) -> Self {
+        Self { controller, deadline: Deadline::default(), found: None, seen: telemetry::Snapshot::START, forces: Fnv::default() }
+    }
+
+    /// One tick.
+    ///
+    /// * **Trigger**: the hardware tick timer, every millisecond; `period` is the one that began. In lock-step the host's pose, and no period.
+    /// * **Deadline**: the force is on the converters before the next period begins.
+    /// * **Overrun**: decided here, not in a supervisor below, which a tick that never ends in time would starve. A late force is still
+    ///   written, being fresher than the one on the converters; the periods it ran over are skipped, so the next tick starts on an edge.
+    ///   Two in a row, or five in a thousand ([`palpate_firmware::deadline`]), turn the outputs off at once and are the next tick's fault.
+    /// * **Dead loop**: a tick that never ends holds the last force until the watchdog, fed by completed and checked ticks alone, turns it off.
+    /// * **Faults**: no force in the same tick, latched until the host clears it.
+    ///
+    /// Nothing is logged from here: a log call blocks on its link.
+    pub fn tick(&mut self, tissue: &mut Tissue<'_>, sensed: Sensed, command: Command, period: Option<u32>) -> Record {
         let started = board::clock_counts();
-
-        let mut output = None;
-        if !deadline.released() {
-            let pose = probe_in::pose(probe_in::scripted(seen.ticks));
-            output = Some(patch.tick(pose));
-            let late = PERIODS_BEGUN.load(Ordering::Relaxed).wrapping_sub(period);
-            deadline.close(late);
-            if late > 0 {
-                PERIOD.reset();
-            }
+        #[cfg(feature = "planted-crash")]
+        plant::pass(Place::Tick);
+        let command = Command { found: self.found.take(), ..command };
+        let told = self.controller.step(tissue, sensed, command, board::healthy());
+        let mut outputs = force_out::outputs(self.controller.drive());
+        board::write_outputs(outputs);
+        #[cfg(feature = "planted-crash")]
+        plant::pass(Place::Written);
+        let late = period.map_or(0, |period| PERIODS_BEGUN.load(Ordering::Relaxed).wrapping_sub(period));
+        if self.deadline.close(late) {
+            board::outputs_off();
+            outputs = Outputs::OFF;
+            self.found = Some(Fault::DeadlineMissed);
         }
-        let force_n = match output {
-            Some(output) if output.fault.is_none() && !deadline.released() => output.force_n.into(),
-            _ => {
-                seen.faults += 1;
-                [0.0; 3]
-            }
-        };
-        board::write_dac(force_out::codes(force_n));
-
+        if late > 0 {
+            PERIOD.reset();
+        }
+        if self.controller.sound(&told) && board::outputs() == outputs {
+            board::feed_watchdog();
+        }
         let spent = board::clock_counts().wrapping_sub(started);
+
+        board::count_millisecond();
+        let seen = &mut self.seen;
         seen.longest_tick_counts = seen.longest_tick_counts.max(spent);
-        forces.vector(force_n.into());
         seen.ticks = seen.ticks.wrapping_add(1);
-        seen.overruns = deadline.overruns();
-        seen.force_n = force_n;
-        if seen.ticks.is_multiple_of(SNAPSHOT_TICKS) {
-            telemetry::publish(seen);
+        seen.overruns = self.deadline.overruns();
+        seen.faults += u32::from(told.mode == Mode::Fault);
+        (seen.mode, seen.fault, seen.force_n) = (told.mode, told.fault, told.applied_n.into());
+        self.forces.vector(told.applied_n);
+        Record::new(&told, outputs, spent)
+    }
+}
+
+/// Renders the patch to a scripted hand, a tick a period, then reports.
+#[embassy_executor::task]
+pub async fn run_script(mut haptic: HapticLoop, mut tissue: Tissue<'static>, script: Script) {
+    while haptic.seen.ticks < script.ticks {
+        let period = PERIOD.wait().await;
+        haptic.tick(&mut tissue, script::sensed(haptic.seen.ticks, script.lead_ticks), Command::HEARD, Some(period));
+        if haptic.seen.ticks.is_multiple_of(SNAPSHOT_TICKS) {
+            telemetry::publish(haptic.seen);
         }
     }
-    board::outputs_to_zero();
-    telemetry::finish(telemetry::Result { last: seen, state_hash: patch.state_hash(), force_hash: forces.finish() });
+    board::outputs_off();
+    let (last, state_hash, force_hash) = (haptic.seen, tissue.state().1, haptic.forces.finish());
+    telemetry::finish(telemetry::Result { last, state_hash, force_hash });
     loop {
         PERIOD.wait().await;
         board::feed_watchdog();

@@ -7,27 +7,63 @@
 
 mod board;
 mod haptic_loop;
+#[cfg(feature = "planted-crash")]
+mod plant;
 mod safety;
+mod serve;
 mod telemetry;
 
+use core::fmt;
+
+use board::Duty;
 use cortex_m_rt::entry;
-use palpate_firmware::patch;
+use haptic_loop::HapticLoop;
+use palpate_firmware::config::{self, Profile};
+use palpate_firmware::controller::{Arming, Controller};
+use palpate_firmware::link::{Refusal, Upload};
+use palpate_firmware::patch::{self, Memory, Patch, Tissue};
+use serve::Pace;
+use static_cell::ConstStaticCell;
+
+static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::RESERVED);
+static UPLOAD: ConstStaticCell<Upload> = ConstStaticCell::new(Upload::RESERVED);
 
 #[entry]
 fn main() -> ! {
-    let patch = match patch::load() {
-        Ok(patch) => patch,
-        Err(error) => safety::stop(format_args!("no patch: {error:?}; pack it again with `palpate mesh pack`")),
-    };
+    let memory = MEMORY.take();
     let (haptic, background) = board::start_executors();
-    let (Ok(run), Ok(report)) = (haptic_loop::run(patch, board::run_ticks()), telemetry::report()) else {
-        safety::stop(format_args!("a task was spawned twice"));
+    let duty = board::duty();
+    let arming = match duty {
+        _ if board::barred() => Arming::Barred,
+        Duty::Script(_) => Arming::ByItself,
+        Duty::Serve(_) => Arming::OnRequest,
     };
-    background.spawn(report);
-    haptic.spawn(run);
-    board::start_tick_timer();
+    let (settings, edge) = config::load(&board::ProfileMemory).map_or_else(Profile::desktop, |kept| kept.0).split();
+    let controller = or_stop(Controller::build(&settings, edge, arming).map_err(Refusal::from), "no controller");
+    let controller = HapticLoop::new(controller);
+    match duty {
+        Duty::Script(script) => {
+            let patch = or_stop(Patch::open(patch::in_flash(), memory, None).map_err(Refusal::from), "no patch");
+            background.spawn(or_stop(telemetry::report(), "telemetry"));
+            haptic.spawn(or_stop(haptic_loop::run_script(controller, Tissue(Some(patch)), script), "haptic loop"));
+            board::start_tick_timer();
+        }
+        Duty::Serve(pace) => {
+            haptic.spawn(or_stop(serve::run(controller, memory, UPLOAD.take(), pace), "haptic loop"));
+            if pace == Pace::Timed {
+                board::start_tick_timer();
+            }
+        }
+    }
     loop {
         // wfe is a no-op in the emulator and would burn through its virtual time
         cortex_m::asm::wfi();
+        #[cfg(feature = "planted-crash")]
+        plant::pass(plant::Place::Thread);
     }
+}
+
+/// Nothing runs without it.
+fn or_stop<T>(result: Result<T, impl fmt::Display>, what: &str) -> T {
+    result.unwrap_or_else(|error| safety::stop(format_args!("{what}: {error}")))
 }

@@ -1,7 +1,7 @@
 //! The tissue core bound to this image: patch in flash, state in RAM. The only file that names the core's types.
 
-use palpate::{BuildError, Model, Node, Output, PatchFile, ProbePose, State, TetShapes, Tuned};
-use static_cell::ConstStaticCell;
+use palpate::haptic::cycle::Renderer;
+use palpate::{BuildError, Fault, Model, Node, Output, PatchFile, ProbePose, State, TetShapes, Tuned};
 
 use crate::placement::Placement;
 
@@ -9,7 +9,7 @@ use crate::placement::Placement;
 const NODES: usize = 512;
 /// Surface triangles that it holds.
 const TRIANGLES: usize = 1024;
-/// RAM of the least of the supported boards, less 16 KB for stacks and telemetry.
+/// RAM of the least of the supported boards, less 16 KB for the stack and 8 KB for everything else.
 #[cfg(target_os = "none")]
 const RAM_FOR_PATCH: usize = 112 * 1024;
 
@@ -46,58 +46,49 @@ impl Memory {
     };
 }
 
-static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::RESERVED);
-
-/// One patch under the device, ready to tick.
-pub struct Patch {
-    model: Model<'static>,
-    tuned: Tuned<'static>,
-    state: State<'static>,
+/// One patch under the device, ready to tick. A renderer in the device's frame.
+pub struct Patch<'a> {
+    model: Model<'a>,
+    tuned: Tuned<'a>,
+    state: State<'a>,
     placement: Placement,
+    /// The next tick puts the patch to rest.
+    resting: bool,
 }
 
-/// Why there is no patch to tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LoadError {
-    /// The packed patch in flash was refused.
-    Patch(BuildError),
-    /// The one state there is has been handed out before.
-    StateTaken,
+/// The packed patch in flash.
+#[must_use]
+pub fn in_flash() -> &'static [u8] {
+    &PATCH_FILE.0
 }
 
-/// Checks the patch in flash and puts it at rest. Works once: the state lives in a static.
-///
-/// # Errors
-/// When the patch is refused, and on a second call.
-pub fn load() -> Result<Patch, LoadError> {
-    let memory = MEMORY.try_take().ok_or(LoadError::StateTaken)?;
-    Patch::open(&PATCH_FILE.0, memory).map_err(LoadError::Patch)
-}
+/// Name of a patch's own substep in [`BuildError::OutOfRange`].
+pub const SUBSTEP: &str = "substep of the patch in s";
+/// Name of Young's modulus in [`BuildError::OutOfRange`] when it is too far from the patch's own.
+pub const MODULUS: &str = "youngs_modulus_pa of the patch";
 
-impl Patch {
-    /// Checks a packed patch that starts on a word and puts it at rest in the memory given.
+impl<'a> Patch<'a> {
+    /// Checks a packed patch and puts it at rest. The bytes start on a 4-byte boundary. `youngs_modulus_pa`, between half and twice the packed one,
+    /// takes its place.
     ///
     /// # Errors
-    /// When the patch is refused or does not fit.
-    pub fn open(bytes: &'static [u8], memory: &'static mut Memory) -> Result<Self, BuildError> {
+    /// When the patch is refused, does not fit the memory, or needs a shorter step than its own substeps.
+    pub fn open(bytes: &'a [u8], memory: &'a mut Memory, youngs_modulus_pa: Option<f32>) -> Result<Self, BuildError> {
         let file = PatchFile::open(bytes)?;
-        let model = file.model;
-        let placement = Placement::new(file.site_m, file.params.probe.axis);
-        let tuned = file.params.build(&model, &mut memory.node_step, &mut memory.cap_m)?;
+        let (model, mut params) = (file.model, file.params);
+        within(SUBSTEP, params.tick_s / f32::from(params.substeps.max(1)), 0.0, file.stable_dt_s)?;
+        if let Some(asked) = youngs_modulus_pa {
+            within(MODULUS, asked, 0.5 * params.youngs_modulus_pa, 2.0 * params.youngs_modulus_pa)?;
+            params.youngs_modulus_pa = asked;
+        }
+        let placement = Placement::new(file.site_m, params.probe.axis);
+        let tuned = params.build(&model, &mut memory.node_step, &mut memory.cap_m)?;
         #[cfg(not(target_os = "none"))]
         let shapes = &mut memory.shapes[..];
         #[cfg(target_os = "none")]
         let shapes: &mut [TetShapes] = &mut [];
         let state = State::new(&model, &mut memory.nodes, &mut memory.candidates, shapes)?;
-        Ok(Self { model, tuned, state, placement })
-    }
-
-    /// Answers a pose of the device with the force on its probe, both in the device's frame.
-    #[inline(always)]
-    pub fn tick(&mut self, pose: ProbePose) -> Output {
-        let pose = ProbePose { tip_m: self.placement.to_patch(pose.tip_m) };
-        let output = palpate::tick(&self.model, &self.tuned, &mut self.state, pose);
-        Output { force_n: self.placement.to_device(output.force_n), ..output }
+        Ok(Self { model, tuned, state, placement, resting: false })
     }
 
     /// Hash of all positions and velocities.
@@ -108,7 +99,75 @@ impl Patch {
 
     /// The patch.
     #[must_use]
-    pub fn model(&self) -> &Model<'static> {
+    pub fn model(&self) -> &Model<'a> {
         &self.model
+    }
+
+    /// What moves, in the patch's own frame.
+    #[must_use]
+    pub fn state(&self) -> &State<'a> {
+        &self.state
+    }
+
+    /// Where the patch lies under the device.
+    #[must_use]
+    pub fn placement(&self) -> &Placement {
+        &self.placement
+    }
+}
+
+fn within(parameter: &'static str, value: f32, min: f32, max: f32) -> Result<(), BuildError> {
+    // NaN is outside
+    if min <= value && value <= max { Ok(()) } else { Err(BuildError::OutOfRange { parameter, value, min, max }) }
+}
+
+/// What lies under the device: a patch, or none yet because another one is on its way. Whoever arms all the same gets a fault.
+pub struct Tissue<'a>(pub Option<Patch<'a>>);
+
+impl Tissue<'_> {
+    /// Nodes of the patch, and the hash of its state.
+    #[must_use]
+    pub fn state(&self) -> (usize, u64) {
+        self.0.as_ref().map_or((0, 0), |patch| (patch.model().nodes.len(), patch.state_hash()))
+    }
+}
+
+impl Renderer for Tissue<'_> {
+    #[inline(always)]
+    fn render(&mut self, pose: ProbePose) -> Output {
+        match &mut self.0 {
+            Some(patch) => patch.render(pose),
+            None => Output { fault: Some(Fault::SizeMismatch), ..Output::NONE },
+        }
+    }
+
+    fn reset(&mut self) {
+        if let Some(patch) = &mut self.0 {
+            patch.reset();
+        }
+    }
+}
+
+impl Renderer for Patch<'_> {
+    /// Answers a pose of the device with the force on its probe; everything in the device's frame.
+    #[inline(always)]
+    fn render(&mut self, pose: ProbePose) -> Output {
+        if core::mem::take(&mut self.resting) {
+            self.state.reset(&self.model);
+            return Output::NONE;
+        }
+        let pose = ProbePose { tip_m: self.placement.to_patch(pose.tip_m) };
+        let output = palpate::tick(&self.model, &self.tuned, &mut self.state, pose);
+        Output {
+            force_n: self.placement.turn_to_device(output.force_n),
+            normal: self.placement.turn_to_device(output.normal),
+            point_m: self.placement.to_device(output.point_m),
+            ..output
+        }
+    }
+
+    /// Done by the next tick in place of its answer: both would not fit one period, and nobody feels the first tick of arming.
+    fn reset(&mut self) {
+        self.resting = true;
     }
 }

@@ -33,14 +33,28 @@ impl Placement {
     #[inline(always)]
     #[must_use]
     pub fn to_patch(&self, point_m: Vector3<f32>) -> Vector3<f32> {
-        self.site_m + (self.x * point_m.x + self.y * point_m.y + self.z * point_m.z)
+        self.site_m + self.turn_to_patch(point_m)
     }
 
-    /// A force of the patch's frame in the device's [N].
+    /// A point of the patch's frame in the device's [m].
     #[inline(always)]
     #[must_use]
-    pub fn to_device(&self, force_n: Vector3<f32>) -> Vector3<f32> {
-        Vector3::new(self.x.dot(&force_n), self.y.dot(&force_n), self.z.dot(&force_n))
+    pub fn to_device(&self, point_m: Vector3<f32>) -> Vector3<f32> {
+        self.turn_to_device(point_m - self.site_m)
+    }
+
+    /// A force [N] or a direction of the device's frame in the patch's.
+    #[inline(always)]
+    #[must_use]
+    pub fn turn_to_patch(&self, vector: Vector3<f32>) -> Vector3<f32> {
+        self.x * vector.x + self.y * vector.y + self.z * vector.z
+    }
+
+    /// A force [N] or a direction of the patch's frame in the device's.
+    #[inline(always)]
+    #[must_use]
+    pub fn turn_to_device(&self, vector: Vector3<f32>) -> Vector3<f32> {
+        Vector3::new(self.x.dot(&vector), self.y.dot(&vector), self.z.dot(&vector))
     }
 }
 
@@ -66,7 +80,9 @@ mod tests {
             assert_eq!(z, axis);
             assert!((x.cross(&y) - z).norm() < 1e-6 && (x.norm() - 1.0).abs() < 1e-6, "{axis:?}");
             let force = Vector3::new(0.3, -0.2, 1.5);
-            assert!((placement.to_device(placement.to_patch(force)) - force).norm() < 1e-6, "{axis:?}");
+            assert!((placement.turn_to_device(placement.to_patch(force)) - force).norm() < 1e-6, "{axis:?}");
+            let moved = Placement::new(Vector3::new(0.1, -0.2, 0.05), axis);
+            assert!((moved.to_device(moved.to_patch(force)) - force).norm() < 1e-6, "{axis:?}");
         }
     }
 }

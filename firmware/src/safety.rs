@@ -2,15 +2,18 @@
 
 use core::{fmt, panic::PanicInfo};
 
+use palpate_firmware::force_out::Outputs;
+
 use crate::board;
 
-/// Releases the force, then prints the reason and ends the run as failed.
+/// Releases the force, then prints the reason and leaves the rest to the board: the watchdog's reset, or the end of an emulated run.
 pub fn stop(reason: fmt::Arguments<'_>) -> ! {
     // no interrupt may put a force back after this
     cortex_m::interrupt::disable();
-    board::outputs_to_zero();
+    board::outputs_off();
     board::print(reason);
-    board::exit(false)
+    board::print(format_args!("{}", if board::outputs() == Outputs::OFF { "outputs off" } else { "OUTPUTS ON" }));
+    board::after_crash()
 }
 
 #[panic_handler]

@@ -2,21 +2,35 @@
 
 use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, signal::Signal};
 
+use palpate::Fault;
+use palpate::haptic::mode::Mode;
+use palpate_firmware::words;
+
 use crate::board;
 
 /// The haptic loop at one instant.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub struct Snapshot {
     /// Ticks since the start.
     pub ticks: u32,
     /// Ticks that ended after their period.
     pub overruns: u32,
-    /// Ticks whose force was set to zero by a fault or a release.
+    /// Ticks that ended in the mode `Fault`.
     pub faults: u32,
     /// Longest tick so far, in counts of the board's clock.
     pub longest_tick_counts: u32,
+    /// Mode.
+    pub mode: Mode,
+    /// Why it is `Fault`.
+    pub fault: Option<Fault>,
     /// Last force on the hand [N].
     pub force_n: [f32; 3],
+}
+
+impl Snapshot {
+    /// Nothing has happened yet.
+    pub const START: Self =
+        Self { ticks: 0, overruns: 0, faults: 0, longest_tick_counts: 0, mode: Mode::Boot, fault: None, force_n: [0.0; 3] };
 }
 
 /// The outcome of a run of limited length.
@@ -53,36 +67,49 @@ pub fn finish(result: Result) {
 #[embassy_executor::task]
 pub async fn report() {
     loop {
-        match NEWEST.wait().await {
-            Message::Running(Snapshot { ticks, overruns, faults, longest_tick_counts, force_n: [x, y, z] }) => {
-                defmt::info!(
-                    "ticks={=u32} force_n=[{=f32} {=f32} {=f32}] longest_tick_ns={=u32} overruns={=u32} faults={=u32}",
-                    ticks,
-                    x,
-                    y,
-                    z,
-                    board::counts_to_ns(longest_tick_counts),
-                    overruns,
-                    faults
-                );
-            }
-            Message::Finished(Result { last, state_hash, force_hash }) => {
-                let Snapshot { ticks, overruns, faults, longest_tick_counts, .. } = last;
-                let longest_tick_ns = board::counts_to_ns(longest_tick_counts);
-                defmt::info!(
-                    "state_hash={=u64:016x} force_hash={=u64:016x} ticks={=u32} overruns={=u32} faults={=u32}",
-                    state_hash,
-                    force_hash,
-                    ticks,
-                    overruns,
-                    faults
-                );
-                board::print(format_args!("longest_tick_ns={longest_tick_ns}"));
-                board::print(format_args!(
-                    "state_hash={state_hash:016x} force_hash={force_hash:016x} ticks={ticks} overruns={overruns} faults={faults}"
-                ));
-                board::exit(faults == 0);
-            }
+        let newest = NEWEST.wait().await;
+        #[cfg(feature = "planted-crash")]
+        crate::plant::pass(crate::plant::Place::Report);
+        match newest {
+            Message::Running(snapshot) => running(&snapshot),
+            Message::Finished(result) => finished(&result),
         }
     }
+}
+
+fn running(seen: &Snapshot) {
+    let [x, y, z] = seen.force_n;
+    defmt::info!(
+        "ticks={=u32} mode={=str} fault={=str} force_n=[{=f32} {=f32} {=f32}] longest_tick_ns={=u32} overruns={=u32} faults={=u32} stack={=usize}",
+        seen.ticks,
+        words::mode(seen.mode),
+        words::fault(seen.fault),
+        x,
+        y,
+        z,
+        board::counts_to_ns(seen.longest_tick_counts),
+        seen.overruns,
+        seen.faults,
+        board::stack_used_bytes()
+    );
+}
+
+fn finished(Result { last, state_hash, force_hash }: &Result) {
+    running(last);
+    let Snapshot { ticks, overruns, faults, .. } = *last;
+    defmt::info!(
+        "state_hash={=u64:016x} force_hash={=u64:016x} ticks={=u32} overruns={=u32} faults={=u32}",
+        *state_hash,
+        *force_hash,
+        ticks,
+        overruns,
+        faults
+    );
+    board::print(format_args!("longest_tick_ns={}", board::counts_to_ns(last.longest_tick_counts)));
+    board::print(format_args!("stack_used={} stack_bytes={}", board::stack_used_bytes(), board::STACK_BYTES));
+    board::print(format_args!("mode={} fault={}", words::mode(last.mode), words::fault(last.fault)));
+    board::print(format_args!(
+        "state_hash={state_hash:016x} force_hash={force_hash:016x} ticks={ticks} overruns={overruns} faults={faults}"
+    ));
+    board::exit(faults == 0);
 }

@@ -3,6 +3,7 @@
 mod calibrate;
 mod chart;
 mod closed_loop;
+mod emulate;
 mod far_field;
 mod faults;
 mod mesh;
@@ -83,6 +84,12 @@ enum Command {
     /// larger one that keeps it or leaves the budget. Writes <scene>-<board>.patch, summary.json (with the promise), searched.csv and the chart of the search as
     /// SVG and PNG. Fails (exit code 1) if nothing fits, and says what would. A scene that is not the standard block is solved by finite elements first.
     Plan(plan::PlanArgs),
+    /// Run the firmware's image in the emulator, driven in lock-step by the scene's finger, and compare it with this machine bit for bit.
+    ///
+    /// The board takes the scene's patch over its link, presses it, then meets random presses, faults and recovery. Writes what `press` writes, with the
+    /// force on the device and estimated times of a Cortex-M4F, and emulated.json. Fails (exit code 1) at the first bit that differs, and where
+    /// `press` fails. Needs qemu-system-arm, and the repository unless --image and --patch are given.
+    Emulate(emulate::EmulateArgs),
     /// Score a training: what three physicians' marks say of interns before and after it (paper 004, equation 14).
     ///
     /// Writes summary.json, scores.csv (one row an intern and phase) and a picture as SVG and PNG. Groups are compared by a permutation test.
@@ -104,7 +111,7 @@ struct Common {
     /// A preset (block, block-deep, block-20kpa, nodule, abdomen, foot, organ-liver, liver) or the path of a scene file (.toml, see host-sim/scenes).
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     scene: String,
-    /// Output folder, made if it is not there [default: out/press, out/reference, out/calibrate, out/mesh-pack, out/loop, out/far-field, out/plan].
+    /// Output folder, made if it is not there [default: out/press, out/reference, out/calibrate, out/mesh-pack, out/loop, out/far-field, out/plan, out/emulate].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -130,6 +137,7 @@ impl Cli {
             Some(Command::Chart(args)) => args.run(),
             Some(Command::Loop(args)) => args.run(),
             Some(Command::FarField(args)) => args.run(),
+            Some(Command::Emulate(args)) => args.run(),
             Some(Command::Faults(args)) => args.run(),
             Some(Command::Paper(command)) => command.run(),
             Some(Command::Plan(args)) => args.run(),

@@ -47,6 +47,9 @@ pub enum Error {
         /// Why not.
         source: std::io::Error,
     },
+    /// An emulated board that cannot be run.
+    #[error("{0}")]
+    Emulate(#[from] crate::emulate::EmulateError),
     /// Options that do not fit together.
     #[error("{0}")]
     Usage(String),

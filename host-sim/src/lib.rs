@@ -10,6 +10,7 @@ pub mod charts;
 pub mod clock;
 pub mod closed_loop;
 pub mod command;
+pub mod emulate;
 pub mod error;
 pub mod far_field;
 pub mod finger;

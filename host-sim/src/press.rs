@@ -14,9 +14,10 @@ use crate::patch::Memory;
 use crate::scene::Scene;
 use crate::session::{Session, TICK_S};
 use crate::statics::outer_face_m;
+use crate::summary;
 
 /// Time after the release in which the tissue must come back [s].
-const SETTLE_S: f64 = 0.5;
+pub(crate) const SETTLE_S: f64 = 0.5;
 /// Where the finger starts and ends: this share of the probe's radius above the surface.
 const CLEAR_RADII: f64 = 1.0 / 16.0;
 
@@ -83,6 +84,8 @@ pub struct Press {
     pub limiters: Limiters,
     /// Hash of the final state.
     pub state_hash: u64,
+    /// What the tick times hold on.
+    pub timed_on: String,
 }
 
 /// Where the tips of a run come from.
@@ -100,10 +103,7 @@ pub fn run(scene: &Scene, session: &Session, mut progress: impl FnMut(usize)) ->
     let mut memory = Memory::for_model(&model);
     let (tuned, mut state) = memory.start(&model, &session.params)?;
     let axis = session.params.probe.axis;
-    // at least two steps of the ramp: the first pose must be outside, or the probe counts as started inside the tissue
-    let ramp_step_m = scene.drive.ramp_m_per_s().unwrap_or(0.0) * TICK_S;
-    let clear_m = (CLEAR_RADII * f64::from(session.params.probe.radius_m)).max(2.0 * ramp_step_m);
-    let mut tips = match Finger::new(&scene.drive, clear_m, TICK_S, SETTLE_S) {
+    let mut tips = match Finger::new(&scene.drive, clear_m(scene, session), TICK_S, SETTLE_S) {
         Some(finger) => Tips::Finger(finger),
         None => Tips::Recorded(session.tips_m.clone().into_iter()),
     };
@@ -111,15 +111,7 @@ pub fn run(scene: &Scene, session: &Session, mut progress: impl FnMut(usize)) ->
 
     let mut spare = Memory::for_model(&model);
     let (_, mut before) = spare.start(&model, &session.params)?;
-    let mut press = Press {
-        ticks: Vec::new(),
-        holds: Vec::new(),
-        residual_m: 0.0,
-        deadline_misses: 0,
-        fault: None,
-        limiters: Limiters::default(),
-        state_hash: 0,
-    };
+    let mut press = Press::empty(summary::machine());
     let mut force_n = 0.0;
     while press.fault.is_none() {
         let (tip_m, hold_ends) = match &mut tips {
@@ -166,7 +158,14 @@ pub fn run(scene: &Scene, session: &Session, mut progress: impl FnMut(usize)) ->
     Ok(press)
 }
 
-fn hold(model: &palpate::Model, probe: &Probe, state: &State, target: f64, force_n: f64, row: &TickRow) -> Hold {
+/// Where the finger starts above the surface [m]: at least two steps of the ramp, for a first pose that is not outside counts as started inside the tissue.
+pub(crate) fn clear_m(scene: &Scene, session: &Session) -> f64 {
+    let ramp_step_m = scene.drive.ramp_m_per_s().unwrap_or(0.0) * TICK_S;
+    (CLEAR_RADII * f64::from(session.params.probe.radius_m)).max(2.0 * ramp_step_m)
+}
+
+/// What is to be known of a hold's end.
+pub(crate) fn hold(model: &palpate::Model, probe: &Probe, state: &State, target: f64, force_n: f64, row: &TickRow) -> Hold {
     let (min_j, volume_change_pct) = measure::volumes(model, state);
     let displacement_m = measure::displacements(model, state);
     let mut surface_displacement_m = displacement_m.clone();
@@ -190,6 +189,20 @@ fn hold(model: &palpate::Model, probe: &Probe, state: &State, target: f64, force
 }
 
 impl Press {
+    /// Nothing has run yet.
+    pub(crate) fn empty(timed_on: String) -> Self {
+        Self {
+            ticks: Vec::new(),
+            holds: Vec::new(),
+            residual_m: 0.0,
+            deadline_misses: 0,
+            fault: None,
+            limiters: Limiters::default(),
+            state_hash: 0,
+            timed_on,
+        }
+    }
+
     /// Tick times [us]: median, 99th percentile, largest.
     #[must_use]
     pub fn tick_us(&self) -> [f32; 3] {

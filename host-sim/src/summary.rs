@@ -143,7 +143,7 @@ fn draw(folder: &OutputFolder, scene: &Scene, session: &Session, press: &Press) 
     charts::force_depth(folder.path(), "force_depth", &run)?;
     charts::force_time(folder.path(), "force_time", &run)?;
     let times: Vec<f32> = press.ticks.iter().map(|t| t.tick_us).collect();
-    let times = TickTimes { scene: &scene.name, node_count: session.report.nodes, machine: &machine(), tick_us: &times };
+    let times = TickTimes { scene: &scene.name, node_count: session.report.nodes, machine: &press.timed_on, tick_us: &times };
     charts::tick_time(folder.path(), "tick_time", &times)?;
     if let Some(deepest) = press.holds.iter().max_by(|a, b| a.depth_m.total_cmp(&b.depth_m)) {
         draw_surface(folder, scene, session, deepest)?;

@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// `llvm-objdump` of the toolchain's `llvm-tools`.
-fn objdump() -> PathBuf {
+/// A program of the toolchain's `llvm-tools`.
+fn tool(name: &str) -> PathBuf {
     let rustc = |what: &[&str]| {
         let output = Command::new("rustc").args(what).output().expect("rustc runs");
         String::from_utf8(output.stdout).expect("rustc prints text")
     };
     let version = rustc(&["-vV"]);
     let host = version.lines().find_map(|line| line.strip_prefix("host: ")).expect("rustc names its host");
-    Path::new(rustc(&["--print", "sysroot"]).trim()).join(format!("lib/rustlib/{host}/bin/llvm-objdump"))
+    Path::new(rustc(&["--print", "sysroot"]).trim()).join(format!("lib/rustlib/{host}/bin/{name}"))
 }
 
 /// The listing of an image's code, names demangled.
@@ -20,6 +20,22 @@ fn objdump() -> PathBuf {
 /// When the toolchain has no `llvm-tools`; `rust-toolchain.toml` asks for it.
 #[must_use]
 pub fn of(elf: &Path) -> String {
-    let output = Command::new(objdump()).args(["-d", "-C", "--mcpu=cortex-m7"]).arg(elf).output().expect("llvm-objdump runs");
+    let output =
+        Command::new(tool("llvm-objdump")).args(["-d", "-C", "--mcpu=cortex-m7"]).arg(elf).output().expect("llvm-objdump runs");
     String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// The image's sections: name, bytes, address.
+///
+/// # Panics
+/// When the toolchain has no `llvm-tools`.
+#[must_use]
+pub fn sections(elf: &Path) -> Vec<(String, u64, u64)> {
+    let output = Command::new(tool("llvm-size")).args(["-A", "-d"]).arg(elf).output().expect("llvm-size runs");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let row = |line: &str| {
+        let mut words = line.split_whitespace();
+        Some((words.next()?.to_owned(), words.next()?.parse().ok()?, words.next()?.parse().ok()?))
+    };
+    text.lines().filter_map(row).collect()
 }

@@ -56,6 +56,10 @@ pub struct Run<'a> {
     pub shift: u32,
     /// Ticks until the firmware stops.
     pub ticks: u32,
+    /// Ticks that the scripted hand waits outside the tissue. A force is felt after some 600; without the force the patch runs from the third on.
+    pub lead_ticks: u32,
+    /// Which planted crash the image meets, if it has the feature `planted-crash`.
+    pub planted: Option<usize>,
     /// Where to log every executed instruction.
     pub exec_log: Option<&'a Path>,
 }
@@ -82,14 +86,20 @@ pub struct RunResult {
     pub ticks: u32,
     /// Ticks that ended late.
     pub overruns: u32,
-    /// Ticks without force by fault or release.
+    /// Ticks in the mode `Fault`.
     pub faults: u32,
 }
 
 /// Builds the firmware with its default patch and returns its ELF file. `target` is cargo's target directory; every set of features has its own below it.
 pub fn build_firmware(target: &Path, features: &[&str]) -> Result<PathBuf, EmulatorError> {
     let target = features.iter().fold(target.to_owned(), |path, feature| path.join(feature));
-    build(&target, features, None)
+    build(&target, features, None, "palpate-firmware")
+}
+
+/// Links the image that holds a tick and nothing that may panic; with one panic planted it must not link. Shares the libraries of the default image.
+pub fn link_panic_proof(target: &Path, planted: bool) -> Result<PathBuf, EmulatorError> {
+    let features = if planted { &["panic-proof", "planted-crash"][..] } else { &["panic-proof"] };
+    build(target, features, None, "panic-proof")
 }
 
 /// The same with another patch file, an absolute path. The ELF file is named after the patch: builds of one image at a time share their libraries.
@@ -97,14 +107,14 @@ pub fn build_firmware_with(target: &Path, features: &[&str], patch: &Path) -> Re
     static BUILDING: Mutex<()> = Mutex::new(());
     let one_at_a_time = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
     let target = features.iter().fold(target.join("with-patch"), |path, feature| path.join(feature));
-    let elf = build(&target, features, Some(patch))?;
+    let elf = build(&target, features, Some(patch), "palpate-firmware")?;
     let named = target.join(patch.file_stem().unwrap_or_default()).with_extension("elf");
     std::fs::copy(&elf, &named).map_err(|cause| EmulatorError::NotBuilt(format!("{}: {cause}", named.display())))?;
     drop(one_at_a_time);
     Ok(named)
 }
 
-fn build(target: &Path, features: &[&str], patch: Option<&Path>) -> Result<PathBuf, EmulatorError> {
+fn build(target: &Path, features: &[&str], patch: Option<&Path>, image: &str) -> Result<PathBuf, EmulatorError> {
     let program = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
     let mut command = Command::new(&program);
     match patch {
@@ -112,13 +122,13 @@ fn build(target: &Path, features: &[&str], patch: Option<&Path>) -> Result<PathB
         None => command.env_remove("PALPATE_PATCH"),
     };
     let output = command
-        .args(["fw", "--features", &features.join(","), "--target-dir"])
+        .args(["fw", "--bin", image, "--features", &features.join(","), "--target-dir"])
         .arg(target)
         .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
         .output()
         .map_err(|source| EmulatorError::NotStarted { program, source })?;
     if output.status.success() {
-        Ok(target.join("thumbv7em-none-eabihf/firmware/palpate-firmware"))
+        Ok(target.join("thumbv7em-none-eabihf/firmware").join(image))
     } else {
         Err(EmulatorError::NotBuilt(String::from_utf8_lossy(&output.stderr).into_owned()))
     }
@@ -132,8 +142,9 @@ impl Run<'_> {
         };
         let mut command = Command::new("qemu-system-arm");
         command.args(["-machine", machine, "-cpu", cpu, "-nographic", "-monitor", "none", "-serial", "null"]);
+        let planted = self.planted.map_or(String::new(), |site| format!(",arg={site}"));
         command.arg("-semihosting-config");
-        command.arg(format!("enable=on,target=native,arg=palpate-firmware,arg={}", self.ticks));
+        command.arg(format!("enable=on,target=native,arg=palpate-firmware,arg={},arg={}{planted}", self.ticks, self.lead_ticks));
         command.arg("-icount").arg(format!("shift={},sleep=off", self.shift));
         if let Some(log) = self.exec_log {
             command.args(["-singlestep", "-d", "exec,nochain", "-D"]).arg(log);

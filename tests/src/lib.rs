@@ -2,18 +2,16 @@
 //! counting what it executed. Physics: blocks of tissue, an oracle of their forces in double precision, and how far single precision may be off it.
 #![forbid(unsafe_code)]
 
+pub use palpate_sim::emulate::{exec_log, firmware_image, instruction_mix, thumb};
+
 pub mod bench;
 pub mod cube_mesh;
 pub mod disassembly;
 pub mod emulator;
-pub mod exec_log;
 pub mod far_patch;
-pub mod firmware_image;
-pub mod instruction_mix;
 pub mod oracle;
 pub mod packed;
 pub mod palpate_command;
 pub mod press_run;
 pub mod rounding;
 pub mod tap;
-pub mod thumb;

@@ -4,18 +4,61 @@
 //! * `start_tick_timer()`, which calls [`crate::haptic_loop::on_period`] from an interrupt above both, every millisecond, and arms the watchdog;
 //! * `feed_watchdog()`, without which the board calls [`crate::safety::stop`] after some periods, above every interrupt;
 //! * `clock_counts() -> u32`, free running and wrapping, and `counts_to_ns`;
-//! * `write_dac(codes)` and `outputs_to_zero()`, the latter fit for any context, a fault handler included;
-//! * `run_ticks()`, the length of the run or `None` for ever, and `exit(success) -> !`;
+//! * `write_outputs(outputs)`, `outputs()` to read them back from the pins, and `outputs_off()`, fit for any context, a fault handler included;
+//! * `healthy()`, the board's part of the self-test;
+//! * `stack_used_bytes()`, the deepest the stack has been, of `STACK_BYTES`;
+//! * `barred()`, whether the watchdog has reset the board too often ([`palpate_firmware::resets`]), `count_millisecond()` for its clock, and
+//!   `after_crash() -> !`, what follows when the outputs are off and the reason is said;
+//! * `ProfileMemory`, the two slots of [`palpate_firmware::config`];
+//! * `duty()`, what the image is to do, and `exit(success) -> !`;
+//! * `link_read(bytes)` and `link_write(bytes)`, the link to the host: neither waits, but for a lock-step link's read;
+//! * `sense()`, what the board's own sensors say, if it has any;
 //! * `print(line)`, plain text for the last words of a run;
 //! * the handlers of `HardFault` and of interrupts nobody claimed, both ending in [`crate::safety::stop`].
 //!
 //! Nothing outside this folder is `unsafe`.
+
+use palpate_firmware::script::Script;
+
+use crate::serve::Pace;
+
+#[cfg(all(feature = "mps2", feature = "planted-crash"))]
+pub use mps2::{crash, planted_site};
+
+/// What an image does.
+#[derive(Clone, Copy)]
+pub enum Duty {
+    /// A scripted hand presses, in real time.
+    #[cfg_attr(feature = "nucleo-h743zi", expect(dead_code, reason = "a board with sensors needs no scripted hand"))]
+    Script(Script),
+    /// A host is on the link.
+    Serve(Pace),
+}
+
+#[expect(unsafe_code, reason = "memory that outlives a reset is no plain static")]
+mod resets;
+#[expect(unsafe_code, reason = "the stack's bounds are the linker's, and a hard fault needs a fresh one")]
+mod stack;
+pub use resets::count_millisecond;
+pub use stack::{STACK_BYTES, stack_used_bytes};
+
+#[cfg(feature = "nucleo-h743zi")]
+#[expect(unsafe_code, reason = "interrupt entry and registers shared with fault handlers are the board's to touch")]
+mod nucleo_h743zi;
+#[cfg(feature = "nucleo-h743zi")]
+pub use nucleo_h743zi::{
+    ProfileMemory, after_crash, barred, clock_counts, counts_to_ns, duty, exit, feed_watchdog, healthy, link_read, link_write,
+    outputs, outputs_off, print, sense, start_executors, start_tick_timer, write_outputs,
+};
+
+#[cfg(not(any(feature = "mps2", feature = "nucleo-h743zi")))]
+compile_error!("name a board: --features mps2 or --features nucleo-h743zi");
 
 #[cfg(feature = "mps2")]
 #[expect(unsafe_code, reason = "registers, vector table and interrupt entry are the board's to touch")]
 mod mps2;
 #[cfg(feature = "mps2")]
 pub use mps2::{
-    clock_counts, counts_to_ns, exit, feed_watchdog, outputs_to_zero, print, run_ticks, start_executors, start_tick_timer,
-    write_dac,
+    ProfileMemory, after_crash, barred, clock_counts, counts_to_ns, duty, exit, feed_watchdog, healthy, link_read, link_write,
+    outputs, outputs_off, print, sense, start_executors, start_tick_timer, write_outputs,
 };

@@ -4,25 +4,32 @@
 
 use core::{
     fmt,
-    sync::atomic::{AtomicI16, Ordering},
+    sync::atomic::{AtomicBool, AtomicI16, AtomicU32, Ordering},
 };
 
 use cortex_m::{
     interrupt::InterruptNumber,
     peripheral::{NVIC, Peripherals},
 };
-use cortex_m_rt::{ExceptionFrame, exception};
+use cortex_m_rt::exception;
 use defmt_semihosting as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
-use palpate_firmware::force_out::DacCode;
+use palpate::haptic::device::Sensed;
+use palpate_firmware::force_out::{DacCode, Outputs};
 
 use crate::{haptic_loop, safety};
+
+#[cfg(feature = "planted-crash")]
+pub mod crash;
+mod link;
+mod profile;
+mod uart;
+pub use link::{duty, link_read, link_write};
+pub use profile::ProfileMemory;
 
 /// Main clock of the FPGA images [Hz]; timer 0 and the free-running counter both run on it.
 const CLOCK_HZ: u32 = 25_000_000;
 const TICK_HZ: u32 = 1_000;
-/// Length of a run when the emulator's command line names none.
-const DEFAULT_RUN_TICKS: u32 = 10_000;
 
 // CMSDK APB timer 0
 const TIMER0_CTRL: *mut u32 = 0x4000_0000 as *mut u32;
@@ -35,8 +42,9 @@ const WATCHDOG_LOAD: *mut u32 = 0x4000_8000 as *mut u32;
 const WATCHDOG_CONTROL: *mut u32 = 0x4000_8008 as *mut u32;
 const WATCHDOG_INTCLEAR: *mut u32 = 0x4000_800C as *mut u32;
 const WATCHDOG_ENABLE: u32 = 1;
-/// The loop is dead after ten periods without a sign of life. Late ticks release the force long before; this is for one that never ends.
-const WATCHDOG_PERIODS: u32 = 10;
+/// The loop is dead after this long without a completed tick [us]: under the 5 ms in which the actuators must be off, over what two late ticks in a
+/// row take, which release the force themselves.
+const WATCHDOG_US: u32 = 4_500;
 /// FPGAIO free-running counter, 32 bit, running since reset.
 const COUNTER: *const u32 = 0x4002_8018 as *const u32;
 
@@ -44,6 +52,8 @@ const COUNTER: *const u32 = 0x4002_8018 as *const u32;
 #[derive(Clone, Copy)]
 #[repr(u16)]
 enum Interrupt {
+    UartReceived = 0,
+    UartSent = 1,
     TickTimer = 8,
     Haptic = 30,
     Background = 31,
@@ -62,6 +72,9 @@ const fn priority(interrupt: Interrupt) -> u8 {
         Interrupt::TickTimer => 0x20,
         Interrupt::Haptic => 0x40,
         Interrupt::Background => 0x60,
+        // a byte waits in one register: above the haptic loop, which it costs 60 instructions, 12 times a tick at most
+        Interrupt::UartReceived => 0x30,
+        Interrupt::UartSent => 0x50,
     }
 }
 
@@ -75,6 +88,8 @@ unsafe extern "C" {
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [unsafe extern "C" fn(); 32] = {
     let mut table: [unsafe extern "C" fn(); 32] = [DefaultHandler; 32];
+    table[Interrupt::UartReceived as usize] = uart::on_received;
+    table[Interrupt::UartSent as usize] = uart::on_sent;
     table[Interrupt::TickTimer as usize] = on_tick_timer;
     table[Interrupt::Haptic as usize] = on_haptic;
     table[Interrupt::Background as usize] = on_background;
@@ -128,13 +143,17 @@ pub fn start_tick_timer() {
     }
     // SAFETY: the watchdog belongs to this file; its handler is `NonMaskableInt` below.
     unsafe {
-        WATCHDOG_LOAD.write_volatile(WATCHDOG_PERIODS * (CLOCK_HZ / TICK_HZ));
+        WATCHDOG_LOAD.write_volatile(WATCHDOG_US * (CLOCK_HZ / 1_000_000));
         WATCHDOG_CONTROL.write_volatile(WATCHDOG_ENABLE);
     }
 }
 
-/// A sign of life from the haptic loop.
+/// When the watchdog was last fed [counts].
+static FED: AtomicU32 = AtomicU32::new(0);
+
+/// A completed, checked tick.
 pub fn feed_watchdog() {
+    FED.store(clock_counts(), Ordering::Relaxed);
     // SAFETY: any write reloads the watchdog, which nothing but this file touches.
     unsafe { WATCHDOG_INTCLEAR.write_volatile(1) };
 }
@@ -153,32 +172,74 @@ pub fn counts_to_ns(counts: u32) -> u32 {
 
 defmt::timestamp!("{=u32:us}", clock_counts() / (CLOCK_HZ / 1_000_000));
 
-/// The image has no converters: these stand for their registers.
+/// The image has neither converters nor an enable line: these stand for their registers.
 static DAC: [AtomicI16; 3] = [const { AtomicI16::new(0) }; 3];
+static ENABLE: AtomicBool = AtomicBool::new(false);
 
-/// Puts the codes on the converters.
-pub fn write_dac(codes: [DacCode; 3]) {
-    for (register, code) in DAC.iter().zip(codes) {
+/// Puts the codes on the converters and sets the enable line; off goes first, on last.
+pub fn write_outputs(outputs: Outputs) {
+    if !outputs.enabled {
+        ENABLE.store(false, Ordering::Relaxed);
+    }
+    for (register, code) in DAC.iter().zip(outputs.codes) {
         register.store(code.0, Ordering::Relaxed);
+    }
+    if outputs.enabled {
+        ENABLE.store(true, Ordering::Relaxed);
     }
 }
 
-/// Releases the force. Takes no lock and calls nothing that can fail.
-pub fn outputs_to_zero() {
-    write_dac([DacCode::ZERO; 3]);
+/// What is on the pins.
+pub fn outputs() -> Outputs {
+    let [x, y, z] = &DAC;
+    let codes = [x, y, z].map(|register| DacCode(register.load(Ordering::Relaxed)));
+    Outputs { enabled: ENABLE.load(Ordering::Relaxed), codes }
 }
 
-/// The number the emulator was given as the program's argument, or the default. On hardware this is `None`.
-pub fn run_ticks() -> Option<u32> {
-    let argument = semihosting::experimental::env::args::<128>()
-        .ok()
-        .and_then(|arguments| (&arguments).filter_map(core::result::Result::ok).nth(1)?.parse().ok());
-    Some(argument.unwrap_or(DEFAULT_RUN_TICKS))
+/// Releases the force. Takes no lock and calls nothing that can fail.
+#[inline(never)]
+pub fn outputs_off() {
+    write_outputs(Outputs::OFF);
+}
+
+/// Whether the outputs are off before anything is switched on.
+pub fn healthy() -> bool {
+    outputs() == Outputs::OFF
 }
 
 /// Writes one line of plain text to the emulator's standard error; standard output carries the log frames.
 pub fn print(line: fmt::Arguments<'_>) {
     semihosting::eprintln!("{line}");
+}
+
+/// These images have no encoders: poses come over the link.
+pub fn sense() -> Option<Sensed> {
+    None
+}
+
+/// On hardware the watchdog resets the board. An emulated run ends, for whoever waits for it.
+pub fn after_crash() -> ! {
+    #[cfg(feature = "planted-crash")]
+    if planted_site().is_some_and(|site| site >= RESTARTING_SITE) {
+        super::resets::restart()
+    }
+    exit(false)
+}
+
+/// Planted sites from this one on end in a reset, as on hardware.
+#[cfg(feature = "planted-crash")]
+const RESTARTING_SITE: usize = 12;
+
+/// Whether crashes came too often.
+pub fn barred() -> bool {
+    super::resets::barred(false) // a reset by this image says so itself
+}
+
+/// Which crash the command line asks for, behind `TICKS LEAD_TICKS`. None once the board is barred.
+#[cfg(feature = "planted-crash")]
+pub fn planted_site() -> Option<usize> {
+    let arguments = semihosting::experimental::env::args::<512>().ok()?;
+    (&arguments).filter_map(core::result::Result::ok).nth(3)?.parse().ok().filter(|_| !barred())
 }
 
 /// Ends the emulation with exit status 0 or 1.
@@ -188,15 +249,7 @@ pub fn exit(success: bool) -> ! {
 
 #[exception]
 unsafe fn NonMaskableInt() -> ! {
-    safety::stop(format_args!("watchdog: the haptic loop has stopped"))
-}
-
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    safety::stop(format_args!("hard fault at pc={:#010x} lr={:#010x}", frame.pc(), frame.lr()))
-}
-
-#[exception]
-unsafe fn DefaultHandler(irqn: i16) -> ! {
-    safety::stop(format_args!("interrupt {irqn} has no handler"))
+    outputs_off();
+    let silent = clock_counts().wrapping_sub(FED.load(Ordering::Relaxed)) / (CLOCK_HZ / 1_000_000);
+    safety::stop(format_args!("watchdog: no tick was completed for silent_us={silent}"))
 }

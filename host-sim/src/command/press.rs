@@ -45,7 +45,7 @@ impl PressArgs {
     }
 }
 
-fn with_progress<T>(run: impl FnOnce(&mut dyn FnMut(usize)) -> T) -> T {
+pub(super) fn with_progress<T>(run: impl FnOnce(&mut dyn FnMut(usize)) -> T) -> T {
     let started = std::time::Instant::now();
     let mut bar: Option<ProgressBar> = None;
     let result = run(&mut |ticks| {
@@ -104,7 +104,7 @@ fn print_report(scene: &Scene, session: &Session) {
     }
 }
 
-fn print_holds(scene: &Scene, press: &Press) {
+pub(super) fn print_holds(scene: &Scene, press: &Press) {
     let reference = reference_values::of(scene);
     let target = match scene.drive {
         Drive::Force { .. } => "target N",
@@ -132,10 +132,11 @@ fn print_holds(scene: &Scene, press: &Press) {
     }
     let [p50, p99, max] = press.tick_us();
     println!(
-        "\n{} ticks, {} deadline misses; tick {p50:.1} us median, {p99:.1} us p99, {max:.1} us max (CPU time, {})",
+        "\n{} ticks, {} deadline misses; tick {p50:.1} us median, {p99:.1} us p99, {max:.1} us max ({}{})",
         press.ticks.len(),
         press.deadline_misses,
-        summary::machine()
+        if press.timed_on == summary::machine() { "CPU time, " } else { "" },
+        press.timed_on
     );
     println!(
         "after release {:.4} mm left; state {:016x}; worst tick {:.1} % of 1 ms",

@@ -123,16 +123,17 @@ fn press_points<P: Points<Q>, const Q: usize>(
         let mut push = [0.0; Q];
         let mut force = [ZERO; Q];
         for (((d, point), v), (push, force)) in points.iter().zip(points_law).zip(&speeds).zip(push.iter_mut().zip(&mut force)) {
+            // written in every case: 140 instructions less a tick than leaving what was cleared
+            (*push, *force) = (0.0, ZERO);
             let Some((pen, out)) = penetration(probe, *d) else { continue };
             let cap = if cap > point.k { cap } else { point.k };
             let knee = (cap - point.k) * point.bend;
             let lo = if pen < knee { pen } else { knee };
             let elastic = point.k * lo * (1.0 + model.stiffening_per_m * lo) + cap * (pen - lo);
             let f = elastic - tuned.contact_damping_s * cap * v.dot(&out);
-            if f > 0.0 {
-                *push = f;
-                *force = out * f;
-            }
+            let f = if f > 0.0 { f } else { 0.0 };
+            *push = f;
+            *force = out * f;
         }
         let on = P::shared(force);
         let weight = P::shared(push);

@@ -7,9 +7,9 @@
 use std::collections::BTreeMap;
 
 use crate::{
-    exec_log::LogError,
-    firmware_image::FirmwareImage,
-    thumb::{CLASSES, Class, Instruction, classify},
+    emulate::exec_log::LogError,
+    emulate::firmware_image::FirmwareImage,
+    emulate::thumb::{CLASSES, Class, Instruction, classify},
 };
 
 /// Why a log could not be turned into costs.
@@ -198,7 +198,7 @@ fn instruction_at(image: &FirmwareImage, address: u32) -> Result<Instruction, Mi
 #[cfg(test)]
 mod tests {
     use super::{Cost, cycles};
-    use crate::thumb::{Class, classify};
+    use crate::emulate::thumb::{Class, classify};
 
     /// Cycles of a straight run of instructions, each given as one number.
     fn estimate(codes: &[u32]) -> f64 {

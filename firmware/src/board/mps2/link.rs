@@ -1,0 +1,64 @@
+//! What the command line asks for, and the link that goes with it: two files of the emulator's host, or the UART.
+
+use core::{cell::RefCell, ffi::CStr};
+
+use embassy_sync::blocking_mutex::{Mutex, raw::CriticalSectionRawMutex};
+use palpate_firmware::script::{LEAD_TICKS, Script};
+use semihosting::fs::File;
+use semihosting::io::{self, Read as _, Write as _};
+
+use super::uart;
+use crate::board::Duty;
+use crate::safety;
+use crate::serve::Pace;
+
+/// The run when the emulator's command line names none.
+const DEFAULT_SCRIPT: Script = Script { ticks: 10_000, lead_ticks: LEAD_TICKS };
+
+/// What the emulator's command line asks for: `TICKS`, `TICKS LEAD_TICKS`, `lock-step IN OUT` with the paths of two FIFOs, or `uart`.
+pub fn duty() -> Duty {
+    let Ok(arguments) = semihosting::experimental::env::args::<512>() else { return Duty::Script(DEFAULT_SCRIPT) };
+    let mut words = (&arguments).filter_map(core::result::Result::ok).skip(1);
+    let first = words.next();
+    if first == Some("lock-step") {
+        let mut open = |how: fn(&CStr) -> io::Result<File>| {
+            let mut path = [0_u8; 256];
+            let word = words.next()?.as_bytes();
+            path.get_mut(..word.len())?.copy_from_slice(word);
+            how(CStr::from_bytes_until_nul(&path).ok()?).ok()
+        };
+        let (input, output) = (open(|path| File::open(path)), open(|path| File::create(path)));
+        let (Some(input), Some(output)) = (input, output) else {
+            safety::stop(format_args!("lock-step: two FIFOs are needed: lock-step IN OUT"))
+        };
+        FILES.lock(|link| *link.borrow_mut() = Some((input, output)));
+        return Duty::Serve(Pace::LockStep);
+    }
+    if first == Some("uart") {
+        uart::start();
+        return Duty::Serve(Pace::Timed);
+    }
+    let number = |word: Option<&str>| word.and_then(|word| word.parse().ok());
+    Duty::Script(Script {
+        ticks: number(first).unwrap_or(DEFAULT_SCRIPT.ticks),
+        lead_ticks: number(words.next()).unwrap_or(DEFAULT_SCRIPT.lead_ticks),
+    })
+}
+
+/// The two ends of a lock-step link, from the host's file system. Without one the link is the UART.
+static FILES: Mutex<CriticalSectionRawMutex, RefCell<Option<(File, File)>>> = Mutex::new(RefCell::new(None));
+
+/// Bytes from the host. In lock-step the whole machine stands still until there are some, and 0 says that the host has gone.
+pub fn link_read(bytes: &mut [u8]) -> usize {
+    let from_file = FILES.lock(|link| link.borrow_mut().as_mut().map(|(input, _)| input.read(bytes).unwrap_or(0)));
+    from_file.unwrap_or_else(|| uart::read(bytes))
+}
+
+/// Bytes to the host.
+pub fn link_write(bytes: &[u8]) {
+    // a host that does not read any more is noticed by the next read
+    let to_file = FILES.lock(|link| link.borrow_mut().as_mut().map(|(_, output)| output.write_all(bytes)));
+    if to_file.is_none() {
+        uart::write(bytes);
+    }
+}

@@ -1,0 +1,291 @@
+//! ST Nucleo-H743ZI: Cortex-M7 at 480 MHz. **Built, never run on hardware.**
+//!
+//! | what | where |
+//! |---|---|
+//! | tick, 1 kHz | TIM7 |
+//! | encoders x, y, z | TIM2 (PA15, PB3), TIM3 (PC6, PC7), TIM4 (PD12, PD13) |
+//! | amplifiers x, y, z | TIM1 (PE9, PE11, PE13), 20 kHz; half of the period is no force |
+//! | enable line | PF12, high is on: pull it down at the amplifiers, a resetting chip lets it float |
+//! | link | USART3 (PD8, PD9): the debugger's serial port, 115 200 baud |
+//! | watchdog | IWDG1, 4.5 ms, its own clock |
+
+use core::fmt;
+use core::sync::atomic::{AtomicI16, AtomicU32, Ordering};
+
+use defmt_rtt as _;
+use embassy_executor::{InterruptExecutor, SendSpawner};
+use embassy_stm32::gpio::{Level, Output, OutputType, Speed};
+use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::pac::{self, iwdg::vals::Key};
+use embassy_stm32::rcc::{
+    AHBPrescaler, APBPrescaler, HSIPrescaler, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk, VoltageScale,
+};
+use embassy_stm32::time::khz;
+use embassy_stm32::timer::low_level::CountingMode;
+use embassy_stm32::timer::qei::Qei;
+use embassy_stm32::timer::simple_pwm::{PwmPin, SimplePwm};
+use embassy_stm32::usart::{Config as UartConfig, Uart};
+use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_stm32::{Peripherals, interrupt};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use palpate::haptic::device::{Sensed, SensorStatus};
+use palpate_firmware::config::{Flash, FlashError, SLOT_BYTES, Slot};
+use palpate_firmware::force_out::{DacCode, Outputs};
+use palpate_firmware::probe_in::{self, EncoderCounts};
+
+use super::Duty;
+use crate::haptic_loop;
+use crate::serve::Pace;
+
+/// Core clock [MHz].
+const CLOCK_MHZ: u32 = 480;
+const TICK_HZ: u32 = 1_000;
+/// As on the emulated boards: under the 5 ms in which the actuators must be off.
+const WATCHDOG_US: u32 = 4_500;
+const ENABLE_PIN: usize = 12;
+
+static HAPTIC: InterruptExecutor = InterruptExecutor::new();
+static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
+/// What the converters were told, and the length of their period in steps.
+static CODES: [AtomicI16; 3] = [const { AtomicI16::new(0) }; 3];
+static PERIOD_STEPS: AtomicU32 = AtomicU32::new(0);
+/// Encoders count 16 bits; these go on.
+static COUNTS: [AtomicU32; 3] = [const { AtomicU32::new(0) }; 3];
+static READINGS: AtomicU32 = AtomicU32::new(0);
+/// Bytes for the host.
+static OUT: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
+
+#[interrupt]
+unsafe fn UART7() {
+    // SAFETY: the executor's own interrupt, which nothing else uses.
+    unsafe { HAPTIC.on_interrupt() }
+}
+
+#[interrupt]
+unsafe fn UART8() {
+    // SAFETY: as above.
+    unsafe { BACKGROUND.on_interrupt() }
+}
+
+#[interrupt]
+unsafe fn TIM7() {
+    pac::TIM7.sr().write(|w| w.set_uif(false));
+    haptic_loop::on_period();
+}
+
+/// Sets up clocks and pins, outputs off, and starts the executors.
+pub fn start_executors() -> (SendSpawner, SendSpawner) {
+    let mut config = embassy_stm32::Config::default();
+    let rcc = &mut config.rcc;
+    rcc.hsi = Some(HSIPrescaler::DIV1);
+    rcc.pll1 = Some(Pll {
+        source: PllSource::HSI,
+        prediv: PllPreDiv::DIV4,
+        mul: PllMul::MUL60, // 64 MHz / 4 x 60 / 2
+        fracn: None,
+        divp: Some(PllDiv::DIV2),
+        divq: None,
+        divr: None,
+    });
+    rcc.sys = Sysclk::PLL1_P;
+    rcc.ahb_pre = AHBPrescaler::DIV2;
+    (rcc.apb1_pre, rcc.apb2_pre) = (APBPrescaler::DIV2, APBPrescaler::DIV2);
+    (rcc.apb3_pre, rcc.apb4_pre) = (APBPrescaler::DIV2, APBPrescaler::DIV2);
+    rcc.voltage_scale = VoltageScale::Scale0;
+    set_up(embassy_stm32::init(config));
+    interrupt::UART7.set_priority(Priority::P4);
+    interrupt::UART8.set_priority(Priority::P6);
+    (HAPTIC.start(interrupt::UART7), BACKGROUND.start(interrupt::UART8))
+}
+
+/// Pins and peripherals. Their drivers are left alone afterwards: what runs in fault handlers writes the registers.
+fn set_up(p: Peripherals) {
+    core::mem::forget(Output::new(p.PF12, Level::Low, Speed::Low));
+    let push = OutputType::PushPull;
+    let (x, y, z) = (PwmPin::new(p.PE9, push), PwmPin::new(p.PE11, push), PwmPin::new(p.PE13, push));
+    let mut pwm = SimplePwm::new(p.TIM1, Some(x), Some(y), Some(z), None, khz(20), CountingMode::EdgeAlignedUp);
+    PERIOD_STEPS.store(pwm.max_duty_cycle(), Ordering::Relaxed);
+    outputs_off();
+    pwm.ch1().enable();
+    pwm.ch2().enable();
+    pwm.ch3().enable();
+    core::mem::forget(pwm);
+    core::mem::forget(Qei::new(p.TIM2, p.PA15, p.PB3, Default::default()));
+    core::mem::forget(Qei::new(p.TIM3, p.PC6, p.PC7, Default::default()));
+    core::mem::forget(Qei::new(p.TIM4, p.PD12, p.PD13, Default::default()));
+    if let Ok(uart) = Uart::new_blocking(p.USART3, p.PD9, p.PD8, UartConfig::default()) {
+        core::mem::forget(uart);
+        // sixteen bytes deep: 115 200 baud bring twelve in a tick
+        pac::USART3.cr1().modify(|w| w.set_ue(false));
+        pac::USART3.cr1().modify(|w| w.set_fifoen(true));
+        pac::USART3.cr1().modify(|w| w.set_ue(true));
+    }
+    IndependentWatchdog::new(p.IWDG1, WATCHDOG_US);
+    pac::RCC.apb1lenr().modify(|w| w.set_tim7en(true));
+    if let Some(mut core) = cortex_m::Peripherals::take() {
+        core.DCB.enable_trace();
+        cortex_m::peripheral::DWT::unlock();
+        core.DWT.enable_cycle_counter();
+        core.SCB.enable_icache();
+    }
+}
+
+/// Starts the 1 kHz timer, above both executors, and the watchdog.
+pub fn start_tick_timer() {
+    const COUNTER_HZ: u32 = 1_000_000;
+    // timers of this bus run at half the core's clock
+    pac::TIM7.psc().write_value((CLOCK_MHZ * 1_000_000 / 2 / COUNTER_HZ - 1) as u16);
+    pac::TIM7.arr().write(|w| w.set_arr((COUNTER_HZ / TICK_HZ - 1) as u16));
+    pac::TIM7.dier().write(|w| w.set_uie(true));
+    interrupt::TIM7.set_priority(Priority::P2);
+    // SAFETY: its handler is above, and what it touches is made for interrupts.
+    unsafe { interrupt::TIM7.enable() };
+    pac::TIM7.cr1().write(|w| w.set_cen(true));
+    pac::IWDG1.kr().write(|w| w.set_key(Key::START));
+}
+
+/// A completed, checked tick.
+pub fn feed_watchdog() {
+    pac::IWDG1.kr().write(|w| w.set_key(Key::RESET));
+}
+
+/// Core cycles; wraps every 9 s.
+pub fn clock_counts() -> u32 {
+    cortex_m::peripheral::DWT::cycle_count()
+}
+
+/// A span of [`clock_counts`] in nanoseconds; saturates at 4.3 s.
+pub fn counts_to_ns(counts: u32) -> u32 {
+    (counts / 12).saturating_mul(12_000 / CLOCK_MHZ)
+}
+
+defmt::timestamp!("{=u32:us}", clock_counts() / CLOCK_MHZ);
+
+/// Steps of the period for a code: half of it is no force.
+fn steps(code: DacCode) -> u32 {
+    let period = PERIOD_STEPS.load(Ordering::Relaxed);
+    let offset = i64::from(code.0) * i64::from(period) / 0x1_0000;
+    (i64::from(period / 2) + offset) as u32
+}
+
+/// Puts the codes on the amplifiers and sets the enable line; off goes first, on last.
+pub fn write_outputs(outputs: Outputs) {
+    if !outputs.enabled {
+        pac::GPIOF.bsrr().write(|w| w.set_br(ENABLE_PIN, true));
+        pac::TIM1.bdtr().modify(|w| w.set_moe(false));
+    }
+    for (axis, code) in outputs.codes.into_iter().enumerate() {
+        pac::TIM1.ccr(axis).write(|w| w.set_ccr(steps(code) as u16));
+    }
+    for (kept, code) in CODES.iter().zip(outputs.codes) {
+        kept.store(code.0, Ordering::Relaxed);
+    }
+    if outputs.enabled {
+        pac::TIM1.bdtr().modify(|w| w.set_moe(true));
+        pac::GPIOF.bsrr().write(|w| w.set_bs(ENABLE_PIN, true));
+    }
+}
+
+/// What is on the pins: the codes, if the timer's registers hold them.
+pub fn outputs() -> Outputs {
+    let [x, y, z] = &CODES;
+    let codes = [x, y, z].map(|kept| DacCode(kept.load(Ordering::Relaxed)));
+    let held = (0..3).zip(codes).all(|(axis, code)| u32::from(pac::TIM1.ccr(axis).read().ccr()) == steps(code));
+    let enabled = pac::GPIOF.odr().read().odr(ENABLE_PIN) == pac::gpio::vals::Odr::HIGH || pac::TIM1.bdtr().read().moe();
+    Outputs { enabled, codes: if held { codes } else { [DacCode(i16::MIN); 3] } }
+}
+
+/// Releases the force. Takes no lock and calls nothing that can fail.
+#[inline(never)]
+pub fn outputs_off() {
+    write_outputs(Outputs::OFF);
+}
+
+/// Whether the outputs are off before anything is switched on.
+pub fn healthy() -> bool {
+    outputs() == Outputs::OFF
+}
+
+/// Three encoders on orthogonal axes. A mechanism of [`palpate_firmware::kinematics`] goes here, and its torques into `force_out`.
+pub fn sense() -> Option<Sensed> {
+    let read = [pac::TIM2.cnt().read() as u16, pac::TIM3.cnt().read().cnt(), pac::TIM4.cnt().read().cnt()];
+    let [x, y, z] = &COUNTS;
+    let counts = [(x, read[0]), (y, read[1]), (z, read[2])].map(|(kept, now)| {
+        let last = kept.load(Ordering::Relaxed);
+        // the way since the last tick is far shorter than half a turn of the counter
+        let way = i32::from(now.wrapping_sub(last as u16).cast_signed());
+        let next = last.wrapping_add_signed(way);
+        kept.store(next, Ordering::Relaxed);
+        EncoderCounts(next.cast_signed())
+    });
+    let sequence = READINGS.load(Ordering::Relaxed).wrapping_add(1);
+    READINGS.store(sequence, Ordering::Relaxed);
+    Some(Sensed { position_m: probe_in::pose(counts).tip_m, sequence, status: SensorStatus::Good })
+}
+
+/// Bytes that have come; moves waiting ones on their way, too. Once a tick is often enough for queues of sixteen.
+pub fn link_read(bytes: &mut [u8]) -> usize {
+    let uart = pac::USART3;
+    while uart.isr().read().txe() {
+        let Ok(byte) = OUT.try_receive() else { break };
+        uart.tdr().write(|w| w.set_dr(byte.into()));
+    }
+    uart.icr().write(|w| w.set_ore(true));
+    bytes.iter_mut().map_while(|byte| uart.isr().read().rxne().then(|| *byte = uart.rdr().read().dr() as u8)).count()
+}
+
+/// Puts bytes in the queue. A frame that finds no room is not begun.
+pub fn link_write(bytes: &[u8]) {
+    if OUT.free_capacity() >= bytes.len() {
+        for byte in bytes {
+            let _ = OUT.try_send(*byte); // there is room
+        }
+    }
+}
+
+/// Serves a host.
+pub fn duty() -> Duty {
+    Duty::Serve(Pace::Timed)
+}
+
+/// Whether the watchdog has reset the board too often.
+pub fn barred() -> bool {
+    let by_watchdog = pac::RCC.rsr().read().iwdg1rstf();
+    pac::RCC.rsr().modify(|w| w.set_rmvf(true));
+    super::resets::barred(by_watchdog)
+}
+
+/// Words for the debugger's log; lost without one.
+pub fn print(line: fmt::Arguments<'_>) {
+    defmt::error!("{}", defmt::Display2Format(&line));
+}
+
+/// There is nowhere to go to: the outputs are off, and the watchdog starts anew.
+pub fn exit(_: bool) -> ! {
+    after_crash()
+}
+
+/// Waits for the watchdog's reset.
+pub fn after_crash() -> ! {
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
+/// No profile is kept on this board yet: erasing its flash takes longer than the watchdog bears. The default one holds.
+pub struct ProfileMemory;
+
+impl Flash for ProfileMemory {
+    fn read(&self, _: Slot, bytes: &mut [u8; SLOT_BYTES]) {
+        *bytes = [0xFF; SLOT_BYTES];
+    }
+
+    fn erase(&mut self, _: Slot) -> Result<(), FlashError> {
+        Err(FlashError)
+    }
+
+    fn write(&mut self, _: Slot, _: &[u8; SLOT_BYTES]) -> Result<(), FlashError> {
+        Err(FlashError)
+    }
+}

@@ -1,0 +1,70 @@
+//! An image that only links if no tick can panic: its panic handler calls a function that does not exist. Never run.
+//!
+//! It holds what a tick holds, from the message to the outputs: frame, desk, controller with its haptic cycle, patch, converter codes. Executors and
+//! log are left out; they panic here and there, outside the tick.
+#![no_std]
+#![no_main]
+#![expect(unsafe_code, reason = "it is never run: it only has to link")]
+
+use core::hint::black_box;
+use core::panic::PanicInfo;
+
+use cortex_m_rt::entry;
+use palpate::haptic::device::Sensed;
+use palpate_firmware::controller::Controller;
+use palpate_firmware::deadline::Deadline;
+use palpate_firmware::force_out;
+use palpate_firmware::link::frame::FRAME_BYTES;
+use palpate_firmware::link::{Desk, FromBoard, Receiver, Record, ToBoard, Upload, encode};
+use palpate_firmware::patch::Tissue;
+
+unsafe extern "C" {
+    fn a_tick_can_panic() -> !;
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    // SAFETY: never run: if it is called at all, the image does not link.
+    unsafe { a_tick_can_panic() }
+}
+
+// SAFETY: the section and the name are where cortex-m-rt expects the table; no interrupt is ever unmasked.
+#[unsafe(link_section = ".vector_table.interrupts")]
+#[unsafe(no_mangle)]
+static __INTERRUPTS: [usize; 32] = [0; 32];
+
+/// Something of which nothing is known: the optimiser must not find out that a panic cannot happen from values it sees.
+fn unknown<T>() -> &'static mut T {
+    // SAFETY: never run.
+    unsafe { &mut *black_box(0x2000_0000_usize as *mut T) }
+}
+
+#[entry]
+fn main() -> ! {
+    loop {
+        tick(unknown(), unknown(), unknown(), unknown(), unknown());
+    }
+}
+
+#[inline(never)]
+fn tick(
+    controller: &mut Controller,
+    tissue: &mut Tissue<'static>,
+    receiver: &mut Receiver,
+    desk: &mut Desk,
+    deadline: &mut Deadline,
+) {
+    if let Some(Ok(message)) = receiver.push::<ToBoard<'_>>(black_box(0)) {
+        black_box(desk.take(&message, controller, Some(unknown::<Upload>())));
+    }
+    #[cfg(feature = "planted-crash")]
+    assert!(black_box(true), "shows that the proof bites");
+    let (sensed, command) = desk.clear();
+    let sensed: Sensed = sensed.unwrap_or(*unknown());
+    let told = controller.step(tissue, sensed, command, black_box(true));
+    let outputs = force_out::outputs(controller.drive());
+    black_box((deadline.close(black_box(1)), controller.sound(&told)));
+    let mut out = [0; FRAME_BYTES];
+    let record = FromBoard::Record(Record::new(&told, outputs, black_box(7)));
+    black_box(encode(black_box(1), &record, &mut out).is_ok());
+}

@@ -1,0 +1,56 @@
+//! The stack: below the statics (`memory.x`), painted by cortex-m-rt, and what happens when it overflows.
+
+use super::outputs_off;
+use crate::safety;
+
+unsafe extern "C" {
+    static _stack_start: u32;
+    static _stack_end: u32;
+}
+
+/// Bytes below the statics that are the stack's, `memory.x` says how many.
+pub const STACK_BYTES: usize = 16 * 1024;
+/// What cortex-m-rt's `paint-stack` fills the stack with.
+const PAINT: u32 = 0xCCCC_CCCC;
+
+/// Bytes of the stack that were ever written: the paint is gone there.
+pub fn stack_used_bytes() -> usize {
+    let (low, high) = (&raw const _stack_end, &raw const _stack_start);
+    let words = (high.addr() - low.addr()) / size_of::<u32>();
+    // SAFETY: both symbols come from `memory.x` and bound the stack; every word between them is RAM, and reading one has no side effect.
+    let untouched = (0..words).take_while(|at| unsafe { low.add(*at).read_volatile() } == PAINT).count();
+    (words - untouched) * size_of::<u32>()
+}
+
+// A stack that overflowed has left RAM below the statics. Everything said from here on needs one that works: take it from the top.
+core::arch::global_asm!(
+    ".section .HardFault.palpate, \"ax\"",
+    ".global HardFault",
+    ".type HardFault,%function",
+    ".thumb_func",
+    "HardFault:",
+    "cpsid i",
+    "mov r0, sp",
+    "ldr r1, =_stack_start",
+    "mov sp, r1",
+    "b {on_hard_fault}",
+    ".size HardFault, . - HardFault",
+    on_hard_fault = sym on_hard_fault,
+);
+
+/// `frame` is where the core left the registers of what failed: eight words, the program counter the seventh. Only told if it lies in the stack.
+extern "C" fn on_hard_fault(frame: *const u32) -> ! {
+    outputs_off();
+    let stack = (&raw const _stack_end).addr()..(&raw const _stack_start).addr() - 32;
+    if stack.contains(&frame.addr()) {
+        // SAFETY: eight words from here on are within the stack.
+        let [lr, pc] = unsafe { [frame.add(5).read_volatile(), frame.add(6).read_volatile()] };
+        safety::stop(format_args!("hard fault at pc={pc:#010x} lr={lr:#010x}"))
+    }
+    safety::stop(format_args!("hard fault: the stack overflowed"))
+}
+
+#[cortex_m_rt::exception]
+unsafe fn DefaultHandler(irqn: i16) -> ! {
+    safety::stop(format_args!("interrupt {irqn} has no handler"))
+}

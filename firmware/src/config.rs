@@ -1,0 +1,187 @@
+//! The profile that a board keeps over power-off: two slots of flash, written in turn.
+//!
+//! A slot is `magic, version, length, generation, profile as postcard, CRC-32`. Writing goes to the slot that is not in use:
+//! whenever the power fails, the other one still holds what was there before. What is damaged, of another version or out of range counts as empty.
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use palpate::BuildError;
+use palpate::haptic::cycle::{Cycle, Settings};
+use palpate::haptic::device::{DeviceLimits, HapticDevice};
+use serde::{Deserialize, Serialize};
+
+use crate::edge::Edge;
+use crate::link::message::Bounds;
+
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+const MAGIC: u32 = 0x5041_4C50;
+const VERSION: u16 = 1;
+const HEAD: usize = 12;
+const TAIL: usize = 4;
+/// Bytes of a slot that are used.
+pub const SLOT_BYTES: usize = 128;
+
+/// What a user sets once for a device.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Profile {
+    /// Limits of the loop.
+    pub limits: Bounds,
+    /// Damping per tangent stiffness [s], constant damping [N s/m], share of the newest velocity (1).
+    pub damping: [f32; 3],
+    /// Longest force the actuators give [N].
+    pub max_force_n: f32,
+    /// Whole ticks between a force and its acting.
+    pub delay_ticks: u8,
+    /// Encoder counts at the device's centre.
+    pub centre_counts: [i32; 3],
+}
+
+impl Profile {
+    /// The desktop stylus with safe damping.
+    #[must_use]
+    pub fn desktop() -> Self {
+        let settings = Settings::safe(&Edge::DESKTOP.limits());
+        let damping = settings.damping;
+        Self {
+            limits: (&settings.limits).into(),
+            damping: [damping.tau_s, damping.constant_n_s_per_m, damping.velocity_share],
+            max_force_n: Edge::DESKTOP.limits().max_force_n,
+            delay_ticks: 1,
+            centre_counts: [0; 3],
+        }
+    }
+
+    /// Settings of the loop, and the device.
+    #[must_use]
+    pub fn split(&self) -> (Settings, Edge) {
+        let limits = DeviceLimits { max_force_n: self.max_force_n, delay_ticks: self.delay_ticks, ..Edge::DESKTOP.limits() };
+        let mut settings = Settings::safe(&limits);
+        settings.limits = (&self.limits).into();
+        let [tau_s, constant_n_s_per_m, velocity_share] = self.damping;
+        settings.damping.tau_s = tau_s;
+        settings.damping.constant_n_s_per_m = constant_n_s_per_m;
+        settings.damping.velocity_share = velocity_share;
+        (settings, Edge::with_limits(limits))
+    }
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names it.
+    pub fn check(&self) -> Result<(), BuildError> {
+        let (settings, edge) = self.split();
+        Cycle::build(&settings, &edge.limits()).map(|_| ())
+    }
+}
+
+/// Two slots of flash. Erased bytes are 0xFF; a written byte stays until its slot is erased.
+pub trait Flash {
+    /// Copies a slot from its start.
+    fn read(&self, slot: Slot, bytes: &mut [u8; SLOT_BYTES]);
+
+    /// Erases a slot.
+    ///
+    /// # Errors
+    /// The flash says that it did not work.
+    fn erase(&mut self, slot: Slot) -> Result<(), FlashError>;
+
+    /// Writes an erased slot from its start on.
+    ///
+    /// # Errors
+    /// The flash says that it did not work.
+    fn write(&mut self, slot: Slot, bytes: &[u8; SLOT_BYTES]) -> Result<(), FlashError>;
+}
+
+/// Flash that did not do as told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FlashError;
+
+/// One of the two.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slot {
+    /// The first.
+    A,
+    /// The second.
+    B,
+}
+
+impl Slot {
+    fn other(self) -> Self {
+        match self {
+            Self::A => Self::B,
+            Self::B => Self::A,
+        }
+    }
+}
+
+/// The newest profile that is whole, in range, and where it lies; `None` if there is none.
+#[must_use]
+pub fn load(flash: &impl Flash) -> Option<(Profile, Slot, u32)> {
+    let good = |slot| {
+        let mut bytes = [0; SLOT_BYTES];
+        flash.read(slot, &mut bytes);
+        let (profile, generation) = parse(&bytes)?;
+        Some((profile, slot, generation))
+    };
+    match (good(Slot::A), good(Slot::B)) {
+        (Some(a), Some(b)) => Some(if a.2.wrapping_sub(b.2).cast_signed() > 0 { a } else { b }),
+        (a, b) => a.or(b),
+    }
+}
+
+/// Keeps a profile, in `Idle`. The one before stays until this one is whole.
+///
+/// # Errors
+/// [`StoreError`]; the profile before is still there.
+pub fn store(flash: &mut impl Flash, profile: &Profile) -> Result<u32, StoreError> {
+    profile.check().map_err(StoreError::Range)?;
+    let (slot, generation) = load(flash).map_or((Slot::A, 1), |(_, slot, last)| (slot.other(), last.wrapping_add(1)));
+    let mut bytes = [0xFF; SLOT_BYTES];
+    format(&mut bytes, profile, generation).ok_or(StoreError::Flash)?;
+    let failed = |FlashError| StoreError::Flash;
+    flash.erase(slot).map_err(failed)?;
+    flash.write(slot, &bytes).map_err(failed)?;
+    match load(flash) {
+        Some((read, _, found)) if (read, found) == (*profile, generation) => Ok(generation),
+        _ => Err(StoreError::Flash),
+    }
+}
+
+/// Why a profile was not kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StoreError {
+    /// A number is out of its range.
+    Range(BuildError),
+    /// The flash failed.
+    Flash,
+}
+
+/// Writes head, profile and checksum.
+fn format(bytes: &mut [u8; SLOT_BYTES], profile: &Profile, generation: u32) -> Option<()> {
+    let (head, body) = bytes.split_at_mut(HEAD);
+    let length = postcard::to_slice(profile, body).ok()?.len();
+    head.get_mut(..4)?.copy_from_slice(&MAGIC.to_le_bytes());
+    head.get_mut(4..6)?.copy_from_slice(&VERSION.to_le_bytes());
+    head.get_mut(6..8)?.copy_from_slice(&u16::try_from(length).ok()?.to_le_bytes());
+    head.get_mut(8..)?.copy_from_slice(&generation.to_le_bytes());
+    let end = HEAD + length;
+    let crc = CRC.checksum(bytes.get(..end)?);
+    bytes.get_mut(end..end + TAIL)?.copy_from_slice(&crc.to_le_bytes());
+    Some(())
+}
+
+fn parse(bytes: &[u8; SLOT_BYTES]) -> Option<(Profile, u32)> {
+    let (magic, rest) = bytes.split_first_chunk()?;
+    let (version, rest) = rest.split_first_chunk()?;
+    let (length, rest) = rest.split_first_chunk()?;
+    let (generation, rest) = rest.split_first_chunk()?;
+    if u32::from_le_bytes(*magic) != MAGIC || u16::from_le_bytes(*version) != VERSION {
+        return None;
+    }
+    let length = usize::from(u16::from_le_bytes(*length));
+    let crc = rest.get(length..)?.first_chunk()?;
+    if CRC.checksum(bytes.get(..HEAD + length)?) != u32::from_le_bytes(*crc) {
+        return None;
+    }
+    let (profile, rest): (Profile, _) = postcard::take_from_bytes(rest.get(..length)?).ok()?;
+    (rest.is_empty() && profile.check().is_ok()).then(|| (profile, u32::from_le_bytes(*generation)))
+}

@@ -1,0 +1,75 @@
+//! Two joints: the five-bar pantograph, as in a Haply or a Pantograph Mk II (Campion, Wang and Hayward, The Pantograph Mk-II: a haptic instrument,
+//! IROS 2005, whose forward kinematics this is).
+//!
+//! Motors stand at x = 0 and x = -base on the device's x axis and drive the proximal arms `near_m`; the distal arms `far_m` meet in the tip. It moves in
+//! the x-z plane: z is up, out of the tissue.
+
+use palpate::Vector3;
+
+use super::{Mechanism, sin_cos};
+use crate::probe_in::EncoderCounts;
+
+/// A symmetric five-bar linkage.
+#[derive(Clone, Copy, Debug)]
+pub struct Pantograph {
+    /// Motor to elbow [m].
+    pub near_m: f32,
+    /// Elbow to tip [m].
+    pub far_m: f32,
+    /// Motor to motor [m].
+    pub base_m: f32,
+    /// Joint angle of one encoder count [rad].
+    pub rad_per_count: f32,
+    /// Joint angles at zero counts [rad], against x.
+    pub zero_rad: [f32; 2],
+    /// Where the device's centre lies in the frame of the first motor [m].
+    pub centre_m: [f32; 2],
+    /// Tip over joint: `[[dx/dq1, dx/dq2], [dz/dq1, dz/dq2]]` [m].
+    jacobian_m: [[f32; 2]; 2],
+}
+
+impl Pantograph {
+    /// With its joints unread: no torque yet.
+    #[must_use]
+    pub fn new(arms_m: [f32; 2], base_m: f32, rad_per_count: f32, zero_rad: [f32; 2], centre_m: [f32; 2]) -> Self {
+        let [near_m, far_m] = arms_m;
+        Self { near_m, far_m, base_m, rad_per_count, zero_rad, centre_m, jacobian_m: [[0.0; 2]; 2] }
+    }
+}
+
+impl Mechanism for Pantograph {
+    fn tip_m(&mut self, [first, second, _]: [EncoderCounts; 3]) -> Option<Vector3<f32>> {
+        self.jacobian_m = [[0.0; 2]; 2]; // whatever is not a pose gets no torque
+        let [q1, q2] = [(first, self.zero_rad[0]), (second, self.zero_rad[1])]
+            .map(|(counts, zero)| zero + counts.0 as f32 * self.rad_per_count);
+        let ((s1, c1), (s2, c2)) = (sin_cos(q1), sin_cos(q2));
+        let elbow = [self.near_m * c1, self.near_m * s1];
+        let other = [self.near_m * c2 - self.base_m, self.near_m * s2];
+        // the tip stands over the middle between the elbows
+        let across = [other[0] - elbow[0], other[1] - elbow[1]];
+        let square = across[0] * across[0] + across[1] * across[1];
+        let height_square = self.far_m * self.far_m - 0.25 * square;
+        if !(square > 0.0 && height_square > 1e-3 * self.far_m * self.far_m) {
+            return None; // stretched or folded: no way to tell where it goes, and no finite torque
+        }
+        let rise = root(height_square / square);
+        let tip = [elbow[0] + 0.5 * across[0] + rise * across[1], elbow[1] + 0.5 * across[1] - rise * across[0]];
+        // both distal arms keep their length: (tip - elbow) . tip' = (tip - elbow) . elbow', and the same of the other
+        let (u, v) = ([tip[0] - elbow[0], tip[1] - elbow[1]], [tip[0] - other[0], tip[1] - other[1]]);
+        let determinant = u[0] * v[1] - u[1] * v[0];
+        let turned = self.near_m * (u[1] * c1 - u[0] * s1) / determinant;
+        let other_turned = self.near_m * (v[1] * c2 - v[0] * s2) / determinant;
+        self.jacobian_m = [[v[1] * turned, -u[1] * other_turned], [-v[0] * turned, u[0] * other_turned]];
+        Some(Vector3::new(tip[0] - self.centre_m[0], 0.0, tip[1] - self.centre_m[1]))
+    }
+
+    fn torques_n_m(&self, force_n: Vector3<f32>) -> [f32; 3] {
+        let [x, z] = self.jacobian_m;
+        [x[0] * force_n.x + z[0] * force_n.z, x[1] * force_n.x + z[1] * force_n.z, 0.0]
+    }
+}
+
+/// Square root of a positive number.
+fn root(square: f32) -> f32 {
+    libm::sqrtf(square)
+}

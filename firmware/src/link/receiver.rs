@@ -1,0 +1,133 @@
+//! Bytes in, frames out: whatever comes over the wire.
+
+use serde::Deserialize;
+
+use super::frame::{self, FRAME_BYTES, FrameError};
+
+/// What came so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Frames taken.
+    pub good: u32,
+    /// Frames dropped.
+    pub bad: u32,
+    /// Sequence numbers that never came.
+    pub lost: u32,
+}
+
+/// Collects one frame after the other.
+#[derive(Clone, Debug)]
+pub struct Receiver {
+    frame: [u8; FRAME_BYTES],
+    length: usize,
+    /// The last frame taken.
+    sequence: Option<u16>,
+    counts: Counts,
+}
+
+impl Receiver {
+    /// Nothing came yet.
+    pub const NEW: Self =
+        Self { frame: [0; FRAME_BYTES], length: 0, sequence: None, counts: Counts { good: 0, bad: 0, lost: 0 } };
+
+    /// Takes a byte; a message with the zero that ends its frame. A frame too long is dropped up to its zero.
+    ///
+    /// # Errors
+    /// Why the frame that just ended was dropped. It is counted.
+    pub fn push<'r, Message: Deserialize<'r>>(&'r mut self, byte: u8) -> Option<Result<Message, FrameError>> {
+        if byte != 0 {
+            if let Some(free) = self.frame.get_mut(self.length) {
+                *free = byte;
+            }
+            self.length = self.length.saturating_add(1);
+            return None;
+        }
+        let length = core::mem::take(&mut self.length);
+        if length == 0 {
+            return None; // zeros between frames are idle
+        }
+        let answer = match self.frame.get_mut(..length) {
+            Some(frame) => frame::decode(frame),
+            None => Err(FrameError::TooLong),
+        };
+        let answer = answer.and_then(|(sequence, message)| {
+            let step = self.sequence.map_or(1, |last| sequence.wrapping_sub(last).cast_signed());
+            if step <= 0 {
+                return Err(FrameError::Old);
+            }
+            self.counts.lost = self.counts.lost.saturating_add(u32::from(step.unsigned_abs() - 1));
+            self.sequence = Some(sequence);
+            Ok(message)
+        });
+        let count = if answer.is_ok() { &mut self.counts.good } else { &mut self.counts.bad };
+        *count = count.saturating_add(1);
+        Some(answer)
+    }
+
+    /// A new host may begin with any sequence number: call it when the old one was silent for long.
+    pub fn forget(&mut self) {
+        self.sequence = None;
+    }
+
+    /// What came so far.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(sequence: u16, message: u32) -> std::vec::Vec<u8> {
+        let mut out = [0; FRAME_BYTES];
+        frame::encode(sequence, &message, &mut out).unwrap().to_vec()
+    }
+
+    fn feed(receiver: &mut Receiver, bytes: &[u8]) -> std::vec::Vec<Result<u32, FrameError>> {
+        bytes.iter().filter_map(|byte| receiver.push(*byte)).collect()
+    }
+
+    #[test]
+    fn frames_come_out_as_they_went_in() {
+        let mut receiver = Receiver::NEW;
+        for (n, message) in [0, 1, 255, 256, u32::MAX].into_iter().enumerate() {
+            assert_eq!(feed(&mut receiver, &frame(n as u16, message)), [Ok(message)]);
+        }
+        assert_eq!(receiver.counts(), Counts { good: 5, bad: 0, lost: 0 });
+    }
+
+    #[test]
+    fn a_frame_after_rubbish_is_found() {
+        let mut receiver = Receiver::NEW;
+        let rubbish = [7_u8; 1_000];
+        assert_eq!(feed(&mut receiver, &rubbish), []);
+        assert_eq!(feed(&mut receiver, &frame(0, 9)), [Err(FrameError::TooLong)], "the rubbish swallows the frame it runs into");
+        assert_eq!(feed(&mut receiver, &frame(1, 9)), [Ok(9)]);
+        let cut = frame(2, 9);
+        assert_eq!(feed(&mut receiver, &[&cut[..4], &[0]].concat()), [Err(FrameError::Stuffing)]);
+        assert_eq!(feed(&mut receiver, &frame(2, 9)), [Ok(9)]);
+        assert_eq!(receiver.counts().bad, 2);
+    }
+
+    #[test]
+    fn old_frames_are_dropped_lost_ones_counted_and_the_number_wraps() {
+        let mut receiver = Receiver::NEW;
+        assert_eq!(feed(&mut receiver, &frame(u16::MAX - 1, 1)), [Ok(1)]);
+        assert_eq!(feed(&mut receiver, &frame(u16::MAX - 1, 1)), [Err(FrameError::Old)]);
+        assert_eq!(feed(&mut receiver, &frame(u16::MAX - 9, 1)), [Err(FrameError::Old)]);
+        assert_eq!(feed(&mut receiver, &frame(1, 2)), [Ok(2)]);
+        assert_eq!(receiver.counts(), Counts { good: 2, bad: 2, lost: 2 });
+        receiver.forget();
+        assert_eq!(feed(&mut receiver, &frame(9_999, 3)), [Ok(3)]);
+    }
+
+    #[test]
+    fn a_message_with_something_behind_it_is_none() {
+        let mut out = [0; FRAME_BYTES];
+        let bytes = frame::encode(0, &(1_u32, 2_u32), &mut out).unwrap();
+        let mut receiver = Receiver::NEW;
+        assert_eq!(feed(&mut receiver, bytes), [Err(FrameError::Message)]);
+    }
+}

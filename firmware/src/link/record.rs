@@ -1,0 +1,116 @@
+//! What a tick did, as the host sees it: the cycle's telemetry, the outputs, the time it took.
+
+use palpate::Fault;
+use palpate::haptic::cycle::Telemetry;
+use palpate::haptic::mode::Mode;
+use serde::{Deserialize, Serialize};
+
+use crate::force_out::Outputs;
+
+/// One tick. Modes, faults and limiters are their numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// Cycles begun, wrapping.
+    pub tick: u32,
+    /// Mode at the end.
+    pub mode: u8,
+    /// Latched fault; 0 is none.
+    pub fault: u8,
+    /// Something was asked that the mode does not accept, or not yet.
+    pub refused: bool,
+    /// What was limited, by the patch's guard and by the loop.
+    pub limiters: u8,
+    /// Tip that was rendered [m], device frame as everything here.
+    pub position_m: [f32; 3],
+    /// The patch's force [N].
+    pub model_n: [f32; 3],
+    /// Centre of the contact [m].
+    pub point_m: [f32; 3],
+    /// Normal of the contact.
+    pub normal: [f32; 3],
+    /// Depth of the tip [m].
+    pub depth_m: f32,
+    /// Nodes that moved.
+    pub active_nodes: u16,
+    /// What the patch's guard limited.
+    pub patch_limiters: u8,
+    /// Force with damping, before gains and limits [N].
+    pub wanted_n: [f32; 3],
+    /// Force on the device [N].
+    pub applied_n: [f32; 3],
+    /// Energy given since the touch, created by this contact, created in all [J].
+    pub energy_j: [f32; 3],
+    /// Enable line.
+    pub enabled: bool,
+    /// Converter codes.
+    pub codes: [i16; 3],
+    /// Time from reading the sensors to writing the converters, in counts of the board's clock; 0 on the desktop.
+    pub spent_counts: u32,
+}
+
+impl Record {
+    /// Packs a tick.
+    #[must_use]
+    pub fn new(telemetry: &Telemetry, outputs: Outputs, spent_counts: u32) -> Self {
+        let output = &telemetry.output;
+        let energy = &telemetry.energy;
+        Self {
+            tick: telemetry.tick,
+            mode: telemetry.mode as u8,
+            fault: telemetry.fault.map_or(0, |fault| fault as u8),
+            refused: telemetry.refused,
+            limiters: telemetry.limiters.bits(),
+            position_m: telemetry.position_m.into(),
+            model_n: output.force_n.into(),
+            point_m: output.point_m.into(),
+            normal: output.normal.into(),
+            depth_m: output.depth_m,
+            active_nodes: output.active_nodes,
+            patch_limiters: output.limiters.bits(),
+            wanted_n: telemetry.wanted_n.into(),
+            applied_n: telemetry.applied_n.into(),
+            energy_j: [energy.given_j, energy.created_j, energy.total_created_j],
+            enabled: outputs.enabled,
+            codes: outputs.codes.map(|code| code.0),
+            spent_counts,
+        }
+    }
+
+    /// The mode; `None` if the number is no mode of this version.
+    #[must_use]
+    pub fn mode(&self) -> Option<Mode> {
+        Mode::ALL.into_iter().find(|mode| *mode as u8 == self.mode)
+    }
+
+    /// The latched fault.
+    #[must_use]
+    pub fn fault(&self) -> Option<Fault> {
+        Fault::ALL.into_iter().find(|fault| *fault as u8 == self.fault)
+    }
+
+    /// The first field whose bits differ, the time left out: its name and both values.
+    #[must_use]
+    pub fn first_difference(&self, other: &Self) -> Option<(&'static str, [f32; 2])> {
+        let whole = |name, a: u32, b: u32| (a != b).then_some((name, [a as f32, b as f32]));
+        let real = |name, a: f32, b: f32| (a.to_bits() != b.to_bits()).then_some((name, [a, b]));
+        let vector = |name, a: [f32; 3], b: [f32; 3]| a.into_iter().zip(b).find_map(|(a, b)| real(name, a, b));
+        let codes = || self.codes.iter().zip(other.codes).find(|(a, b)| **a != *b);
+        whole("tick", self.tick, other.tick)
+            .or_else(|| whole("mode", self.mode.into(), other.mode.into()))
+            .or_else(|| whole("fault", self.fault.into(), other.fault.into()))
+            .or_else(|| whole("refused", self.refused.into(), other.refused.into()))
+            .or_else(|| whole("limiters", self.limiters.into(), other.limiters.into()))
+            .or_else(|| vector("position_m", self.position_m, other.position_m))
+            .or_else(|| vector("model_n", self.model_n, other.model_n))
+            .or_else(|| vector("point_m", self.point_m, other.point_m))
+            .or_else(|| vector("normal", self.normal, other.normal))
+            .or_else(|| real("depth_m", self.depth_m, other.depth_m))
+            .or_else(|| whole("active_nodes", self.active_nodes.into(), other.active_nodes.into()))
+            .or_else(|| whole("patch_limiters", self.patch_limiters.into(), other.patch_limiters.into()))
+            .or_else(|| vector("wanted_n", self.wanted_n, other.wanted_n))
+            .or_else(|| vector("applied_n", self.applied_n, other.applied_n))
+            .or_else(|| vector("energy_j", self.energy_j, other.energy_j))
+            .or_else(|| whole("enabled", self.enabled.into(), other.enabled.into()))
+            .or_else(|| codes().map(|(a, b)| ("codes", [f32::from(*a), f32::from(b)])))
+    }
+}

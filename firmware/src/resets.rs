@@ -1,0 +1,100 @@
+//! Resets by the watchdog that come again and again: a board in such a loop would shake the hand at every start. It stays `Idle`.
+
+/// Watchdog resets within [`WINDOW_MS`] after which nobody may arm before power was off.
+pub const TOO_MANY: usize = 3;
+/// Time in which they count [ms].
+pub const WINDOW_MS: u32 = 60_000;
+/// Tells memory that kept its content from memory after power-on.
+const MAGIC: u32 = 0x5A1E_0B07;
+
+/// Why the board started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// Power came on, or somebody pressed reset.
+    Power,
+    /// The watchdog, a panic or a hard fault.
+    Crash,
+}
+
+/// What survives a reset. Lives in memory that start-up does not clear.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
+pub struct Resets {
+    magic: u32,
+    /// Time under power, crashes included [ms]; wraps after 49 days.
+    now_ms: u32,
+    /// When the last crashes were, newest last; `crashes` of them count.
+    crashed_at_ms: [u32; TOO_MANY],
+    crashes: u32,
+    /// Exclusive or of everything before.
+    check: u32,
+}
+
+impl Resets {
+    /// After power-on.
+    pub const POWER_ON: Self = Self { magic: MAGIC, now_ms: 0, crashed_at_ms: [0; TOO_MANY], crashes: 0, check: MAGIC };
+
+    fn sum(&self) -> u32 {
+        let [a, b, c] = self.crashed_at_ms;
+        self.magic ^ self.now_ms ^ a ^ b.rotate_left(1) ^ c.rotate_left(2) ^ self.crashes.rotate_left(3)
+    }
+
+    /// The board has started. What does not add up is taken for power-on. True if nobody may arm.
+    #[must_use]
+    pub fn start(&mut self, cause: Cause) -> bool {
+        if cause == Cause::Power || self.magic != MAGIC || self.check != self.sum() || self.crashes as usize > TOO_MANY {
+            *self = Self::POWER_ON;
+        }
+        if cause == Cause::Crash {
+            self.crashed_at_ms.rotate_left(1);
+            if let Some(newest) = self.crashed_at_ms.last_mut() {
+                *newest = self.now_ms;
+            }
+            self.crashes = (self.crashes + 1).min(TOO_MANY as u32);
+        }
+        self.check = self.sum();
+        let [oldest, ..] = self.crashed_at_ms;
+        self.crashes as usize == TOO_MANY && self.now_ms.wrapping_sub(oldest) < WINDOW_MS
+    }
+
+    /// A millisecond has passed.
+    pub fn count(&mut self) {
+        self.now_ms = self.now_ms.wrapping_add(1);
+        self.check = self.sum();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether the last start bars, with so many ticks between crashes.
+    fn bars(crashes: usize, apart_ms: u32) -> bool {
+        let mut resets = Resets { magic: 7, now_ms: 9, crashed_at_ms: [1; 3], crashes: 99, check: 0 };
+        let mut barred = resets.start(Cause::Power);
+        for _ in 0..crashes {
+            (0..apart_ms).for_each(|_| resets.count());
+            barred = resets.start(Cause::Crash);
+        }
+        barred
+    }
+
+    #[test]
+    fn three_crashes_within_a_minute_bar_and_fewer_or_slower_ones_do_not() {
+        assert!(!bars(0, 0) && !bars(2, 10));
+        assert!(bars(3, 10) && bars(3, 29_999) && bars(30, 10));
+        assert!(!bars(3, 30_000) && !bars(10, 30_000));
+    }
+
+    #[test]
+    fn power_off_forgives_and_memory_that_lost_its_content_is_power_on() {
+        let mut resets = Resets::POWER_ON;
+        assert!(!resets.start(Cause::Crash) && !resets.start(Cause::Crash) && resets.start(Cause::Crash));
+        assert!(!resets.clone().start(Cause::Power));
+        for flip in 0..32 {
+            let mut damaged = resets;
+            damaged.now_ms ^= 1 << flip;
+            assert!(!damaged.start(Cause::Crash), "bit {flip}");
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! A scripted hand in place of encoders, for runs without a host: it waits outside the tissue until the force is on, then presses.
+
+use palpate::haptic::device::{Sensed, SensorStatus};
+
+use crate::probe_in::{self, EncoderCounts};
+
+/// Ticks outside before the first press: start-up, 100 calm ticks, 500 ticks of ramp-in and some to spare.
+pub const LEAD_TICKS: u32 = 700;
+/// Ticks after which the presses begin anew.
+const REPEAT_TICKS: u32 = 2_000;
+/// Where the tip starts and returns to: 0.6 mm above the surface.
+const CLEAR: i32 = 60;
+/// Depth of every press: 4 mm.
+const DEEP: i32 = 400;
+
+/// How long the scripted hand presses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Script {
+    /// Ticks until the run ends.
+    pub ticks: u32,
+    /// Ticks outside the tissue before the first press.
+    pub lead_ticks: u32,
+}
+
+/// The reading of a tick.
+#[must_use]
+pub fn sensed(tick: u32, lead_ticks: u32) -> Sensed {
+    let position_m = probe_in::pose(counts(tick, lead_ticks)).tip_m;
+    Sensed { position_m, sequence: tick, status: SensorStatus::Good }
+}
+
+/// After the lead, a tap of 0.23 m/s to 4 mm, a hold, a slow way out, then a slow press that slides 3 mm to and fro in x.
+#[must_use]
+pub fn counts(tick: u32, lead_ticks: u32) -> [EncoderCounts; 3] {
+    let Some(pressing) = tick.checked_sub(lead_ticks) else { return [EncoderCounts(0), EncoderCounts(0), EncoderCounts(CLEAR)] };
+    let phase = (pressing % REPEAT_TICKS) as i32;
+    let (depth, x) = match phase {
+        0..20 => (ramp(phase, 20), 0),
+        20..300 => (CLEAR + DEEP, 0),
+        300..800 => (ramp(800 - phase, 500), 0),
+        _ => (triangle(phase - 800, 1_200, CLEAR + DEEP), triangle(phase - 800, 600, 300) - triangle(phase - 800, 1_200, 300)),
+    };
+    [EncoderCounts(x), EncoderCounts(0), EncoderCounts(CLEAR - depth)]
+}
+
+/// Share `phase / length` of the whole way down.
+fn ramp(phase: i32, length: i32) -> i32 {
+    phase * (CLEAR + DEEP) / length
+}
+
+/// Triangle wave of an even `period`, from 0 to `height` and back.
+fn triangle(phase: i32, period: i32, height: i32) -> i32 {
+    let half = period / 2;
+    let phase = phase % period;
+    let rising = if phase < half { phase } else { period - phase };
+    rising * height / half
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CLEAR, DEEP, LEAD_TICKS, REPEAT_TICKS, counts};
+
+    #[test]
+    fn it_waits_presses_and_lets_go() {
+        assert!((0..=LEAD_TICKS).all(|tick| counts(tick, LEAD_TICKS)[2].0 == CLEAR));
+        let heights = (0..REPEAT_TICKS).map(|tick| counts(tick, 0)[2].0);
+        assert_eq!(heights.clone().min(), Some(-DEEP));
+        assert_eq!(heights.max(), Some(CLEAR));
+    }
+
+    #[test]
+    fn it_never_jumps() {
+        for tick in 0..LEAD_TICKS + 2 * REPEAT_TICKS {
+            for (a, b) in counts(tick, LEAD_TICKS).iter().zip(counts(tick + 1, LEAD_TICKS)) {
+                assert!((a.0 - b.0).abs() <= 23, "tick {tick}"); // 23 counts a tick = 0.23 m/s
+            }
+        }
+    }
+}

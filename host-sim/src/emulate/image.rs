@@ -1,0 +1,54 @@
+//! Where the firmware's image comes from.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::EmulateError;
+
+/// The repository around the working folder.
+///
+/// # Errors
+/// [`EmulateError::NoRepository`].
+pub fn repository() -> Result<PathBuf, EmulateError> {
+    let here = std::env::current_dir().map_err(|_| EmulateError::NoRepository)?;
+    let is_root = |path: &&Path| path.join("firmware/Cargo.toml").is_file() && path.join("memory.x").is_file();
+    here.ancestors().find(is_root).map(Path::to_path_buf).ok_or(EmulateError::NoRepository)
+}
+
+/// Builds the image with `cargo fw` in the repository around the working folder.
+///
+/// # Errors
+/// No repository, no cargo, or firmware that does not compile.
+pub fn build() -> Result<PathBuf, EmulateError> {
+    let root = repository()?;
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let output = Command::new(cargo)
+        .args(["fw", "--quiet", "--message-format", "json-render-diagnostics"])
+        .env_remove("PALPATE_PATCH")
+        .current_dir(root)
+        .output()
+        .map_err(|source| EmulateError::NotStarted { program: "cargo", source })?;
+    if !output.status.success() {
+        let text = String::from_utf8_lossy(&output.stderr);
+        let first = text.lines().find(|line| line.starts_with("error")).unwrap_or("cargo failed");
+        return Err(EmulateError::NotBuilt(first.to_owned()));
+    }
+    let messages = String::from_utf8_lossy(&output.stdout);
+    let mut executable = messages.lines().filter_map(|line| {
+        let message: serde_json::Value = serde_json::from_str(line).ok()?;
+        message.get("executable")?.as_str().map(PathBuf::from)
+    });
+    executable.next_back().ok_or_else(|| EmulateError::NotBuilt("cargo named no image".into()))
+}
+
+/// The image to run: the one given, or a new one.
+///
+/// # Errors
+/// As [`build`], or no file at the place given.
+pub fn find(given: Option<&Path>) -> Result<PathBuf, EmulateError> {
+    match given {
+        Some(path) if path.is_file() => Ok(path.into()),
+        Some(path) => Err(EmulateError::NoImage(path.into())),
+        None => build(),
+    }
+}

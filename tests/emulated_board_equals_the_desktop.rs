@@ -1,0 +1,140 @@
+//! The image in the emulator and the controller on this machine, in lock-step over the link: the same bits in every tick, through presses, faults and
+//! recovery; bad frames are dropped, bad patches refused in words; the worst tick does not grow unseen.
+
+use std::path::{Path, PathBuf};
+
+use palpate::{Fault, Vector3};
+use palpate_firmware::config::Profile;
+use palpate_firmware::link::message::{Bounds, HostAsk};
+use palpate_firmware::link::{FromBoard, Refusal, ToBoard};
+use palpate_firmware::patch::Memory;
+use palpate_sim::emulate::timing::Spread;
+use palpate_sim::emulate::twin::Reading;
+use palpate_sim::emulate::{Board, EmulateError, Machine, Twin, campaign};
+use palpate_tests::emulator::build_firmware;
+use palpate_tests::packed;
+
+/// Longest tick of the default patch, haptic cycle included [instructions]. Whoever makes it more than 3 % longer should know it.
+const WORST_INSTRUCTIONS: f64 = 75_700.0;
+const TICKS: u32 = 8_000;
+const OUTSIDE_M: Vector3<f32> = Vector3::new(0.0, 0.0, 2e-3);
+
+fn image() -> PathBuf {
+    build_firmware(Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap(), &[]).unwrap()
+}
+
+fn equal_through_faults(patch: &str, machine: Machine) -> Vec<u64> {
+    let mut memory = Box::new(Memory::RESERVED);
+    let board = Board::start(&image(), machine, None).unwrap();
+    let mut twin = Twin::new(board, packed::on_words(&packed::shipped(patch)), &mut memory).unwrap();
+    let met = campaign::run(&mut twin, TICKS, 4e-3, |_| ()).unwrap();
+    let (_, stack_bytes) = twin.state_hash().unwrap();
+    assert_eq!(twin.difference, None);
+    println!("{patch}: {met:?}, faults {:?}, stack {stack_bytes} bytes", twin.faults);
+    for fault in [Fault::PoseNotFinite, Fault::SensorFault, Fault::OverSpeed, Fault::PoseStale, Fault::OutOfWorkspace] {
+        assert!(twin.faults.contains(&fault), "{fault} was not met: {:?}", twin.faults);
+    }
+    assert!(met.felt > 500 && met.faulted > 300 && met.ramping > 50 && met.recovered > 3, "{met:?}");
+    assert!(stack_bytes <= 8 * 1024, "{stack_bytes} of 16384 bytes of stack");
+    twin.instructions.clone()
+}
+
+#[test]
+fn the_default_block_and_its_worst_tick() {
+    let instructions = equal_through_faults("block-m4f-168.patch", Machine::M4f);
+    let spread = Spread::of(&instructions);
+    println!("{spread:?}");
+    assert!(spread.max as f64 <= 1.03 * WORST_INSTRUCTIONS, "the worst tick takes {} instructions", spread.max);
+    assert!(spread.max as f64 >= 0.97 * WORST_INSTRUCTIONS, "it has become faster: lower the figure to {}", spread.max);
+    assert!(spread.worst_over_median <= 1.15, "{spread:?}");
+}
+
+#[test]
+fn a_liver_on_the_other_core() {
+    equal_through_faults("liver-m4f-168.patch", Machine::M7);
+}
+
+#[test]
+fn bad_frames_are_counted_and_the_next_good_one_is_taken() {
+    let mut memory = Box::new(Memory::RESERVED);
+    let board = Board::start(&image(), Machine::M4f, None).unwrap();
+    let mut twin = Twin::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
+    twin.arm(OUTSIDE_M).unwrap();
+    let rubbish: Vec<u8> = (0..700_u32).map(|n| (n * 89 % 255 + 1) as u8).collect();
+    for sent in [&b"\x03\x01\x00"[..], &rubbish, &[0, 0, 0], &[7, 7, 7, 0]] {
+        twin.board().send_bytes(sent).unwrap();
+        twin.board().send_bytes(&[0]).unwrap();
+        twin.tick(Reading::at(OUTSIDE_M), None).unwrap();
+    }
+    twin.board().send(&ToBoard::Report).unwrap();
+    let FromBoard::State { bad_frames, .. } = twin.board().receive().unwrap() else { panic!("no report") };
+    assert_eq!(bad_frames, 3);
+    assert_eq!(twin.difference, None);
+}
+
+#[test]
+fn bad_patches_and_raised_limits_are_refused_in_words() {
+    let mut board = Board::start(&image(), Machine::M4f, None).unwrap();
+    let good = std::fs::read(packed::shipped("block-m4f-168.patch")).unwrap();
+    let refused = |answer: Result<u32, EmulateError>| match answer {
+        Err(EmulateError::Refused(refusal)) => refusal,
+        other => panic!("not refused: {other:?}"),
+    };
+    assert_eq!(refused_begin(&mut board), Refusal::NotIdle, "before it is idle");
+    for sequence in 1..=3 {
+        board.send(&ToBoard::Pose { position_m: OUTSIDE_M.into(), sequence, good: true }).unwrap();
+        board.receive().unwrap();
+    }
+    let mut flipped = good.clone();
+    flipped[5_000] ^= 4;
+    assert_eq!(refused(board.upload(&flipped)), Refusal::PatchDamaged);
+    let mut old = good.clone();
+    old[8] ^= 1;
+    assert_eq!(refused(board.upload(&old)), Refusal::PatchVersion);
+    assert_eq!(refused(board.upload(&good[..4_000])), Refusal::PatchDamaged);
+    let mut slow = palpate::PatchFile::open(packed::on_words(&packed::shipped("block-m4f-168.patch"))).unwrap();
+    slow.stable_dt_s = 0.5e-3;
+    let mut bytes = Vec::new();
+    slow.write(|piece| bytes.extend_from_slice(piece));
+    assert_eq!(refused(board.upload(&bytes)), Refusal::PatchStep);
+    board.send(&ToBoard::PatchBegin(70_000)).unwrap();
+    assert_eq!(board.receive().unwrap(), FromBoard::Refused(Refusal::PatchTooLong));
+
+    let nodes = board.upload(&good).unwrap();
+    assert!(nodes > 40, "{nodes} nodes");
+    let ask = |board: &mut Board, message: &ToBoard<'_>| {
+        board.send(message).unwrap();
+        board.receive().unwrap()
+    };
+    assert_eq!(ask(&mut board, &ToBoard::YoungsModulus(1e5)), FromBoard::Refused(Refusal::ModulusOutOfRange));
+    assert_eq!(ask(&mut board, &ToBoard::YoungsModulus(5e3)), FromBoard::PatchTaken(nodes));
+    let raised = Bounds { scalars: [19.0, 500.0, 1.5, 0.1, 5.0], counts: [2, 2, 10, 200] };
+    assert_eq!(ask(&mut board, &ToBoard::LowerLimits(raised)), FromBoard::Refused(Refusal::LimitRises));
+    let mut profile = Profile::desktop();
+    assert_eq!(ask(&mut board, &ToBoard::Store(profile)), FromBoard::Stored(1));
+    assert_eq!(ask(&mut board, &ToBoard::Store(profile)), FromBoard::Stored(2));
+    profile.max_force_n = 1e3;
+    assert_eq!(ask(&mut board, &ToBoard::Store(profile)), FromBoard::Refused(Refusal::ProfileRange));
+    for refusal in [Refusal::NotIdle, Refusal::PatchDamaged, Refusal::PatchStep, Refusal::LimitRises] {
+        assert!(refusal.to_string().contains(": "), "{refusal}: what, and how to mend it");
+    }
+}
+
+fn refused_begin(board: &mut Board) -> Refusal {
+    board.send(&ToBoard::PatchBegin(100)).unwrap();
+    match board.receive().unwrap() {
+        FromBoard::Refused(refusal) => refusal,
+        other => panic!("not refused: {other:?}"),
+    }
+}
+
+#[test]
+fn nothing_in_active_accepts_a_mesh() {
+    let mut memory = Box::new(Memory::RESERVED);
+    let board = Board::start(&image(), Machine::M4f, None).unwrap();
+    let mut twin = Twin::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
+    twin.arm(OUTSIDE_M).unwrap();
+    assert_eq!(refused_begin(twin.board()), Refusal::NotIdle);
+    twin.tick(Reading::at(OUTSIDE_M), Some(HostAsk::Stop)).unwrap();
+    assert_eq!(twin.difference, None);
+}
