@@ -75,7 +75,7 @@ fn ceilings_csv(ceilings: &[Ceiling]) -> String {
 pub fn print(summary: &LoopSummary) {
     let hands = HANDS.map(|h| format!("{:>6}", h.id)).join("");
     println!(
-        "stiffest wall without a limit cycle [N/m], tap 0.2 m/s and hold; climbed from 50 in steps of 12 %, stopped at the first that shakes"
+        "stiffest wall without a limit cycle [N/m], tap 0.2 m/s and hold; climbed from 50 in steps of 12 %, stopped at the first that shakes (>: none shook)"
     );
     println!("at 400 N/m: energy created in the worst hand [mJ], hands that it shakes, static error in the others [%]\n");
     for device in SWEPT {
