@@ -13,6 +13,13 @@ const CLEAR: i32 = 60;
 /// Depth of every press: 4 mm.
 const DEEP: i32 = 400;
 
+/// Counts a tick of the tap.
+const TAP: i32 = 23;
+/// Depths of its last ticks: a hand brakes, it does not stop dead; that is what a broken encoder does.
+const BRAKING: [i32; 5] = [432, 445, 454, 459, CLEAR + DEEP];
+/// Ticks of the tap before it brakes.
+const STEADY: i32 = 18;
+
 /// How long the scripted hand presses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Script {
@@ -35,8 +42,8 @@ pub fn counts(tick: u32, lead_ticks: u32) -> [EncoderCounts; 3] {
     let Some(pressing) = tick.checked_sub(lead_ticks) else { return [EncoderCounts(0), EncoderCounts(0), EncoderCounts(CLEAR)] };
     let phase = (pressing % REPEAT_TICKS) as i32;
     let (depth, x) = match phase {
-        0..20 => (ramp(phase, 20), 0),
-        20..300 => (CLEAR + DEEP, 0),
+        0..=STEADY => (TAP * phase, 0),
+        ..300 => (usize::try_from(phase - STEADY - 1).ok().and_then(|n| BRAKING.get(n)).copied().unwrap_or(CLEAR + DEEP), 0),
         300..800 => (ramp(800 - phase, 500), 0),
         _ => (triangle(phase - 800, 1_200, CLEAR + DEEP), triangle(phase - 800, 600, 300) - triangle(phase - 800, 1_200, 300)),
     };

@@ -41,7 +41,7 @@ pub use plan::{PlanChart, PlanDot, plan};
 pub use reaction_times::{ReactionBar, ReactionTimes, reaction_times};
 pub use refinement::{Refinement, RefinementLevel, refinement};
 pub use speed_accuracy::{MethodPoint, MethodPoints, SpeedAccuracy, speed_accuracy};
-pub use stiffness_matrix::{MatrixGroup, MatrixRow, StiffnessMatrix, stiffness_matrix};
+pub use stiffness_matrix::{MatrixCell, MatrixGroup, MatrixRow, StiffnessMatrix, stiffness_matrix};
 pub use superposed::{Landmark, Layer, Look, Superposed, superposed};
 pub use surface::{Probe, ProbeShape, Surface, surface};
 pub use tick_time::{TickTimes, tick_time};

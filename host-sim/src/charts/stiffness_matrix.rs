@@ -22,13 +22,22 @@ pub struct MatrixGroup {
     pub columns: Vec<(String, f64)>,
 }
 
+/// One cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MatrixCell {
+    /// Stiffness [N/m].
+    pub n_per_m: f64,
+    /// A lower bound.
+    pub at_least: bool,
+}
+
 /// One row.
 #[derive(Clone, Debug)]
 pub struct MatrixRow {
     /// At its left.
     pub name: String,
-    /// Stiffness of each column [N/m].
-    pub cells: Vec<f64>,
+    /// One a column.
+    pub cells: Vec<MatrixCell>,
     /// A closed form: set off, one cell for neighbours of one value.
     pub closed: bool,
 }
@@ -60,7 +69,7 @@ pub fn stiffness_matrix(folder: &Path, name: &str, matrix: &StiffnessMatrix) -> 
         return Err(ChartError::Empty { what: "rows" });
     }
     for row in matrix.rows {
-        check("cells", row.cells.iter().copied())?;
+        check("cells", row.cells.iter().map(|c| c.n_per_m))?;
         if row.cells.len() != columns {
             return Err(ChartError::EmptySeries { series: row.name.clone() });
         }
@@ -108,10 +117,11 @@ impl StiffnessMatrix<'_> {
         (lefts, each)
     }
 
-    fn says(&self, n_per_m: f64) -> String {
-        match n_per_m {
+    fn says(&self, cell: MatrixCell) -> String {
+        match cell.n_per_m {
             0.0 => "–".into(),
             k if k >= self.stiffest_n_per_m => "all".into(),
+            k if cell.at_least => format!(">{k:.0}"),
             k => format!("{k:.0}"),
         }
     }
@@ -167,7 +177,7 @@ impl StiffnessMatrix<'_> {
                 } else {
                     1
                 };
-                let ratio = value / group.columns[n].1;
+                let ratio = value.n_per_m / group.columns[n].1;
                 let (left, right) = (lefts[first + n], lefts[first + n + run - 1] + each);
                 let corners = [(px(left + 0.75), px(top + 0.75)), (px(right - 0.75), px(bottom - 0.75))];
                 area.draw(&Rectangle::new(corners, colour(ratio).filled()))?;

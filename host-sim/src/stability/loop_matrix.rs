@@ -11,13 +11,13 @@
 //! [`ceiling`] asks what the encoder allows, whatever the control.
 
 pub mod ceiling;
+mod climb;
 mod report;
 
+pub use climb::{Case, Climb, Trial, quiet, walls_n_per_m};
 pub use report::{pictures, print, write};
 
-use palpate::haptic::cycle::Renderer;
-use palpate::path::probe::ProbePose;
-use palpate::{BuildError, Limiters, Vector3};
+use palpate::BuildError;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -25,10 +25,6 @@ use self::ceiling::Ceiling;
 use crate::closed_loop::control::{CONTROLS, Control};
 use crate::closed_loop::device::DeviceProfile;
 use crate::closed_loop::hand::{HANDS, Hand};
-use crate::closed_loop::run::{Row, Run, Setup, run};
-use crate::closed_loop::stimulus::Stimulus;
-use crate::closed_loop::surface::Wall;
-use crate::closed_loop::verdict::JUDGED;
 use crate::error::Error;
 
 /// Where a climb begins [N/m].
@@ -46,88 +42,6 @@ pub const MOST_STATIC_ERROR: f64 = 1e-3;
 /// Deepest press [m], and share of the force limit that a press may take (1).
 const DEPTH_M: f64 = 4e-3;
 const FORCE_SHARE: f64 = 0.85;
-
-/// The walls of a climb [N/m].
-pub fn walls_n_per_m() -> impl Iterator<Item = f64> {
-    std::iter::successors(Some(SOFTEST_N_PER_M), |k| Some(k * STEP)).take_while(|k| *k <= STIFFEST_N_PER_M)
-}
-
-/// A loop without its wall.
-#[derive(Clone, Copy, Debug)]
-pub struct Case<'a> {
-    /// The device, with its delay.
-    pub device: &'a DeviceProfile,
-    /// Who holds it.
-    pub hand: Hand,
-    /// What keeps it quiet.
-    pub control: Control,
-}
-
-/// What one wall showed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Trial {
-    /// [`holds`].
-    pub quiet: bool,
-    /// Energy created by the worst contact [mJ].
-    pub created_mj: f64,
-    /// Force in the last half second over that of the wall at the same readings, less one (1); where it is quiet.
-    pub static_error: Option<f64>,
-}
-
-/// No limit cycle, no fault, no invariant broken, and not by giving way: the last resort never acted and nothing weakens the force at the end.
-#[must_use]
-pub fn holds(run: &Run) -> bool {
-    let judged_from = run.rows.len().saturating_sub(JUDGED);
-    let weakened = |(n, row): (usize, &Row)| {
-        row.told.limiters.contains(Limiters::ENERGY) || n >= judged_from && row.told.limiters.contains(Limiters::GAIN)
-    };
-    run.quiet() && !run.rows.iter().enumerate().any(weakened)
-}
-
-impl Case<'_> {
-    /// Taps a wall at 0.2 m/s and holds.
-    ///
-    /// # Errors
-    /// A device that the loop refuses.
-    pub fn tap(&self, n_per_m: f64) -> Result<Trial, BuildError> {
-        let settings = self.control.settings(self.device);
-        let limit_n = f64::from(settings.limits.max_force_n);
-        let depth_m = DEPTH_M.min(FORCE_SHARE * limit_n / n_per_m);
-        let stimulus = Stimulus::tap(0.2);
-        let setup = Setup { device: self.device, hand: self.hand, stimulus, settings, depth_m, static_n: n_per_m * depth_m };
-        let wall = Wall::new(n_per_m, limit_n, Vector3::z());
-        let run = run(&setup, &mut self.control.over(wall, self.device))?;
-        let quiet = holds(&run);
-        Ok(Trial { quiet, created_mj: run.created_j * 1e3, static_error: quiet.then(|| static_error(&run, wall)) })
-    }
-
-    /// The last quiet wall of a climb [N/m]; zero if the softest shakes.
-    ///
-    /// # Errors
-    /// A device that the loop refuses.
-    pub fn stiffest_quiet_n_per_m(&self) -> Result<f64, BuildError> {
-        let mut stiffest = 0.0;
-        for n_per_m in walls_n_per_m() {
-            if !self.tap(n_per_m)?.quiet {
-                break;
-            }
-            stiffest = n_per_m;
-        }
-        Ok(stiffest)
-    }
-}
-
-/// Of the force against the wall's own at what the loop read, over the ticks that are judged.
-fn static_error(run: &Run, mut wall: Wall) -> f64 {
-    let judged = run.rows.get(run.rows.len().saturating_sub(JUDGED)..).unwrap_or_default();
-    let (mut given_n, mut own_n) = (0.0, 0.0);
-    for row in judged {
-        let own = wall.render(ProbePose { tip_m: row.told.position_m });
-        given_n += f64::from(row.told.applied_n.dot(&own.normal));
-        own_n += f64::from(own.force_n.norm());
-    }
-    if own_n > 0.0 { given_n / own_n - 1.0 } else { 0.0 }
-}
 
 /// Stiffest spring [N/m] that any passive hand may hold without the loop giving it energy: `K = b / (T / 2 + t_d)` (Colgate and Schenkel,
 /// J. Robotic Systems 14, 1997; with a delay after Gil, Hulin and others), `b` the device's own damping alone.
@@ -148,8 +62,8 @@ pub struct Cell {
     pub hand: &'static str,
     /// What keeps it quiet.
     pub control: String,
-    /// Last quiet wall of the climb [N/m].
-    pub stiffest_quiet_n_per_m: f64,
+    /// How far it climbs.
+    pub climb: Climb,
     /// Closed form for the device alone [N/m].
     pub passive_n_per_m: f64,
     /// At [`HELD_N_PER_M`].
@@ -228,7 +142,7 @@ impl LoopSummary {
                 delay_ticks: device.delay_ticks,
                 hand: hand.id,
                 control: control.name(),
-                stiffest_quiet_n_per_m: case.stiffest_quiet_n_per_m()?,
+                climb: case.climb()?,
                 passive_n_per_m: passive_n_per_m(device),
                 held: case.tap(HELD_N_PER_M)?,
             };
@@ -265,8 +179,8 @@ fn broken(cells: &[Cell]) -> Vec<String> {
     for cell in cells.iter().filter(promised) {
         let place = format!("{}, {} ticks late, {}, {HELD_N_PER_M} N/m", cell.device, cell.delay_ticks, cell.hand);
         let held = &cell.held;
-        if !held.quiet || cell.stiffest_quiet_n_per_m * STEP < HELD_N_PER_M {
-            broken.push(format!("{place}: quiet only up to {:.0} N/m", cell.stiffest_quiet_n_per_m));
+        if !held.holds() || cell.climb.n_per_m * STEP < HELD_N_PER_M {
+            broken.push(format!("{place}: held only up to {:.0} N/m", cell.climb.n_per_m));
         }
         if held.created_mj > MOST_CREATED_J * 1e3 {
             broken.push(format!("{place}: {:.3} mJ created", held.created_mj));

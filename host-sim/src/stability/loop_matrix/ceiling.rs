@@ -8,7 +8,8 @@ use palpate::Params;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{DEPTH_M, FORCE_SHARE, holds};
+use super::climb::{quiet, weakened};
+use super::{DEPTH_M, FORCE_SHARE};
 use crate::closed_loop::control::Control;
 use crate::closed_loop::device::{DeviceProfile, PROFILES};
 use crate::closed_loop::fidelity;
@@ -170,7 +171,7 @@ fn stiffest_held_pa(climb: &[Ready], device: &DeviceProfile, hand: Hand) -> Resu
         let settings = Control::Ours.settings(device);
         let setup = Setup { device, hand, stimulus: Stimulus::tap(0.05), settings, depth_m, static_n };
         let held = with_tissue(&tissue.patch, &tissue.params, |surface| run(&setup, surface))??;
-        if !holds(&held) {
+        if !quiet(&held) || weakened(&held) {
             break;
         }
         stiffest_pa = tissue.youngs_modulus_pa;

@@ -3,8 +3,10 @@
 use std::fmt::Write as _;
 
 use super::ceiling::Ceiling;
-use super::{Cell, HELD_N_PER_M, LoopSummary, MOST_CREATED_J, STEP, SWEPT};
-use crate::charts::{CreatedEnergy, EnergyRow, MatrixGroup, MatrixRow, StiffnessMatrix, created_energy, stiffness_matrix};
+use super::{Cell, Climb, HELD_N_PER_M, LoopSummary, MOST_CREATED_J, STEP, SWEPT};
+use crate::charts::{
+    CreatedEnergy, EnergyRow, MatrixCell, MatrixGroup, MatrixRow, StiffnessMatrix, created_energy, stiffness_matrix,
+};
 use crate::closed_loop::control::CONTROLS;
 use crate::closed_loop::device::{DeviceProfile, PROFILES};
 use crate::closed_loop::hand::HANDS;
@@ -24,20 +26,21 @@ const SEEN_ERROR: f64 = 5e-3;
 /// The folder cannot be written.
 pub fn write(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> {
     let mut text = String::from(
-        "device,delay_ticks,hand,control,stiffest_quiet_n_per_m,passive_n_per_m,at_400_quiet,at_400_created_mj,at_400_static_error\n",
+        "device,delay_ticks,hand,control,stiffest_n_per_m,at_least,passive_n_per_m,at_400_holds,at_400_created_mj,at_400_static_error\n",
     );
     for c in &summary.cells {
         let held = &c.held;
         let _ = writeln!(
             text,
-            "{},{},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{}",
             c.device,
             c.delay_ticks,
             c.hand,
             c.control,
-            c.stiffest_quiet_n_per_m,
+            c.climb.n_per_m,
+            c.climb.at_least,
             c.passive_n_per_m,
-            held.quiet,
+            held.holds(),
             held.created_mj,
             held.static_error.map_or(String::new(), |e| e.to_string())
         );
@@ -72,7 +75,7 @@ fn ceilings_csv(ceilings: &[Ceiling]) -> String {
 pub fn print(summary: &LoopSummary) {
     let hands = HANDS.map(|h| format!("{:>6}", h.id)).join("");
     println!(
-        "stiffest wall without a limit cycle [N/m], tap 0.2 m/s and hold; climbed from 50 in steps of 12 %, stopped at the first that shakes"
+        "stiffest wall without a limit cycle [N/m], tap 0.2 m/s and hold; climbed from 50 in steps of 12 %, stopped at the first that shakes (>: none shook)"
     );
     println!("at 400 N/m: energy created in the worst hand [mJ], hands that it shakes, static error in the others [%]\n");
     for device in SWEPT {
@@ -82,8 +85,8 @@ pub fn print(summary: &LoopSummary) {
             println!("  {:<18}{hands}{:>10}{:>8}{:>8}", "", "created", "shaken", "error");
             for control in CONTROLS.map(|c| c.name()) {
                 let cells: Vec<&Cell> = summary.row(device, delay, &control).collect();
-                let stiffest: String = cells.iter().map(|c| format!("{:>6.0}", c.stiffest_quiet_n_per_m)).collect();
-                let (created_mj, shaken, error) = (worst_mj(&cells), shaken(&cells), worst_error(&cells) * 100.0);
+                let stiffest: String = cells.iter().map(|c| said(c.climb)).collect();
+                let (created_mj, shaken, error) = (worst_mj(&cells), shaken(&cells), worst_error(&cells) * 100.0 + 0.0);
                 println!("  {control:<18}{stiffest}{created_mj:>10.3}{shaken:>8}{error:>8.1}");
             }
             println!();
@@ -120,13 +123,21 @@ fn worst_mj(cells: &[&Cell]) -> f64 {
     cells.iter().map(|c| c.held.created_mj).fold(0.0, f64::max)
 }
 
+fn said(climb: Climb) -> String {
+    let more = if climb.at_least { ">" } else { "" };
+    format!("{:>6}", format!("{more}{:.0}", climb.n_per_m))
+}
+
 fn shaken(cells: &[&Cell]) -> usize {
     cells.iter().filter(|c| !c.held.quiet).count()
 }
 
 /// The one furthest from zero of those that hold, with its sign (1).
 fn worst_error(cells: &[&Cell]) -> f64 {
-    cells.iter().filter_map(|c| c.held.static_error).fold(0.0, |worst: f64, e| if e.abs() > worst.abs() { e } else { worst })
+    cells
+        .iter()
+        .filter_map(|c| c.held.static_error)
+        .fold(0.0, |worst: f64, e| if e.abs() > worst.abs().max(1e-6) { e } else { worst })
 }
 
 /// Draws `stiffness_<device>` for every device that is swept, `stiffness_profiles` if all were run, `created_energy`.
@@ -143,6 +154,14 @@ pub fn pictures(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Erro
     energy(folder, summary)
 }
 
+fn climbed(cell: &Cell) -> MatrixCell {
+    MatrixCell { n_per_m: cell.climb.n_per_m, at_least: cell.climb.at_least }
+}
+
+fn passive(cell: &Cell) -> MatrixCell {
+    MatrixCell { n_per_m: cell.passive_n_per_m, at_least: false }
+}
+
 fn swept(folder: &OutputFolder, summary: &LoopSummary, device: &str) -> Result<(), Error> {
     let ceiling = DeviceProfile::load(device)?.stiffness_ceiling_n_per_m;
     let late = |delay: u8| match delay {
@@ -151,9 +170,6 @@ fn swept(folder: &OutputFolder, summary: &LoopSummary, device: &str) -> Result<(
         n => format!("{n} ticks late"),
     };
     let groups = DELAYS.map(|d| MatrixGroup { name: late(d), columns: HANDS.map(|h| (h.id.to_owned(), ceiling)).to_vec() });
-    let of = |control: &str, value: fn(&Cell) -> f64| -> Vec<f64> {
-        DELAYS.iter().flat_map(|d| summary.row(device, *d, control).map(value)).collect()
-    };
     let mut soft = Vec::new();
     let mut rows = Vec::new();
     for name in CONTROLS.map(|c| c.name()) {
@@ -163,20 +179,18 @@ fn swept(folder: &OutputFolder, summary: &LoopSummary, device: &str) -> Result<(
         if error.abs() > SEEN_ERROR {
             soft.push(format!("{name} {:+.0} %", error * 100.0));
         }
-        let cells = cells.iter().map(|c| c.stiffest_quiet_n_per_m).collect();
+        let cells = cells.iter().copied().map(climbed).collect();
         rows.push(MatrixRow { name: format!("{name}{star}"), cells, closed: false });
     }
-    rows.push(MatrixRow {
-        name: "passive (closed form)".into(),
-        cells: of(&CONTROLS[0].name(), |c| c.passive_n_per_m),
-        closed: true,
-    });
+    let first = CONTROLS[0].name();
+    let closed = DELAYS.iter().flat_map(|d| summary.row(device, *d, &first)).map(passive).collect();
+    rows.push(MatrixRow { name: "passive (closed form)".into(), cells: closed, closed: true });
     let hands = HANDS.map(|h| format!("{} {}", h.id, h.name)).join(", ");
     let notes = [
         format!("* not the wall that was asked for; at 400 N/m it feels {}", soft.join(", ")),
         hands,
         format!(
-            "all: quiet to the stiffest tried, {:.0} N/m. –: the softest, 50 N/m, shakes. passive: b/(T/2 + delay), the device's own damping, any hand.",
+            "all: quiet to {:.0} N/m. >: none shook, stiffer ones met the force limit. –: 50 N/m shakes. passive: b/(T/2 + delay), own damping, any hand.",
             summary.stiffest_tried_n_per_m
         ),
     ];
@@ -203,20 +217,29 @@ fn profiles(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> {
         columns.push((name.to_owned(), device.stiffness_ceiling_n_per_m));
         devices.push((name, device.delay_ticks));
     }
-    let worst = |control: &str, value: fn(&Cell) -> f64| -> Vec<f64> {
-        let least = |cells: &mut dyn Iterator<Item = &Cell>| cells.map(value).fold(f64::INFINITY, f64::min);
-        devices.iter().map(|(name, delay)| least(&mut summary.row(name, *delay, control))).collect()
+    // of those that shake; a bound where none does
+    let worst = |control: &str| -> Vec<MatrixCell> {
+        let of = |(name, delay): &(&str, u8)| {
+            let cells: Vec<MatrixCell> = summary.row(name, *delay, control).map(climbed).collect();
+            let least = |bounds: bool| {
+                cells.iter().filter(|c| c.at_least == bounds).copied().min_by(|a, b| a.n_per_m.total_cmp(&b.n_per_m))
+            };
+            least(false).or(least(true)).unwrap_or(MatrixCell { n_per_m: 0.0, at_least: false })
+        };
+        devices.iter().map(of).collect()
     };
-    let mut rows: Vec<MatrixRow> = CONTROLS
-        .iter()
-        .map(|c| MatrixRow { name: c.name(), cells: worst(&c.name(), |c| c.stiffest_quiet_n_per_m), closed: false })
-        .collect();
-    let passive = worst(&CONTROLS[0].name(), |c| c.passive_n_per_m);
-    rows.push(MatrixRow { name: "passive (closed form)".into(), cells: passive, closed: true });
+    let mut rows: Vec<MatrixRow> =
+        CONTROLS.iter().map(|c| MatrixRow { name: c.name(), cells: worst(&c.name()), closed: false }).collect();
+    let first = CONTROLS[0].name();
+    let closed = devices.iter().filter_map(|(name, delay)| summary.row(name, *delay, &first).next().map(passive)).collect();
+    rows.push(MatrixRow { name: "passive (closed form)".into(), cells: closed, closed: true });
     let named: Vec<String> = columns.iter().map(|(name, ceiling)| format!("{name} {ceiling:.0}")).collect();
     let notes = [
         format!("Named by the maker or taken for it [N/m]: {}", named.join(", ")),
-        format!("all: quiet to the stiffest tried, {:.0} N/m. –: the softest, 50 N/m, shakes.", summary.stiffest_tried_n_per_m),
+        format!(
+            "all: quiet to {:.0} N/m. >: none shook, stiffer ones met the force limit. –: 50 N/m shakes.",
+            summary.stiffest_tried_n_per_m
+        ),
     ];
     let matrix = StiffnessMatrix {
         title: "Stiffest wall that does not shake the worst of seven hands: every device",
