@@ -108,7 +108,7 @@ impl<D: HapticDevice> Faulty<D> {
             }
             Reading::Late(ticks) => *position_m = self.ago_m(ticks),
             Reading::Jitter => {
-                let late = self.random.next_u64() % 4 == 0;
+                let late = self.random.next_u64().is_multiple_of(4);
                 *position_m = self.ago_m(late.into());
             }
             Reading::Wraps => {

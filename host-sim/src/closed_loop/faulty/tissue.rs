@@ -47,7 +47,7 @@ impl<S: Surface> Renderer for FaultyTissue<'_, S> {
             Some(Tissue::Aside(force_n)) => output.force_n += self.surface.site().along.cast() * force_n,
             Some(Tissue::Scaled(ratio)) => output.force_n *= ratio,
             Some(Tissue::Active(force_n)) if output.depth_m > 0.0 && way_m.dot(&normal) > 0.0 => {
-                output.force_n += normal * force_n
+                output.force_n += normal * force_n;
             }
             _ => {}
         }
