@@ -15,7 +15,7 @@ const LATE: &[Fault] = &[Fault::DeadlineMissed];
 const NAN_FORCE: &[Fault] = &[Fault::ForceNotFinite];
 const LONG_FORCE: &[Fault] = &[Fault::ForceImplausible];
 const NODE: &[Fault] = &[Fault::Diverged, Fault::ForceNotFinite];
-const AWAY: &[Fault] = &[Fault::Runaway, Fault::OverSpeed];
+const AWAY: &[Fault] = &[Fault::Runaway];
 /// What a wrong sign or a stuck reading may end in, if it can be told.
 const WRONG_WAY: &[Fault] = &[Fault::Runaway, Fault::OverSpeed, Fault::SensorFault, Fault::OutOfWorkspace, Fault::EnergyCreated];
 
@@ -116,7 +116,7 @@ pub const FAULTS: &[FaultType] = &[
         Injection::Drive(Drive::Reversed),
         FOR_EVER,
         Needs::NobodysForce,
-        Expected::Fault(AWAY, 200),
+        Expected::Fault(AWAY, 100),
     ),
     drive("A7-1ms", "amplifier lag of 1 ms", Drive::Lag(1e-3), FOR_EVER, Expected::Ridden),
     drive("A7-5ms", "amplifier lag of 5 ms", Drive::Lag(5e-3), FOR_EVER, Expected::Bounded(WRONG_WAY)),
