@@ -69,10 +69,14 @@ pub struct Energy {
 #[derive(Clone, Copy, Debug)]
 pub struct PassivityObserver {
     settings: PassivitySettings,
-    /// Newest force last.
+    /// Ring of the forces sent.
     line_n: [Vector3<f32>; LINE],
-    /// Place in the line of the force that acts now.
-    acting: usize,
+    /// Where the next force goes.
+    next: u8,
+    /// Ticks between sending and acting.
+    delay_ticks: u8,
+    /// Ticks since a force was sent.
+    idle_ticks: u8,
     energy: Energy,
     gain: f32,
     /// Gain at which the contact began (1).
@@ -91,10 +95,21 @@ impl PassivityObserver {
     pub fn build(settings: &PassivitySettings, device: &DeviceLimits) -> Result<Self, BuildError> {
         settings.check()?;
         device.check()?;
-        let acting = LINE - 1 - usize::from(device.delay_ticks);
+        let delay_ticks = device.delay_ticks;
         let energy = Energy::default();
         let line_n = [Vector3::zeros(); LINE];
-        Ok(Self { settings: *settings, line_n, acting, energy, gain: 1.0, touch_gain: 1.0, fading: false, alarms: 0 })
+        Ok(Self {
+            settings: *settings,
+            line_n,
+            next: 0,
+            delay_ticks,
+            idle_ticks: u8::MAX,
+            energy,
+            gain: 1.0,
+            touch_gain: 1.0,
+            fading: false,
+            alarms: 0,
+        })
     }
 
     /// The way since the last tick [m], and whether the patch was touched then; before this tick's force is sent.
@@ -102,7 +117,8 @@ impl PassivityObserver {
     /// # Errors
     /// [`Fault::EnergyCreated`] when one contact after the other ends in the alarm.
     pub fn observe(&mut self, way_m: &Vector3<f32>, touched: bool) -> Result<(), Fault> {
-        let acting = if planted(Defect::EnergyOfWrongTick) { LINE - 1 } else { self.acting };
+        let behind = if planted(Defect::EnergyOfWrongTick) { 0 } else { self.delay_ticks };
+        let acting = usize::from(self.next.wrapping_sub(1 + behind)) % LINE;
         let force_n = self.line_n.get(acting).copied().unwrap_or_default();
         let energy = &mut self.energy;
         energy.given_j += if planted(Defect::EnergyUnseen) { 0.0 } else { force_n.dot(way_m) };
@@ -122,7 +138,7 @@ impl PassivityObserver {
                 return Err(Fault::EnergyCreated);
             }
         }
-        let waiting = self.line_n.iter().skip(self.acting).any(|f| *f != Vector3::zeros());
+        let waiting = self.idle_ticks <= self.delay_ticks;
         if !touched && !waiting {
             self.leave();
         }
@@ -149,10 +165,11 @@ impl PassivityObserver {
 
     /// The force sent in this tick [N].
     pub fn sent(&mut self, force_n: Vector3<f32>) {
-        self.line_n.rotate_left(1);
-        if let Some(newest) = self.line_n.last_mut() {
+        if let Some(newest) = self.line_n.get_mut(usize::from(self.next) % LINE) {
             *newest = force_n;
         }
+        self.next = self.next.wrapping_add(1);
+        self.idle_ticks = if force_n == Vector3::zeros() { self.idle_ticks.saturating_add(1) } else { 0 };
     }
 
     /// Forgets the alarms and the contact; the total stays.
