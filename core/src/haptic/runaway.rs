@@ -2,7 +2,7 @@
 //!
 //! With the sign of an actuator or of an encoder wrong, the tissue pulls: the deeper, the stronger. From position alone this is not certain: every
 //! motion under `-F` is one under `F` of a hand that pushes `2 F` harder. What can be told is a hand that would have to push harder than hands do.
-//! So this asks for much: pushed out by half a newton or more without a break, the probe gained 0.5 m/s inwards. A held device loses its hand at once,
+//! So this asks for much: pushed out by half a newton or more without a break, the probe gained 0.5 m/s inwards. A light hand loses the device at once,
 //! a firm hand holds against it; then the force stays within its limit, and saturation halves it.
 //!
 //! * in: way of the tick [m], normal of the contact, force sent last [N]
@@ -33,18 +33,18 @@ pub struct Runaway {
 }
 
 impl Runaway {
-    /// One tick of `tick_s`: `applied_n` is the force sent last, `normal` points out of the tissue.
+    /// One cycle, `since_s` after the one before: `applied_n` is the force sent last, `normal` points out of the tissue.
     ///
     /// # Errors
     /// [`Fault::Runaway`].
     pub fn judge(
         &mut self,
         way_m: &Vector3<f32>,
-        tick_s: f32,
+        since_s: f32,
         normal: &Vector3<f32>,
         applied_n: &Vector3<f32>,
     ) -> Result<(), Fault> {
-        self.velocity_m_per_s += (way_m * (1.0 / tick_s) - self.velocity_m_per_s) * SHARE;
+        self.velocity_m_per_s += (way_m * (1.0 / since_s) - self.velocity_m_per_s) * SHARE;
         if length(applied_n) < PUSH_N || applied_n.dot(normal) <= 0.0 {
             self.slowest_m_per_s = None;
             return Ok(());

@@ -145,7 +145,8 @@ fn on<S: Surface>(
         // lifted out by a light finger, and put away
         let from_m = device.device().at_m();
         let mut device = held.held(plant(HANDS[1], from_m));
-        let out_m = CLEAR_M - (from_m - site.at_m).dot(&site.normal);
+        // a device that was let go may have flown further: then it stays there
+        let out_m = (CLEAR_M - (from_m - site.at_m).dot(&site.normal)).max(0.0);
         for n in 0..(1e3 * (OUT_S + REST_S)) as u32 {
             let touched = held.tick(&mut device, None);
             let moved_m = (OUT_M_PER_S * 1e-3 * f64::from(n)).min(out_m);

@@ -108,7 +108,7 @@ pub const FAULTS: &[FaultType] = &[
     // forces
     drive("A1", "actuators end at 0.5 N", Drive::Saturated(0.5), FOR_EVER, Expected::Ridden),
     drive("A2", "actuators stuck at their force", Drive::Stuck, FOR_EVER, Expected::Bounded(WRONG_WAY)),
-    drive("A2-drop", "forces lost for 20 ticks", Drive::Dropped, 20, Expected::Ridden),
+    drive("A2-drop", "forces lost for 20 ticks", Drive::Dropped, 20, Expected::Bounded(AWAY)),
     drive("A3", "force of the wrong sign", Drive::Reversed, FOR_EVER, Expected::Bounded(WRONG_WAY)),
     with(
         "A3-free",
