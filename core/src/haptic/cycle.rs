@@ -182,8 +182,11 @@ impl Cycle {
         record.limiters.set(output.limiters);
         self.touched = output.depth_m > 0.0 || output.force_n != Vector3::zeros();
         self.limiter.judge(&self.limits, &output.force_n)?;
-        let since_s = self.limits.tick_s() * f32::from(command.late_ticks.saturating_add(1));
-        self.runaway.judge(&way_m, since_s, &output.normal, &self.limiter.last_n())?;
+        let per_s = match command.late_ticks {
+            0 => self.limits.ticks_per_s(),
+            late => self.limits.ticks_per_s() / f32::from(late.saturating_add(1)),
+        };
+        self.runaway.judge(&way_m, per_s, &output.normal, &self.limiter.last_n())?;
         record.wanted_n = self.damping.damp(&output, renderer.tangent_n_per_m(&output));
         self.follow(&output);
 

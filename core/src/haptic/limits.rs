@@ -103,6 +103,7 @@ pub struct Limits {
     low_m: Vector3<f32>,
     high_m: Vector3<f32>,
     tick_s: f32,
+    ticks_per_s: f32,
     device: DeviceLimits,
 }
 
@@ -138,6 +139,7 @@ impl Limits {
             low_m: device.workspace_low_m - margin_m,
             high_m: device.workspace_high_m + margin_m,
             tick_s,
+            ticks_per_s: 1.0 / tick_s,
             device: *device,
         }
     }
@@ -152,6 +154,12 @@ impl Limits {
     #[must_use]
     pub fn tick_s(&self) -> f32 {
         self.tick_s
+    }
+
+    /// Ticks a second [1/s].
+    #[must_use]
+    pub fn ticks_per_s(&self) -> f32 {
+        self.ticks_per_s
     }
 }
 

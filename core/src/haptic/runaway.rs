@@ -12,7 +12,6 @@
 
 use nalgebra::Vector3;
 
-use super::length;
 use crate::fault::Fault;
 use crate::planted::{Defect, planted};
 
@@ -40,12 +39,12 @@ impl Runaway {
     pub fn judge(
         &mut self,
         way_m: &Vector3<f32>,
-        since_s: f32,
+        per_s: f32,
         normal: &Vector3<f32>,
         applied_n: &Vector3<f32>,
     ) -> Result<(), Fault> {
-        self.velocity_m_per_s += (way_m * (1.0 / since_s) - self.velocity_m_per_s) * SHARE;
-        if length(applied_n) < PUSH_N || applied_n.dot(normal) <= 0.0 {
+        self.velocity_m_per_s += (way_m * per_s - self.velocity_m_per_s) * SHARE;
+        if applied_n.dot(applied_n) < PUSH_N * PUSH_N || applied_n.dot(normal) <= 0.0 {
             self.slowest_m_per_s = None;
             return Ok(());
         }
@@ -68,7 +67,7 @@ mod tests {
     use super::*;
 
     fn judge(runaway: &mut Runaway, inward: f32, push_n: f32) -> Result<(), Fault> {
-        runaway.judge(&Vector3::new(0.0, 0.0, -1e-3 * inward), 1e-3, &Vector3::z(), &Vector3::new(0.0, 0.0, push_n))
+        runaway.judge(&Vector3::new(0.0, 0.0, -1e-3 * inward), 1e3, &Vector3::z(), &Vector3::new(0.0, 0.0, push_n))
     }
 
     #[test]

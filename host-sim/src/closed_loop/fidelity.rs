@@ -131,7 +131,8 @@ pub fn kick_n(patch: &Patch, params: &Params, depth_m: f64, count_m: f64) -> Res
     Ok(after_n - before_n)
 }
 
-/// Smallest volume of a tet over its rest volume in any tick of the fastest tap to the patch's depth limit, held for 50 ms (1).
+/// Smallest volume of a tet over its rest volume in any tick of the fastest tap to the patch's depth limit, held for 50 ms, and
+/// of its way out (1).
 fn lowest_j(patch: &Patch, params: &Params) -> Result<f64, BuildError> {
     let model = patch.wide_model();
     let mut memory = Memory::for_model(&model);
@@ -140,8 +141,9 @@ fn lowest_j(patch: &Patch, params: &Params) -> Result<f64, BuildError> {
     let deepest_m = f64::from(model.depth_limit_m);
     let ticks = (deepest_m / step_m).ceil() as i32 + 50;
     let mut lowest_j = f64::INFINITY;
-    for n in -2..=ticks {
-        let depth_m = (f64::from(n) * step_m).min(deepest_m);
+    let out = (deepest_m / step_m).ceil() as i32 + 50;
+    let depths_m = (-2..=ticks).map(|n| f64::from(n) * step_m).chain((0..=out).map(|n| deepest_m - f64::from(n) * step_m));
+    for depth_m in depths_m.map(|d| d.min(deepest_m)) {
         let tip_m = patch.site_m() - params.probe.axis * depth_m as f32;
         tick(&model, &tuned, &mut state, ProbePose { tip_m });
         lowest_j = lowest_j.min(volumes(&model, &state).0);
