@@ -130,7 +130,6 @@ fn different(name: &str, rows: &[Row]) -> Vec<String> {
         assert!(cells[0] == *motion && cells[1] == tick.to_string(), "{name}: {line} instead of {motion}, {tick}");
         let cell = |n: usize| cells[n].parse::<f32>().unwrap();
         let was_n = Vector3::new(cell(2), cell(3), cell(4));
-        // written so that NaN differs
         let apart_n = (force_n - was_n).norm();
         if apart_n.is_nan() || apart_n > SHARE * was_n.norm() + LEAST_N {
             found.push(format!("{name} {motion}, tick {tick}: {force_n:?} N instead of {was_n:?} N"));
