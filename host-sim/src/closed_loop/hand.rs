@@ -25,7 +25,7 @@ pub enum Grip {
     Released,
     /// By an impedance.
     Firm(Impedance),
-    /// Through a fingertip that stiffens exponentially and relaxes; it pushes and never pulls. Sideways it is [`LIGHT`].
+    /// Through a fingertip that stiffens exponentially and relaxes; it pushes and never pulls. Sideways it is a light fingertip.
     Pad,
     /// Two impedances in turn.
     Changing {
