@@ -69,6 +69,10 @@ pub struct Energy {
 #[derive(Clone, Copy, Debug)]
 pub struct PassivityObserver {
     settings: PassivitySettings,
+    /// Play before the way [m]: a count that comes and goes is no way, or a hold on a count's edge would sum up to an alarm.
+    play_m: f32,
+    /// Where the probe is in that play (0 .. `play_m`) [m].
+    slack_m: Vector3<f32>,
     /// Ring of the forces sent.
     line_n: [Vector3<f32>; LINE],
     /// Where the next force goes.
@@ -100,6 +104,9 @@ impl PassivityObserver {
         let line_n = [Vector3::zeros(); LINE];
         Ok(Self {
             settings: *settings,
+            // the last bit of a position in metres is not a count
+            play_m: 1.01 * device.count_m,
+            slack_m: Vector3::zeros(),
             line_n,
             next: 0,
             delay_ticks,
@@ -120,8 +127,11 @@ impl PassivityObserver {
         let behind = if planted(Defect::EnergyOfWrongTick) { 0 } else { self.delay_ticks };
         let acting = usize::from(self.next.wrapping_sub(1 + behind)) % LINE;
         let force_n = self.line_n.get(acting).copied().unwrap_or_default();
+        let moved_m = self.slack_m + way_m;
+        self.slack_m = moved_m.map(|at| at.clamp(0.0, self.play_m));
+        let way_m = moved_m - self.slack_m;
         let energy = &mut self.energy;
-        energy.given_j += if planted(Defect::EnergyUnseen) { 0.0 } else { force_n.dot(way_m) };
+        energy.given_j += if planted(Defect::EnergyUnseen) { 0.0 } else { force_n.dot(&way_m) };
         if energy.given_j > energy.created_j {
             energy.created_j = energy.given_j;
         }
@@ -197,7 +207,11 @@ mod tests {
     use super::*;
 
     fn observer(delay_ticks: u8) -> PassivityObserver {
-        PassivityObserver::build(&PassivitySettings::DEFAULT, &DeviceLimits { delay_ticks, ..device() }).unwrap()
+        counting(delay_ticks, 0.0)
+    }
+
+    fn counting(delay_ticks: u8, count_m: f32) -> PassivityObserver {
+        PassivityObserver::build(&PassivitySettings::DEFAULT, &DeviceLimits { delay_ticks, count_m, ..device() }).unwrap()
     }
 
     /// Presses a spring of `k` N/m with a sine of `depth_m` in and out in 100 ticks; returns the energy at its end.
@@ -222,6 +236,18 @@ mod tests {
             let right_j = k * (f32::from(delay) + 0.5) * 1e-3 * a * a * pi * pi / 0.2;
             assert!((created_j / right_j - 1.0).abs() < 0.05, "delay {delay}: {created_j} J, closed form {right_j} J");
         }
+    }
+
+    #[test]
+    fn a_hold_on_the_edge_of_a_count_creates_nothing() {
+        let mut observer = counting(0, 55e-6);
+        let count = |n: u16| Vector3::new(0.0, 0.0, if n.is_multiple_of(2) { 55e-6 } else { -55e-6 });
+        for n in 0..60_000 {
+            // one count out under the force of the deeper one, and in again under the weaker
+            observer.observe(&count(n), true).unwrap();
+            observer.sent(Vector3::new(0.0, 0.0, if n.is_multiple_of(2) { 0.8 } else { 0.83 }));
+        }
+        assert!(observer.gain() == 1.0 && observer.energy().created_j < 1e-4, "{:?}", observer.energy());
     }
 
     #[test]

@@ -66,6 +66,32 @@ pub struct Watch {
     /// Ticks in a row over the energy alarm.
     alarmed: i32,
     settled: Option<Settled>,
+    /// Where each axis is in the play of the energy's way [m]; unknown after a fault.
+    slack_m: [Slack; 3],
+}
+
+/// Place in a play, once it is known.
+#[derive(Clone, Copy, Debug)]
+struct Slack(Option<f32>);
+
+impl Default for Slack {
+    fn default() -> Self {
+        Self(Some(0.0))
+    }
+}
+
+impl Slack {
+    /// What is left of a way behind the play; `None` while the place is unknown.
+    fn pass(&mut self, way_m: f32, play_m: f32) -> Option<f32> {
+        let Some(at_m) = self.0 else {
+            // a way longer than the play ends at its border, wherever it began
+            self.0 = if way_m > play_m { Some(play_m) } else { (way_m < -play_m).then_some(0.0) };
+            return None;
+        };
+        let place_m = (at_m + way_m).clamp(0.0, play_m);
+        self.0 = Some(place_m);
+        Some(at_m + way_m - place_m)
+    }
 }
 
 /// What the loop was set to.
@@ -74,6 +100,7 @@ struct Settled {
     delay_ticks: usize,
     alarm_j: f32,
     ramp_in_per_tick: f32,
+    play_m: f32,
 }
 
 /// No limit is higher than it was.
@@ -97,6 +124,7 @@ impl Watch {
             delay_ticks: device.delay_ticks.into(),
             alarm_j: settings.passivity.alarm_j,
             ramp_in_per_tick: settings.arming.ramp_in_per_tick,
+            play_m: 1.01 * device.count_m,
         };
         Self { settled: Some(settled), ..Self::default() }
     }
@@ -213,13 +241,24 @@ impl Watch {
     }
 
     /// The work of the force that acted is what the loop counted.
-    fn energy(&self, now: &Tick, before: &Tick) -> Result<(), Broken> {
-        let Some(acted) = self.settled.and_then(|s| self.past.get(s.delay_ticks).copied().flatten()) else { return Ok(()) };
-        let force_n = acted.force_n();
-        if force_n == Vector3::zeros() || now.told.fault.is_some() || before.told.fault.is_some() {
+    fn energy(&mut self, now: &Tick, before: &Tick) -> Result<(), Broken> {
+        let Some(settled) = self.settled else { return Ok(()) };
+        if now.told.fault.is_some() || before.told.fault.is_some() {
+            self.slack_m = [Slack(None); 3];
             return Ok(());
         }
-        let work_j = force_n.dot(&(now.told.position_m - before.told.position_m));
+        let way_m = now.told.position_m - before.told.position_m;
+        let mut passed_m = [None; 3];
+        for ((passed, slack), way) in passed_m.iter_mut().zip(&mut self.slack_m).zip(way_m.iter()) {
+            *passed = slack.pass(*way, settled.play_m);
+        }
+        let [Some(x), Some(y), Some(z)] = passed_m else { return Ok(()) };
+        let Some(acted) = self.past.get(settled.delay_ticks).copied().flatten() else { return Ok(()) };
+        let force_n = acted.force_n();
+        if force_n == Vector3::zeros() {
+            return Ok(());
+        }
+        let work_j = force_n.dot(&Vector3::new(x, y, z));
         let counted_j = now.told.energy.given_j - before.told.energy.given_j;
         match (counted_j - work_j).abs() <= 1e-7 + 1e-3 * work_j.abs() + 1e-5 * now.told.energy.given_j.abs() {
             true => Ok(()),
