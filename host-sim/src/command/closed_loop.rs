@@ -163,7 +163,7 @@ fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus]) {
     );
     if let Some([slow, fast]) = report.tap_error_pct {
         println!(
-            "  substeps  {} a tick: taps at 0.2 and 0.5 m/s are {slow:.1} and {fast:.1} % off true masses (at most 5 and 10)",
+            "  substeps  {} a tick: taps at 0.2 and 0.5 m/s are {slow:.1} and {fast:.1} % off true masses (at most 2 and 7.5)",
             report.substeps
         );
     }
