@@ -24,10 +24,10 @@ const TICK: &str = "palpate::tick::tick";
 const RIM: &str = "palpate::path::force::rim::hold";
 /// Ticks outside the tissue in a logged run: start-up and the first of arming. The tap meets a patch that nobody feels yet, at the same cost.
 const LOGGED_LEAD: u32 = 5;
-/// The script's tap reaches 4 mm in its tick 20; every triangle that it touches later is touched here.
-const LOGGED_TICKS: u32 = LOGGED_LEAD + 22;
-/// Boot, self-test, and one tick of the patch.
-const FIRST_TICK: u32 = 3;
+/// The script's tap reaches 4 mm in its tick 23; every triangle that it touches later is touched here.
+const LOGGED_TICKS: u32 = LOGGED_LEAD + 25;
+/// Boot, self-test, a patch put to rest, and one tick of it.
+const FIRST_TICK: u32 = 4;
 /// 65 % of a millisecond [cycles].
 const M4F_168_BUDGET: f64 = 109_200.0;
 const M7_480_BUDGET: f64 = 312_000.0;

@@ -126,7 +126,12 @@ impl Damping {
         let smooth = self.velocity_m_per_s + (newest - self.velocity_m_per_s) * self.settings.velocity_share;
         // counting fakes at most one count: what is further off is the low-pass being late, and late damping pushes a hand that turned round
         let fake = self.count_m * self.ticks_per_s;
-        self.velocity_m_per_s = smooth.zip_map(&newest, |smooth, newest| smooth.clamp(newest - fake, newest + fake));
+        let late = smooth - newest;
+        self.velocity_m_per_s = if late.dot(&late) > fake * fake {
+            smooth.zip_map(&newest, |smooth, newest| smooth.clamp(newest - fake, newest + fake))
+        } else {
+            smooth
+        };
     }
 
     /// Forgets the velocity.

@@ -24,13 +24,16 @@ pub const KEPT: f32 = 0.5;
 /// Judges tick after tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Deadline {
-    /// Ticks since the last misses, newest first; as many as may be forgiven.
-    ago: [u16; AMONG - 1],
+    /// Cycles so far, wrapping.
+    now: u32,
+    /// Cycles of the last misses, newest first; as many as may be forgiven.
+    missed: [u32; AMONG - 1],
 }
 
 impl Default for Deadline {
     fn default() -> Self {
-        Self { ago: [u16::MAX; AMONG - 1] }
+        // long ago
+        Self { now: 2 * u32::from(WINDOW_TICKS), missed: [0; AMONG - 1] }
     }
 }
 
@@ -40,20 +43,18 @@ impl Deadline {
     /// # Errors
     /// [`Fault::DeadlineMissed`].
     pub fn judge(&mut self, late_ticks: u16) -> Result<bool, Fault> {
-        for ago in &mut self.ago {
-            *ago = ago.saturating_add(1);
-        }
+        self.now = self.now.wrapping_add(1);
         if late_ticks == 0 || planted(Defect::LateUnheard) {
             return Ok(false);
         }
-        let [newest, .., oldest] = self.ago;
-        let often = oldest < WINDOW_TICKS && !planted(Defect::LateTicksForgotten);
-        if late_ticks >= IN_A_ROW || newest < IN_A_ROW || often {
+        let [newest, .., oldest] = self.missed.map(|tick| self.now.wrapping_sub(tick));
+        let often = oldest < u32::from(WINDOW_TICKS) && !planted(Defect::LateTicksForgotten);
+        if late_ticks >= IN_A_ROW || newest < u32::from(IN_A_ROW) || often {
             return Err(Fault::DeadlineMissed);
         }
-        self.ago.rotate_right(1);
-        if let Some(newest) = self.ago.first_mut() {
-            *newest = 0;
+        self.missed.rotate_right(1);
+        if let Some(newest) = self.missed.first_mut() {
+            *newest = self.now;
         }
         Ok(true)
     }

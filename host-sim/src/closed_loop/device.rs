@@ -76,7 +76,7 @@ impl DeviceProfile {
 
     fn parse(text: &str, file: &str) -> Result<Self, Error> {
         let profile: Self = toml::from_str(text).map_err(|e| {
-            let line = e.span().map_or(1, |s| text[..s.start].lines().count().max(1));
+            let line = e.span().map_or(1, |s| text.get(..s.start).unwrap_or(text).matches('\n').count() + 1);
             Error::Usage(format!("{file}:{line}: {}", e.message().trim()))
         })?;
         profile.check(file, text)?;

@@ -80,7 +80,15 @@ impl Hand {
             Grip::Firm(i) => push_n / i.stiffness_n_per_m,
             // where it ends, with its first impedance
             Grip::Changing { one, .. } => push_n / one.stiffness_n_per_m,
-            Grip::Pad => PAD_SCALE_M * (push_n / (PAD_FORCE_N * (1.0 - RELAXING.iter().map(|r| r.0).sum::<f64>())) + 1.0).ln(),
+            Grip::Pad => {
+                let elastic_n = push_n / (1.0 - RELAXING.iter().map(|r| r.0).sum::<f64>());
+                let at_bone_n = PAD_FORCE_N * ((BONE_M / PAD_SCALE_M).exp() - 1.0);
+                if elastic_n <= at_bone_n {
+                    PAD_SCALE_M * (elastic_n / PAD_FORCE_N + 1.0).ln()
+                } else {
+                    BONE_M + (elastic_n - at_bone_n) / bone_n_per_m()
+                }
+            }
         }
     }
 }
@@ -96,6 +104,11 @@ const MOST_PAD_N: f64 = 3.0;
 const CREEP_S: f64 = 0.5;
 /// Shares of the force that relax, and in what time [s].
 const RELAXING: [(f64, f64); 3] = [(0.2, 4e-3), (0.2, 70e-3), (0.3, 1.4)];
+
+/// Slope of the pad where it is on the bone [N/m].
+fn bone_n_per_m() -> f64 {
+    PAD_FORCE_N / PAD_SCALE_M * (BONE_M / PAD_SCALE_M).exp()
+}
 
 /// Where the hand wants the handle to be, and what it does besides.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -174,8 +187,7 @@ impl HandState {
     /// Force of the pad [N] squeezed by this much.
     fn pad_n(&mut self, squeezed_m: f64, dt_s: f64, steady: bool) -> f64 {
         let soft_m = squeezed_m.clamp(0.0, BONE_M);
-        let slope = PAD_FORCE_N / PAD_SCALE_M * (BONE_M / PAD_SCALE_M).exp();
-        let elastic_n = PAD_FORCE_N * ((soft_m / PAD_SCALE_M).exp() - 1.0) + (squeezed_m - BONE_M).max(0.0) * slope;
+        let elastic_n = PAD_FORCE_N * ((soft_m / PAD_SCALE_M).exp() - 1.0) + (squeezed_m - BONE_M).max(0.0) * bone_n_per_m();
         let elastic_n = elastic_n.min(MOST_PAD_N / (1.0 - RELAXING.iter().map(|r| r.0).sum::<f64>()));
         let mut force_n = elastic_n;
         for (relaxed_n, (share, time_s)) in self.relaxed_n.iter_mut().zip(RELAXING) {

@@ -51,6 +51,11 @@ impl Freeze {
         let fast_m = FAST_M_PER_S * limits.tick_s;
         let counts_m = FAST_COUNTS * 0.5 * limits.counts_m;
         let fast_m = f32::from(ticks) * if counts_m > fast_m { counts_m } else { fast_m };
+        // nothing fast, now or just before: equal readings mean nothing then
+        if way_m.dot(way_m) < fast_m * fast_m && self.moving == [0; 3] {
+            self.equal = [0; 3];
+            return Ok(());
+        }
         let (low_m, high_m) = (limits.device.workspace_low_m, limits.device.workspace_high_m);
         let mut frozen = false;
         for (k, (moving, equal)) in self.moving.iter_mut().zip(&mut self.equal).enumerate() {
