@@ -31,6 +31,18 @@ pub(crate) fn length(v: &Vector3<f32>) -> f32 {
     sqrt(v.dot(v))
 }
 
+/// `x` between two bounds. `f32::clamp` has a panic for bounds that cross, and its message costs 25 KB of flash.
+#[inline(always)]
+pub(crate) fn between(x: f32, low: f32, high: f32) -> f32 {
+    if x < low {
+        low
+    } else if x > high {
+        high
+    } else {
+        x
+    }
+}
+
 /// Names the first value outside its range: (name, value, smallest, largest).
 pub(crate) fn within(ranges: &[(&'static str, f32, f32, f32)]) -> Result<(), BuildError> {
     for &(parameter, value, min, max) in ranges {

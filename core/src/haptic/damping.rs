@@ -20,7 +20,7 @@
 
 use nalgebra::Vector3;
 
-use super::within;
+use super::{between, within};
 use crate::fault::BuildError;
 use crate::path::output::Output;
 use crate::planted::{Defect, planted};
@@ -120,7 +120,7 @@ impl Damping {
     pub fn track(&mut self, position_m: Vector3<f32>) {
         let last_m = self.played_m.unwrap_or(position_m);
         let play_m = PLAY_COUNTS * self.count_m;
-        let played_m = last_m.zip_map(&position_m, |last, now| last.clamp(now - play_m, now));
+        let played_m = last_m.zip_map(&position_m, |last, now| between(last, now - play_m, now));
         self.played_m = Some(played_m);
         let newest = (played_m - last_m) * self.ticks_per_s;
         let smooth = self.velocity_m_per_s + (newest - self.velocity_m_per_s) * self.settings.velocity_share;
@@ -128,7 +128,7 @@ impl Damping {
         let fake = self.count_m * self.ticks_per_s;
         let late = smooth - newest;
         self.velocity_m_per_s = if late.dot(&late) > fake * fake {
-            smooth.zip_map(&newest, |smooth, newest| smooth.clamp(newest - fake, newest + fake))
+            smooth.zip_map(&newest, |smooth, newest| between(smooth, newest - fake, newest + fake))
         } else {
             smooth
         };

@@ -16,7 +16,7 @@
 use nalgebra::Vector3;
 
 use super::device::DeviceLimits;
-use super::within;
+use super::{between, within};
 use crate::fault::{BuildError, Fault};
 use crate::planted::{Defect, planted};
 
@@ -128,7 +128,7 @@ impl PassivityObserver {
         let acting = usize::from(self.next.wrapping_sub(1 + behind)) % LINE;
         let force_n = self.line_n.get(acting).copied().unwrap_or_default();
         let moved_m = self.slack_m + way_m;
-        self.slack_m = moved_m.map(|at| at.clamp(0.0, self.play_m));
+        self.slack_m = moved_m.map(|at| between(at, 0.0, self.play_m));
         let way_m = moved_m - self.slack_m;
         let energy = &mut self.energy;
         energy.given_j += if planted(Defect::EnergyUnseen) { 0.0 } else { force_n.dot(&way_m) };

@@ -87,7 +87,8 @@ pub fn encoder_ceiling_n_per_m(device: &DeviceProfile) -> f64 {
 /// # Errors
 /// [`Error::Usage`] says by how much not.
 pub fn fits(device: &DeviceProfile, deepest_m: f64) -> Result<(), Error> {
-    let least_m = 2.0 * CLEAR_M.max(deepest_m).max(ASIDE_M);
+    // half as much again: a hand overshoots
+    let least_m = 3.0 * CLEAR_M.max(deepest_m).max(ASIDE_M);
     let sides: &[f64] = if device.axes == 1 { &device.workspace_m[2..] } else { &device.workspace_m };
     match sides.iter().find(|side| **side < least_m) {
         None => Ok(()),
