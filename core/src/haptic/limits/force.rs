@@ -60,31 +60,32 @@ impl ForceLimiter {
     /// [`Fault::ForceNotFinite`].
     pub fn limit(&mut self, limits: &Limits, wanted_n: Vector3<f32>, cap_n: f32) -> Result<Limited, Fault> {
         let mut limiters = Limiters::default();
-        let length_n = length(&wanted_n);
-        if !(length_n.is_finite() && cap_n.is_finite() || planted(Defect::NanForcePasses)) {
+        let square = wanted_n.dot(&wanted_n);
+        if !(square.is_finite() && cap_n.is_finite() || planted(Defect::NanForcePasses)) {
             return Err(Fault::ForceNotFinite);
         }
         let most_n = if cap_n < limits.values.max_force_n { cap_n } else { limits.values.max_force_n };
         let mut aim_n = wanted_n;
         if planted(Defect::LimitPerAxis) {
             aim_n = aim_n.map(|c| c.clamp(-0.57 * most_n, 0.57 * most_n));
-        } else if length_n > most_n && !planted(Defect::NoForceLimit) {
-            aim_n *= most_n / length_n;
+        } else if square > most_n * most_n && !planted(Defect::NoForceLimit) {
+            aim_n *= most_n / length(&wanted_n);
             limiters.set(Limiters::FORCE);
         }
         // what the new force keeps of the last one: the nearest point on the way from the last force to none
         let square = self.last_n.dot(&self.last_n);
         let share = if square > 0.0 { (aim_n.dot(&self.last_n) / square).clamp(0.0, 1.0) } else { 0.0 };
         let kept_n = self.last_n * share;
-        let growth_n = length(&(aim_n - kept_n));
+        let growth_n = aim_n - kept_n;
         if planted(Defect::SlewHoldsBack) {
             let step_n = aim_n - self.last_n;
             let over = length(&step_n) / limits.slew_n;
             aim_n = if over > 1.0 { self.last_n + step_n * (1.0 / over) } else { aim_n };
         }
         let slew_n = if planted(Defect::SlewDoubled) { 2.0 * limits.slew_n } else { limits.slew_n };
-        if growth_n > slew_n && !planted(Defect::NoSlewLimit) {
-            aim_n = kept_n + (aim_n - kept_n) * (slew_n / growth_n);
+        // by squares: the root is taken only where it is needed
+        if growth_n.dot(&growth_n) > slew_n * slew_n && !planted(Defect::NoSlewLimit) {
+            aim_n = kept_n + (aim_n - kept_n) * (slew_n / length(&growth_n));
             limiters.set(Limiters::SLEW);
         }
         self.last_n = aim_n;
