@@ -128,8 +128,9 @@ impl PassivityObserver {
         let acting = usize::from(self.next.wrapping_sub(1 + behind)) % LINE;
         let force_n = self.line_n.get(acting).copied().unwrap_or_default();
         let moved_m = self.slack_m + way_m;
-        self.slack_m = moved_m.map(|at| between(at, 0.0, self.play_m));
-        let way_m = moved_m - self.slack_m;
+        let slack_m = moved_m.map(|at| between(at, 0.0, self.play_m));
+        let way_m = moved_m - slack_m;
+        self.slack_m = slack_m;
         let energy = &mut self.energy;
         energy.given_j += if planted(Defect::EnergyUnseen) { 0.0 } else { force_n.dot(&way_m) };
         if energy.given_j > energy.created_j {
@@ -179,7 +180,7 @@ impl PassivityObserver {
             *newest = force_n;
         }
         self.next = self.next.wrapping_add(1);
-        self.idle_ticks = if force_n == Vector3::zeros() { self.idle_ticks.saturating_add(1) } else { 0 };
+        self.idle_ticks = if force_n.dot(&force_n) == 0.0 { self.idle_ticks.saturating_add(1) } else { 0 };
     }
 
     /// Forgets the alarms and the contact; the total stays.

@@ -39,15 +39,15 @@ impl ForceLimiter {
     /// # Errors
     /// [`Fault::ForceNotFinite`] at once, [`Fault::ForceImplausible`] when it stays far too long.
     pub fn judge(&mut self, limits: &Limits, model_n: &Vector3<f32>) -> Result<(), Fault> {
-        let length_n = length(model_n);
-        if !length_n.is_finite() && !planted(Defect::NanForcePasses) {
+        let square = model_n.dot(model_n);
+        if !square.is_finite() && !planted(Defect::NanForcePasses) {
             return Err(Fault::ForceNotFinite);
         }
         let most_n = limits.values.max_force_n;
-        self.implausible =
-            if length_n > limits.values.implausible_ratio * most_n { self.implausible.saturating_add(1) } else { 0 };
+        let implausible_n = limits.values.implausible_ratio * most_n;
+        self.implausible = if square > implausible_n * implausible_n { self.implausible.saturating_add(1) } else { 0 };
         // a model that ends at the same force as we do is at its end too
-        self.saturated = if length_n >= 0.999 * most_n { self.saturated.saturating_add(1) } else { 0 };
+        self.saturated = if square >= 0.998 * (most_n * most_n) { self.saturated.saturating_add(1) } else { 0 };
         match self.implausible >= limits.values.implausible_ticks && !planted(Defect::ImplausibleBorne) {
             true => Err(Fault::ForceImplausible),
             false => Ok(()),

@@ -59,6 +59,9 @@ impl Freeze {
         let (low_m, high_m) = (limits.device.workspace_low_m, limits.device.workspace_high_m);
         let mut frozen = false;
         for (k, (moving, equal)) in self.moving.iter_mut().zip(&mut self.equal).enumerate() {
+            if way_m[k] == 0.0 && *moving == 0 {
+                continue;
+            }
             let stopped = at_m[k] < low_m[k] + STOP_M || at_m[k] > high_m[k] - STOP_M;
             if way_m[k] == 0.0 && !stopped {
                 *equal = equal.saturating_add(1);
