@@ -218,6 +218,7 @@ fn the_products_margins_are_where_its_bounds_are() {
     for contact_mass in [0.0, 1.0] {
         let mut light = palpate.clone();
         (light.block.params.mass_floor, light.block.params.contact_mass) = (1.0, contact_mass);
+        (light.block.params.contact_cap, light.block.params.substeps, light.substeps) = (1.0, 1, 1);
         let press = case("press-20").stimulus;
         let tick = largest(Axis::Tick.range(), 1.0, |value| Ok(light.with_tick((value * 1e-3) as f32).stand(&press)?.verdict));
         let tick = tick.expect("built");

@@ -58,17 +58,19 @@ impl Freeze {
         }
         let (low_m, high_m) = (limits.device.workspace_low_m, limits.device.workspace_high_m);
         let mut frozen = false;
-        for (k, (moving, equal)) in self.moving.iter_mut().zip(&mut self.equal).enumerate() {
-            if way_m[k] == 0.0 && *moving == 0 {
+        let watched = self.moving.iter_mut().zip(&mut self.equal);
+        let read = way_m.iter().zip(at_m.iter()).zip(low_m.iter().zip(high_m.iter()));
+        for ((moving, equal), ((&way_m, &at_m), (&low_m, &high_m))) in watched.zip(read) {
+            if way_m == 0.0 && *moving == 0 {
                 continue;
             }
-            let stopped = at_m[k] < low_m[k] + STOP_M || at_m[k] > high_m[k] - STOP_M;
-            if way_m[k] == 0.0 && !stopped {
+            let stopped = at_m < low_m + STOP_M || at_m > high_m - STOP_M;
+            if way_m == 0.0 && !stopped {
                 *equal = equal.saturating_add(1);
             } else {
-                let sense = if stopped || way_m[k].abs() < fast_m {
+                let sense = if stopped || way_m.abs() < fast_m {
                     0
-                } else if way_m[k] > 0.0 {
+                } else if way_m > 0.0 {
                     1
                 } else {
                     -1
