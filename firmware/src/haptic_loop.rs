@@ -4,11 +4,11 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, signal::Signal};
 use palpate::haptic::cycle::Command;
+use palpate::haptic::deadline::Deadline;
 use palpate::haptic::device::Sensed;
 use palpate::haptic::mode::Mode;
 use palpate::{Fault, Fnv};
 use palpate_firmware::controller::Controller;
-use palpate_firmware::deadline::Deadline;
 use palpate_firmware::force_out::{self, Outputs};
 use palpate_firmware::link::Record;
 use palpate_firmware::patch::Tissue;
@@ -42,6 +42,8 @@ pub async fn next_period() -> u32 {
 pub struct HapticLoop {
     pub controller: Controller,
     deadline: Deadline,
+    /// Periods that the last tick ran over, for the cycle to bear or to refuse.
+    late_ticks: u16,
     found: Option<Fault>,
     seen: telemetry::Snapshot,
     forces: Fnv,
@@ -50,7 +52,14 @@ pub struct HapticLoop {
 impl HapticLoop {
     /// Before its first tick.
     pub fn new(controller: Controller) -> Self {
-        Self { controller, deadline: Deadline::default(), found: None, seen: telemetry::Snapshot::START, forces: Fnv::default() }
+        Self {
+            controller,
+            deadline: Deadline::default(),
+            late_ticks: 0,
+            found: None,
+            seen: telemetry::Snapshot::START,
+            forces: Fnv::default(),
+        }
     }
 
     /// One tick.
@@ -59,7 +68,8 @@ impl HapticLoop {
     /// * **Deadline**: the force is on the converters before the next period begins.
     /// * **Overrun**: decided here, not in a supervisor below, which a tick that never ends in time would starve. A late force is still
     ///   written, being fresher than the one on the converters; the periods it ran over are skipped, so the next tick starts on an edge.
-    ///   Two in a row, or five in a thousand ([`palpate_firmware::deadline`]), turn the outputs off at once and are the next tick's fault.
+    ///   After one the next tick gives half of the force at most; two in a row, or five in a thousand ([`palpate::haptic::deadline`]), turn
+    ///   the outputs off at once and are the next tick's fault.
     /// * **Dead loop**: a tick that never ends holds the last force until the watchdog, fed by completed and checked ticks alone, turns it off.
     /// * **Faults**: no force in the same tick, latched until the host clears it.
     ///
@@ -68,14 +78,15 @@ impl HapticLoop {
         let started = board::clock_counts();
         #[cfg(feature = "planted-crash")]
         plant::pass(Place::Tick);
-        let command = Command { found: self.found.take(), ..command };
+        let command = Command { found: self.found.take(), late_ticks: self.late_ticks, ..command };
         let told = self.controller.step(tissue, sensed, command, board::healthy());
         let mut outputs = force_out::outputs(self.controller.drive());
         board::write_outputs(outputs);
         #[cfg(feature = "planted-crash")]
         plant::pass(Place::Written);
         let late = period.map_or(0, |period| PERIODS_BEGUN.load(Ordering::Relaxed).wrapping_sub(period));
-        if self.deadline.close(late) {
+        self.late_ticks = u16::try_from(late).unwrap_or(u16::MAX);
+        if self.deadline.judge(self.late_ticks).is_err() {
             board::outputs_off();
             outputs = Outputs::OFF;
             self.found = Some(Fault::DeadlineMissed);
@@ -92,7 +103,7 @@ impl HapticLoop {
         let seen = &mut self.seen;
         seen.longest_tick_counts = seen.longest_tick_counts.max(spent);
         seen.ticks = seen.ticks.wrapping_add(1);
-        seen.overruns = self.deadline.overruns();
+        seen.overruns = seen.overruns.saturating_add(u32::from(late > 0));
         seen.faults += u32::from(told.mode == Mode::Fault);
         (seen.mode, seen.fault, seen.force_n) = (told.mode, told.fault, told.applied_n.into());
         self.forces.vector(told.applied_n);

@@ -8,7 +8,6 @@ extern crate std;
 
 pub mod config;
 pub mod controller;
-pub mod deadline;
 pub mod edge;
 pub mod force_out;
 pub mod kinematics;

@@ -10,9 +10,9 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use cortex_m_rt::entry;
+use palpate::haptic::deadline::Deadline;
 use palpate::haptic::device::Sensed;
 use palpate_firmware::controller::Controller;
-use palpate_firmware::deadline::Deadline;
 use palpate_firmware::force_out;
 use palpate_firmware::link::frame::FRAME_BYTES;
 use palpate_firmware::link::{Desk, FromBoard, Receiver, Record, ToBoard, Upload, encode};
@@ -63,7 +63,7 @@ fn tick(
     let sensed: Sensed = sensed.unwrap_or(*unknown());
     let told = controller.step(tissue, sensed, command, black_box(true));
     let outputs = force_out::outputs(controller.drive());
-    black_box((deadline.close(black_box(1)), controller.sound(&told)));
+    black_box((deadline.judge(black_box(1)), controller.sound(&told)));
     let mut out = [0; FRAME_BYTES];
     let record = FromBoard::Record(Record::new(&told, outputs, black_box(7)));
     black_box(encode(black_box(1), &record, &mut out).is_ok());

@@ -93,7 +93,7 @@ fn true_masses(patch: &Patch, params: &Params) -> Result<Option<Params>, BuildEr
     Ok(None)
 }
 
-/// Force along the press [N] of a half-sine tap with this speed at the touch, tick by tick, and the static force at its depth last.
+/// Force along the press [N] of a half-sine tap with this speed at the touch, tick by tick.
 fn tap(patch: &Patch, params: &Params, depth_m: f64, m_per_s: f64) -> Result<Vec<f64>, BuildError> {
     let model = patch.wide_model();
     let mut memory = Memory::for_model(&model);
@@ -110,26 +110,6 @@ fn tap(patch: &Patch, params: &Params, depth_m: f64, m_per_s: f64) -> Result<Vec
         if n < 0 { m_per_s * t } else { depth_m * (std::f64::consts::PI * t / half_s).sin() }
     };
     Ok((-5..=ticks).map(|n| at(depth(n))).collect())
-}
-
-/// What one count does to the force in its tick [N]: the probe at rest at a depth, then one count deeper.
-///
-/// # Errors
-/// What [`Params::build`] refuses.
-pub fn kick_n(patch: &Patch, params: &Params, depth_m: f64, count_m: f64) -> Result<f64, BuildError> {
-    let model = patch.wide_model();
-    let mut memory = Memory::for_model(&model);
-    let (tuned, mut state) = memory.start(&model, params)?;
-    let axis = params.probe.axis;
-    let mut at = |depth_m: f64| {
-        let tip_m = patch.site_m() - axis * depth_m as f32;
-        f64::from(tick(&model, &tuned, &mut state, ProbePose { tip_m }).force_n.dot(&axis))
-    };
-    let step_m = 0.1e-3;
-    let ticks = (depth_m / step_m).ceil() as i32;
-    let before_n = (-5..=ticks + 300).map(|n| at((f64::from(n) * step_m).min(depth_m))).last().unwrap_or_default();
-    let after_n = (0..10).map(|_| at(depth_m + count_m)).fold(0.0, f64::max);
-    Ok(after_n - before_n)
 }
 
 /// Smallest volume of a tet over its rest volume in any tick of the fastest tap to the patch's depth limit, held for 50 ms, and

@@ -25,19 +25,19 @@ pub(super) struct LoopArgs {
     #[command(flatten)]
     common: Common,
     /// A plain spring of this stiffness in N/m in place of the scene's tissue.
-    #[arg(long, value_name = "N/m")]
+    #[arg(long, allow_negative_numbers = true, value_name = "N/m", conflicts_with = "scene")]
     wall: Option<f64>,
     /// A device (touch, omni, touch-x, falcon, omega3, inverse3, hapkit, frictionless) or the path of a profile (.toml, see host-sim/devices).
     #[arg(long, value_name = "NAME|FILE", default_value = "touch")]
     device: String,
     /// Whole ticks between computing a force and the amplifier getting it [default: the device's].
-    #[arg(long, value_name = "TICKS")]
+    #[arg(long, allow_negative_numbers = true, value_name = "TICKS")]
     delay_ticks: Option<u8>,
     /// Amplifier's time constant in s [default: the device's].
-    #[arg(long, value_name = "s")]
+    #[arg(long, allow_negative_numbers = true, value_name = "s")]
     lag_s: Option<f64>,
     /// One encoder count in m [default: the device's].
-    #[arg(long, value_name = "m")]
+    #[arg(long, allow_negative_numbers = true, value_name = "m")]
     count_m: Option<f64>,
     /// One hand, H0 to H6 [default: all].
     #[arg(long, value_name = "ID")]

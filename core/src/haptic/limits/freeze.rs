@@ -56,31 +56,31 @@ impl Freeze {
             self.equal = [0; 3];
             return Ok(());
         }
-        let (low_m, high_m) = (limits.device.workspace_low_m, limits.device.workspace_high_m);
+        let device = &limits.device;
         let mut frozen = false;
         let watched = self.moving.iter_mut().zip(&mut self.equal);
-        let read = way_m.iter().zip(at_m.iter()).zip(low_m.iter().zip(high_m.iter()));
-        for ((moving, equal), ((&way_m, &at_m), (&low_m, &high_m))) in watched.zip(read) {
-            if way_m == 0.0 && *moving == 0 {
+        let read = way_m.iter().zip(at_m.iter()).zip(device.workspace_low_m.iter().zip(device.workspace_high_m.iter()));
+        for ((moving, equal), ((&way_m, at_m), (low_m, high_m))) in watched.zip(read) {
+            if way_m == 0.0 {
+                // an axis that did not move before may rest
+                if *moving != 0 {
+                    *equal = equal.saturating_add(1);
+                    let stopped = *at_m < low_m + STOP_M || *at_m > high_m - STOP_M;
+                    frozen |= *equal == EQUAL && moving.unsigned_abs() >= MOVING && !stopped;
+                }
                 continue;
             }
-            let stopped = at_m < low_m + STOP_M || at_m > high_m - STOP_M;
-            if way_m == 0.0 && !stopped {
-                *equal = equal.saturating_add(1);
+            let sense = if way_m.abs() < fast_m {
+                0
+            } else if way_m > 0.0 {
+                1
             } else {
-                let sense = if stopped || way_m.abs() < fast_m {
-                    0
-                } else if way_m > 0.0 {
-                    1
-                } else {
-                    -1
-                };
-                // a reading that was equal in between ended the motion
-                let goes_on = *equal == 0 && sense * *moving > 0;
-                *moving = if goes_on { moving.saturating_add(sense) } else { sense };
-                *equal = 0;
-            }
-            frozen |= *equal == EQUAL && moving.unsigned_abs() >= MOVING;
+                -1
+            };
+            // a reading that was equal in between ended the motion
+            let goes_on = *equal == 0 && sense * *moving > 0;
+            *moving = if goes_on { moving.saturating_add(sense) } else { sense };
+            *equal = 0;
         }
         match frozen && force_acts && !planted(Defect::FrozenBelieved) {
             true => Err(Fault::SensorFault),
