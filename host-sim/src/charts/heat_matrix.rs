@@ -21,6 +21,8 @@ pub enum Tone {
     Good,
     /// As it should be, in another way.
     Calm,
+    /// Just as it should be, not better.
+    Thin,
     /// A small fault.
     Slight,
     /// A fault.
@@ -120,6 +122,7 @@ fn colors(tone: Tone) -> (RGBColor, RGBColor) {
     match tone {
         Tone::Good => (RGBColor(0xa8, 0xdb, 0xc5), INK),
         Tone::Calm => (RGBColor(0x8d, 0xbd, 0xe6), INK),
+        Tone::Thin => (RGBColor(0xdd, 0xe9, 0xa4), INK),
         Tone::Slight => (RGBColor(0xf7, 0xe3, 0x8c), INK),
         Tone::Fault => (RGBColor(0xf0, 0xac, 0x4e), INK),
         Tone::Serious => (RGBColor(0xdb, 0x73, 0x2f), WHITE),

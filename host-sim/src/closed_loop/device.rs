@@ -79,17 +79,19 @@ impl DeviceProfile {
             let line = e.span().map_or(1, |s| text.get(..s.start).unwrap_or(text).matches('\n').count() + 1);
             Error::Usage(format!("{file}:{line}: {}", e.message().trim()))
         })?;
-        profile.check(file, text)?;
+        profile.check(&|key| {
+            let line = text.lines().position(|l| l.trim_start().starts_with(key)).map_or(1, |n| n + 1);
+            format!("{file}:{line}: {key}")
+        })?;
         Ok(profile)
     }
 
-    /// Checks every number; `text` is the file's, for line numbers.
+    /// Checks every number; `place` says where a key's is from.
     ///
     /// # Errors
-    /// The first that no device has, by name and line.
-    pub fn check(&self, file: &str, text: &str) -> Result<(), Error> {
-        let line_of = |key: &str| text.lines().position(|l| l.trim_start().starts_with(key)).map_or(1, |n| n + 1);
-        let [x, y, z] = self.workspace_m;
+    /// The first that no device has, by its place.
+    pub fn check(&self, place: &dyn Fn(&str) -> String) -> Result<(), Error> {
+        let sides = self.workspace_m.map(|side| ("workspace_m", side, 0.02, 2.0));
         for (key, value, least, most) in [
             ("axes", f64::from(self.axes), 1.0, 3.0),
             ("max_force_n", self.max_force_n, 0.01, 20.0),
@@ -101,19 +103,18 @@ impl DeviceProfile {
             ("friction_n", self.friction_n, 0.0, 5.0),
             ("amplifier_lag_s", self.amplifier_lag_s, 0.0, 0.02),
             ("delay_ticks", f64::from(self.delay_ticks), 0.0, f64::from(DeviceLimits::MOST_DELAY_TICKS)),
-            ("workspace_m", x.min(y).min(z), 0.02, 2.0),
-            ("workspace_m", x.max(y).max(z), 0.02, 2.0),
-        ] {
+        ]
+        .into_iter()
+        .chain(sides)
+        {
             // NaN is outside every range
             if !(least <= value && value <= most) {
-                let line = line_of(key);
-                return Err(Error::Usage(format!(
-                    "{file}:{line}: {key} = {value} is outside {least} .. {most}: give a number in that range"
-                )));
+                let place = place(key);
+                return Err(Error::Usage(format!("{place} = {value} is outside {least} .. {most}: give a number in that range")));
             }
         }
         if self.axes == 2 {
-            return Err(Error::Usage(format!("{file}:{}: axes = 2 is not emulated: give 1 or 3", line_of("axes"))));
+            return Err(Error::Usage(format!("{} = 2 is not emulated: give 1 or 3", place("axes"))));
         }
         Ok(())
     }
@@ -161,6 +162,7 @@ mod tests {
             ("count_m", "count_m = nan #", "count_m = NaN"),
             ("max_force_n", "max_force_n = 1e9 #", "max_force_n"),
             ("delay_ticks", "delay_ticks = 9 #", "delay_ticks = 9"),
+            ("workspace_m", "workspace_m = [0.1, nan, 0.1] #", "workspace_m = NaN"),
             ("friction_n", "frictoin_n", "frictoin_n"),
         ] {
             let bad = text.replacen(from, to, 1);

@@ -1,6 +1,6 @@
 //! One run in pictures: force and depth over time, energy, spectrum.
 
-use super::run::Run;
+use super::run::{Row, Run};
 use super::spectrum::density;
 use super::stimulus::Site;
 use crate::charts::{ChartError, Level, LineSeries, Lines, Scale, ScaledAxis, lines};
@@ -8,19 +8,27 @@ use crate::output::OutputFolder;
 
 /// Points of a curve: more do not show.
 const POINTS: usize = 2000;
+/// Ticks shown before the touch and after the handle has come to rest.
+const BEFORE_TICKS: usize = 100;
+const AFTER_TICKS: usize = 500;
+/// It rests within this share of the deepest press (1).
+const RESTS: f64 = 0.02;
 
 /// Draws `<name>_force`, `_depth`, `_energy` and `_spectrum` as SVG and PNG.
 ///
 /// # Errors
 /// A folder that cannot be written.
 pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Site) -> Result<(), ChartError> {
-    let stride = run.rows.len().div_ceil(POINTS).max(1);
-    let curve = |name: &'static str, value: &dyn Fn(&super::run::Row) -> f64| LineSeries {
+    let shown = shown(run, site);
+    let stride = shown.len().div_ceil(POINTS).max(1);
+    let curve = |name: &'static str, value: &dyn Fn(&Row) -> f64| LineSeries {
         name,
-        points: run.rows.iter().step_by(stride).map(|r| (r.t_s, value(r))).collect(),
+        points: shown.iter().step_by(stride).map(|r| (r.t_s, value(r))).collect(),
         joined: true,
         marked: false,
     };
+    // where the mode lets no force out, from the fault on
+    let fault = run.fault.and(shown.iter().find(|r| r.told.fault.is_some()));
     let time = ScaledAxis { title: "time [s]", scale: Scale::Linear };
     let chart = |file: &str, title: &str, y: &str, series: &[LineSeries], levels: &[Level]| {
         let y = ScaledAxis { title: y, scale: Scale::Linear };
@@ -28,10 +36,11 @@ pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Si
     };
     let normal = site.normal;
     let along = |force: palpate::Vector3<f32>| f64::from(force.dot(&normal.cast()));
-    let force = [
-        curve("force of the tissue", &|r| along(r.told.output.force_n)),
+    let mut force = vec![
+        curve("force of the tissue (hidden where equal)", &|r| along(r.told.output.force_n)),
         curve("force on the hand", &|r| r.acting_n.dot(&normal)),
     ];
+    force.extend(fault.map(|r| LineSeries { name: "fault: force off", points: vec![(r.t_s, 0.0)], joined: false, marked: true }));
     chart("force", "What the hand feels", "force along the normal [N]", &force, &[])?;
     let depth = [curve("handle", &|r| -(r.at_m - site.at_m).dot(&normal) * 1e3)];
     chart("depth", "Where the handle is", "depth below the surface [mm]", &depth, &[Level { name: "surface", y: 0.0 }])?;
@@ -47,4 +56,16 @@ pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Si
     let y = ScaledAxis { title: "density [mN/sqrt(Hz)]", scale: Scale::Log };
     let title = "Spectrum of the force";
     lines(folder.path(), &format!("{name}_spectrum"), &Lines { title, below, x, y, series: &series, levels: &[] })
+}
+
+/// From shortly before the touch to shortly after the handle came to rest.
+fn shown<'a>(run: &'a Run, site: &Site) -> &'a [Row] {
+    let depth_m = |row: &Row| -(row.at_m - site.at_m).dot(&site.normal);
+    let touch = run.rows.iter().position(|r| depth_m(r) > 0.0).unwrap_or(0);
+    let deepest_m = run.rows.iter().map(depth_m).fold(0.0, f64::max);
+    let rests = run.rows.last().map_or(0.0, depth_m);
+    let moves = |row: &Row| (depth_m(row) - rests).abs() > RESTS * deepest_m;
+    let end = run.rows.iter().rposition(moves).unwrap_or(run.rows.len());
+    let end = end.max(touch).saturating_add(AFTER_TICKS).min(run.rows.len());
+    run.rows.get(touch.saturating_sub(BEFORE_TICKS)..end).unwrap_or(&run.rows)
 }

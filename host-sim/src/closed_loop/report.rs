@@ -177,6 +177,8 @@ pub fn report(
     let (depth_m, static_n, slope_n_per_m) = target.rest(device);
     let ceiling = encoder_ceiling_n_per_m(device);
     let pairs: Vec<(Hand, Stimulus)> = hands.iter().flat_map(|h| stimuli.iter().map(move |s| (*h, *s))).collect();
+    // a paddle cannot go along the surface: such a run would show a hold
+    let pairs: Vec<(Hand, Stimulus)> = pairs.into_iter().filter(|(_, s)| device.axes > 1 || !s.crosses_edges()).collect();
     let rows: Result<Vec<Row>, BuildError> = pairs
         .par_iter()
         .map(|(hand, stimulus)| {
@@ -211,8 +213,7 @@ impl Report {
         for row in self.runs.iter().filter(|r| !r.good()) {
             broken.push(format!("{} {}: {}", row.hand, row.stimulus, row.verdict));
         }
-        let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
-        let error_pct = most(&mut self.runs.iter().filter_map(|r| r.static_error_pct));
+        let error_pct = self.most(|r| r.static_error_pct).unwrap_or(0.0);
         if error_pct > 0.1 {
             broken.push(format!("the controller changes the static force by {error_pct:.2} %"));
         }
@@ -223,23 +224,23 @@ impl Report {
                 "taps at 0.2 and 0.5 m/s are {slow:.1} and {fast:.1} % off (2 and 7.5 are promised), or crush a tet below J = 0.2"
             ));
         }
-        let buzz_mn = most(&mut self.runs.iter().filter_map(|r| r.buzz_mn));
+        let buzz_mn = self.most(|r| r.buzz_mn).unwrap_or(0.0);
         if let Some((_, most_n)) = BUZZ.iter().find(|(e, _)| *youngs_modulus_pa <= *e)
             && buzz_mn > most_n * 1e3
         {
             broken.push(format!("a slow press buzzes with {buzz_mn:.1} mN, at most {:.0} were promised", most_n * 1e3));
         }
         let below = self.slope_n_per_m <= self.encoder_ceiling_n_per_m;
-        let hold_mn = most(&mut self.runs.iter().filter_map(|r| r.hold_buzz_mn));
+        let hold_mn = self.most(|r| r.hold_buzz_mn).unwrap_or(0.0);
         if below && hold_mn > HOLD_BUZZ_N * 1e3 {
             broken.push(format!("a hold buzzes with {hold_mn:.1} mN"));
         }
         broken
     }
 
-    /// The worst of a number over all runs.
+    /// The worst of a number over all runs that measured it.
     #[must_use]
-    pub fn most(&self, number: impl Fn(&Row) -> Option<f64>) -> f64 {
-        self.runs.iter().filter_map(number).fold(0.0, f64::max)
+    pub fn most(&self, number: impl Fn(&Row) -> Option<f64>) -> Option<f64> {
+        self.runs.iter().filter_map(number).reduce(f64::max)
     }
 }

@@ -101,7 +101,12 @@ impl LoopArgs {
         device.delay_ticks = self.delay_ticks.unwrap_or(device.delay_ticks);
         device.amplifier_lag_s = self.lag_s.unwrap_or(device.amplifier_lag_s);
         device.count_m = self.count_m.unwrap_or(device.count_m);
-        device.check("the command line", "")?;
+        device.check(&|key| match key {
+            "amplifier_lag_s" => "--lag-s: amplifier_lag_s".into(),
+            "count_m" => "--count-m: count_m".into(),
+            "delay_ticks" => "--delay-ticks: delay_ticks".into(),
+            other => format!("--device {}: {other}", self.device),
+        })?;
         Ok(device)
     }
 
@@ -168,7 +173,10 @@ fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus]) {
         );
     }
     let beyond = if report.slope_n_per_m > report.encoder_ceiling_n_per_m { ": holds may toggle" } else { "" };
-    println!("  encoder   one count is felt above {:.0} N/m{beyond}\n", report.encoder_ceiling_n_per_m);
+    match report.encoder_ceiling_n_per_m {
+        ceiling if ceiling.is_finite() => println!("  encoder   one count is felt above {ceiling:.0} N/m{beyond}\n"),
+        _ => println!("  encoder   ideal: no counts\n"),
+    }
     print!("{:<22}", "");
     for stimulus in stimuli {
         print!("{:>8}", stimulus.id);
@@ -183,13 +191,14 @@ fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus]) {
         println!();
     }
     println!("\n. quiet   count: one count toggles   CYCLE: limit cycle   ENERGY: energy created   FAULT   BROKEN: an invariant");
+    let told = |number: Option<f64>, digits: usize| number.map_or("-".into(), |n| format!("{n:.digits$}"));
     println!(
-        "worst: created {:.4} mJ, slow press {:.1} mN above 50 Hz, hold {:.1} mN, static error {:.3} %, turn {:.1} degrees a tick",
-        report.most(|r| Some(r.created_mj)),
-        report.most(|r| r.buzz_mn),
-        report.most(|r| r.hold_buzz_mn),
-        report.most(|r| r.static_error_pct),
-        report.most(|r| r.turn_deg)
+        "worst: created {} mJ, slow press {} mN above 50 Hz, hold {} mN, static error {} %, turn {} degrees a tick (-: in none of these runs)",
+        told(report.most(|r| Some(r.created_mj)), 4),
+        told(report.most(|r| r.buzz_mn), 1),
+        told(report.most(|r| r.hold_buzz_mn), 1),
+        told(report.most(|r| r.static_error_pct), 3),
+        told(report.most(|r| r.turn_deg), 1)
     );
 }
 

@@ -54,7 +54,7 @@ fn cell_look(figures: &Figures) -> HeatCell {
 }
 
 fn squeezed() -> HeatCell {
-    HeatCell { tone: Tone::Good, sign: "s".into() }
+    HeatCell { tone: Tone::Thin, sign: "s".into() }
 }
 
 fn empty() -> HeatCell {
