@@ -11,6 +11,7 @@ mod pack;
 mod paper;
 mod plan;
 mod press;
+mod progress;
 mod reference;
 mod score;
 mod stability;

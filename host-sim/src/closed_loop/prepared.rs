@@ -13,7 +13,7 @@ use crate::scene::Scene;
 use crate::session::Session;
 
 /// A press rests at this depth at most [m] ...
-const DEPTH_M: f64 = 4e-3;
+pub const DEPTH_M: f64 = 4e-3;
 /// ... and at this share of the loop's longest force: saturation is another thing (1).
 pub const FORCE_SHARE: f64 = 0.85;
 /// The guard holds the probe where the static force is this many times the longest (1).

@@ -8,7 +8,7 @@ use palpate::{BuildError, Limiters, Vector3};
 
 use super::device::DeviceProfile;
 use super::hand::{Grip, Hand};
-use super::prepared::{FORCE_SHARE, Prepared, encoder_ceiling_n_per_m};
+use super::prepared::{DEPTH_M, FORCE_SHARE, Prepared, encoder_ceiling_n_per_m};
 use super::run::{Run, Setup, run};
 use super::stimulus::{Site, Stimulus};
 use super::surface::{Wall, with_tissue};
@@ -35,7 +35,7 @@ impl Target {
     pub fn rest(&self, device: &DeviceProfile) -> (f64, f64, f64) {
         match self {
             Self::Wall(n_per_m) => {
-                let depth_m = (FORCE_SHARE * device.force_limit_n / n_per_m).min(4e-3);
+                let depth_m = (FORCE_SHARE * device.force_limit_n / n_per_m).min(DEPTH_M);
                 (depth_m, n_per_m * depth_m, *n_per_m)
             }
             Self::Tissue(tissue, _) => (tissue.depth_m, tissue.static_n, tissue.slope_n_per_m),

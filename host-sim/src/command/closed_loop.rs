@@ -1,14 +1,12 @@
 //! `palpate loop`.
 
-use std::time::{Duration, Instant};
-
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Common;
+use super::progress::Progress;
 use crate::closed_loop::device::DeviceProfile;
 use crate::closed_loop::hand::{HANDS, Hand};
-use crate::closed_loop::prepared::{Prepared, fits};
+use crate::closed_loop::prepared::{DEPTH_M, Prepared, fits};
 use crate::closed_loop::report::{Report, Row, Target, report};
 use crate::closed_loop::run::Run;
 use crate::closed_loop::stimulus::{STIMULI, Site, Stimulus};
@@ -16,9 +14,6 @@ use crate::closed_loop::{pictures, trace};
 use crate::error::Error;
 use crate::output::OutputFolder;
 use crate::scene::Scene;
-
-/// A progress bar appears on a terminal when a run takes longer than this.
-const QUIET: Duration = Duration::from_secs(2);
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct LoopArgs {
@@ -56,22 +51,19 @@ impl LoopArgs {
         let hands = one_or_all("--hand", self.hand.as_deref(), &HANDS, Hand::named, |h| h.id)?;
         let stimuli = one_or_all("--stimulus", self.stimulus.as_deref(), &STIMULI, Stimulus::named, |s| s.id)?;
         let stimuli: Vec<Stimulus> = stimuli.into_iter().map(|s| if self.quick { s.short() } else { s }).collect();
+        if device.axes == 1 && stimuli.iter().all(Stimulus::crosses_edges) {
+            return Err(Error::Usage(format!(
+                "--stimulus {} goes along the surface, where {} has no axis: give another stimulus or device",
+                stimuli.first().map_or("-", |s| s.id),
+                device.name
+            )));
+        }
         let (name, target) = self.target(&device)?;
         let folder = OutputFolder::open(&self.common.folder("loop"))?;
-        let all = (hands.len() * stimuli.len()) as u64;
-        let (bar, started) = (ProgressBar::hidden(), Instant::now());
-        bar.set_length(all);
-        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} runs") {
-            bar.set_style(style);
-        }
-        let told = || {
-            bar.inc(1);
-            if bar.is_hidden() && started.elapsed() > QUIET {
-                bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
-            }
-        };
-        let report = report(&name, &target, &device, &hands, &stimuli, &told)?;
-        bar.finish_and_clear();
+        let progress = Progress::new((hands.len() * stimuli.len()) as u64, "runs");
+        let report = report(&name, &target, &device, &hands, &stimuli, &|| progress.inc(1));
+        progress.finish();
+        let report = report?;
         folder.write_json("summary.json", &report)?;
         folder.write("runs.csv", table(&report.runs)?.as_bytes())?;
         // shown in full: the only run, or the one that shakes most
@@ -119,7 +111,8 @@ impl LoopArgs {
         if !(1.0..=1e5).contains(&n_per_m) {
             return Err(Error::Usage(format!("--wall {n_per_m} is outside 1 .. 100000 N/m: give a stiffness in that range")));
         }
-        fits(device, device.force_limit_n / n_per_m)?;
+        // a soft wall is pressed no deeper than a stiff one; a hand swings twice as far
+        fits(device, (device.force_limit_n / n_per_m).min(2.0 * DEPTH_M))?;
         Ok((format!("wall of {n_per_m} N/m"), Target::Wall(n_per_m)))
     }
 }

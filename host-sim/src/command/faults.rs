@@ -4,9 +4,9 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
+use super::progress::Progress;
 use crate::charts::{self, ReactionBar, ReactionTimes};
 use crate::closed_loop::campaign::{Ground, LightPatch, Table, campaign};
 use crate::closed_loop::device::DeviceProfile;
@@ -72,13 +72,13 @@ impl FaultsArgs {
         let device = DeviceProfile::load("touch")?;
         let light = LightPatch::load()?;
         let ground = Ground::new(&device, &light);
-        let bar = bar(runs, "runs");
-        let table = campaign(&ground, runs, self.seed, |n| bar.inc(n))?;
-        bar.finish_and_clear();
+        let progress = Progress::new(runs, "runs");
+        let table = campaign(&ground, runs, self.seed, |n| progress.inc(n))?;
+        progress.finish();
         let soaked = if self.soak_s > 0 {
-            let bar = self::bar(u64::from(self.soak_s) * 1000, "ticks of normal use");
-            let soaked = soak(&ground, self.soak_s.into(), |n| bar.inc(n))?;
-            bar.finish_and_clear();
+            let progress = Progress::new(u64::from(self.soak_s) * 1000, "ticks of normal use");
+            let soaked = soak(&ground, self.soak_s.into(), |n| progress.inc(n))?;
+            progress.finish();
             Some(soaked)
         } else {
             None
@@ -136,11 +136,6 @@ impl FaultsArgs {
         charts::reaction_times(folder.path(), "faults", &ReactionTimes { title, below: &below, bars: &bars })?;
         Ok(())
     }
-}
-
-fn bar(length: u64, what: &str) -> ProgressBar {
-    let style = ProgressStyle::with_template(&format!("{{bar:40}} {{pos}}/{{len}} {what}, {{eta}} left"));
-    ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// Longest reaction allowed [ticks].
@@ -211,7 +206,13 @@ fn print(table: &Table, summary: &Summary) {
         );
     }
     println!(
-        "\n{} runs, {} kinds of fault: {} broke an invariant, {} reacted wrongly; strongest force {:.3} N",
+        "\nmust: what has to follow. came: runs in which the fault was injected; faults: those that ended in one; latest: ticks to no force, or to a falling one"
+    );
+    println!(
+        "broken: an invariant of the loop; wrong: not what must follow, or too late. bounded: a fault need not be told, the invariants hold\n"
+    );
+    println!(
+        "{} runs, {} kinds of fault: {} broke an invariant, {} reacted wrongly; strongest force {:.3} N",
         summary.runs, summary.kinds, summary.invariants_broken, summary.reactions_wrong, summary.peak_force_n
     );
     if let Some(s) = &summary.soak {

@@ -1,20 +1,16 @@
 //! `palpate stability`.
 
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
+use super::progress::Progress;
 use super::stability_loop::run_loop;
 use crate::error::Error;
 use crate::output::OutputFolder;
 use crate::stability::loop_matrix::LoopSummary;
 use crate::stability::model;
-
-/// A progress bar appears on a terminal when a run takes longer than this.
-const QUIET: Duration = Duration::from_secs(2);
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct StabilityArgs {
@@ -68,31 +64,16 @@ impl StabilityArgs {
 
     fn methods(&self, folder: &OutputFolder) -> Result<model::Summary, Error> {
         let plan = if self.quick { model::Plan::quick() } else { model::Plan::full() };
-        let matrix = with_progress(plan.steps(), |done| model::run(&plan, done))?;
+        let progress = Progress::new(plan.steps() as u64, "presses and margins");
+        let matrix = model::run(&plan, &|| progress.inc(1));
+        progress.finish();
+        let matrix = matrix?;
         let summary = model::Summary::of(&matrix);
         model::write(folder, &matrix)?;
         model::pictures(folder, &matrix)?;
         print_model(&matrix, &summary);
         Ok(summary)
     }
-}
-
-/// Works while a bar counts the steps.
-fn with_progress<T>(steps: usize, work: impl FnOnce(&(dyn Fn() + Sync)) -> Result<T, Error>) -> Result<T, Error> {
-    let started = Instant::now();
-    let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::hidden());
-    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed}") {
-        bar.set_style(style);
-    }
-    let done = || {
-        if bar.is_hidden() && started.elapsed() > QUIET {
-            bar.set_draw_target(ProgressDrawTarget::stderr());
-        }
-        bar.inc(1);
-    };
-    let answer = work(&done);
-    bar.finish_and_clear();
-    answer
 }
 
 fn print_model(matrix: &model::Matrix, summary: &model::Summary) {

@@ -1,9 +1,6 @@
 //! The loop half of `palpate stability`.
 
-use std::time::Duration;
-
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-
+use super::progress::Progress;
 use crate::error::Error;
 use crate::output::OutputFolder;
 use crate::stability::loop_matrix::{LoopSummary, Plan, pictures, print, write};
@@ -11,13 +8,9 @@ use crate::stability::loop_matrix::{LoopSummary, Plan, pictures, print, write};
 /// Measures the loop, writes its tables and pictures, prints the table.
 pub(super) fn run_loop(folder: &OutputFolder, quick: bool, full: bool) -> Result<LoopSummary, Error> {
     let plan = Plan::new(quick, full)?;
-    let bar = ProgressBar::with_draw_target(Some(plan.steps() as u64), ProgressDrawTarget::stderr());
-    bar.set_style(
-        ProgressStyle::with_template("{bar:30} {pos}/{len} loops {elapsed}").unwrap_or_else(|_| ProgressStyle::default_bar()),
-    );
-    bar.enable_steady_tick(Duration::from_millis(500));
-    let summary = LoopSummary::measure(&plan, &|| bar.inc(1));
-    bar.finish_and_clear();
+    let progress = Progress::new(plan.steps() as u64, "loops");
+    let summary = LoopSummary::measure(&plan, &|| progress.inc(1));
+    progress.finish();
     let summary = summary?;
     write(folder, &summary)?;
     pictures(folder, &summary)?;
