@@ -2,9 +2,9 @@
 //!
 //! With the sign of an actuator or of an encoder wrong, the tissue pulls: the deeper, the stronger. From position alone this is not certain: every
 //! motion under `-F` is one under `F` of a hand that pushes `2 F` harder. What can be told is a hand that would have to push harder than hands do.
-//! So this asks for much: pushed out by half a newton or more without a break, the probe gained 0.5 m/s inwards and went 15 mm with it. A light hand
+//! So this asks for much: pushed out by half a newton or more without a break, the probe gained 0.5 m/s inwards and went 25 mm with it. A light hand
 //! loses the device at once, a firm hand holds against it; then the force stays within its limit, and saturation halves it. A hand that suddenly grips
-//! four times as hard gains 0.6 m/s too, but has come to its rest by then.
+//! four times as hard, 13 N against a device of 3, gains 1 m/s too, but has come to its rest by then. A light handle meets the limit of speed first.
 //!
 //! * in: way of the tick [m], normal of the contact, force sent last [N]
 //! * out: nothing
@@ -21,7 +21,7 @@ const PUSH_N: f32 = 0.5;
 /// Speed gained against it that is a fault [m/s].
 const GAINED_M_PER_S: f32 = 0.5;
 /// Way in while it is gained [m].
-const GONE_M: f32 = 15e-3;
+const GONE_M: f32 = 25e-3;
 /// Share of the newest speed (1): 30 Hz, so that a reading that is held and then made up for is no gain.
 const SHARE: f32 = 0.1718;
 
@@ -117,9 +117,9 @@ mod tests {
     fn speed_gained_against_the_force_is_a_fault_against_a_weak_one_it_is_not() {
         let mut pulled = Runaway::default();
         let at = (0..100_u8).position(|n| judge(&mut pulled, 0.06 * f32::from(n), 1.0).is_err());
-        assert!(at.is_some_and(|n| (22..26).contains(&n)), "{at:?}: 15 mm are gone at 22");
+        assert!(at.is_some_and(|n| (27..31).contains(&n)), "{at:?}: 25 mm are gone at 28");
         let mut gripped = Runaway::default();
-        // 6.5 N more at once on 65 g against 540 N/m: 0.7 m/s, and at rest within 15 mm
+        // 6.5 N more at once on 65 g against 540 N/m: 0.7 m/s, and at rest within 25 mm
         assert!((0..100_u8).all(|n| judge(&mut gripped, 0.7 * (0.143 * f32::from(n)).sin(), 1.0).is_ok()));
         let mut weak = Runaway::default();
         assert!((0..100_u8).all(|n| judge(&mut weak, 0.06 * f32::from(n), 0.4).is_ok()), "a weak force holds nobody");

@@ -55,8 +55,8 @@ pub enum Drive {
     Saturated(f32),
     /// The last force stays, whatever is asked; a release still takes the power off.
     Stuck,
-    /// The wrong sign.
-    Reversed,
+    /// So many times what it should be (1); the wrong sign below zero.
+    Scaled(f32),
     /// So many ticks late.
     Late(usize),
     /// Not given: no force.

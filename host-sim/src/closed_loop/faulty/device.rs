@@ -149,7 +149,7 @@ impl<D: HapticDevice> HapticDevice for Faulty<D> {
         let given_n = match self.drive {
             Some(Drive::Saturated(most_n)) => force_n.map(|c| c.clamp(-most_n, most_n)),
             Some(Drive::Stuck) => self.given_n,
-            Some(Drive::Reversed) => -force_n,
+            Some(Drive::Scaled(times)) => force_n * times,
             Some(Drive::Dropped) => Vector3::zeros(),
             Some(Drive::Late(ticks)) => {
                 self.line_n.push_back(force_n);

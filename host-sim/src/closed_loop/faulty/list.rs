@@ -16,6 +16,8 @@ const NAN_FORCE: &[Fault] = &[Fault::ForceNotFinite];
 const LONG_FORCE: &[Fault] = &[Fault::ForceImplausible];
 const NODE: &[Fault] = &[Fault::Diverged, Fault::ForceNotFinite];
 const AWAY: &[Fault] = &[Fault::Runaway];
+/// A light handle is too fast before it is far.
+const AWAY_FAST: &[Fault] = &[Fault::Runaway, Fault::OverSpeed];
 /// What a wrong sign or a stuck reading may end in, if it can be told.
 const WRONG_WAY: &[Fault] = &[Fault::Runaway, Fault::OverSpeed, Fault::SensorFault, Fault::OutOfWorkspace, Fault::EnergyCreated];
 
@@ -109,14 +111,22 @@ pub const FAULTS: &[FaultType] = &[
     drive("A1", "actuators end at 0.5 N", Drive::Saturated(0.5), FOR_EVER, Expected::Ridden),
     drive("A2", "actuators stuck at their force", Drive::Stuck, FOR_EVER, Expected::Bounded(WRONG_WAY)),
     drive("A2-drop", "forces lost for 20 ticks", Drive::Dropped, 20, Expected::Bounded(AWAY)),
-    drive("A3", "force of the wrong sign", Drive::Reversed, FOR_EVER, Expected::Bounded(WRONG_WAY)),
+    drive("A3", "force of the wrong sign", Drive::Scaled(-1.0), FOR_EVER, Expected::Bounded(WRONG_WAY)),
     with(
         "A3-free",
         "wrong sign, nobody holds",
-        Injection::Drive(Drive::Reversed),
+        Injection::Drive(Drive::Scaled(-1.0)),
         FOR_EVER,
         Needs::NobodysForce,
-        Expected::Fault(AWAY, 100),
+        Expected::Fault(AWAY_FAST, 100),
+    ),
+    with(
+        "A3-weak",
+        "wrong sign, a third, nobody holds",
+        Injection::Drive(Drive::Scaled(-0.33)),
+        FOR_EVER,
+        Needs::NobodysForce,
+        Expected::Fault(AWAY, 200),
     ),
     drive("A7-1ms", "amplifier lag of 1 ms", Drive::Lag(1e-3), FOR_EVER, Expected::Ridden),
     drive("A7-5ms", "amplifier lag of 5 ms", Drive::Lag(5e-3), FOR_EVER, Expected::Bounded(WRONG_WAY)),
