@@ -19,6 +19,7 @@ pub mod limits;
 pub mod mode;
 pub mod passivity;
 pub mod runaway;
+pub mod toggle;
 
 use nalgebra::Vector3;
 

@@ -27,6 +27,7 @@ use super::limits::{ForceLimiter, LimitValues, Limits, PoseGate};
 use super::mode::{Event, Machine, Mode};
 use super::passivity::PassivityObserver;
 use super::runaway::Runaway;
+use super::toggle::Toggle;
 use crate::fault::{BuildError, Fault, Limiters};
 use crate::path::output::Output;
 use crate::path::probe::ProbePose;
@@ -45,6 +46,7 @@ pub struct Cycle {
     observer: PassivityObserver,
     deadline: Deadline,
     runaway: Runaway,
+    toggle: Toggle,
     machine: Machine,
     ticks: u32,
     position_m: Option<Vector3<f32>>,
@@ -78,6 +80,7 @@ impl Cycle {
             observer: PassivityObserver::build(&settings.passivity, device)?,
             deadline: Deadline::default(),
             runaway: Runaway::default(),
+            toggle: Toggle::new(device.count_m),
             machine: Machine::BOOT,
             ticks: 0,
             position_m: None,
@@ -167,14 +170,15 @@ impl Cycle {
         }
         let way_m = pose.position_m - self.position_m.replace(pose.position_m).unwrap_or(pose.position_m);
         self.observer.observe(&way_m, self.touched)?;
-        self.damping.track(pose.position_m);
+        let shown_m = self.toggle.show(&pose.position_m);
+        self.damping.track(shown_m);
         record.refused = !self.listen(command, renderer);
         if !self.mode().runs_patch() {
             self.calm = self.calm.saturating_add(1);
             return Ok(Vector3::zeros());
         }
 
-        let output = renderer.render(ProbePose { tip_m: pose.position_m });
+        let output = renderer.render(ProbePose { tip_m: shown_m });
         if let Some(fault) = output.fault {
             return Err(fault);
         }
@@ -269,6 +273,7 @@ impl Cycle {
         self.damping.reset();
         self.deadline = Deadline::default();
         self.runaway = Runaway::default();
+        self.toggle.reset();
         self.position_m = None;
         self.touched = false;
         self.calm = 0;

@@ -1,0 +1,131 @@
+//! A hold on the edge between two counts, where the reading toggles and every toggle is a kick of the tissue.
+//!
+//! One count is felt as its length times the stiffness in the tick, ten times the static one, and a light device without friction answers with
+//! the next toggle: a limit cycle a few micrometres wide. While an axis toggles between two neighbouring readings, the patch is shown their
+//! low-passed mean, which settles where the force balances the hand. Away from an edge, and from the first count beyond the two, it is
+//! shown the reading itself: a lag that went along with a motion would give the hand energy, this one never outlasts a count.
+//!
+//! * in: position read [m]
+//! * out: position to show to the patch [m], within 1.3 counts of it along every axis
+//! * cost: 60 instructions of a Cortex-M4F, estimated
+//! * may fail: never
+
+use nalgebra::Vector3;
+
+/// A change of the reading is one toggle up to this many counts: an axis of a linkage moves by parts of two.
+const PAIR: f32 = 1.6;
+/// Further than this from what is shown the reading has left the two [counts].
+const LEFT: f32 = 1.3;
+/// The next toggle comes within so many ticks.
+const SOON: u16 = 50;
+/// Turns in a row before the mean is shown.
+const TURNS: u8 = 2;
+/// Without a toggle for so many ticks the edge is left.
+const QUIET: u16 = 200;
+/// Share of the newest reading a tick (1): 40 ms, four to ten periods of what toggled.
+const SHARE: f32 = 0.025;
+
+/// Per axis: what was read and what is shown.
+#[derive(Clone, Copy, Debug, Default)]
+struct Axis {
+    read_m: f32,
+    shown_m: f32,
+    /// Last change of the reading [m].
+    way_m: f32,
+    since: u16,
+    turns: u8,
+}
+
+/// Watches every axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Toggle {
+    count_m: f32,
+    axes: Option<[Axis; 3]>,
+}
+
+impl Toggle {
+    /// For a sensor with this count [m]; zero for an ideal one, which never toggles.
+    #[must_use]
+    pub const fn new(count_m: f32) -> Self {
+        Self { count_m, axes: None }
+    }
+
+    /// Forgets all, after a fault.
+    pub fn reset(&mut self) {
+        self.axes = None;
+    }
+
+    /// Position to show to the patch [m], every tick.
+    pub fn show(&mut self, read_m: &Vector3<f32>) -> Vector3<f32> {
+        let fresh = || [read_m.x, read_m.y, read_m.z].map(|m| Axis { read_m: m, shown_m: m, ..Axis::default() });
+        let axes = self.axes.get_or_insert_with(fresh);
+        let mut shown_m = *read_m;
+        for ((axis, m), shown_m) in axes.iter_mut().zip(read_m.iter()).zip(shown_m.iter_mut()) {
+            *shown_m = axis.show(*m, self.count_m);
+        }
+        shown_m
+    }
+}
+
+impl Axis {
+    fn show(&mut self, read_m: f32, count_m: f32) -> f32 {
+        let way_m = read_m - self.read_m;
+        self.read_m = read_m;
+        if way_m != 0.0 {
+            let turned = way_m * self.way_m < 0.0 && way_m.abs() <= PAIR * count_m && self.since <= SOON;
+            self.turns = if turned { self.turns.saturating_add(1) } else { 0 };
+            (self.way_m, self.since) = (way_m, 0);
+        } else {
+            self.since = self.since.saturating_add(1);
+            if self.since > QUIET {
+                self.turns = 0;
+            }
+        }
+        let off_m = read_m - self.shown_m;
+        if self.turns < TURNS || off_m.abs() > LEFT * count_m {
+            self.shown_m = read_m;
+        } else {
+            self.shown_m += off_m * SHARE;
+        }
+        self.shown_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::vec::Vec;
+
+    const COUNT_M: f32 = 50e-6;
+
+    fn shown(readings: impl Iterator<Item = i16>) -> Vec<f32> {
+        let mut toggle = Toggle::new(COUNT_M);
+        readings.map(|n| toggle.show(&Vector3::new(0.0, 0.0, COUNT_M * f32::from(n))).z / COUNT_M).collect()
+    }
+
+    #[test]
+    fn what_moves_is_shown_as_it_is_read() {
+        let moves = || (0..400_i16).map(|n| if n < 200 { n / 3 } else { (400 - n) / 3 }).chain([0, 2, 0, 2, 0]);
+        for (seen, read) in shown(moves()).iter().zip(moves()) {
+            assert!((seen - f32::from(read)).abs() < 1e-4, "{seen} {read}");
+        }
+    }
+
+    #[test]
+    fn a_toggling_count_is_shown_as_its_mean_and_a_third_one_as_itself() {
+        // three ticks below, one above
+        let seen = shown((0..400_i16).map(|n| i16::from(n % 4 == 3)).chain([2, 3]));
+        let settled = &seen[200..400];
+        assert!(settled.iter().all(|s| (s - 0.25).abs() < 0.03), "{settled:?}");
+        assert!((seen[400] - 2.0).abs() + (seen[401] - 3.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_count_that_toggled_is_not_late_once_it_creeps_on() {
+        // a toggle, then a count every 100 ms
+        let creep = || (0..20_i16).map(|n| n / 3 % 2).chain((0..1000).map(|n| 1 + n / 100));
+        let late = shown(creep()).iter().zip(creep()).skip(220).filter(|(s, r)| (**s - f32::from(*r)).abs() > 1e-3).count();
+        assert_eq!(late, 0, "ticks");
+    }
+}
