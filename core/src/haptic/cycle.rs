@@ -182,6 +182,7 @@ impl Cycle {
         if let Some(fault) = output.fault {
             return Err(fault);
         }
+        self.toggle.answered(&output.force_n);
         record.output = output;
         record.limiters.set(output.limiters);
         self.touched = output.depth_m > 0.0 || output.force_n != Vector3::zeros();

@@ -1,13 +1,14 @@
 //! A hold on the edge between two counts, where the reading toggles and every toggle is a kick of the tissue.
 //!
 //! One count is felt as its length times the stiffness in the tick, ten times the static one, and a light device without friction answers with
-//! the next toggle: a limit cycle a few micrometres wide. While an axis toggles between two neighbouring readings, the patch is shown their
-//! low-passed mean, which settles where the force balances the hand. Away from an edge, and from the first count beyond the two, it is
-//! shown the reading itself: a lag that went along with a motion would give the hand energy, this one never outlasts a count.
+//! the next toggle: a limit cycle a few micrometres wide. While an axis toggles between two neighbouring readings and the force shakes with it, the
+//! patch is shown their low-passed mean, which settles where the force balances the hand. Otherwise, and from the first count beyond the
+//! two, it is shown the reading itself: a lag that went along with a motion would give the hand energy, this one never outlasts a count. A toggle that
+//! nobody feels is left alone: on a handle that no friction and no grip holds it is what damps, and the mean swings slowly.
 //!
-//! * in: position read [m]
+//! * in: position read [m], force of the patch [N]
 //! * out: position to show to the patch [m], within 1.3 counts of it along every axis
-//! * cost: 60 instructions of a Cortex-M4F, estimated
+//! * cost: 80 instructions of a Cortex-M4F, estimated
 //! * may fail: never
 
 use nalgebra::Vector3;
@@ -25,6 +26,10 @@ const QUIET: u16 = 200;
 /// Share of the newest reading a tick (1): 40 ms, four to ten periods of what toggled.
 const SHARE: f32 = 0.025;
 
+/// The force shakes when it changes by more than this a tick [N], low-passed with this share (1): about 18 mN RMS.
+const SHAKES_N: f32 = 15e-3;
+const SHAKES_SHARE: f32 = 0.02;
+
 /// Per axis: what was read and what is shown.
 #[derive(Clone, Copy, Debug, Default)]
 struct Axis {
@@ -34,6 +39,8 @@ struct Axis {
     way_m: f32,
     since: u16,
     turns: u8,
+    /// The mean is shown.
+    mean: bool,
 }
 
 /// Watches every axis.
@@ -41,18 +48,28 @@ struct Axis {
 pub struct Toggle {
     count_m: f32,
     axes: Option<[Axis; 3]>,
+    force_n: Vector3<f32>,
+    /// Change of the force a tick [N].
+    shakes_n: f32,
 }
 
 impl Toggle {
     /// For a sensor with this count [m]; zero for an ideal one, which never toggles.
     #[must_use]
     pub const fn new(count_m: f32) -> Self {
-        Self { count_m, axes: None }
+        Self { count_m, axes: None, force_n: Vector3::new(0.0, 0.0, 0.0), shakes_n: 0.0 }
     }
 
     /// Forgets all, after a fault.
     pub fn reset(&mut self) {
-        self.axes = None;
+        *self = Self::new(self.count_m);
+    }
+
+    /// What the patch answered to what was shown [N], every tick.
+    pub fn answered(&mut self, force_n: &Vector3<f32>) {
+        let change_n = super::length(&(force_n - self.force_n));
+        self.force_n = *force_n;
+        self.shakes_n += (change_n - self.shakes_n) * SHAKES_SHARE;
     }
 
     /// Position to show to the patch [m], every tick.
@@ -61,14 +78,14 @@ impl Toggle {
         let axes = self.axes.get_or_insert_with(fresh);
         let mut shown_m = *read_m;
         for ((axis, m), shown_m) in axes.iter_mut().zip(read_m.iter()).zip(shown_m.iter_mut()) {
-            *shown_m = axis.show(*m, self.count_m);
+            *shown_m = axis.show(*m, self.count_m, self.shakes_n > SHAKES_N);
         }
         shown_m
     }
 }
 
 impl Axis {
-    fn show(&mut self, read_m: f32, count_m: f32) -> f32 {
+    fn show(&mut self, read_m: f32, count_m: f32, shakes: bool) -> f32 {
         let way_m = read_m - self.read_m;
         self.read_m = read_m;
         if way_m != 0.0 {
@@ -82,11 +99,9 @@ impl Axis {
             }
         }
         let off_m = read_m - self.shown_m;
-        if self.turns < TURNS || off_m.abs() > LEFT * count_m {
-            self.shown_m = read_m;
-        } else {
-            self.shown_m += off_m * SHARE;
-        }
+        let on_edge = self.turns >= TURNS && off_m.abs() <= LEFT * count_m;
+        self.mean = on_edge && (self.mean || shakes);
+        self.shown_m = if self.mean { self.shown_m + off_m * SHARE } else { read_m };
         self.shown_m
     }
 }
@@ -99,15 +114,21 @@ mod tests {
 
     const COUNT_M: f32 = 50e-6;
 
-    fn shown(readings: impl Iterator<Item = i16>) -> Vec<f32> {
+    /// What a patch is shown that answers with so much force a count [N].
+    fn shown(readings: impl Iterator<Item = i16>, n_per_count: f32) -> Vec<f32> {
         let mut toggle = Toggle::new(COUNT_M);
-        readings.map(|n| toggle.show(&Vector3::new(0.0, 0.0, COUNT_M * f32::from(n))).z / COUNT_M).collect()
+        let mut show = |n| {
+            let shown = toggle.show(&Vector3::new(0.0, 0.0, COUNT_M * f32::from(n))).z / COUNT_M;
+            toggle.answered(&Vector3::new(0.0, 0.0, shown * n_per_count));
+            shown
+        };
+        readings.map(&mut show).collect()
     }
 
     #[test]
     fn what_moves_is_shown_as_it_is_read() {
         let moves = || (0..400_i16).map(|n| if n < 200 { n / 3 } else { (400 - n) / 3 }).chain([0, 2, 0, 2, 0]);
-        for (seen, read) in shown(moves()).iter().zip(moves()) {
+        for (seen, read) in shown(moves(), 0.1).iter().zip(moves()) {
             assert!((seen - f32::from(read)).abs() < 1e-4, "{seen} {read}");
         }
     }
@@ -115,17 +136,23 @@ mod tests {
     #[test]
     fn a_toggling_count_is_shown_as_its_mean_and_a_third_one_as_itself() {
         // three ticks below, one above
-        let seen = shown((0..400_i16).map(|n| i16::from(n % 4 == 3)).chain([2, 3]));
+        let seen = shown((0..400_i16).map(|n| i16::from(n % 4 == 3)).chain([2, 3]), 0.05);
         let settled = &seen[200..400];
         assert!(settled.iter().all(|s| (s - 0.25).abs() < 0.03), "{settled:?}");
         assert!((seen[400] - 2.0).abs() + (seen[401] - 3.0).abs() < 1e-4);
     }
 
     #[test]
+    fn a_toggle_that_is_not_felt_is_shown() {
+        let toggles = || (0..400_i16).map(|n| i16::from(n % 4 == 3));
+        assert!(shown(toggles(), 0.01).iter().zip(toggles()).all(|(s, r)| (s - f32::from(r)).abs() < 1e-4));
+    }
+
+    #[test]
     fn a_count_that_toggled_is_not_late_once_it_creeps_on() {
         // a toggle, then a count every 100 ms
         let creep = || (0..20_i16).map(|n| n / 3 % 2).chain((0..1000).map(|n| 1 + n / 100));
-        let late = shown(creep()).iter().zip(creep()).skip(220).filter(|(s, r)| (**s - f32::from(*r)).abs() > 1e-3).count();
+        let late = shown(creep(), 0.1).iter().zip(creep()).skip(220).filter(|(s, r)| (**s - f32::from(*r)).abs() > 1e-3).count();
         assert_eq!(late, 0, "ticks");
     }
 }
