@@ -3,7 +3,7 @@
 //! `image` (built, or given) -> `board` (the emulator and its link) -> `twin` (board and desktop side by side, compared to the bit) -> `press` (the finger) or
 //! `campaign` (contact, faults and recovery for as long as wanted).
 //!
-//! What a tick costs: `exec_log` (what was executed), `firmware_image` (whose code it is), `thumb` (which class), `instruction_mix` (cycles), `timing`.
+//! What a tick costs: `exec_log` (what was executed), `firmware_image` (whose code it is), `thumb` (which class), `instruction_mix` (cycles), `timing`; when ticks start and what is late: `timed`.
 
 pub mod board;
 pub mod campaign;
@@ -11,8 +11,10 @@ pub mod exec_log;
 pub mod firmware_image;
 pub mod image;
 pub mod instruction_mix;
+pub mod one_core;
 pub mod press;
 pub mod thumb;
+pub mod timed;
 pub mod timing;
 pub mod twin;
 

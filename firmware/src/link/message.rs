@@ -47,6 +47,8 @@ pub enum ToBoard<'a> {
     Report,
     /// Keep a profile over power-off, in `Idle`; it holds from the next start on.
     Store(Profile),
+    /// The actuators' supply is too low: for boards that cannot see it themselves.
+    SupplyLow,
 }
 
 /// What a host may ask of the mode machine; start-up is the board's own.

@@ -26,16 +26,18 @@ enum Mishap {
     Teleport,
     Stale,
     OutsideWorkspace,
+    SupplyLow,
     Stop,
 }
 
-const MISHAPS: [Mishap; 7] = [
+const MISHAPS: [Mishap; 8] = [
     Mishap::NotANumber,
     Mishap::None,
     Mishap::SensorFails,
     Mishap::Teleport,
     Mishap::Stale,
     Mishap::OutsideWorkspace,
+    Mishap::SupplyLow,
     Mishap::Stop,
 ];
 
@@ -100,6 +102,7 @@ pub fn run(twin: &mut Twin<'_>, ticks: u32, deepest_m: f32, mut progress: impl F
                     Mishap::SensorFails => reading.good = false,
                     Mishap::Teleport => reading.position_m.x += 0.02 * (n - at + 1) as f32,
                     Mishap::Stale => reading.fresh = false,
+                    Mishap::SupplyLow => twin.supply_low()?,
                     Mishap::Stop => ask = Some(HostAsk::Stop),
                 }
             }

@@ -159,6 +159,14 @@ impl<'a> Twin<'a> {
         Ok(there)
     }
 
+    /// The next tick finds the actuators' supply too low, on both.
+    ///
+    /// # Errors
+    /// The board has crashed.
+    pub fn supply_low(&mut self) -> Result<(), EmulateError> {
+        self.tell(&ToBoard::SupplyLow)
+    }
+
     fn tell(&mut self, message: &ToBoard<'_>) -> Result<(), EmulateError> {
         self.board.send(message)?;
         self.desk.take(message, &mut self.controller, None);
