@@ -170,7 +170,16 @@ fn bad_patches_and_raised_limits_are_refused_in_words() {
     assert_eq!(ask(&mut board, &ToBoard::LowerLimits(raised)), FromBoard::Refused(Refusal::LimitRises));
     let mut profile = Profile::desktop();
     assert_eq!(ask(&mut board, &ToBoard::Store(profile)), FromBoard::Stored(1));
+    // it starts up anew with it
+    assert_eq!(ask(&mut board, &ToBoard::Store(profile)), FromBoard::Refused(Refusal::NotIdle));
+    for sequence in 1..=3 {
+        let answer = ask(&mut board, &ToBoard::Pose { position_m: OUTSIDE_M.into(), sequence, good: true });
+        assert!(matches!(answer, FromBoard::Record(record) if record.tick == sequence), "{answer:?}");
+    }
     assert_eq!(ask(&mut board, &ToBoard::Store(profile)), FromBoard::Stored(2));
+    for sequence in 1..=3 {
+        ask(&mut board, &ToBoard::Pose { position_m: OUTSIDE_M.into(), sequence, good: true });
+    }
     profile.max_force_n = 1e3;
     assert_eq!(ask(&mut board, &ToBoard::Store(profile)), FromBoard::Refused(Refusal::ProfileRange));
     for refusal in [Refusal::NotIdle, Refusal::PatchDamaged, Refusal::PatchStep, Refusal::LimitRises] {
@@ -194,5 +203,34 @@ fn nothing_in_active_accepts_a_mesh() {
     twin.arm(OUTSIDE_M).unwrap();
     assert_eq!(refused_begin(twin.board()), Refusal::NotIdle);
     twin.tick(Reading::at(OUTSIDE_M), Some(HostAsk::Stop)).unwrap();
+    assert_eq!(twin.difference, None);
+}
+
+#[test]
+fn a_softer_tissue_comes_at_once_and_a_stiffer_one_when_nothing_touches() {
+    let mut memory = Box::new(Memory::RESERVED);
+    let board = Board::start(&image(), Machine::M4f, None).unwrap();
+    let mut twin = Twin::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
+    twin.arm(OUTSIDE_M).unwrap();
+    // from outside to 3 mm at 0.05 m/s, and back
+    let way = |n: u32| Vector3::new(0.0, 0.0, (2e-3 - 5e-5 * n as f32).max(-3e-3));
+    let hold = |twin: &mut Twin<'_>, ticks: std::ops::Range<u32>| {
+        ticks.map(|n| twin.tick(Reading::at(way(n)), None).unwrap().model_n[2]).last().unwrap()
+    };
+    let first_n = hold(&mut twin, 0..300);
+    twin.modulus(0.5).unwrap();
+    let softer_n = hold(&mut twin, 300..400);
+    twin.modulus(1.5).unwrap();
+    let asked_n = hold(&mut twin, 400..600);
+    let out: Vec<u32> = (0..150).rev().collect();
+    for n in out {
+        twin.tick(Reading::at(way(n)), None).unwrap();
+    }
+    let stiffer_n = hold(&mut twin, 0..300);
+    println!("{first_n} N, {softer_n} N softer, {asked_n} N asked to be stiffer, {stiffer_n} N after leaving");
+    let near = |force_n: f32, ratio: f32| (force_n / (first_n * ratio) - 1.0).abs() < 0.02;
+    assert!(near(softer_n, 0.5) && near(asked_n, 0.5) && near(stiffer_n, 1.5));
+    twin.board().send(&ToBoard::YoungsModulus(1e6)).unwrap();
+    assert_eq!(twin.board().receive().unwrap(), FromBoard::Refused(Refusal::ModulusOutOfRange));
     assert_eq!(twin.difference, None);
 }

@@ -32,6 +32,8 @@ pub enum Reply {
     Refused(Refusal),
     /// Only the owner of the patch can do it.
     Change(Change),
+    /// The patch under the hand takes another Young's modulus [Pa], as soon as it may.
+    Modulus(f32),
     /// Say how you are.
     Report,
     /// Keep this profile.
@@ -67,7 +69,11 @@ impl Desk {
                 Ok(()) => Reply::None,
                 Err(_) => Reply::Refused(Refusal::LimitRises),
             },
-            ToBoard::YoungsModulus(pascal) => idle(controller.mode(), Change::Modulus(pascal)),
+            ToBoard::YoungsModulus(pascal) => match controller.mode() {
+                Mode::Idle => Reply::Change(Change::Modulus(pascal)),
+                mode if mode.accepts(Request::Parameter) => Reply::Modulus(pascal),
+                _ => Reply::Refused(Refusal::NotIdle),
+            },
             ToBoard::PatchBegin(bytes) => idle(controller.mode(), Change::MakeRoom(bytes)),
             ToBoard::PatchPart { at, bytes } => match upload.map_or(Err(Refusal::PatchPieces), |memory| memory.part(at, bytes)) {
                 Ok(()) => Reply::None,
