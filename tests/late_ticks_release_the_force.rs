@@ -74,7 +74,7 @@ fn ticks_start_on_time_and_however_slow_the_core_no_miss_is_uncounted() {
         match run.watchdog_us {
             Some(silent_us) => assert!(silent_us <= 5_000, "{run:?}"),
             None => {
-                assert!(run.uncounted() == Some(0) && run.late_ticks > Some(0) && run.ended.contains("fault=ticks"), "{run:?}")
+                assert!(run.uncounted() == Some(0) && run.late_ticks > Some(0) && run.ended.contains("fault=ticks"), "{run:?}");
             }
         }
     }

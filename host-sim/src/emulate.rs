@@ -1,7 +1,7 @@
 //! The firmware's image in the emulator, driven in lock-step: one pose in, one record out, and the same controller beside it on this machine.
 //!
 //! `image` (built, or given) -> `board` (the emulator and its link) -> `twin` (board and desktop side by side, compared to the bit) -> `press` (the finger) or
-//! `campaign` (contact, faults and recovery for as long as wanted).
+//! `campaign` (contact, faults and recovery for as long as wanted). `in_loop`: the same board under the closed loop's hands.
 //!
 //! What a tick costs: `exec_log` (what was executed), `firmware_image` (whose code it is), `thumb` (which class), `instruction_mix` (cycles), `timing`; when ticks start and what is late: `timed`.
 
@@ -10,6 +10,7 @@ pub mod campaign;
 pub mod exec_log;
 pub mod firmware_image;
 pub mod image;
+pub mod in_loop;
 pub mod instruction_mix;
 pub mod one_core;
 pub mod press;
@@ -60,6 +61,9 @@ pub enum EmulateError {
     /// The board said no.
     #[error("the board refuses: {0}")]
     Refused(Refusal),
+    /// Board and desktop part.
+    #[error("board and desktop part: {0}")]
+    Differs(String),
     /// Something else than what was asked for.
     #[error("the board answered out of turn: {0}")]
     OutOfTurn(String),

@@ -2,7 +2,7 @@
 
 mod tell;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
@@ -12,15 +12,13 @@ use self::tell::{Emulated, print, write_timing};
 use super::Common;
 use super::press::{print_holds, with_progress};
 use crate::emulate::one_core::OneCore;
-use crate::emulate::{self, Board, EmulateError, Machine, Twin, campaign, timed, timing};
+use crate::emulate::{self, Board, Machine, Twin, campaign, timed, timing};
 use crate::error::Error;
 use crate::output::OutputFolder;
 use crate::scene::Scene;
 use crate::session::Session;
 use crate::summary;
 
-/// Too large for the default board.
-const LARGE_PATCH: &str = "block-m7-480.patch";
 /// Ticks of contact, faults and recovery beside the press.
 const TICKS: u32 = 10_000;
 /// The same of a quick run.
@@ -59,14 +57,17 @@ pub(super) struct EmulateArgs {
 impl EmulateArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let mut scene = Scene::load(&self.common.scene)?;
-        scene.solver.patch = Some(self.patch_of(&scene)?);
+        let patch_file = match &self.patch {
+            Some(path) => path.clone(),
+            None => emulate::image::patch_for(&scene)?,
+        };
+        scene.solver.patch = Some(patch_file.clone());
         let session = Session::prepare(&scene)?;
         let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
         let words = words(&bytes);
         let patch = &bytemuck::cast_slice(&words)[..bytes.len()];
         let image = emulate::image::find(self.image.as_deref())?;
-        let large = scene.solver.patch.as_deref().and_then(Path::file_name).is_some_and(|name| name == LARGE_PATCH);
-        let machine = self.board.unwrap_or(if large { Machine::M7 } else { Machine::M4f });
+        let machine = self.board.unwrap_or_else(|| emulate::image::machine_for(&patch_file));
         let turns = OneCore::stay();
         let board = Board::start(&image, machine, None)?;
         let mut memory = Box::new(Memory::RESERVED);
@@ -126,21 +127,6 @@ impl EmulateArgs {
             return Err(Error::Check(format!("board and desktop part: {difference}")));
         }
         press.check(&scene.drive)
-    }
-
-    /// The patch that stands for a scene on the board.
-    fn patch_of(&self, scene: &Scene) -> Result<PathBuf, Error> {
-        if let Some(path) = self.patch.clone().or_else(|| scene.solver.patch.clone()) {
-            return Ok(path);
-        }
-        let name = match scene {
-            // a lump falls between the nodes of the small patch
-            Scene { tissue, .. } if tissue.block_m.is_some() && !tissue.inclusion.is_empty() => LARGE_PATCH,
-            Scene { tissue, .. } if tissue.block_m.is_some() => "block-m4f-168.patch",
-            Scene { name, .. } if name.contains("liver") => "liver-m4f-168.patch",
-            _ => return Err(EmulateError::NoPatch(scene.name.clone()).into()),
-        };
-        Ok(emulate::image::repository()?.join(Path::new("firmware/patches").join(name)))
     }
 }
 
