@@ -18,7 +18,7 @@ use palpate_tests::packed;
 fn prepared(scene: &str, patch: &str, device: &DeviceProfile) -> (InLoop, Target) {
     let mut scene = Scene::load(scene).unwrap();
     scene.solver.patch = Some(packed::shipped(patch));
-    let tissue = Prepared::of(&scene, device).unwrap();
+    let tissue = Prepared::as_packed(&scene, device).unwrap();
     let image = build_firmware(Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap(), &[]).unwrap();
     let board = InLoop::new(image, Machine::M4f, &tissue).unwrap();
     (board, Target::Tissue(Box::new(tissue), scene.tissue.youngs_modulus_pa))

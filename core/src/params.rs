@@ -204,7 +204,7 @@ impl Params {
     }
 
     /// Takes these parameters in place of those that `tuned` was built with, where only Young's modulus differs; the state stays as it is. Between two
-    /// ticks: 40 instructions a node and 60 a triangle of a Cortex-M4F. They must have passed [`Params::check`].
+    /// ticks. They must have passed [`Params::check`].
     pub fn retune(&self, model: &Model, tuned: &mut Tuned<'_>) {
         let (node_step, cap_m) = (core::mem::take(&mut tuned.node_step), core::mem::take(&mut tuned.cap_m));
         self.weigh(model, node_step, cap_m);

@@ -47,7 +47,9 @@ pub enum EmulateError {
     #[error("cannot read {0}: build one with `cargo fw`")]
     NoImage(PathBuf),
     /// There is no patch small enough for the board.
-    #[error("scene {0} has no patch for a board: give one with --patch FILE (`palpate plan` and `palpate mesh pack` make them)")]
+    #[error(
+        "scene {0} has no patch for a board: give one with patch = \"FILE\" under [solver], or `emulate --patch FILE` (`palpate plan` and `palpate mesh pack` make them)"
+    )]
     NoPatch(String),
     /// The link broke.
     #[error("the link to the emulated board broke: {0}")]

@@ -223,7 +223,7 @@ impl Report {
             broken.push(format!("the controller changes the static force by {error_pct:.2} %"));
         }
         let Target::Tissue(tissue, youngs_modulus_pa) = target else { return broken };
-        if !tissue.taps_held {
+        if tissue.substeps_chosen && !tissue.taps_held {
             let [slow, fast] = tissue.tap_errors.map(|e| e * 100.0);
             broken.push(format!(
                 "taps at 0.2 and 0.5 m/s are {slow:.1} and {fast:.1} % off (2 and 7.5 are promised), or crush a tet below J = 0.2"

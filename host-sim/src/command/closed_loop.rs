@@ -139,7 +139,7 @@ impl LoopArgs {
             let mut scene = Scene::load(&self.common.scene)?;
             let patch = self.emulated.then(|| image::patch_for(&scene)).transpose()?;
             scene.solver.patch = patch.clone().or(scene.solver.patch);
-            let prepared = Prepared::of(&scene, device)?;
+            let prepared = if self.emulated { Prepared::as_packed(&scene, device)? } else { Prepared::of(&scene, device)? };
             let board = match patch {
                 Some(patch) => Some(InLoop::new(image::find(self.image.as_deref())?, image::machine_for(&patch), &prepared)?),
                 None => None,
