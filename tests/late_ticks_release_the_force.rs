@@ -1,15 +1,21 @@
 //! What the controller does when the core is too slow for its millisecond. Slowness is the emulator's: every instruction takes 2^shift ns.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use palpate_firmware::script::LEAD_TICKS;
+use palpate_sim::emulate::{self, timed};
 use palpate_tests::emulator::{Machine, Outcome, Run, build_firmware};
 
+/// Where the planted crash is no crash: one tick of a press takes a period too long.
+const DAWDLES_ONCE: usize = 14;
+
+fn image(features: &[&str]) -> PathBuf {
+    build_firmware(Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap(), features).unwrap()
+}
+
 fn run(shift: u32) -> Outcome {
-    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
-    let elf = build_firmware(target, &[]).unwrap();
     Run { machine: Machine::An386, shift, ticks: 1_000, lead_ticks: LEAD_TICKS, planted: None, exec_log: None }
-        .start(&elf)
+        .start(&image(&[]))
         .unwrap()
 }
 
@@ -33,4 +39,44 @@ fn a_tick_without_end_meets_the_watchdog() {
     let silent_us = outcome.number("silent_us").unwrap_or_else(|| panic!("no word from the watchdog: {}", outcome.text));
     assert!(silent_us <= 5_000, "the outputs were off {silent_us} us after the last completed tick");
     assert_eq!(outcome.exit_status, Some(1));
+}
+
+#[test]
+fn one_late_tick_is_counted_borne_and_forgotten() {
+    let run = Run {
+        machine: Machine::An386,
+        shift: 3,
+        ticks: 1_000,
+        lead_ticks: LEAD_TICKS,
+        planted: Some(DAWDLES_ONCE),
+        exec_log: None,
+    };
+    let outcome = run.start(&image(&["planted-crash"])).unwrap();
+    let result = outcome.result().unwrap();
+    assert_eq!((result.overruns, result.faults), (1, 0), "{}", outcome.text);
+    let [missed, periods] = ["missed_periods", "periods"].map(|key| outcome.number(key).unwrap());
+    assert_eq!((missed, periods), (1, u64::from(result.ticks) + missed), "{}", outcome.text);
+    assert!(outcome.text.contains("mode=active fault=none"), "{}", outcome.text);
+}
+
+#[test]
+fn ticks_start_on_time_and_however_slow_the_core_no_miss_is_uncounted() {
+    let elf = image(&[]);
+    let in_time = timed::run(&elf, emulate::Machine::M4f, timed::IN_TIME_SHIFT, 2_000).unwrap();
+    println!("{in_time:?}");
+    assert_eq!((in_time.late_ticks, in_time.uncounted()), (Some(0), Some(0)));
+    let [first, last] = in_time.start_instructions.unwrap();
+    // the log's frames go out once a second with interrupts off
+    assert!(first > 50.0 && last < 400.0, "ticks start {first} to {last} instructions after the timer's edge");
+    let slow = timed::overruns(&elf, emulate::Machine::M4f).unwrap();
+    for run in &slow {
+        println!("{run:?}");
+        match run.watchdog_us {
+            Some(silent_us) => assert!(silent_us <= 5_000, "{run:?}"),
+            None => {
+                assert!(run.uncounted() == Some(0) && run.late_ticks > Some(0) && run.ended.contains("fault=ticks"), "{run:?}");
+            }
+        }
+    }
+    assert!(slow.iter().any(|run| run.watchdog_us.is_some()) && slow.iter().any(|run| run.watchdog_us.is_none()));
 }

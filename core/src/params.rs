@@ -131,7 +131,7 @@ impl Default for Params {
 }
 
 /// What the tick reads of [`Params`]; derived once, so that the tick divides by no user value.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub struct Tuned<'a> {
     pub(crate) terms: Terms,
     pub(crate) probe: Probe,
@@ -154,9 +154,9 @@ pub struct Tuned<'a> {
     pub(crate) compensation: f32,
     pub(crate) contact_damping_s: f32,
     /// `E dt / m` of every node [m/s per (N/Pa)], 0 for anchors, shape \[nodes\].
-    pub(crate) node_step: &'a [f32],
+    pub(crate) node_step: &'a mut [f32],
     /// Largest foundation slope over E [m], one per surface triangle.
-    pub(crate) cap_m: &'a [f32],
+    pub(crate) cap_m: &'a mut [f32],
 }
 
 impl Tuned<'_> {
@@ -199,6 +199,20 @@ impl Params {
         let node_step = &mut node_step[..model.nodes.len()];
         let cap_m = &mut cap_m[..model.triangles.len()];
 
+        self.weigh(model, node_step, cap_m);
+        Ok(self.derive(node_step, cap_m))
+    }
+
+    /// Takes these parameters in place of those that `tuned` was built with, where only Young's modulus differs; the state stays as it is. Between two
+    /// ticks. They must have passed [`Params::check`].
+    pub fn retune(&self, model: &Model, tuned: &mut Tuned<'_>) {
+        let (node_step, cap_m) = (core::mem::take(&mut tuned.node_step), core::mem::take(&mut tuned.cap_m));
+        self.weigh(model, node_step, cap_m);
+        *tuned = self.derive(node_step, cap_m);
+    }
+
+    /// Masses and caps of a model that was checked.
+    fn weigh(&self, model: &Model, node_step: &mut [f32], cap_m: &mut [f32]) {
         let e = self.youngs_modulus_pa;
         let dt = self.tick_s / f32::from(self.substeps);
         // masses over E T^2 [m], T the tick: what a stiffness over E is compared with. T, not the substep: the tissue's inertia then
@@ -213,7 +227,7 @@ impl Params {
         for (cap, triangle) in cap_m.iter_mut().zip(model.triangles) {
             let mut least = f32::INFINITY;
             for (&n, share) in triangle.node.iter().zip(triangle.share) {
-                let backed = node_step[usize::from(n)] * share;
+                let backed = node_step.get(usize::from(n)).map_or(0.0, |mass| mass * share);
                 if backed < least {
                     least = backed;
                 }
@@ -224,13 +238,14 @@ impl Params {
             *mass = dt / (*mass * tick_squared);
         }
         for &anchor in model.anchors {
-            node_step[usize::from(anchor)] = 0.0;
+            if let Some(step) = node_step.get_mut(usize::from(anchor)) {
+                *step = 0.0;
+            }
         }
-        Ok(self.derive(node_step, cap_m))
     }
 
     /// The scalars, with masses and caps as given.
-    pub(crate) fn derive<'a>(&self, node_step: &'a [f32], cap_m: &'a [f32]) -> Tuned<'a> {
+    pub(crate) fn derive<'a>(&self, node_step: &'a mut [f32], cap_m: &'a mut [f32]) -> Tuned<'a> {
         let e = self.youngs_modulus_pa;
         let dt = self.tick_s / f32::from(self.substeps);
         Tuned {

@@ -14,7 +14,7 @@ use crate::link::message::Bounds;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const MAGIC: u32 = 0x5041_4C50;
-const VERSION: u16 = 1;
+const VERSION: u16 = 2;
 const HEAD: usize = 12;
 const TAIL: usize = 4;
 /// Bytes of a slot that are used.
@@ -31,6 +31,12 @@ pub struct Profile {
     pub max_force_n: f32,
     /// Whole ticks between a force and its acting.
     pub delay_ticks: u8,
+    /// Corners of the workspace with the smallest and the largest coordinates [m].
+    pub workspace_m: [[f32; 3]; 2],
+    /// One encoder count at the probe [m]; zero for an ideal sensor.
+    pub count_m: f32,
+    /// Time constant of amplifier and motor [s].
+    pub lag_s: f32,
     /// Encoder counts at the device's centre.
     pub centre_counts: [i32; 3],
 }
@@ -39,13 +45,22 @@ impl Profile {
     /// The desktop stylus with safe damping.
     #[must_use]
     pub fn desktop() -> Self {
-        let settings = Settings::safe(&Edge::DESKTOP.limits());
+        let device = Edge::DESKTOP.limits();
+        Self::of(&Settings::safe(&device), &device)
+    }
+
+    /// A device with settings that are [`Settings::safe`] but for limits and damping.
+    #[must_use]
+    pub fn of(settings: &Settings, device: &DeviceLimits) -> Self {
         let damping = settings.damping;
         Self {
             limits: (&settings.limits).into(),
             damping: [damping.tau_s, damping.constant_n_s_per_m, damping.velocity_share],
-            max_force_n: Edge::DESKTOP.limits().max_force_n,
-            delay_ticks: 1,
+            max_force_n: device.max_force_n,
+            delay_ticks: device.delay_ticks,
+            workspace_m: [device.workspace_low_m.into(), device.workspace_high_m.into()],
+            count_m: device.count_m,
+            lag_s: device.lag_s,
             centre_counts: [0; 3],
         }
     }
@@ -53,7 +68,15 @@ impl Profile {
     /// Settings of the loop, and the device.
     #[must_use]
     pub fn split(&self) -> (Settings, Edge) {
-        let limits = DeviceLimits { max_force_n: self.max_force_n, delay_ticks: self.delay_ticks, ..Edge::DESKTOP.limits() };
+        let [low_m, high_m] = self.workspace_m.map(Into::into);
+        let limits = DeviceLimits {
+            max_force_n: self.max_force_n,
+            workspace_low_m: low_m,
+            workspace_high_m: high_m,
+            count_m: self.count_m,
+            delay_ticks: self.delay_ticks,
+            lag_s: self.lag_s,
+        };
         let mut settings = Settings::safe(&limits);
         settings.limits = (&self.limits).into();
         let [tau_s, constant_n_s_per_m, velocity_share] = self.damping;

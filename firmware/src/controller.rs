@@ -47,6 +47,21 @@ impl Controller {
         self.cycle.mode()
     }
 
+    /// Starts up anew with other settings and another device; nobody feels anything until it is armed again.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names the setting; nothing changes then.
+    pub fn restart(&mut self, settings: &Settings, edge: Edge) -> Result<(), BuildError> {
+        *self = Self::build(settings, edge, self.arming)?;
+        Ok(())
+    }
+
+    /// Whether the last pose touched the patch.
+    #[must_use]
+    pub fn in_contact(&self) -> bool {
+        self.cycle.in_contact()
+    }
+
     /// The limits.
     #[must_use]
     pub fn limits(&self) -> &LimitValues {

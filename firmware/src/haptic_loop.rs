@@ -44,6 +44,8 @@ pub struct HapticLoop {
     deadline: Deadline,
     /// Periods that the last tick ran over, for the cycle to bear or to refuse.
     late_ticks: u16,
+    /// The period of the last tick.
+    period: u32,
     found: Option<Fault>,
     seen: telemetry::Snapshot,
     forces: Fnv,
@@ -56,6 +58,7 @@ impl HapticLoop {
             controller,
             deadline: Deadline::default(),
             late_ticks: 0,
+            period: 0,
             found: None,
             seen: telemetry::Snapshot::START,
             forces: Fnv::default(),
@@ -75,10 +78,13 @@ impl HapticLoop {
     ///
     /// Nothing is logged from here: a log call blocks on its link.
     pub fn tick(&mut self, tissue: &mut Tissue<'_>, sensed: Sensed, command: Command, period: Option<u32>) -> Record {
+        let (missed, waited) = self.begin(period);
         let started = board::clock_counts();
         #[cfg(feature = "planted-crash")]
         plant::pass(Place::Tick);
-        let command = Command { found: self.found.take(), late_ticks: self.late_ticks, ..command };
+        let supply = board::supply_low().then_some(Fault::SupplyLow);
+        let found = self.found.take().or(supply).or(command.found);
+        let command = Command { found, late_ticks: self.late_ticks.max(missed), ..command };
         let told = self.controller.step(tissue, sensed, command, board::healthy());
         let mut outputs = force_out::outputs(self.controller.drive());
         board::write_outputs(outputs);
@@ -104,10 +110,23 @@ impl HapticLoop {
         seen.longest_tick_counts = seen.longest_tick_counts.max(spent);
         seen.ticks = seen.ticks.wrapping_add(1);
         seen.overruns = seen.overruns.saturating_add(u32::from(late > 0));
+        seen.missed_periods = seen.missed_periods.saturating_add(missed.into());
+        if let Some(waited) = waited {
+            seen.starts = seen.starts.map_or(Some([waited; 2]), |[least, most]| Some([least.min(waited), most.max(waited)]));
+        }
         seen.faults += u32::from(told.mode == Mode::Fault);
         (seen.mode, seen.fault, seen.force_n) = (told.mode, told.fault, told.applied_n.into());
         self.forces.vector(told.applied_n);
         Record::new(&told, outputs, spent)
+    }
+
+    /// Periods that went by since the last tick's, and how long ago this one began. By the numbers of both: a period that begins while a late
+    /// tick ends is seen here at the latest.
+    fn begin(&mut self, period: Option<u32>) -> (u16, Option<u32>) {
+        let Some(period) = period else { return (0, None) };
+        let missed = period.wrapping_sub(self.period).saturating_sub(1);
+        self.period = period;
+        (u16::try_from(missed).unwrap_or(u16::MAX), Some(board::since_period_counts()))
     }
 }
 
@@ -123,7 +142,8 @@ pub async fn run_script(mut haptic: HapticLoop, mut tissue: Tissue<'static>, scr
     }
     board::outputs_off();
     let (last, state_hash, force_hash) = (haptic.seen, tissue.state().1, haptic.forces.finish());
-    telemetry::finish(telemetry::Result { last, state_hash, force_hash });
+    let periods = PERIODS_BEGUN.load(Ordering::Relaxed);
+    telemetry::finish(telemetry::Result { last, state_hash, force_hash, periods });
     loop {
         PERIOD.wait().await;
         board::feed_watchdog();

@@ -4,7 +4,7 @@
 //! one is counted and dropped, whole; the next zero byte begins a new one.
 //!
 //! ```text
-//! host -> board   pose (ends a lock-step tick), heartbeat, ask, lower limits, modulus, patch begin / part / end, report
+//! host -> board   pose (ends a lock-step tick), heartbeat, ask, lower limits, modulus, patch begin / part / end, supply low, report
 //! board -> host   record of a tick, refusal, patch taken, state
 //! ```
 

@@ -1,8 +1,9 @@
 //! The tissue core bound to this image: patch in flash, state in RAM. The only file that names the core's types.
 
 use palpate::haptic::cycle::Renderer;
-use palpate::{BuildError, Fault, Model, Node, Output, PatchFile, ProbePose, State, TetShapes, Tuned};
+use palpate::{BuildError, Fault, Model, Node, Output, Params, PatchFile, ProbePose, State, TetShapes, Tuned};
 
+use crate::link::Refusal;
 use crate::placement::Placement;
 
 /// Nodes that the reserved RAM holds.
@@ -49,7 +50,12 @@ impl Memory {
 /// One patch under the device, ready to tick. A renderer in the device's frame.
 pub struct Patch<'a> {
     model: Model<'a>,
+    params: Params,
     tuned: Tuned<'a>,
+    /// Young's modulus as it was packed [Pa].
+    packed_pa: f32,
+    /// The one that is to come [Pa].
+    asked_pa: Option<f32>,
     state: State<'a>,
     placement: Placement,
     /// The next tick puts the patch to rest.
@@ -77,8 +83,9 @@ impl<'a> Patch<'a> {
         let file = PatchFile::open(bytes)?;
         let (model, mut params) = (file.model, file.params);
         within(SUBSTEP, params.tick_s / f32::from(params.substeps.max(1)), 0.0, file.stable_dt_s)?;
+        let packed_pa = params.youngs_modulus_pa;
         if let Some(asked) = youngs_modulus_pa {
-            within(MODULUS, asked, 0.5 * params.youngs_modulus_pa, 2.0 * params.youngs_modulus_pa)?;
+            within(MODULUS, asked, 0.5 * packed_pa, 2.0 * packed_pa)?;
             params.youngs_modulus_pa = asked;
         }
         let placement = Placement::new(file.site_m, params.probe.axis);
@@ -88,7 +95,28 @@ impl<'a> Patch<'a> {
         #[cfg(target_os = "none")]
         let shapes: &mut [TetShapes] = &mut [];
         let state = State::new(&model, &mut memory.nodes, &mut memory.candidates, shapes)?;
-        Ok(Self { model, tuned, state, placement, resting: false })
+        Ok(Self { model, params, tuned, packed_pa, asked_pa: None, state, placement, resting: false })
+    }
+
+    /// Asks for another Young's modulus [Pa], in any state: [`Patch::settle`] takes it.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`]: not between half and twice the packed one.
+    pub fn ask_modulus(&mut self, youngs_modulus_pa: f32) -> Result<(), BuildError> {
+        within(MODULUS, youngs_modulus_pa, 0.5 * self.packed_pa, 2.0 * self.packed_pa)?;
+        self.asked_pa = Some(youngs_modulus_pa);
+        Ok(())
+    }
+
+    /// Before a tick: takes what was asked. What stiffens waits until nothing touches: stiffened under the probe, the tissue would give energy that
+    /// nobody brought.
+    pub fn settle(&mut self, in_contact: bool) {
+        let Some(asked_pa) = self.asked_pa.filter(|pascal| !in_contact || *pascal < self.params.youngs_modulus_pa) else {
+            return;
+        };
+        self.asked_pa = None;
+        self.params.youngs_modulus_pa = asked_pa;
+        self.params.retune(&self.model, &mut self.tuned);
     }
 
     /// Hash of all positions and velocities.
@@ -129,6 +157,23 @@ impl Tissue<'_> {
     #[must_use]
     pub fn state(&self) -> (usize, u64) {
         self.0.as_ref().map_or((0, 0), |patch| (patch.model().nodes.len(), patch.state_hash()))
+    }
+}
+
+impl Tissue<'_> {
+    /// As [`Patch::ask_modulus`].
+    ///
+    /// # Errors
+    /// The same, or that there is no patch.
+    pub fn ask_modulus(&mut self, youngs_modulus_pa: f32) -> Result<(), Refusal> {
+        Ok(self.0.as_mut().ok_or(Refusal::NoPatch)?.ask_modulus(youngs_modulus_pa)?)
+    }
+
+    /// As [`Patch::settle`].
+    pub fn settle(&mut self, in_contact: bool) {
+        if let Some(patch) = &mut self.0 {
+            patch.settle(in_contact);
+        }
     }
 }
 

@@ -23,7 +23,7 @@ pub enum Place {
 }
 
 /// Every site: where, and what goes wrong.
-const SITES: [(Place, fn()); 14] = [
+const SITES: [(Place, fn()); 15] = [
     (Place::Tick, panics),
     (Place::Written, indexes_past_the_end),
     (Place::Report, unwraps_nothing),
@@ -38,6 +38,7 @@ const SITES: [(Place, fn()); 14] = [
     (Place::Written, board::crash::pends_a_stray_interrupt),
     (Place::Tick, hangs),
     (Place::Thread, board::crash::stops_the_timer),
+    (Place::Tick, dawdles_once),
 ];
 
 /// Ticks before the crash.
@@ -90,6 +91,14 @@ fn overflows_the_stack() {
         overflows_the_stack();
     }
     black_box(room);
+}
+
+/// One tick of a press takes half a period too long; no crash, and nothing before or after it is late.
+#[inline(never)]
+fn dawdles_once() {
+    const TICK: u32 = 900;
+    let begun = board::clock_counts();
+    while TICKS.load(Ordering::Relaxed) == TICK && board::counts_to_ns(board::clock_counts().wrapping_sub(begun)) < 1_000_000 {}
 }
 
 #[inline(never)]

@@ -154,8 +154,17 @@ async fn serve(
                 Reply::None | Reply::Tick => {}
                 Reply::Refused(refusal) => line.send(&FromBoard::Refused(refusal)),
                 Reply::Change(change) => return change,
+                Reply::Modulus(pascal) => {
+                    if let Err(refusal) = tissue.ask_modulus(pascal) {
+                        line.send(&FromBoard::Refused(refusal));
+                    }
+                }
                 Reply::Store(profile) => {
                     let kept = config::store(&mut board::ProfileMemory, &profile).map_err(Refusal::from);
+                    let kept = kept.and_then(|generation| {
+                        let (settings, edge) = profile.split();
+                        haptic.controller.restart(&settings, edge).map(|()| generation).map_err(|_| Refusal::ProfileRange)
+                    });
                     line.send(&kept.map_or_else(FromBoard::Refused, FromBoard::Stored));
                 }
                 Reply::Report => report(tissue, line),
@@ -167,6 +176,7 @@ async fn serve(
             line.receiver.forget();
         }
         newest = board::sense().or(sensed).unwrap_or(newest);
+        tissue.settle(haptic.controller.in_contact());
         let record = haptic.tick(tissue, newest, command, period);
         if pace == Pace::LockStep || record.tick.is_multiple_of(RECORD_TICKS) {
             line.send(&FromBoard::Record(record));

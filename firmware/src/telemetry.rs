@@ -15,10 +15,14 @@ pub struct Snapshot {
     pub ticks: u32,
     /// Ticks that ended after their period.
     pub overruns: u32,
+    /// Periods without a tick: they went by under a late one.
+    pub missed_periods: u32,
     /// Ticks that ended in the mode `Fault`.
     pub faults: u32,
     /// Longest tick so far, in counts of the board's clock.
     pub longest_tick_counts: u32,
+    /// From the tick timer's edge to the tick, least and most so far, in counts of the board's clock.
+    pub starts: Option<[u32; 2]>,
     /// Mode.
     pub mode: Mode,
     /// Why it is `Fault`.
@@ -29,8 +33,17 @@ pub struct Snapshot {
 
 impl Snapshot {
     /// Nothing has happened yet.
-    pub const START: Self =
-        Self { ticks: 0, overruns: 0, faults: 0, longest_tick_counts: 0, mode: Mode::Boot, fault: None, force_n: [0.0; 3] };
+    pub const START: Self = Self {
+        ticks: 0,
+        overruns: 0,
+        missed_periods: 0,
+        faults: 0,
+        longest_tick_counts: 0,
+        starts: None,
+        mode: Mode::Boot,
+        fault: None,
+        force_n: [0.0; 3],
+    };
 }
 
 /// The outcome of a run of limited length.
@@ -42,6 +55,8 @@ pub struct Result {
     pub state_hash: u64,
     /// Hash of every tick's force.
     pub force_hash: u64,
+    /// Periods that the tick timer began.
+    pub periods: u32,
 }
 
 #[derive(Clone, Copy)]
@@ -94,7 +109,7 @@ fn running(seen: &Snapshot) {
     );
 }
 
-fn finished(Result { last, state_hash, force_hash }: &Result) {
+fn finished(Result { last, state_hash, force_hash, periods }: &Result) {
     running(last);
     let Snapshot { ticks, overruns, faults, .. } = *last;
     defmt::info!(
@@ -106,6 +121,9 @@ fn finished(Result { last, state_hash, force_hash }: &Result) {
         faults
     );
     board::print(format_args!("longest_tick_ns={}", board::counts_to_ns(last.longest_tick_counts)));
+    let [earliest, latest] = last.starts.unwrap_or_default().map(board::counts_to_ns);
+    board::print(format_args!("earliest_start_ns={earliest} latest_start_ns={latest}"));
+    board::print(format_args!("periods={periods} missed_periods={}", last.missed_periods));
     board::print(format_args!("stack_used={} stack_bytes={}", board::stack_used_bytes(), board::STACK_BYTES));
     board::print(format_args!("mode={} fault={}", words::mode(last.mode), words::fault(last.fault)));
     board::print(format_args!(

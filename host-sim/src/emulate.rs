@@ -1,18 +1,21 @@
 //! The firmware's image in the emulator, driven in lock-step: one pose in, one record out, and the same controller beside it on this machine.
 //!
 //! `image` (built, or given) -> `board` (the emulator and its link) -> `twin` (board and desktop side by side, compared to the bit) -> `press` (the finger) or
-//! `campaign` (contact, faults and recovery for as long as wanted).
+//! `campaign` (contact, faults and recovery for as long as wanted). `in_loop`: the same board under the closed loop's hands.
 //!
-//! What a tick costs: `exec_log` (what was executed), `firmware_image` (whose code it is), `thumb` (which class), `instruction_mix` (cycles), `timing`.
+//! What a tick costs: `exec_log` (what was executed), `firmware_image` (whose code it is), `thumb` (which class), `instruction_mix` (cycles), `timing`; when ticks start and what is late: `timed`.
 
 pub mod board;
 pub mod campaign;
 pub mod exec_log;
 pub mod firmware_image;
 pub mod image;
+pub mod in_loop;
 pub mod instruction_mix;
+pub mod one_core;
 pub mod press;
 pub mod thumb;
+pub mod timed;
 pub mod timing;
 pub mod twin;
 
@@ -44,7 +47,9 @@ pub enum EmulateError {
     #[error("cannot read {0}: build one with `cargo fw`")]
     NoImage(PathBuf),
     /// There is no patch small enough for the board.
-    #[error("scene {0} has no patch for a board: give one with --patch FILE (`palpate plan` and `palpate mesh pack` make them)")]
+    #[error(
+        "scene {0} has no patch for a board: give one with patch = \"FILE\" under [solver], or `emulate --patch FILE` (`palpate plan` and `palpate mesh pack` make them)"
+    )]
     NoPatch(String),
     /// The link broke.
     #[error("the link to the emulated board broke: {0}")]
@@ -58,6 +63,9 @@ pub enum EmulateError {
     /// The board said no.
     #[error("the board refuses: {0}")]
     Refused(Refusal),
+    /// Board and desktop part.
+    #[error("board and desktop part: {0}")]
+    Differs(String),
     /// Something else than what was asked for.
     #[error("the board answered out of turn: {0}")]
     OutOfTurn(String),

@@ -28,7 +28,7 @@ pub const FASTEST_M_PER_S: f32 = 100.0;
 pub fn advance(model: &Model, tuned: &Tuned, state: &mut State, region: Region) -> Result<u16, Fault> {
     let (keep, dt) = (tuned.keep, tuned.substep_s);
     let mut active = 0;
-    for ((node, &step), rest) in state.nodes.iter_mut().zip(tuned.node_step).zip(model.nodes) {
+    for ((node, &step), rest) in state.nodes.iter_mut().zip(tuned.node_step.iter()).zip(model.nodes) {
         if step == 0.0 {
             continue;
         }

@@ -3,9 +3,9 @@
 //! * `start_executors() -> (haptic, background)`, the first preempting the second;
 //! * `start_tick_timer()`, which calls [`crate::haptic_loop::on_period`] from an interrupt above both, every millisecond, and arms the watchdog;
 //! * `feed_watchdog()`, without which the board calls [`crate::safety::stop`] after some periods, above every interrupt;
-//! * `clock_counts() -> u32`, free running and wrapping, and `counts_to_ns`;
+//! * `clock_counts() -> u32`, free running and wrapping, and `counts_to_ns`; `since_period_counts()`, the same since the tick timer's last edge;
 //! * `write_outputs(outputs)`, `outputs()` to read them back from the pins, and `outputs_off()`, fit for any context, a fault handler included;
-//! * `healthy()`, the board's part of the self-test;
+//! * `healthy()`, the board's part of the self-test; `supply_low()`, whether the actuators' supply is too low now;
 //! * `stack_used_bytes()`, the deepest the stack has been, of `STACK_BYTES`;
 //! * `barred()`, whether the watchdog has reset the board too often ([`palpate_firmware::resets`]), `count_millisecond()` for its clock, and
 //!   `after_crash() -> !`, what follows when the outputs are off and the reason is said;
@@ -48,7 +48,7 @@ mod nucleo_h743zi;
 #[cfg(feature = "nucleo-h743zi")]
 pub use nucleo_h743zi::{
     ProfileMemory, after_crash, barred, clock_counts, counts_to_ns, duty, exit, feed_watchdog, healthy, link_read, link_write,
-    outputs, outputs_off, print, sense, start_executors, start_tick_timer, write_outputs,
+    outputs, outputs_off, print, sense, since_period_counts, start_executors, start_tick_timer, supply_low, write_outputs,
 };
 
 #[cfg(not(any(feature = "mps2", feature = "nucleo-h743zi")))]
@@ -60,5 +60,5 @@ mod mps2;
 #[cfg(feature = "mps2")]
 pub use mps2::{
     ProfileMemory, after_crash, barred, clock_counts, counts_to_ns, duty, exit, feed_watchdog, healthy, link_read, link_write,
-    outputs, outputs_off, print, sense, start_executors, start_tick_timer, write_outputs,
+    outputs, outputs_off, print, sense, since_period_counts, start_executors, start_tick_timer, supply_low, write_outputs,
 };

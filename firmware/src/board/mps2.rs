@@ -130,9 +130,17 @@ fn set_priority(interrupt: Interrupt) {
     unsafe { nvic.set_priority(interrupt, priority(interrupt)) };
 }
 
+/// What the tick timer counts down from: it passes through zero.
+const PERIOD: u32 = CLOCK_HZ / TICK_HZ - 1;
+
+/// Counts since the tick timer's last edge.
+pub fn since_period_counts() -> u32 {
+    // SAFETY: a read without side effects, of a timer that nothing but this file touches.
+    PERIOD - unsafe { TIMER0_VALUE.read_volatile() }.min(PERIOD)
+}
+
 /// Starts the 1 kHz timer and the watchdog over the loop it drives.
 pub fn start_tick_timer() {
-    const PERIOD: u32 = CLOCK_HZ / TICK_HZ - 1; // the counter passes through zero
     set_priority(Interrupt::TickTimer);
     // SAFETY: timer 0 belongs to this file; its handler is in the table above.
     unsafe {
@@ -216,6 +224,11 @@ pub fn healthy() -> bool {
 /// Writes one line of plain text to the emulator's standard error; standard output carries the log frames.
 pub fn print(line: fmt::Arguments<'_>) {
     semihosting::eprintln!("{line}");
+}
+
+/// These images have no supply to watch: the host says when it is low.
+pub fn supply_low() -> bool {
+    false
 }
 
 /// These images have no encoders: poses come over the link.

@@ -6,6 +6,7 @@
 //! | encoders x, y, z | TIM2 (PA15, PB3), TIM3 (PC6, PC7), TIM4 (PD12, PD13) |
 //! | amplifiers x, y, z | TIM1 (PE9, PE11, PE13), 20 kHz; half of the period is no force |
 //! | enable line | PF12, high is on: pull it down at the amplifiers, a resetting chip lets it float |
+//! | supply of the amplifiers | PF13, high is good: an open pin reads low |
 //! | link | USART3 (PD8, PD9): the debugger's serial port, 115 200 baud |
 //! | watchdog | IWDG1, 4.5 ms, its own clock |
 
@@ -14,7 +15,7 @@ use core::sync::atomic::{AtomicI16, AtomicU32, Ordering};
 
 use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
-use embassy_stm32::gpio::{Level, Output, OutputType, Speed};
+use embassy_stm32::gpio::{Input, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::pac::{self, iwdg::vals::Key};
 use embassy_stm32::rcc::{
@@ -44,6 +45,9 @@ const TICK_HZ: u32 = 1_000;
 /// As on the emulated boards: under the 5 ms in which the actuators must be off.
 const WATCHDOG_US: u32 = 4_500;
 const ENABLE_PIN: usize = 12;
+const SUPPLY_PIN: usize = 13;
+/// Steps of the tick timer's counter.
+const COUNTER_HZ: u32 = 1_000_000;
 
 static HAPTIC: InterruptExecutor = InterruptExecutor::new();
 static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
@@ -102,6 +106,7 @@ pub fn start_executors() -> (SendSpawner, SendSpawner) {
 /// Pins and peripherals. Their drivers are left alone afterwards: what runs in fault handlers writes the registers.
 fn set_up(p: Peripherals) {
     core::mem::forget(Output::new(p.PF12, Level::Low, Speed::Low));
+    core::mem::forget(Input::new(p.PF13, Pull::Down));
     let push = OutputType::PushPull;
     let (x, y, z) = (PwmPin::new(p.PE9, push), PwmPin::new(p.PE11, push), PwmPin::new(p.PE13, push));
     let mut pwm = SimplePwm::new(p.TIM1, Some(x), Some(y), Some(z), None, khz(20), CountingMode::EdgeAlignedUp);
@@ -133,7 +138,6 @@ fn set_up(p: Peripherals) {
 
 /// Starts the 1 kHz timer, above both executors, and the watchdog.
 pub fn start_tick_timer() {
-    const COUNTER_HZ: u32 = 1_000_000;
     // timers of this bus run at half the core's clock
     pac::TIM7.psc().write_value((CLOCK_MHZ * 1_000_000 / 2 / COUNTER_HZ - 1) as u16);
     pac::TIM7.arr().write(|w| w.set_arr((COUNTER_HZ / TICK_HZ - 1) as u16));
@@ -148,6 +152,11 @@ pub fn start_tick_timer() {
 /// A completed, checked tick.
 pub fn feed_watchdog() {
     pac::IWDG1.kr().write(|w| w.set_key(Key::RESET));
+}
+
+/// Core cycles since the tick timer's last edge, to a microsecond.
+pub fn since_period_counts() -> u32 {
+    u32::from(pac::TIM7.cnt().read().cnt()) * CLOCK_MHZ
 }
 
 /// Core cycles; wraps every 9 s.
@@ -200,6 +209,11 @@ pub fn outputs() -> Outputs {
 #[inline(never)]
 pub fn outputs_off() {
     write_outputs(Outputs::OFF);
+}
+
+/// Whether the monitor of the amplifiers' supply (a comparator, or their own "good" output) pulls its pin down.
+pub fn supply_low() -> bool {
+    pac::GPIOF.idr().read().idr(SUPPLY_PIN) == pac::gpio::vals::Idr::LOW
 }
 
 /// Whether the outputs are off before anything is switched on.

@@ -14,8 +14,9 @@ use palpate::haptic::deadline::Deadline;
 use palpate::haptic::device::Sensed;
 use palpate_firmware::controller::Controller;
 use palpate_firmware::force_out;
+use palpate_firmware::link::desk::{Desk, Reply};
 use palpate_firmware::link::frame::FRAME_BYTES;
-use palpate_firmware::link::{Desk, FromBoard, Receiver, Record, ToBoard, Upload, encode};
+use palpate_firmware::link::{FromBoard, Receiver, Record, ToBoard, Upload, encode};
 use palpate_firmware::patch::Tissue;
 
 unsafe extern "C" {
@@ -55,8 +56,11 @@ fn tick(
     deadline: &mut Deadline,
 ) {
     if let Some(Ok(message)) = receiver.push::<ToBoard<'_>>(black_box(0)) {
-        black_box(desk.take(&message, controller, Some(unknown::<Upload>())));
+        if let Reply::Modulus(pascal) = black_box(desk.take(&message, controller, Some(unknown::<Upload>()))) {
+            black_box(tissue.ask_modulus(pascal).is_ok());
+        }
     }
+    tissue.settle(controller.in_contact());
     #[cfg(feature = "planted-crash")]
     assert!(black_box(true), "shows that the proof bites");
     let (sensed, command) = desk.clear();

@@ -1,5 +1,6 @@
 //! What the controller does with each message: what is for the cycle is kept for its next tick, what changes the patch is handed up.
 
+use palpate::Fault;
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::{Sensed, SensorStatus};
 use palpate::haptic::mode::{Mode, Request};
@@ -31,6 +32,8 @@ pub enum Reply {
     Refused(Refusal),
     /// Only the owner of the patch can do it.
     Change(Change),
+    /// The patch under the hand takes another Young's modulus [Pa], as soon as it may.
+    Modulus(f32),
     /// Say how you are.
     Report,
     /// Keep this profile.
@@ -43,6 +46,7 @@ pub struct Desk {
     heard: bool,
     asked: Option<Ask>,
     sensed: Option<Sensed>,
+    found: Option<Fault>,
 }
 
 impl Desk {
@@ -65,7 +69,11 @@ impl Desk {
                 Ok(()) => Reply::None,
                 Err(_) => Reply::Refused(Refusal::LimitRises),
             },
-            ToBoard::YoungsModulus(pascal) => idle(controller.mode(), Change::Modulus(pascal)),
+            ToBoard::YoungsModulus(pascal) => match controller.mode() {
+                Mode::Idle => Reply::Change(Change::Modulus(pascal)),
+                mode if mode.accepts(Request::Parameter) => Reply::Modulus(pascal),
+                _ => Reply::Refused(Refusal::NotIdle),
+            },
             ToBoard::PatchBegin(bytes) => idle(controller.mode(), Change::MakeRoom(bytes)),
             ToBoard::PatchPart { at, bytes } => match upload.map_or(Err(Refusal::PatchPieces), |memory| memory.part(at, bytes)) {
                 Ok(()) => Reply::None,
@@ -75,6 +83,10 @@ impl Desk {
                 Some(_) => idle(controller.mode(), Change::Take),
                 None => Reply::Refused(Refusal::PatchPieces),
             },
+            ToBoard::SupplyLow => {
+                self.found = Some(Fault::SupplyLow);
+                Reply::None
+            }
             ToBoard::Report => Reply::Report,
             ToBoard::Store(profile) if controller.mode().accepts(Request::Config) => Reply::Store(profile),
             ToBoard::Store(_) => Reply::Refused(Refusal::NotIdle),
@@ -83,8 +95,8 @@ impl Desk {
 
     /// The newest reading that the host sent, and what it said, for one tick. A desk without a new reading repeats nothing: the cycle sees its age.
     pub fn clear(&mut self) -> (Option<Sensed>, Command) {
-        let Self { heard, asked, sensed } = core::mem::take(self);
-        (sensed, Command { heard, asked, ..Command::default() })
+        let Self { heard, asked, sensed, found } = core::mem::take(self);
+        (sensed, Command { heard, asked, found, ..Command::default() })
     }
 }
 

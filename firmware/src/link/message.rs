@@ -29,7 +29,8 @@ pub enum ToBoard<'a> {
     Ask(HostAsk),
     /// Stricter limits, in any mode.
     LowerLimits(Bounds),
-    /// Another Young's modulus [Pa], in `Idle`: between half and twice that of the patch as it was packed.
+    /// Another Young's modulus [Pa], between half and twice that of the patch as it was packed. In `Idle` the patch is put to rest with it; under
+    /// force it softens at once and stiffens when nothing touches.
     YoungsModulus(f32),
     /// A patch of so many bytes will come, in `Idle`.
     PatchBegin(u32),
@@ -45,8 +46,10 @@ pub enum ToBoard<'a> {
     PatchEnd,
     /// Say how you are.
     Report,
-    /// Keep a profile over power-off, in `Idle`; it holds from the next start on.
+    /// Keep a profile over power-off, in `Idle`; the controller starts up anew with it.
     Store(Profile),
+    /// The actuators' supply is too low: for boards that cannot see it themselves.
+    SupplyLow,
 }
 
 /// What a host may ask of the mode machine; start-up is the board's own.
@@ -133,7 +136,7 @@ pub enum FromBoard {
 /// Why something was not done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Refusal {
-    /// Meshes and parameters come in `Idle` alone.
+    /// Meshes and profiles come in `Idle` alone, a parameter also under force.
     NotIdle,
     /// A limit would rise, or is no number.
     LimitRises,

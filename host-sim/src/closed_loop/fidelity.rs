@@ -52,30 +52,43 @@ pub fn with_substeps(params: &Params, n: u16) -> Params {
 /// # Errors
 /// What [`Params::build`] refuses.
 pub fn derive(patch: &Patch, params: &Params, depth_m: f64) -> Result<Fidelity, BuildError> {
-    let truth = true_masses(patch, params)?;
-    let mut answers = Vec::new();
-    if let Some(truth) = truth {
-        for (speed, _) in TAPS {
-            answers.push(tap(patch, &truth, depth_m, speed)?);
-        }
-    }
+    let answers = true_answers(patch, params, depth_m)?;
     let mut last = None;
     for n in TRIED {
         let tried = with_substeps(params, n);
         if StableStep::measure(&patch.wide_model(), &tried, patch.site_m())?.is_none_or(|s| s.substeps(1e-3) > f64::from(n)) {
             continue;
         }
-        let mut errors = [f64::NAN; TAPS.len()];
-        for ((error, (speed, _)), truth) in errors.iter_mut().zip(TAPS).zip(&answers) {
-            *error = rms_error(&tap(patch, &tried, depth_m, speed)?, truth);
-        }
-        let held = errors.iter().zip(TAPS).all(|(e, (_, most))| *e <= most) && lowest_j(patch, &tried)? > LEAST_J;
-        last = Some(Fidelity { params: tried, errors, held });
-        if held {
+        let judged = judge(patch, &tried, depth_m, &answers)?;
+        last = Some(judged);
+        if judged.held {
             break;
         }
     }
     Ok(last.unwrap_or(Fidelity { params: *params, errors: [f64::NAN; TAPS.len()], held: false }))
+}
+
+/// What a patch gives with the substeps that it has.
+///
+/// # Errors
+/// What [`Params::build`] refuses.
+pub fn as_it_is(patch: &Patch, params: &Params, depth_m: f64) -> Result<Fidelity, BuildError> {
+    judge(patch, params, depth_m, &true_answers(patch, &Params { substeps: 1, ..*params }, depth_m)?)
+}
+
+/// [`TAPS`] into the patch with true masses; none where it has no reference.
+fn true_answers(patch: &Patch, params: &Params, depth_m: f64) -> Result<Vec<Vec<f64>>, BuildError> {
+    let Some(truth) = true_masses(patch, params)? else { return Ok(Vec::new()) };
+    TAPS.iter().map(|(speed, _)| tap(patch, &truth, depth_m, *speed)).collect()
+}
+
+fn judge(patch: &Patch, tried: &Params, depth_m: f64, answers: &[Vec<f64>]) -> Result<Fidelity, BuildError> {
+    let mut errors = [f64::NAN; TAPS.len()];
+    for ((error, (speed, _)), truth) in errors.iter_mut().zip(TAPS).zip(answers) {
+        *error = rms_error(&tap(patch, tried, depth_m, speed)?, truth);
+    }
+    let held = errors.iter().zip(TAPS).all(|(e, (_, most))| *e <= most) && lowest_j(patch, tried)? > LEAST_J;
+    Ok(Fidelity { params: *tried, errors, held })
 }
 
 /// The patch without any floor, in steps that hold it.

@@ -32,6 +32,8 @@ pub struct Prepared {
     pub tap_errors: [f64; TAPS.len()],
     /// Every tap is within its limit.
     pub taps_held: bool,
+    /// The substeps are those that answer taps; a patch for a board keeps its own.
+    pub substeps_chosen: bool,
     /// Static force over depth [m, N].
     pub curve: Vec<(f64, f64)>,
     /// Where presses rest [m].
@@ -48,30 +50,56 @@ impl Prepared {
     /// # Errors
     /// Bad input, or a model that cannot keep 1 kHz.
     pub fn of(scene: &Scene, device: &DeviceProfile) -> Result<Self, Error> {
+        Self::prepare(scene, device, true)
+    }
+
+    /// The same with the substeps that the patch was packed with: what a board computes in a tick.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub fn as_packed(scene: &Scene, device: &DeviceProfile) -> Result<Self, Error> {
+        Self::prepare(scene, device, false)
+    }
+
+    fn prepare(scene: &Scene, device: &DeviceProfile, choose_substeps: bool) -> Result<Self, Error> {
         let session = Session::prepare(scene)?;
         let fitted_for = scene.solver.patch.is_some();
         let deepest_m = if fitted_for { f64::from(session.patch.model().depth_limit_m) } else { scene.probe.radius_m };
-        Self::of_patch(session.patch, &session.params, deepest_m, device)
+        Self::with(session.patch, &session.params, deepest_m, device, choose_substeps)
     }
 
     /// A patch pressed to `deepest_m` at most.
     ///
     /// # Errors
     /// A workspace too small for the stimuli, or what the core refuses.
-    pub fn of_patch(mut patch: Patch, params: &Params, deepest_m: f64, device: &DeviceProfile) -> Result<Self, Error> {
+    pub fn of_patch(patch: Patch, params: &Params, deepest_m: f64, device: &DeviceProfile) -> Result<Self, Error> {
+        Self::with(patch, params, deepest_m, device, true)
+    }
+
+    fn with(
+        mut patch: Patch,
+        params: &Params,
+        deepest_m: f64,
+        device: &DeviceProfile,
+        substeps_chosen: bool,
+    ) -> Result<Self, Error> {
         fits(device, deepest_m)?;
         patch.set_depth_limit_m(deepest_m as f32);
         let one = Params { substeps: 1, ..*params };
         let curve = static_curve(&patch, params)?;
         let depth_m = depth_at_m(&curve, FORCE_SHARE * device.force_limit_n).min(DEPTH_M);
-        let fidelity = fidelity::derive(&patch, &one, depth_m)?;
+        let fidelity = match substeps_chosen {
+            true => fidelity::derive(&patch, &one, depth_m)?,
+            false => fidelity::as_it_is(&patch, params, depth_m)?,
+        };
         // without a reference the substeps of the session stand
         let params = if fidelity.errors.iter().any(|e| e.is_nan()) { *params } else { fidelity.params };
         let curve = static_curve(&patch, &params)?;
         patch.set_depth_limit_m(depth_at_m(&curve, GUARD_SHARE * device.force_limit_n) as f32);
         let (static_n, h) = (force_at_n(&curve, depth_m), 0.25e-3);
         let slope_n_per_m = (static_n - force_at_n(&curve, depth_m - h)) / h;
-        Ok(Self { patch, params, tap_errors: fidelity.errors, taps_held: fidelity.held, curve, depth_m, static_n, slope_n_per_m })
+        let (tap_errors, taps_held) = (fidelity.errors, fidelity.held);
+        Ok(Self { patch, params, tap_errors, taps_held, substeps_chosen, curve, depth_m, static_n, slope_n_per_m })
     }
 }
 

@@ -51,15 +51,21 @@ impl Target {
         }
     }
 
+    /// One run, set up.
+    #[must_use]
+    pub fn setup<'a>(&self, device: &'a DeviceProfile, hand: Hand, stimulus: Stimulus) -> Setup<'a> {
+        let (depth_m, static_n, _) = self.rest(device);
+        let limits = device.limits(Vector3::zeros());
+        let settings = Settings { limits: device.limit_values(), ..Settings::safe(&limits) };
+        Setup { device, hand, stimulus, settings, depth_m, static_n }
+    }
+
     /// One run.
     ///
     /// # Errors
     /// What the core refuses.
     pub fn run(&self, device: &DeviceProfile, hand: Hand, stimulus: Stimulus) -> Result<Run, BuildError> {
-        let (depth_m, static_n, _) = self.rest(device);
-        let limits = device.limits(Vector3::zeros());
-        let settings = Settings { limits: device.limit_values(), ..Settings::safe(&limits) };
-        let setup = Setup { device, hand, stimulus, settings, depth_m, static_n };
+        let setup = self.setup(device, hand, stimulus);
         match self {
             Self::Wall(n_per_m) => run(&setup, &mut Wall::new(*n_per_m, device.force_limit_n, Vector3::z())),
             Self::Tissue(tissue, _) => with_tissue(&tissue.patch, &tissue.params, |surface| run(&setup, surface))?,
@@ -162,28 +168,27 @@ pub struct Report {
     pub broken: Vec<String>,
 }
 
-/// Runs all; `told` hears how many are done.
+/// Makes every run by `run`.
 ///
 /// # Errors
-/// What the core refuses.
-pub fn report(
+/// Its first.
+pub fn report<E: Send>(
     name: &str,
     target: &Target,
     device: &DeviceProfile,
     hands: &[Hand],
     stimuli: &[Stimulus],
-    told: &(dyn Fn() + Sync),
-) -> Result<Report, BuildError> {
+    run: &(dyn Fn(Hand, Stimulus) -> Result<Run, E> + Sync),
+) -> Result<Report, E> {
     let (depth_m, static_n, slope_n_per_m) = target.rest(device);
     let ceiling = encoder_ceiling_n_per_m(device);
     let pairs: Vec<(Hand, Stimulus)> = hands.iter().flat_map(|h| stimuli.iter().map(move |s| (*h, *s))).collect();
     // a paddle cannot go along the surface: such a run would show a hold
     let pairs: Vec<(Hand, Stimulus)> = pairs.into_iter().filter(|(_, s)| device.axes > 1 || !s.crosses_edges()).collect();
-    let rows: Result<Vec<Row>, BuildError> = pairs
+    let rows: Result<Vec<Row>, E> = pairs
         .par_iter()
         .map(|(hand, stimulus)| {
-            let run = target.run(device, *hand, *stimulus)?;
-            told();
+            let run = run(*hand, *stimulus)?;
             Ok(Row::of(&run, *hand, *stimulus, slope_n_per_m > ceiling))
         })
         .collect();
@@ -218,7 +223,7 @@ impl Report {
             broken.push(format!("the controller changes the static force by {error_pct:.2} %"));
         }
         let Target::Tissue(tissue, youngs_modulus_pa) = target else { return broken };
-        if !tissue.taps_held {
+        if tissue.substeps_chosen && !tissue.taps_held {
             let [slow, fast] = tissue.tap_errors.map(|e| e * 100.0);
             broken.push(format!(
                 "taps at 0.2 and 0.5 m/s are {slow:.1} and {fast:.1} % off (2 and 7.5 are promised), or crush a tet below J = 0.2"

@@ -1,14 +1,14 @@
 //! One run: arm outside, follow a stimulus, judge.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Settings, Telemetry};
-use palpate::haptic::device::HapticDevice;
+use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed};
 use palpate::haptic::mode::Mode;
 use palpate::{BuildError, Fault, Vector3};
 
 use super::device::DeviceProfile;
 use super::hand::{Grip, Hand};
 use super::plant::{Plant, PortEnergy};
-use super::stimulus::{CLEAR_M, Course, Stimulus};
+use super::stimulus::{CLEAR_M, Change, Course, Stimulus};
 use super::surface::Surface;
 use super::verdict::{Hold, largest_turn_deg, rms_above};
 use super::watch::{Broken, Tick, Watch};
@@ -87,11 +87,43 @@ impl Run {
     }
 }
 
+/// A controller that runs beside the loop's own, is fed the same, and gives the device its force.
+pub trait Beside {
+    /// The tissue is to change before the next tick.
+    fn change(&mut self, change: Change);
+
+    /// A tick: what the loop's own controller read, was asked, told, and gave the device. What the device gets [N]; none is its release.
+    fn tick(
+        &mut self,
+        reading: Option<Sensed>,
+        command: Command,
+        told: &Telemetry,
+        got_n: Option<Vector3<f32>>,
+    ) -> Option<Vector3<f32>>;
+}
+
+/// Nobody.
+impl Beside for () {
+    fn change(&mut self, _: Change) {}
+
+    fn tick(&mut self, _: Option<Sensed>, _: Command, _: &Telemetry, got_n: Option<Vector3<f32>>) -> Option<Vector3<f32>> {
+        got_n
+    }
+}
+
 /// Runs a loop.
 ///
 /// # Errors
 /// What [`Cycle::build`] refuses.
 pub fn run(setup: &Setup, surface: &mut impl Surface) -> Result<Run, BuildError> {
+    run_beside(setup, surface, &mut ())
+}
+
+/// Runs a loop with another controller beside its own.
+///
+/// # Errors
+/// What [`Cycle::build`] refuses.
+pub fn run_beside(setup: &Setup, surface: &mut impl Surface, beside: &mut impl Beside) -> Result<Run, BuildError> {
     let site = surface.site();
     let course = course_of(setup, surface);
     let start_m = site.point_m(-CLEAR_M, 0.0, 0.0);
@@ -99,10 +131,10 @@ pub fn run(setup: &Setup, surface: &mut impl Surface) -> Result<Run, BuildError>
     let mut cycle = Cycle::build(&setup.settings, &plant.limits())?;
     let mut watched = Watched::default();
     for asked in [Ask::Booted, Ask::TestPassed, Ask::Arm] {
-        watched.cycle(&mut cycle, &mut plant, surface, Command { asked: Some(asked), ..Command::HEARD });
+        watched.cycle_beside(&mut cycle, &mut plant, surface, Command { asked: Some(asked), ..Command::HEARD }, beside);
     }
     for _ in 0..ARMING_TICKS {
-        watched.cycle(&mut cycle, &mut plant, surface, Command::HEARD);
+        watched.cycle_beside(&mut cycle, &mut plant, surface, Command::HEARD, beside);
         plant.rest();
     }
     plant.set_velocity_m_per_s(-site.normal * course.entry_m_per_s());
@@ -112,9 +144,10 @@ pub fn run(setup: &Setup, surface: &mut impl Surface) -> Result<Run, BuildError>
     while t_s < course.seconds() {
         if let Some(change) = course.change(t_s) {
             surface.change(change);
+            beside.change(change);
         }
         surface.settle(cycle.in_contact());
-        let told = watched.cycle(&mut cycle, &mut plant, surface, Command::HEARD);
+        let told = watched.cycle_beside(&mut cycle, &mut plant, surface, Command::HEARD, beside);
         let aim = course.aim(t_s);
         let touched = told.output.depth_m > 0.0 || told.applied_n != Vector3::zeros();
         plant.step(&aim, touched);
@@ -147,12 +180,12 @@ pub(super) struct Watched {
     pub(super) broken: Vec<Broken>,
     ticks: u32,
     /// The last one that was read: a cycle that fails before reads none.
-    reading: Option<palpate::haptic::device::Sensed>,
+    reading: Option<Sensed>,
 }
 
 impl Watched {
     /// Nothing seen yet, of a loop with these settings.
-    pub(super) fn of(settings: &Settings, device: &palpate::haptic::device::DeviceLimits) -> Self {
+    pub(super) fn of(settings: &Settings, device: &DeviceLimits) -> Self {
         Self { watch: Watch::of(settings, device), ..Self::default() }
     }
 
@@ -163,11 +196,27 @@ impl Watched {
         surface: &mut impl Surface,
         command: Command,
     ) -> Telemetry {
+        self.cycle_beside(cycle, device, surface, command, &mut ())
+    }
+
+    /// The same with another controller beside it.
+    fn cycle_beside(
+        &mut self,
+        cycle: &mut Cycle,
+        device: &mut impl HapticDevice,
+        surface: &mut impl Surface,
+        command: Command,
+        beside: &mut impl Beside,
+    ) -> Telemetry {
         let limits = *cycle.limits();
         let mut seen = Seen { device, reading: None, got_n: None };
         let told = cycle.run(&mut seen, surface, command);
-        let got_n = seen.got_n;
-        self.reading = seen.reading.or(self.reading);
+        let Seen { reading, got_n, .. } = seen;
+        match beside.tick(reading, command, &told, got_n) {
+            Some(force_n) => device.actuate(force_n),
+            None => device.release(),
+        }
+        self.reading = reading.or(self.reading);
         self.ticks += 1;
         // reading every node is dear, and what is not finite does not become so again
         let unsound = if self.ticks.is_multiple_of(16) { surface.unsound() } else { None };
@@ -181,19 +230,19 @@ impl Watched {
     }
 }
 
-/// A device whose ports are listened to.
+/// A device whose ports are listened to; what it gets is put off until the tick is over.
 struct Seen<'a, D> {
     device: &'a mut D,
-    reading: Option<palpate::haptic::device::Sensed>,
+    reading: Option<Sensed>,
     got_n: Option<Vector3<f32>>,
 }
 
 impl<D: HapticDevice> HapticDevice for Seen<'_, D> {
-    fn limits(&self) -> palpate::haptic::device::DeviceLimits {
+    fn limits(&self) -> DeviceLimits {
         self.device.limits()
     }
 
-    fn sense(&mut self) -> palpate::haptic::device::Sensed {
+    fn sense(&mut self) -> Sensed {
         let reading = self.device.sense();
         self.reading = Some(reading);
         reading
@@ -201,12 +250,10 @@ impl<D: HapticDevice> HapticDevice for Seen<'_, D> {
 
     fn actuate(&mut self, force_n: Vector3<f32>) {
         self.got_n = Some(force_n);
-        self.device.actuate(force_n);
     }
 
     fn release(&mut self) {
         self.got_n = None;
-        self.device.release();
     }
 }
 

@@ -99,6 +99,12 @@ impl Stimulus {
         self.kind == Kind::SlowPress
     }
 
+    /// Whether it changes what lies behind the patch.
+    #[must_use]
+    pub fn swaps_the_far_field(&self) -> bool {
+        self.kind == Kind::Swap
+    }
+
     /// Whether it goes over the edges of elements, where the direction of the force must not jump.
     #[must_use]
     pub fn crosses_edges(&self) -> bool {

@@ -1,6 +1,9 @@
 //! `palpate loop`.
 
+use std::path::PathBuf;
+
 use clap::Args;
+use palpate::Vector3;
 
 use super::Common;
 use super::progress::Progress;
@@ -11,6 +14,8 @@ use crate::closed_loop::report::{Report, Row, Target, report};
 use crate::closed_loop::run::Run;
 use crate::closed_loop::stimulus::{STIMULI, Site, Stimulus};
 use crate::closed_loop::{pictures, trace};
+use crate::emulate::image;
+use crate::emulate::in_loop::InLoop;
 use crate::error::Error;
 use crate::output::OutputFolder;
 use crate::scene::Scene;
@@ -43,6 +48,12 @@ pub(super) struct LoopArgs {
     /// Hold for 3 s in place of a minute.
     #[arg(long)]
     quick: bool,
+    /// The hand feels the firmware's image in the emulator, with the scene's patch for a board; every tick must be the desktop's to the bit.
+    #[arg(long, conflicts_with = "wall")]
+    emulated: bool,
+    /// The firmware's image, with --emulated [default: built with `cargo fw`].
+    #[arg(long, value_name = "FILE", requires = "emulated")]
+    image: Option<PathBuf>,
 }
 
 impl LoopArgs {
@@ -58,22 +69,42 @@ impl LoopArgs {
                 device.name
             )));
         }
-        let (name, target) = self.target(&device)?;
+        let (name, target, board) = self.target(&device)?;
+        if let Some(stimulus) = stimuli.iter().find(|s| board.as_ref().is_some_and(|board| board.cannot_follow(s))) {
+            return Err(Error::Usage(format!(
+                "--stimulus {} swaps the far field, which a board takes with a patch alone: name another with --stimulus, or leave --emulated out",
+                stimulus.id
+            )));
+        }
+        let make = |hand, stimulus| match &board {
+            Some(board) => Ok::<Run, Error>(board.run(&target.setup(&device, hand, stimulus))?),
+            None => Ok(target.run(&device, hand, stimulus)?),
+        };
+        let site = if board.is_some() { Site::new(Vector3::zeros(), Vector3::z()) } else { target.site() };
         let folder = OutputFolder::open(&self.common.folder("loop"))?;
         let progress = Progress::new((hands.len() * stimuli.len()) as u64, "runs");
-        let report = report(&name, &target, &device, &hands, &stimuli, &|| progress.inc(1));
+        let report = report(&name, &target, &device, &hands, &stimuli, &|hand, stimulus| {
+            let run = make(hand, stimulus)?;
+            progress.inc(1);
+            Ok::<Run, Error>(run)
+        });
         progress.finish();
         let report = report?;
         folder.write_json("summary.json", &report)?;
         folder.write("runs.csv", table(&report.runs)?.as_bytes())?;
         // shown in full: the only run, or the one that shakes most
         let shown = report.runs.iter().max_by(|a, b| a.shake_mn.unwrap_or(0.0).total_cmp(&b.shake_mn.unwrap_or(0.0)));
-        if let Some((row, run, site)) = shown.map(|row| again(row, &target, &device, &stimuli)).transpose()?.flatten() {
+        if let Some((row, run)) = shown.map(|row| again(row, &stimuli, make)).transpose()?.flatten() {
             let below = format!("{name}, {}, {} {}: {}", device.name, row.hand, row.stimulus, row.verdict);
             trace::write(&folder, &run, &site)?;
             pictures::draw(&folder, "loop", &below, &run, &site)?;
             print(&report, &hands, &stimuli);
             println!("\nshown in full: {} {}", row.hand, row.stimulus);
+        }
+        if board.is_some() {
+            println!(
+                "every force was the emulated board's, equal to the desktop's to the last bit, and so was every final state"
+            );
         }
         println!("wrote {}: summary.json, runs.csv, trace.csv, pictures as SVG and PNG", folder.path().display());
         if report.broken.is_empty() {
@@ -102,18 +133,25 @@ impl LoopArgs {
         Ok(device)
     }
 
-    fn target(&self, device: &DeviceProfile) -> Result<(String, Target), Error> {
+    /// What is felt, and the emulated board that answers for it, if one does.
+    fn target(&self, device: &DeviceProfile) -> Result<(String, Target, Option<InLoop>), Error> {
         let Some(n_per_m) = self.wall else {
-            let scene = Scene::load(&self.common.scene)?;
-            let prepared = Prepared::of(&scene, device)?;
-            return Ok((scene.name.clone(), Target::Tissue(Box::new(prepared), scene.tissue.youngs_modulus_pa)));
+            let mut scene = Scene::load(&self.common.scene)?;
+            let patch = self.emulated.then(|| image::patch_for(&scene)).transpose()?;
+            scene.solver.patch = patch.clone().or(scene.solver.patch);
+            let prepared = if self.emulated { Prepared::as_packed(&scene, device)? } else { Prepared::of(&scene, device)? };
+            let board = match patch {
+                Some(patch) => Some(InLoop::new(image::find(self.image.as_deref())?, image::machine_for(&patch), &prepared)?),
+                None => None,
+            };
+            return Ok((scene.name.clone(), Target::Tissue(Box::new(prepared), scene.tissue.youngs_modulus_pa), board));
         };
         if !(1.0..=1e5).contains(&n_per_m) {
             return Err(Error::Usage(format!("--wall {n_per_m} is outside 1 .. 100000 N/m: give a stiffness in that range")));
         }
         // a soft wall is pressed no deeper than a stiff one; a hand swings twice as far
         fits(device, (device.force_limit_n / n_per_m).min(2.0 * DEPTH_M))?;
-        Ok((format!("wall of {n_per_m} N/m"), Target::Wall(n_per_m)))
+        Ok((format!("wall of {n_per_m} N/m"), Target::Wall(n_per_m), None))
     }
 }
 
@@ -134,14 +172,12 @@ fn one_or_all<T: Copy>(
 /// The run of a row once more, to show it.
 fn again<'a>(
     row: &'a Row,
-    target: &Target,
-    device: &DeviceProfile,
     stimuli: &[Stimulus],
-) -> Result<Option<(&'a Row, Run, Site)>, Error> {
+    make: impl Fn(Hand, Stimulus) -> Result<Run, Error>,
+) -> Result<Option<(&'a Row, Run)>, Error> {
     let stimulus = stimuli.iter().find(|s| s.id == row.stimulus);
     let (Some(hand), Some(stimulus)) = (Hand::named(row.hand), stimulus) else { return Ok(None) };
-    let run = target.run(device, hand, *stimulus)?;
-    Ok(Some((row, run, target.site())))
+    Ok(Some((row, make(hand, *stimulus)?)))
 }
 
 fn table(rows: &[Row]) -> Result<String, Error> {

@@ -1,28 +1,31 @@
 //! `palpate emulate`.
 
-use std::path::{Path, PathBuf};
+mod tell;
+
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
 use palpate_firmware::patch::Memory;
-use serde::Serialize;
 
+use self::tell::{Emulated, print, write_timing};
 use super::Common;
 use super::press::{print_holds, with_progress};
-use crate::charts::{self, TickTimes};
-use crate::emulate::{self, Board, EmulateError, Machine, Twin, campaign, timing};
+use crate::emulate::one_core::OneCore;
+use crate::emulate::{self, Board, Machine, Twin, campaign, timed, timing};
 use crate::error::Error;
 use crate::output::OutputFolder;
 use crate::scene::Scene;
 use crate::session::Session;
 use crate::summary;
 
-/// Too large for the default board.
-const LARGE_PATCH: &str = "block-m7-480.patch";
 /// Ticks of contact, faults and recovery beside the press.
 const TICKS: u32 = 10_000;
 /// The same of a quick run.
 const QUICK_TICKS: u32 = 2_000;
+
+/// Ticks over which the jitter of their start is looked at.
+const STARTED_TICKS: u32 = 10_000;
 
 /// Share of the patch's depth limit that random presses reach.
 const DEEPEST: f32 = 0.9;
@@ -46,39 +49,26 @@ pub(super) struct EmulateArgs {
     /// Only the press and 2000 ticks.
     #[arg(long)]
     quick: bool,
-    /// Also measure what a tick takes: instructions, estimated cycles, their histogram (instructions.csv, picture of all ticks).
+    /// Also measure what a tick takes, its start's jitter and what happens to late ticks (instructions.csv, overruns.csv, picture of all ticks).
     #[arg(long)]
     timing: bool,
-}
-
-/// `emulated.json`: what `press` does not know.
-#[derive(Debug, Serialize)]
-struct Emulated {
-    board: String,
-    image: String,
-    patch_bytes: usize,
-    exchanges: usize,
-    seconds: f64,
-    times_real_time: f64,
-    stack_used_bytes: u32,
-    instructions: timing::Spread,
-    cycles_per_instruction: Option<f64>,
-    campaign: campaign::Met,
-    faults: Vec<String>,
-    first_difference: Option<String>,
 }
 
 impl EmulateArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let mut scene = Scene::load(&self.common.scene)?;
-        scene.solver.patch = Some(self.patch_of(&scene)?);
+        let patch_file = match &self.patch {
+            Some(path) => path.clone(),
+            None => emulate::image::patch_for(&scene)?,
+        };
+        scene.solver.patch = Some(patch_file.clone());
         let session = Session::prepare(&scene)?;
         let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
         let words = words(&bytes);
         let patch = &bytemuck::cast_slice(&words)[..bytes.len()];
         let image = emulate::image::find(self.image.as_deref())?;
-        let large = scene.solver.patch.as_deref().and_then(Path::file_name).is_some_and(|name| name == LARGE_PATCH);
-        let machine = self.board.unwrap_or(if large { Machine::M7 } else { Machine::M4f });
+        let machine = self.board.unwrap_or_else(|| emulate::image::machine_for(&patch_file));
+        let turns = OneCore::stay();
         let board = Board::start(&image, machine, None)?;
         let mut memory = Box::new(Memory::RESERVED);
         let mut twin = Twin::new(board, patch, &mut memory)?;
@@ -93,13 +83,16 @@ impl EmulateArgs {
         let met = with_progress(|progress| campaign::run(&mut twin, ticks, deepest_m, |n| progress(n as usize)))?;
         let (_, stack_used_bytes) = twin.state_hash()?;
         let seconds = started.elapsed().as_secs_f64();
+        drop(turns);
 
         seen.extend(&twin.instructions);
         let exchanges = seen.len();
-        let cycles_per_instruction = match self.timing {
-            true => Some(timing::cycles_per_instruction(&image, machine, patch)?),
-            false => None,
-        };
+        let (mut cycles_per_instruction, mut in_time, mut overruns) = (None, None, Vec::new());
+        if self.timing {
+            cycles_per_instruction = Some(timing::cycles_per_instruction(&image, machine, patch)?);
+            in_time = Some(timed::run(&image, machine, timed::IN_TIME_SHIFT, STARTED_TICKS)?);
+            overruns = timed::overruns(&image, machine)?;
+        }
         let told = Emulated {
             board: format!("{machine:?}"),
             image: image.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
@@ -110,6 +103,8 @@ impl EmulateArgs {
             stack_used_bytes,
             instructions: timing::Spread::of(&seen),
             cycles_per_instruction,
+            in_time,
+            overruns,
             campaign: met,
             faults: twin.faults.iter().map(ToString::to_string).collect(),
             first_difference: twin
@@ -120,7 +115,7 @@ impl EmulateArgs {
         summary::write(&folder, &scene, &session, &press, false)?;
         folder.write_json("emulated.json", &told)?;
         if self.timing {
-            write_timing(&folder, &scene, &session, machine, &seen)?;
+            write_timing(&folder, &scene, &session, machine, &seen, &told)?;
         }
         print_holds(&scene, &press);
         print(&told);
@@ -133,31 +128,6 @@ impl EmulateArgs {
         }
         press.check(&scene.drive)
     }
-
-    /// The patch that stands for a scene on the board.
-    fn patch_of(&self, scene: &Scene) -> Result<PathBuf, Error> {
-        if let Some(path) = self.patch.clone().or_else(|| scene.solver.patch.clone()) {
-            return Ok(path);
-        }
-        let name = match scene {
-            // a lump falls between the nodes of the small patch
-            Scene { tissue, .. } if tissue.block_m.is_some() && !tissue.inclusion.is_empty() => LARGE_PATCH,
-            Scene { tissue, .. } if tissue.block_m.is_some() => "block-m4f-168.patch",
-            Scene { name, .. } if name.contains("liver") => "liver-m4f-168.patch",
-            _ => return Err(EmulateError::NoPatch(scene.name.clone()).into()),
-        };
-        Ok(emulate::image::repository()?.join(Path::new("firmware/patches").join(name)))
-    }
-}
-
-/// Every tick of the run: how often how many instructions, and the picture.
-fn write_timing(folder: &OutputFolder, scene: &Scene, session: &Session, machine: Machine, seen: &[u64]) -> Result<(), Error> {
-    folder.write_csv("instructions.csv", ["instructions", "ticks"], timing::histogram(seen))?;
-    let tick_us: Vec<f32> = seen.iter().map(|n| emulate::press::estimated_us(*n, machine)).collect();
-    let (node_count, machine) = (session.report.nodes, machine.timed_on());
-    let times = TickTimes { scene: &scene.name, node_count, machine, tick_us: &tick_us };
-    charts::tick_time(folder.path(), "tick_time_all", &times)?;
-    Ok(())
 }
 
 /// On a 4-byte boundary, where the core reads a patch in place.
@@ -165,38 +135,4 @@ fn words(bytes: &[u8]) -> Vec<u32> {
     let mut words = vec![0_u32; bytes.len().div_ceil(4)];
     bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(bytes);
     words
-}
-
-fn print(told: &Emulated) {
-    println!(
-        "\nboard {} in lock-step: {} exchanges in {:.1} s, {:.1} times real time; patch of {} bytes uploaded; stack {} bytes",
-        told.board, told.exchanges, told.seconds, told.times_real_time, told.patch_bytes, told.stack_used_bytes
-    );
-    let met = &told.campaign;
-    println!(
-        "{} ticks of contact, faults and recovery: force felt in {}, fault in {}, falling force in {}, recovered {} times; {} faults met",
-        met.ticks,
-        met.felt,
-        met.faulted,
-        met.ramping,
-        met.recovered,
-        told.faults.len()
-    );
-    let took = &told.instructions;
-    println!(
-        "a tick of the patch takes {} instructions, at most {} (exact; x {:.3}); {} ticks did not run it",
-        took.median, took.max, took.worst_over_median, took.without_patch
-    );
-    if let Some(cycles) = told.cycles_per_instruction {
-        let worst = took.max as f64 * cycles;
-        println!(
-            "estimated by the M4F's table: {cycles:.3} cycles an instruction, worst tick {worst:.0} cycles, {:.1} % of 1 ms at 168 MHz, {:.1} % at 480 MHz; not hardware timing",
-            worst / 1.68e3,
-            worst / 4.8e3
-        );
-    }
-    match &told.first_difference {
-        None => println!("equal to the desktop's run to the last bit, in every tick and in the final state"),
-        Some(difference) => println!("NOT equal to the desktop's run: {difference}"),
-    }
 }

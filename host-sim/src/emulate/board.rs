@@ -35,6 +35,15 @@ pub enum Machine {
 }
 
 impl Machine {
+    /// The emulator's names for machine and core.
+    #[must_use]
+    pub fn names(self) -> (&'static str, &'static str) {
+        match self {
+            Self::M4f => ("mps2-an386", "cortex-m4"),
+            Self::M7 => ("mps2-an500", "cortex-m7"),
+        }
+    }
+
     /// Clock of the part that it stands for [Hz].
     #[must_use]
     pub fn clock_hz(self) -> f64 {
@@ -89,10 +98,7 @@ impl Board {
         let open = |path: &Path| OpenOptions::new().read(true).write(true).open(path);
         let (to, from) = (open(&to_path)?, open(&from_path)?);
         let words = File::create(folder.path().join("words"))?;
-        let (name, cpu) = match machine {
-            Machine::M4f => ("mps2-an386", "cortex-m4"),
-            Machine::M7 => ("mps2-an500", "cortex-m7"),
-        };
+        let (name, cpu) = machine.names();
         let mut command = Command::new("qemu-system-arm");
         command.args(["-machine", name, "-cpu", cpu, "-nographic", "-monitor", "none", "-serial", "null"]);
         let link = [&to_path, &from_path].map(|path| path.display().to_string());

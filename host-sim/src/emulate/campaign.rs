@@ -1,6 +1,6 @@
 //! Contact, faults and recovery for as long as wanted: what a press alone never meets.
 //!
-//! Rounds of a press, a slide, a stop by request and one of the faults below, each followed by clearing and arming. Numbers come from a generator with a
+//! Rounds of a press, a slide, a stop by request, a tissue that softens and one of the faults below, each followed by clearing and arming. Numbers come from a generator with a
 //! fixed seed, so that a run can be repeated to the bit.
 
 use palpate::haptic::mode::Mode;
@@ -26,16 +26,20 @@ enum Mishap {
     Teleport,
     Stale,
     OutsideWorkspace,
+    SupplyLow,
+    Softer,
     Stop,
 }
 
-const MISHAPS: [Mishap; 7] = [
+const MISHAPS: [Mishap; 9] = [
     Mishap::NotANumber,
     Mishap::None,
+    Mishap::Softer,
     Mishap::SensorFails,
     Mishap::Teleport,
     Mishap::Stale,
     Mishap::OutsideWorkspace,
+    Mishap::SupplyLow,
     Mishap::Stop,
 ];
 
@@ -96,10 +100,13 @@ pub fn run(twin: &mut Twin<'_>, ticks: u32, deepest_m: f32, mut progress: impl F
             if pressing && (at..at + 4).contains(&n) {
                 match mishap {
                     Mishap::None | Mishap::OutsideWorkspace => {}
+                    // softer under the probe, and stiff again when it has left
+                    Mishap::Softer => twin.modulus(if n == at { 0.6 } else { 1.0 })?,
                     Mishap::NotANumber => reading.position_m.y = f32::NAN,
                     Mishap::SensorFails => reading.good = false,
                     Mishap::Teleport => reading.position_m.x += 0.02 * (n - at + 1) as f32,
                     Mishap::Stale => reading.fresh = false,
+                    Mishap::SupplyLow => twin.supply_low()?,
                     Mishap::Stop => ask = Some(HostAsk::Stop),
                 }
             }

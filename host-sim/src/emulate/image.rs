@@ -3,7 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::EmulateError;
+use super::{EmulateError, Machine};
+use crate::scene::Scene;
+
+/// Too large for the default board.
+const LARGE_PATCH: &str = "block-m7-480.patch";
 
 /// The repository around the working folder.
 ///
@@ -51,4 +55,28 @@ pub fn find(given: Option<&Path>) -> Result<PathBuf, EmulateError> {
         Some(path) => Err(EmulateError::NoImage(path.into())),
         None => build(),
     }
+}
+
+/// The patch that stands for a scene on a board: its own, or one that ships.
+///
+/// # Errors
+/// No such patch, or no repository to find it in.
+pub fn patch_for(scene: &Scene) -> Result<PathBuf, EmulateError> {
+    if let Some(path) = &scene.solver.patch {
+        return Ok(path.clone());
+    }
+    let name = match scene {
+        // a lump falls between the nodes of the small patch
+        Scene { tissue, .. } if tissue.block_m.is_some() && !tissue.inclusion.is_empty() => LARGE_PATCH,
+        Scene { tissue, .. } if tissue.block_m.is_some() => "block-m4f-168.patch",
+        Scene { name, .. } if name.contains("liver") => "liver-m4f-168.patch",
+        _ => return Err(EmulateError::NoPatch(scene.name.clone())),
+    };
+    Ok(repository()?.join(Path::new("firmware/patches").join(name)))
+}
+
+/// The board that a patch is for, by its file's name.
+#[must_use]
+pub fn machine_for(patch: &Path) -> Machine {
+    if patch.file_name().is_some_and(|name| name == LARGE_PATCH) { Machine::M7 } else { Machine::M4f }
 }

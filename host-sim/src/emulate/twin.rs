@@ -3,12 +3,13 @@
 use palpate::haptic::cycle::Settings;
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::mode::Mode;
-use palpate::{Fault, Limiters, Vector3};
+use palpate::{Fault, Limiters, PatchFile, Vector3};
 use palpate_firmware::controller::{Arming, Controller};
 use palpate_firmware::edge::Edge;
 use palpate_firmware::force_out;
+use palpate_firmware::link::desk::{Desk, Reply};
 use palpate_firmware::link::message::HostAsk;
-use palpate_firmware::link::{Desk, FromBoard, Record, ToBoard};
+use palpate_firmware::link::{FromBoard, Record, ToBoard};
 use palpate_firmware::patch::{Memory, Patch};
 
 use super::{Board, EmulateError, Machine};
@@ -43,6 +44,7 @@ pub struct Twin<'a> {
     /// Faults that were met, in order, each once a time it began.
     pub faults: Vec<Fault>,
     last_fault: Option<Fault>,
+    packed_pa: f32,
 }
 
 /// What the sensors say.
@@ -98,6 +100,7 @@ impl<'a> Twin<'a> {
             instructions: Vec::new(),
             faults: Vec::new(),
             last_fault: None,
+            packed_pa: PatchFile::open(patch)?.params.youngs_modulus_pa,
         })
     }
 
@@ -137,6 +140,7 @@ impl<'a> Twin<'a> {
         self.tell(&ToBoard::Pose { position_m, sequence: self.readings, good: reading.good })?;
         let (sensed, command) = self.desk.clear();
         self.newest = sensed.unwrap_or(self.newest);
+        self.patch.settle(self.controller.in_contact());
         let told = self.controller.step(&mut self.patch, self.newest, command, true);
         let here = Record::new(&told, force_out::outputs(self.controller.drive()), 0);
 
@@ -159,9 +163,27 @@ impl<'a> Twin<'a> {
         Ok(there)
     }
 
+    /// The next tick finds the actuators' supply too low, on both.
+    ///
+    /// # Errors
+    /// The board has crashed.
+    pub fn supply_low(&mut self) -> Result<(), EmulateError> {
+        self.tell(&ToBoard::SupplyLow)
+    }
+
+    /// Asks both for another Young's modulus under force, as a multiple of the packed one between half and twice.
+    ///
+    /// # Errors
+    /// The board has crashed.
+    pub fn modulus(&mut self, ratio: f32) -> Result<(), EmulateError> {
+        self.tell(&ToBoard::YoungsModulus(ratio * self.packed_pa))
+    }
+
     fn tell(&mut self, message: &ToBoard<'_>) -> Result<(), EmulateError> {
         self.board.send(message)?;
-        self.desk.take(message, &mut self.controller, None);
+        if let Reply::Modulus(pascal) = self.desk.take(message, &mut self.controller, None) {
+            self.patch.ask_modulus(pascal)?;
+        }
         Ok(())
     }
 

@@ -45,7 +45,7 @@ impl SpringLength {
                 node.p += 1.0;
             }
         }
-        for (node, &step) in state.nodes.iter_mut().zip(tuned.node_step) {
+        for (node, &step) in state.nodes.iter_mut().zip(tuned.node_step.iter()) {
             if step > 0.0 && node.p > 0.0 {
                 let fix = scaled(&node.f, 1.0 / node.p);
                 add(&mut node.x, &fix);

@@ -135,7 +135,7 @@ mod tests {
             rim_edges: &[],
         };
         let params = Params { spring_damping_s: 1e-4, limits: Limits::HIGHEST, ..Params::default() };
-        let tuned = params.derive(&[], &[]);
+        let tuned = params.derive(&mut [], &mut []);
         let (mut a, mut b) = (nodes, nodes);
         by_rows::<true, true>(&model, &tuned, &mut a);
         by_groups::<wide::f32x4, 4, true, true>(springs.as_chunks().0, &tuned, &mut b);

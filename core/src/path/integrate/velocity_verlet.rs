@@ -28,7 +28,7 @@ impl VelocityVerlet {
         let close = if self.under_way { 0.5 } else { 0.0 };
         self.under_way = true;
         let mut active = 0;
-        for ((node, &step), rest) in state.nodes.iter_mut().zip(tuned.node_step).zip(model.nodes) {
+        for ((node, &step), rest) in state.nodes.iter_mut().zip(tuned.node_step.iter()).zip(model.nodes) {
             if step == 0.0 {
                 continue;
             }

@@ -1,0 +1,127 @@
+//! What `palpate emulate` writes and prints beside the press.
+
+use serde::Serialize;
+
+use crate::charts::{self, TickTimes};
+use crate::emulate::timed::{IN_TIME_SHIFT, Timed};
+use crate::emulate::{self, Machine, campaign, timing};
+use crate::error::Error;
+use crate::output::OutputFolder;
+use crate::scene::Scene;
+use crate::session::Session;
+
+/// `emulated.json`: what `press` does not know.
+#[derive(Debug, Serialize)]
+pub struct Emulated {
+    pub board: String,
+    pub image: String,
+    pub patch_bytes: usize,
+    pub exchanges: usize,
+    pub seconds: f64,
+    pub times_real_time: f64,
+    pub stack_used_bytes: u32,
+    pub instructions: timing::Spread,
+    pub cycles_per_instruction: Option<f64>,
+    /// The image's own patch, paced by the tick timer.
+    pub in_time: Option<Timed>,
+    pub overruns: Vec<Timed>,
+    pub campaign: campaign::Met,
+    pub faults: Vec<String>,
+    pub first_difference: Option<String>,
+}
+
+impl Emulated {
+    /// How long a tick of a slower core would take, over its period (1).
+    fn tick_over_period(&self, run: &Timed) -> f64 {
+        let in_time = self.in_time.as_ref().and_then(|timed| timed.longest_over_period).unwrap_or(f64::NAN);
+        in_time * f64::from(run.shift.saturating_sub(IN_TIME_SHIFT)).exp2()
+    }
+}
+
+/// Every tick of the run: how often how many instructions, and the picture; slower and slower cores.
+pub fn write_timing(
+    folder: &OutputFolder,
+    scene: &Scene,
+    session: &Session,
+    machine: Machine,
+    seen: &[u64],
+    told: &Emulated,
+) -> Result<(), Error> {
+    folder.write_csv("instructions.csv", ["instructions", "ticks"], timing::histogram(seen))?;
+    let tick_us: Vec<f32> = seen.iter().map(|n| emulate::press::estimated_us(*n, machine)).collect();
+    let (node_count, machine) = (session.report.nodes, machine.timed_on());
+    let times = TickTimes { scene: &scene.name, node_count, machine, tick_us: &tick_us };
+    charts::tick_time(folder.path(), "tick_time_all", &times)?;
+    let head = ["shift", "tick_over_period", "ticks", "late_ticks", "missed_periods", "uncounted_periods", "watchdog_us"];
+    let number = |told: Option<u64>| told.map_or(f64::NAN, |n| n as f64);
+    folder.write_csv(
+        "overruns.csv",
+        head,
+        told.overruns.iter().map(|run| {
+            let times = [f64::from(run.shift), told.tick_over_period(run)];
+            let counts = [run.ticks, run.late_ticks, run.missed_periods, run.uncounted(), run.watchdog_us].map(number);
+            [times[0], times[1], counts[0], counts[1], counts[2], counts[3], counts[4]]
+        }),
+    )
+}
+
+pub fn print(told: &Emulated) {
+    println!(
+        "\nboard {} in lock-step: {} exchanges in {:.1} s, {:.1} times real time; patch of {} bytes uploaded; stack {} bytes",
+        told.board, told.exchanges, told.seconds, told.times_real_time, told.patch_bytes, told.stack_used_bytes
+    );
+    let met = &told.campaign;
+    println!(
+        "{} ticks of contact, faults and recovery: force felt in {}, fault in {}, falling force in {}, recovered {} times; {} faults met",
+        met.ticks,
+        met.felt,
+        met.faulted,
+        met.ramping,
+        met.recovered,
+        told.faults.len()
+    );
+    let took = &told.instructions;
+    println!(
+        "a tick of the patch takes {} instructions, at most {} (exact; x {:.3}); {} ticks did not run it",
+        took.median, took.max, took.worst_over_median, took.without_patch
+    );
+    if let Some(cycles) = told.cycles_per_instruction {
+        let worst = took.max as f64 * cycles;
+        println!(
+            "estimated by the M4F's table: {cycles:.3} cycles an instruction, worst tick {worst:.0} cycles, {:.1} % of 1 ms at 168 MHz, {:.1} % at 480 MHz; not hardware timing",
+            worst / 1.68e3,
+            worst / 4.8e3
+        );
+    }
+    print_timed(told);
+    match &told.first_difference {
+        None => println!("equal to the desktop's run to the last bit, in every tick and in the final state"),
+        Some(difference) => println!("NOT equal to the desktop's run: {difference}"),
+    }
+}
+
+/// Starts and late ticks of the image paced by its timer.
+fn print_timed(told: &Emulated) {
+    let Some(in_time) = &told.in_time else { return };
+    println!("\nthe image's own patch, paced by the tick timer (emulated counts, not hardware time):");
+    if let Some([first, last]) = in_time.start_instructions {
+        println!(
+            "a tick starts {first:.0} to {last:.0} instructions after the timer's edge over {} ticks: jitter {:.0}, to five instructions (a count of the clock)",
+            in_time.ticks.unwrap_or(0),
+            last - first
+        );
+    }
+    println!("{:>14} {:>7} {:>6} {:>15} {:>10}  end", "tick / period", "ticks", "late", "missed periods", "uncounted");
+    let number = |n: Option<u64>| n.map_or("-".into(), |n| n.to_string());
+    for run in &told.overruns {
+        println!(
+            "{:>14.1} {:>7} {:>6} {:>15} {:>10}  {}",
+            told.tick_over_period(run),
+            number(run.ticks),
+            number(run.late_ticks),
+            number(run.missed_periods),
+            number(run.uncounted()),
+            run.ended
+        );
+    }
+}

@@ -1,0 +1,133 @@
+//! The image paced by its own tick timer, pressed by its scripted hand: when ticks start, and what happens when they take too long.
+//!
+//! Every instruction takes 2^shift ns of virtual time, so the shift is how slow the core is. **Emulated counts, not hardware time.**
+//!
+//! * in: an image, which presses the patch built into it
+//! * out: starts of ticks after the timer's edge, late ticks, who turned the outputs off
+//! * may fail: an image that does not end
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use super::{EmulateError, Machine};
+
+/// The shift at which a tick fits its period and the clock tells five instructions apart.
+pub const IN_TIME_SHIFT: u32 = 3;
+/// Shifts of slower and slower cores.
+const SLOW_SHIFTS: [u32; 5] = [4, 5, 6, 7, 8];
+/// Ticks of a run that is to be late: the force is on after 700, a late tick is met by the third.
+const SLOW_TICKS: u32 = 1_000;
+/// A run of seconds; one that hangs must not hang us.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// What a run told.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Timed {
+    /// Every instruction took 2^shift ns.
+    pub shift: u32,
+    /// The first and the last that a tick started after the timer's edge [instructions].
+    pub start_instructions: Option<[f64; 2]>,
+    /// Longest tick over the period (1), where one was completed.
+    pub longest_over_period: Option<f64>,
+    /// Ticks run.
+    pub ticks: Option<u64>,
+    /// Ticks that ended after their period.
+    pub late_ticks: Option<u64>,
+    /// Periods under them, counted by the loop.
+    pub missed_periods: Option<u64>,
+    /// Periods that the timer began beyond the ticks run: those under a tick, seen from outside the loop.
+    pub periods_without_tick: Option<u64>,
+    /// Mode and fault at the end.
+    pub ended: String,
+    /// From the last completed tick to the watchdog [us], where it bit.
+    pub watchdog_us: Option<u64>,
+}
+
+impl Timed {
+    /// Periods without a tick that the loop did not count; none are allowed.
+    #[must_use]
+    pub fn uncounted(&self) -> Option<u64> {
+        self.periods_without_tick.zip(self.missed_periods).map(|(seen, counted)| seen.abs_diff(counted))
+    }
+}
+
+/// Runs an image for so many ticks.
+///
+/// # Errors
+/// No emulator, or an image that does not end.
+pub fn run(image: &Path, machine: Machine, shift: u32, ticks: u32) -> Result<Timed, EmulateError> {
+    let text = text_of(image, machine, shift, ticks)?;
+    let number = |key| value(&text, key).and_then(|word| word.parse::<u64>().ok());
+    let instructions = |ns: u64| ns as f64 / f64::from(1_u32 << shift);
+    let starts = number("earliest_start_ns").zip(number("latest_start_ns"));
+    let ended = text.lines().find(|line| line.starts_with("mode=") || line.starts_with("watchdog")).unwrap_or("no result");
+    let (periods, ran) = (number("periods"), number("ticks"));
+    Ok(Timed {
+        shift,
+        start_instructions: starts.map(|(first, last)| [instructions(first), instructions(last)]),
+        longest_over_period: number("longest_tick_ns").map(|ns| ns as f64 * 1e-6),
+        ticks: ran,
+        late_ticks: number("overruns"),
+        missed_periods: number("missed_periods"),
+        periods_without_tick: periods.zip(ran).map(|(began, ran)| began.saturating_sub(ran)),
+        ended: ended.into(),
+        watchdog_us: number("silent_us"),
+    })
+}
+
+/// Slower and slower cores, down to ticks of some twenty periods.
+///
+/// # Errors
+/// As [`run`].
+pub fn overruns(image: &Path, machine: Machine) -> Result<Vec<Timed>, EmulateError> {
+    SLOW_SHIFTS.into_iter().map(|shift| run(image, machine, shift, SLOW_TICKS)).collect()
+}
+
+/// What the image printed as plain text.
+fn text_of(image: &Path, machine: Machine, shift: u32, ticks: u32) -> Result<String, EmulateError> {
+    let folder = tempfile::tempdir()?;
+    let words = folder.path().join("words");
+    let (name, cpu) = machine.names();
+    let mut child = Command::new("qemu-system-arm")
+        .args(["-machine", name, "-cpu", cpu, "-nographic", "-monitor", "none", "-serial", "null"])
+        .args(["-semihosting-config", &format!("enable=on,target=native,arg=palpate-firmware,arg={ticks}")])
+        .args(["-icount", &format!("shift={shift},sleep=off"), "-kernel"])
+        .arg(image)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(std::fs::File::create(&words)?)
+        .spawn()
+        .map_err(|source| EmulateError::NotStarted { program: "qemu-system-arm", source })?;
+    let begun = Instant::now();
+    while child.try_wait()?.is_none() {
+        if begun.elapsed() > PATIENCE {
+            // only the process that we started
+            child.kill()?;
+            child.wait()?;
+            return Err(EmulateError::Silent(std::fs::read_to_string(&words).unwrap_or_default()));
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    Ok(std::fs::read_to_string(&words)?)
+}
+
+/// The word after `key=`, the last one if there are several.
+fn value<'a>(text: &'a str, key: &str) -> Option<&'a str> {
+    let pairs = text.split_whitespace().rev().filter_map(|word| word.split_once('='));
+    pairs.into_iter().find_map(|(name, value)| (name == key).then_some(value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::value;
+
+    #[test]
+    fn numbers_are_found_by_their_key() {
+        let text = "periods=12 missed_periods=3\nwatchdog: no tick was completed for silent_us=4500\noutputs off\n";
+        assert_eq!(["periods", "missed_periods", "silent_us"].map(|key| value(text, key)), [Some("12"), Some("3"), Some("4500")]);
+        assert_eq!(value(text, "ticks"), None);
+    }
+}
