@@ -8,6 +8,9 @@ use crate::press::Press;
 use crate::scene::{Drive, SceneError};
 use crate::session::TICK_S;
 
+/// No probe is further from the scene's origin along an axis [m].
+const FARTHEST_M: f32 = 10.0;
+
 /// Columns, with units.
 const COLUMNS: [&str; 10] =
     ["t_s", "probe_x_m", "probe_y_m", "probe_z_m", "depth_m", "force_x_n", "force_y_n", "force_z_n", "active_nodes", "tick_us"];
@@ -53,6 +56,9 @@ fn parse_tips(path: &Path, text: &str) -> Result<Vec<[f32; 3]>, Error> {
             let cell = cells.get(column).copied().unwrap_or_default();
             let number = cell.parse().ok().filter(|v: &f32| v.is_finite());
             *value = number.ok_or_else(|| bad(n + 2, format!("\"{cell}\" is not a number: use a trace.csv of `press`")))?;
+            if value.abs() > FARTHEST_M {
+                return Err(bad(n + 2, format!("{cell} m is no place of a probe: give metres, at most {FARTHEST_M}")).into());
+            }
         }
         tips.push(tip);
         // a column of times is optional; where it is, every row is one tick

@@ -192,7 +192,11 @@ impl Cycle {
             late => self.limits.ticks_per_s() / f32::from(late.saturating_add(1)),
         };
         self.runaway.judge(&way_m, per_s, &output.normal, &self.limiter.last_n())?;
-        record.wanted_n = self.damping.damp(&output, renderer.tangent_n_per_m(&output));
+        let (force_n, shortened) = ForceLimiter::shorten(&self.limits, &output.force_n);
+        if shortened {
+            record.limiters.set(Limiters::FORCE);
+        }
+        record.wanted_n = self.damping.damp(&Output { force_n, ..output }, renderer.tangent_n_per_m(&output));
         self.follow(&output);
 
         let gain = self.gain(record);
@@ -225,6 +229,7 @@ impl Cycle {
         let followed = ready && self.enter(event);
         if followed && matches!(event, Event::ArmAsked | Event::Cleared) {
             renderer.reset();
+            self.toggle.reset();
             self.touched = false;
         }
         followed

@@ -49,12 +49,10 @@ pub struct DampingSettings {
 impl DampingSettings {
     /// Share of a 30 Hz low-pass at 1 kHz (1).
     pub const SHARE_30_HZ: f32 = 0.1718;
-    /// Share of a 100 Hz low-pass at 1 kHz (1).
-    pub const SHARE_100_HZ: f32 = 0.4665;
     /// The model's force as it is: what the damping is compared with.
     pub const NONE: Self = Self { tau_s: 0.0, constant_n_s_per_m: 0.0, velocity_share: 1.0 };
 
-    /// Safe on anything, plain springs and frictionless devices too: `tau = 2 (delay + T/2)`, 0.3 N s/m for each tick of delay, 30 Hz at 1 kHz. The delay [s] is that
+    /// Safe on anything, plain springs and frictionless devices too: `tau = 2 (delay + T/2)`, 0.3 N s/m, for each tick of delay where there are more, 30 Hz at 1 kHz. The delay [s] is that
     /// from a force computed to a force acting: whole ticks and the amplifier's lag.
     #[must_use]
     pub fn safe(delay_s: f32, tick_s: f32) -> Self {
@@ -62,14 +60,6 @@ impl DampingSettings {
         // what is late by more than a tick turns round before the tangent has damped it
         let late = if delay_s > tick_s { delay_s / tick_s } else { 1.0 };
         Self { tau_s, constant_n_s_per_m: 0.3 * late, velocity_share: Self::SHARE_30_HZ }
-    }
-
-    /// Most faithful on a patch with substeps under a device with friction: `tau` as [`Self::safe`] has it, that of one tick of delay at least;
-    /// 100 Hz.
-    #[must_use]
-    pub fn faithful(delay_s: f32, tick_s: f32) -> Self {
-        let tau_s = Self::safe(if delay_s > tick_s { delay_s } else { tick_s }, tick_s).tau_s;
-        Self { tau_s, constant_n_s_per_m: 0.0, velocity_share: Self::SHARE_100_HZ }
     }
 
     /// Checks every number.
@@ -187,7 +177,6 @@ mod tests {
         for (delay, tau_ms) in [(0.0, 1.0), (1e-3, 3.0), (2e-3, 5.0), (2.5e-3, 6.0)] {
             assert!((DampingSettings::safe(delay, 1e-3).tau_s - tau_ms * 1e-3).abs() < 1e-9);
         }
-        assert!((DampingSettings::faithful(0.0, 1e-3).tau_s - 3e-3).abs() < 1e-9);
         let bad = DampingSettings { tau_s: f32::NAN, ..DampingSettings::NONE };
         assert!(Damping::build(&bad, 1e-3, 0.0).is_err());
     }

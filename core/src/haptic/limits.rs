@@ -41,6 +41,9 @@ pub struct LimitValues {
     pub saturated_ticks: u16,
 }
 
+/// A limit that is lowered ends here: squares of smaller ones underflow, and a force of nothing would be too long.
+const LEAST: f32 = 1e-6;
+
 impl LimitValues {
     /// A desktop stylus of 3.3 N, and the default: 3 N, 500 N/s, 1.5 m/s twice in a row, poses two ticks old, workspace and a tenth more.
     pub const DESKTOP: Self = Self {
@@ -69,7 +72,7 @@ impl LimitValues {
 
     /// Every limit within (0, that of `highest`]: NaN, zero, negative and infinite ones are refused.
     fn check_below(&self, highest: &Self) -> Result<(), BuildError> {
-        let least = f32::MIN_POSITIVE;
+        let least = LEAST;
         within(&[
             ("limits.max_force_n", self.max_force_n, least, highest.max_force_n),
             ("limits.max_slew_n_per_s", self.max_slew_n_per_s, least, highest.max_slew_n_per_s),

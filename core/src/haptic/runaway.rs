@@ -37,7 +37,7 @@ pub struct Runaway {
 }
 
 impl Runaway {
-    /// One cycle, `since_s` after the one before: `applied_n` is the force sent last, `normal` points out of the tissue.
+    /// One cycle, `1 / per_s` after the one before: `applied_n` is the force sent last, `normal` points out of the tissue.
     ///
     /// # Errors
     /// [`Fault::Runaway`].

@@ -92,7 +92,7 @@ fn part(ground: &Ground, numbers: std::ops::Range<u64>, seed: u64, done: &(impl 
 pub struct LightPatch {
     /// 130 nodes, calibrated.
     pub patch: Patch,
-    /// With the substeps that 20 kPa needs.
+    /// One step a tick, as on the board: the faults are the loop's, not the patch's.
     pub params: Params,
     /// Its force at [`DEPTH_M`] [N].
     pub static_n: f64,

@@ -100,19 +100,22 @@ pub struct Row {
     pub peak_n: f64,
     /// A count toggles for want of one that balances: not the loop's.
     pub count_toggles: bool,
+    /// The contact was long at the force limit, and is felt weaker than it is until it ends.
+    pub weakened: bool,
 }
 
 impl Row {
-    fn of(run: &Run, hand: Hand, stimulus: Stimulus, beyond_encoder: bool) -> Self {
+    fn of(run: &Run, hand: Hand, stimulus: Stimulus, count_n: Option<f64>) -> Self {
         let cycles = run.hold.is_some_and(|h| h.limit_cycle());
-        // within two counts, and not growing: one count more or less
-        let count_toggles = beyond_encoder && run.hold.is_some_and(|h| h.swing_m <= h.most_swing_m && !h.grows);
+        // within two counts, not growing, no stronger than one count is there: one count more or less
+        let count_toggles = count_n
+            .is_some_and(|most_n| run.hold.is_some_and(|h| h.swing_m <= h.most_swing_m && !h.grows && h.shake_n <= most_n));
         let verdict = match (run.fault, run.broken.first()) {
             (Some(fault), _) => fault.to_string(),
             (None, Some(broken)) => format!("{}: {}", broken.id, broken.what),
+            (None, None) if run.created_j > CREATED_J => "creates energy".into(),
             (None, None) if cycles && count_toggles => "a count toggles".into(),
             (None, None) if cycles => "limit cycle".into(),
-            (None, None) if run.created_j > CREATED_J => "creates energy".into(),
             (None, None) => "quiet".into(),
         };
         // a released hand and one that changes its grip do not press slowly: what shakes then is theirs
@@ -133,6 +136,7 @@ impl Row {
             turn_deg: run.turn_deg,
             peak_n: run.peak_n,
             count_toggles,
+            weakened: relieved,
         }
     }
 
@@ -158,6 +162,8 @@ pub struct Report {
     pub slope_n_per_m: f64,
     /// Slope up to which one count is not felt [N/m].
     pub encoder_ceiling_n_per_m: f64,
+    /// One count [m].
+    pub count_m: f64,
     /// Substeps of a tick.
     pub substeps: u16,
     /// RMS error of taps at 0.2 and 0.5 m/s [%].
@@ -189,7 +195,7 @@ pub fn report<E: Send>(
         .par_iter()
         .map(|(hand, stimulus)| {
             let run = run(*hand, *stimulus)?;
-            Ok(Row::of(&run, *hand, *stimulus, slope_n_per_m > ceiling))
+            Ok(Row::of(&run, *hand, *stimulus, (slope_n_per_m > ceiling).then_some(slope_n_per_m * device.count_m)))
         })
         .collect();
     let (substeps, tap_error_pct) = match target {
@@ -203,6 +209,7 @@ pub fn report<E: Send>(
         static_n,
         slope_n_per_m,
         encoder_ceiling_n_per_m: ceiling,
+        count_m: device.count_m,
         substeps,
         tap_error_pct,
         runs: rows?,

@@ -11,6 +11,11 @@ pub const HOLD_S: f64 = 2.0;
 /// Time for a press to settle [s].
 const SETTLE_S: f64 = 0.75;
 
+/// Stiffness or far field change so many times at so many seconds after the press [s] ...
+const CHANGES: [(f64, f64); 3] = [(0.0, 2.0), (1.7, 0.5), (2.4, 1.0)];
+/// ... and meanwhile the hand leaves the tissue twice, from and to [s]: what stiffens waits for that, what softens does not.
+const LEAVES_S: [[f64; 2]; 2] = [[0.2, 1.4], [2.6, 3.8]];
+
 /// Something that happens to the tissue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Change {
@@ -168,7 +173,7 @@ impl Course {
             Kind::Drag | Kind::Crossing => way_m / 0.05 + SETTLE_S + 0.4 + SETTLE_S,
             Kind::Release => way_m / 0.05 + SETTLE_S + 1.0,
             Kind::Random { .. } => way_m / 0.05 + 5.0 + SETTLE_S,
-            Kind::Stiffness | Kind::Swap => way_m / 0.05 + SETTLE_S + 2.0,
+            Kind::Stiffness | Kind::Swap => way_m / 0.05 + SETTLE_S + LEAVES_S[1][1] + SETTLE_S,
         };
         own + HOLD_S
     }
@@ -209,6 +214,8 @@ impl Course {
     fn push_share(&self, t_s: f64) -> f64 {
         match self.stimulus.kind {
             Kind::Sine => 1.0 - self.sine(t_s) * 0.5,
+            // a pull, or the device's friction would leave the handle where it is
+            Kind::Stiffness | Kind::Swap => 1.0 - self.left(t_s) * 1.3,
             _ => 1.0,
         }
     }
@@ -232,6 +239,16 @@ impl Course {
             return 0.0;
         }
         0.5 - 0.5 * sweep(s, 4.0, 0.5, 20.0).cos()
+    }
+
+    /// 1 while the hand has left the tissue, 0 while it presses, smoothly between.
+    fn left(&self, t_s: f64) -> f64 {
+        let s = t_s - self.press_s(0.05) - SETTLE_S;
+        let window = |[from, to]: &[f64; 2]| {
+            let edge = ((s - from).min(to - s) / 0.4).clamp(0.0, 1.0);
+            0.5 - 0.5 * (std::f64::consts::PI * edge).cos()
+        };
+        LEAVES_S.iter().map(window).sum()
     }
 
     fn chirp_n(&self, t_s: f64) -> f64 {
@@ -260,7 +277,11 @@ impl Course {
                 let depth_m = if s < 0.0 { press(0.05) } else { self.depth_m * (1.0 - on * 0.6 + 0.6 * a) };
                 self.target(depth_m, 4e-3 * b, 4e-3 * c)
             }
-            Kind::Hold { .. } | Kind::Release | Kind::Chirp | Kind::Stiffness | Kind::Swap => self.target(press(0.05), 0.0, 0.0),
+            Kind::Stiffness | Kind::Swap => {
+                let depth_m = press(0.05);
+                self.target(depth_m - (depth_m + CLEAR_M) * self.left(t_s), 0.0, 0.0)
+            }
+            Kind::Hold { .. } | Kind::Release | Kind::Chirp => self.target(press(0.05), 0.0, 0.0),
         }
     }
 
@@ -274,7 +295,7 @@ impl Course {
             Kind::Swap => Change::FarField,
             _ => return None,
         };
-        [(0.0, 2.0), (0.7, 0.5), (1.4, 1.0)].into_iter().find(|(when, _)| at(*when)).map(|(_, ratio)| make(ratio))
+        CHANGES.into_iter().find(|(when, _)| at(*when)).map(|(_, ratio)| make(ratio))
     }
 }
 
@@ -350,6 +371,13 @@ mod tests {
                 Change::Stiffness(r) | Change::FarField(r) => *r,
             };
             assert_eq!(changes.iter().map(ratio).collect::<Vec<_>>(), [2.0, 0.5, 1.0], "{id}");
+            let depth_m = |s: f64| {
+                let aim = course.aim(course.press_s(0.05) + SETTLE_S + s);
+                -(aim.at_m - course.site.at_m).dot(&course.site.normal)
+            };
+            assert!(LEAVES_S.iter().flatten().sum::<f64>() > 0.0 && depth_m(0.0) > 10e-3);
+            assert!((depth_m(0.8) + CLEAR_M).abs() < 1e-9 && (depth_m(3.2) + CLEAR_M).abs() < 1e-9, "outside while it stiffens");
+            assert!(depth_m(1.7) > 10e-3 && depth_m(2.4) > 10e-3, "inside where it softens");
         }
     }
 }

@@ -42,7 +42,8 @@ pub(super) struct LoopArgs {
     /// One hand, H0 to H6 [default: all].
     #[arg(long, value_name = "ID")]
     hand: Option<String>,
-    /// One stimulus, S1-0.05, S1-0.2, S1-0.5, S1-1, S2 to S12 [default: all].
+    /// One stimulus [default: all]: S1-0.05, S1-0.2, S1-0.5, S1-1 tap at so many m/s, S2 slow press, S3 target jumps in, S4 hold, S5 sine 0.5-20 Hz,
+    /// S6 drag, S7 let go, S8 chirp, S9 random motion, S10 across edges of elements, S11 stiffness x2 and /2, S12 organ swapped.
     #[arg(long, value_name = "ID")]
     stimulus: Option<String>,
     /// Hold for 3 s in place of a minute.
@@ -203,7 +204,9 @@ fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus]) {
     }
     let beyond = if report.slope_n_per_m > report.encoder_ceiling_n_per_m { ": holds may toggle" } else { "" };
     match report.encoder_ceiling_n_per_m {
-        ceiling if ceiling.is_finite() => println!("  encoder   one count is felt above {ceiling:.0} N/m{beyond}\n"),
+        ceiling if ceiling.is_finite() => {
+            println!("  encoder   one count of {:.0} um is felt above {ceiling:.0} N/m{beyond}\n", report.count_m * 1e6);
+        }
         _ => println!("  encoder   ideal: no counts\n"),
     }
     print!("{:<22}", "");
@@ -219,7 +222,17 @@ fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus]) {
         }
         println!();
     }
-    println!("\n. quiet   count: one count toggles   CYCLE: limit cycle   ENERGY: energy created   FAULT   BROKEN: an invariant");
+    let weak = report.runs.iter().filter(|r| r.weakened).count();
+    println!(
+        "\n. quiet: in the last half second the handle swings by at most two counts (or 5 um), the force above 20 Hz by at most 20 mN RMS, and nothing grows"
+    );
+    println!("weak: quiet, and felt weaker because the hand pushed long at the device's force limit   count: one count toggles");
+    println!("CYCLE: limit cycle   ENERGY: energy created   FAULT   BROKEN: an invariant");
+    println!(
+        "{} of {} runs quiet, {weak} of all weakened",
+        report.runs.iter().filter(|r| r.verdict == "quiet").count(),
+        report.runs.len()
+    );
     let told = |number: Option<f64>, digits: usize| number.map_or("-".into(), |n| format!("{n:.digits$}"));
     println!(
         "worst: created {} mJ, slow press {} mN above 50 Hz, hold {} mN, static error {} %, turn {} degrees a tick (-: in none of these runs)",
@@ -233,6 +246,7 @@ fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus]) {
 
 fn mark(row: &Row) -> &'static str {
     match row.verdict.as_str() {
+        "quiet" if row.weakened => "weak",
         "quiet" => ".",
         "a count toggles" => "count",
         "limit cycle" => "CYCLE",

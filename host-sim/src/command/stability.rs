@@ -24,7 +24,7 @@ pub(super) struct StabilityArgs {
     #[arg(long)]
     quick: bool,
     /// The loop on every shipped device too, at its own delay.
-    #[arg(long, conflicts_with = "quick")]
+    #[arg(long, conflicts_with_all = ["quick", "model"])]
     full: bool,
     /// Output folder, made if it is not there.
     #[arg(long, value_name = "FOLDER", default_value = "out/stability")]

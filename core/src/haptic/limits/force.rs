@@ -54,6 +54,17 @@ impl ForceLimiter {
         }
     }
 
+    /// The model's force no longer than the limit [N], and whether it was. Damped after that: on the way in the limit takes the damping away, so on the
+    /// way out it must come off what is felt, not off a force far beyond it.
+    #[must_use]
+    pub fn shorten(limits: &Limits, model_n: &Vector3<f32>) -> (Vector3<f32>, bool) {
+        let (square, most_n) = (model_n.dot(model_n), limits.values.max_force_n);
+        match square > most_n * most_n && !planted(Defect::NoForceLimit) && !planted(Defect::LimitPerAxis) {
+            true => (model_n * (most_n / length(model_n)), true),
+            false => (*model_n, false),
+        }
+    }
+
     /// The force to apply: no longer than the limit and `cap_n`, grown by no more than the slew.
     ///
     /// # Errors

@@ -48,7 +48,8 @@ impl PoseGate {
     pub fn admit(&mut self, limits: &Limits, sensed: &Sensed, force_acts: bool) -> Result<Pose, Fault> {
         let answer = self.judge(limits, sensed, force_acts);
         if answer.is_err() {
-            (self.believed_m, self.odd, self.freeze) = (None, 0, Freeze::default());
+            // numbers too: a sensor or a host that starts again counts from anywhere
+            *self = Self::default();
         }
         answer
     }

@@ -184,7 +184,8 @@ fn slopes(tabled: &[Ready], device: &DeviceProfile) -> Vec<Slope> {
     let mut slopes = Vec::new();
     for tissue in tabled {
         let deepest_m = tissue.depth_m(device);
-        for depth_m in TABLED_M.into_iter().filter(|d| *d <= deepest_m * (1.0 + 1e-9)) {
+        let tabled = TABLED_M.into_iter().filter(|d| *d < deepest_m * 0.999);
+        for depth_m in tabled.chain([deepest_m]) {
             let at = |depth_m: f64| force_at_n(&tissue.curve, depth_m);
             let n_per_m = (at(depth_m + half_m) - at(depth_m - half_m)) / (2.0 * half_m);
             slopes.push(Slope { youngs_modulus_pa: tissue.youngs_modulus_pa, depth_m, force_n: at(depth_m), n_per_m });

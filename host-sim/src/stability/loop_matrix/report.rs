@@ -109,7 +109,7 @@ fn print_ceilings(ceilings: &[Ceiling]) {
             let slope = c.slopes.iter().rfind(|s| s.youngs_modulus_pa == e);
             slope.map_or("-".into(), |s| {
                 let over = if s.n_per_m > c.felt_n_per_m { "*" } else { "" };
-                format!("{:.0}{over} {:.0} mm", s.n_per_m, s.depth_m * 1e3)
+                format!("{:.0}{over} {:.1} mm", s.n_per_m, s.depth_m * 1e3)
             })
         };
         let [soft, middle, stiff] = super::ceiling::TABLED_PA.map(deepest);
