@@ -30,7 +30,6 @@ pub struct Controls {
     damping_per_s: f32,
     nodule: Option<Nodule>,
     block: bool,
-    sized: bool,
     exercise: Option<Search>,
     found: Option<(Found, [f64; 2], Nodule)>,
     seed: u64,
@@ -57,7 +56,6 @@ impl Controls {
             stiffness_kpa: 3.5,
             damping_per_s: 40.0,
             block: true,
-            sized: true,
             exercise: None,
             found: None,
             seed: 1,
@@ -118,8 +116,8 @@ impl Controls {
         let [low, high] = ends;
         painter.text(bar.left_bottom() + vec2(0.0, 2.0), Align2::LEFT_TOP, low, FontId::proportional(12.0), ink);
         painter.text(bar.right_bottom() + vec2(0.0, 2.0), Align2::RIGHT_TOP, high, FontId::proportional(12.0), ink);
-        let how = "button: press, drag: slide, wheel: how deep · right drag: orbit · Ctrl wheel: zoom";
-        painter.text(rect.left_bottom() + vec2(12.0, -8.0), Align2::LEFT_BOTTOM, how, FontId::proportional(12.0), ink.gamma_multiply(0.7));
+        let how = "button: press · drag: slide · wheel: how deep · right drag: orbit · Ctrl wheel: zoom";
+        painter.text(rect.right_top() + vec2(-12.0, 8.0), Align2::RIGHT_TOP, how, FontId::proportional(12.0), ink.gamma_multiply(0.7));
     }
 
     /// Where the answer was, and where the nodule.

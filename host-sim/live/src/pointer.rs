@@ -15,8 +15,9 @@ const CLEAR_M: f32 = 4e-3;
 const PRESS_M: f32 = 3e-3;
 /// A notch of the wheel [m].
 const NOTCH_M: f32 = 0.5e-3;
-/// Speed of a held key, into the tissue and along it [m/s].
-const INTO_M_PER_S: f32 = 8e-3;
+/// Speed into the tissue: a careful press [m/s].
+const INTO_M_PER_S: f32 = 12e-3;
+/// Speed along it of a held key [m/s].
 const ALONG_M_PER_S: f32 = 25e-3;
 
 /// What presses, and how deep.
@@ -26,8 +27,8 @@ pub struct Pointer {
     place_m: V,
     /// By the wheel, beyond the surface; what a button adds is on top [m].
     pub press_m: f32,
-    /// By the key [m].
-    key_m: f32,
+    /// How deep it is now: it goes there at a hand's speed [m].
+    depth_m: f32,
     /// The tip is over the tissue.
     over: bool,
     /// The keyboard moved it last: the mouse is elsewhere.
@@ -38,7 +39,7 @@ pub struct Pointer {
 
 impl Default for Pointer {
     fn default() -> Self {
-        Self { place_m: V::zeros(), press_m: PRESS_M, key_m: 0.0, over: false, by_key: false, pressing: false }
+        Self { place_m: V::zeros(), press_m: PRESS_M, depth_m: -CLEAR_M, over: false, by_key: false, pressing: false }
     }
 }
 
@@ -100,20 +101,16 @@ impl Pointer {
             self.over = place_m.is_some();
             self.place_m = place_m.unwrap_or(self.place_m);
         }
-        if space {
-            (self.key_m, self.over) = ((self.key_m + INTO_M_PER_S * dt_s).min(shape.body.depth_limit_m), true);
-        } else {
-            self.key_m = 0.0;
-        }
+        self.over |= space;
         self.pressing = self.over && (button || space);
         if !self.over || frame.nodes_m.is_empty() {
+            self.depth_m = -CLEAR_M;
             return None;
         }
-        let depth_m = match (button, space) {
-            (_, true) => self.key_m,
-            (true, _) => self.press_m,
-            _ => -CLEAR_M,
-        };
-        Some((self.place_m - axis * depth_m).cast::<f64>().into())
+        // down to the surface at once, into it slowly, out of it at once
+        let goal_m = if self.pressing { self.press_m } else { -CLEAR_M };
+        let most_m = self.depth_m.max(0.0) + INTO_M_PER_S * dt_s;
+        self.depth_m = goal_m.min(most_m);
+        Some((self.place_m - axis * self.depth_m).cast::<f64>().into())
     }
 }

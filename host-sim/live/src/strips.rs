@@ -55,12 +55,6 @@ impl Strips {
         self.samples.clear();
     }
 
-    /// Strongest force shown [N].
-    #[must_use]
-    pub fn peak_n(&self) -> f32 {
-        self.samples.iter().map(|s| s.force_n).fold(0.0, f32::max)
-    }
-
     /// Draws them side by side.
     pub fn show(&self, ui: &mut Ui) {
         let newest_s = self.samples.back().map_or(0.0, |s| s.t_s);

@@ -96,7 +96,9 @@ fn tissue(facets: &mut Vec<Facet>, lens: &Lens, shape: &Shape, frame: &Frame, sh
     let mut normals = vec![V::zeros(); nodes_m.len()];
     for &[a, b, c] in &shape.boundary {
         let normal = (nodes_m[b] - nodes_m[a]).cross(&(nodes_m[c] - nodes_m[a]));
-        [a, b, c].map(|n| normals[n] += normal);
+        for n in [a, b, c] {
+            normals[n] += normal;
+        }
     }
     let shares: Vec<f32> = match shown.colour {
         Colour::Displacement => shape.moved_m(&frame.nodes_m).iter().map(|m| m / shown.most_m).collect(),
@@ -115,7 +117,7 @@ fn tissue(facets: &mut Vec<Facet>, lens: &Lens, shape: &Shape, frame: &Frame, sh
             // smooth where the surface is, sharp at a block's edges
             let smooth = normals[n].normalize();
             let normal = if smooth.dot(&own) > 0.8 { smooth } else { own };
-            let lit = 0.34 + 0.66 * normal.dot(&light).max(0.0);
+            let lit = 0.48 + 0.52 * normal.dot(&light).max(0.0);
             lens.project(&nodes_m[n]).map(|(pixel, far_m)| ((pixel, screen(scale(shares[n]).map(|k| k * lit))), far_m))
         };
         push(facets, corners.map(vertex));
@@ -130,7 +132,7 @@ fn push(facets: &mut Vec<Facet>, corners: [Option<((Pos2, Color32), f32)>; 3]) {
 
 /// A ball or a flat end at the tip, and a handle.
 fn probe(facets: &mut Vec<Facet>, lens: &Lens, shape: &Shape, frame: &Frame) {
-    const ROUND: usize = 20;
+    const ROUND: usize = 32;
     let (axis, radius_m, tip_m) = (V::from(shape.body.axis), shape.body.radius_m, V::from(frame.tip_m));
     let aside = if axis.x.abs() < 0.9 { V::x() } else { V::y() };
     let u = axis.cross(&aside).normalize();
@@ -141,7 +143,7 @@ fn probe(facets: &mut Vec<Facet>, lens: &Lens, shape: &Shape, frame: &Frame) {
     } else {
         (0..=5_u8).map(|k| f32::from(k) * std::f32::consts::FRAC_PI_2 / 5.0).map(|a| (1.0 - a.cos(), a.sin())).collect()
     };
-    rings.extend([(1.6, 1.0), (2.4, 1.0), (2.7, 0.5), (3.6, 0.5), (4.4, 0.5), (4.4, 0.0)]);
+    rings.extend([(1.7, 1.0), (2.1, 0.4), (3.0, 0.4), (3.0, 0.0)]);
     let light = lens.light();
     let at = |(height, wide): (f32, f32), k: usize| {
         let turn = (k % ROUND) as f32 * std::f32::consts::TAU / ROUND as f32;

@@ -1,0 +1,24 @@
+//! `palpate-live-page MODULE.wasm FOLDER`: writes the module and its JavaScript.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [module, folder] = arguments.as_slice() else {
+        eprintln!("palpate-live-page: give the module and the folder");
+        return ExitCode::from(2);
+    };
+    let mut bindgen = wasm_bindgen_cli_support::Bindgen::new();
+    let made = bindgen
+        .input_path(Path::new(module))
+        .web(true)
+        .and_then(|b| b.typescript(false).remove_producers_section(true).remove_name_section(true).generate(folder));
+    match made {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(why) => {
+            eprintln!("palpate-live-page: {module}: {why}");
+            ExitCode::from(2)
+        }
+    }
+}
