@@ -69,6 +69,12 @@ impl App {
         self.drawn.len()
     }
 
+    /// The bytes of the last recording.
+    #[must_use]
+    pub fn trace(&self) -> &[u8] {
+        self.files.trace()
+    }
+
     /// What is shown, in numbers: for scripts that drive it.
     #[must_use]
     pub fn numbers(&self) -> serde_json::Value {

@@ -37,7 +37,7 @@ impl Camera {
     /// Looks at the middle of a body of this size [m].
     #[must_use]
     pub fn of(at_m: V, size_m: f32) -> Self {
-        Self { at_m, turn: -0.65, height: 0.62, distance_m: 2.3 * size_m, size_m }
+        Self { at_m, turn: -0.65, height: 0.62, distance_m: 2.6 * size_m, size_m }
     }
 
     /// Goes round by a drag in pixels.

@@ -33,6 +33,12 @@ impl Files {
         }
     }
 
+    /// Its bytes.
+    #[must_use]
+    pub fn trace(&self) -> &[u8] {
+        self.trace.as_deref().unwrap_or_default()
+    }
+
     /// There is one.
     #[must_use]
     pub fn has_trace(&self) -> bool {

@@ -25,6 +25,32 @@ mod window {
         /// A preset or the path of a scene file (.toml).
         #[arg(long, value_name = "NAME|FILE", default_value = "block")]
         scene: String,
+        /// Writes what is shown, in numbers, to this file four times a second: for scripts that drive the window.
+        #[arg(long, value_name = "FILE", hide = true)]
+        numbers: Option<std::path::PathBuf>,
+    }
+
+    /// The same, and its numbers in a file.
+    struct Told {
+        app: App,
+        numbers: Option<std::path::PathBuf>,
+        next: std::time::Instant,
+    }
+
+    impl eframe::App for Told {
+        fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
+            self.app.ui(ui, frame);
+            if let Some(file) = &self.numbers
+                && self.next.elapsed().as_millis() >= 250
+            {
+                self.next = std::time::Instant::now();
+                // whole or not at all: whoever reads it may come at any time
+                let part = file.with_extension("part");
+                if let Err(why) = std::fs::write(&part, self.app.numbers().to_string()).and_then(|()| std::fs::rename(&part, file)) {
+                    eprintln!("palpate: {}: {why}", file.display());
+                }
+            }
+        }
     }
 
     pub fn open() -> ExitCode {
@@ -42,7 +68,10 @@ mod window {
         let made = eframe::run_native(
             "Palpate live",
             options,
-            Box::new(|cc| Ok(Box::new(App::new(&cc.egui_ctx, Box::new(link), choice, holding)))),
+            Box::new(|cc| {
+                let app = App::new(&cc.egui_ctx, Box::new(link), choice, holding);
+                Ok(Box::new(Told { app, numbers: arguments.numbers, next: std::time::Instant::now() }))
+            }),
         );
         match made {
             Ok(()) => ExitCode::SUCCESS,

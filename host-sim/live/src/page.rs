@@ -80,6 +80,17 @@ pub fn shown() -> String {
     })
 }
 
+/// The bytes of the last recording; none if there is none.
+#[wasm_bindgen]
+#[must_use]
+pub fn trace() -> Vec<u8> {
+    RUNNER.with(|kept| {
+        let runner = kept.borrow();
+        let app = runner.as_ref().and_then(eframe::WebRunner::app_mut::<App>);
+        app.map(|app| app.trace().to_vec()).unwrap_or_default()
+    })
+}
+
 /// The physics, in a worker.
 #[wasm_bindgen]
 pub struct PagePhysics {

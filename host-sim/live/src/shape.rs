@@ -14,6 +14,8 @@ pub struct Shape {
     pub body: Body,
     /// Its whole boundary, counter-clockwise seen from outside.
     pub boundary: Vec<[usize; 3]>,
+    /// Boundary triangles at each node.
+    around: Vec<Vec<usize>>,
     six_volumes_m3: Vec<f32>,
 }
 
@@ -22,9 +24,13 @@ impl Shape {
     #[must_use]
     pub fn of(body: Body) -> Self {
         let tets: Vec<[u32; 4]> = body.tets.iter().map(|t| t.map(u32::from)).collect();
-        let boundary = surface::surface(&tets).iter().map(|t| t.map(|n| n as usize)).collect();
+        let boundary: Vec<[usize; 3]> = surface::surface(&tets).iter().map(|t| t.map(|n| n as usize)).collect();
+        let mut around = vec![Vec::new(); body.rest_m.len()];
+        for (face, corners) in boundary.iter().enumerate() {
+            corners.iter().for_each(|n| around[*n].push(face));
+        }
         let six_volumes_m3 = body.tets.iter().map(|t| six_volume_m3(t, &body.rest_m)).collect();
-        Self { body, boundary, six_volumes_m3 }
+        Self { body, boundary, around, six_volumes_m3 }
     }
 
     /// Middle [m] and the longest side [m].
@@ -34,6 +40,19 @@ impl Shape {
         let Some(first) = all().next() else { return (V::zeros(), 0.1) };
         let (low, high) = all().fold((first, first), |(l, h), x| (l.inf(&x), h.sup(&x)));
         ((low + high) * 0.5, (high - low).max())
+    }
+
+    /// Area normals of the boundary [m^2], twice the area long.
+    #[must_use]
+    pub fn normals(&self, nodes_m: &[V]) -> Vec<V> {
+        self.boundary.iter().map(|&[a, b, c]| (nodes_m[b] - nodes_m[a]).cross(&(nodes_m[c] - nodes_m[a]))).collect()
+    }
+
+    /// Normal at a node of a face: smooth where the surface is, sharp at an edge.
+    #[must_use]
+    pub fn normal(&self, node: usize, own: &V, normals: &[V]) -> V {
+        let near = self.around[node].iter().map(|f| normals[*f]).filter(|n| n.dot(own) > 0.7 * n.norm());
+        near.sum::<V>().try_normalize(0.0).unwrap_or(*own)
     }
 
     /// Volume over rest volume of each node's tets (1).

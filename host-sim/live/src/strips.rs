@@ -32,7 +32,8 @@ const STRIPS: [Strip; 4] = [
     Strip { title: "depth mm", value: |s| f64::from(s.depth_m) * 1e3, colour: Color32::from_rgb(31, 111, 180), least: 4.0, digits: 1 },
     Strip {
         title: "energy taken mJ",
-        value: |s| f64::from(-s.energy_j) * 1e3,
+        // what is taken is negative when given; a zero has no sign
+        value: |s| 0.0 - f64::from(s.energy_j) * 1e3,
         colour: Color32::from_rgb(50, 140, 90),
         least: 0.1,
         digits: 2,

@@ -93,30 +93,21 @@ pub fn draw(painter: &Painter, lens: &Lens, shape: &Shape, frame: &Frame, shown:
 
 fn tissue(facets: &mut Vec<Facet>, lens: &Lens, shape: &Shape, frame: &Frame, shown: &Shown) {
     let nodes_m: Vec<V> = frame.nodes_m.iter().map(|x| V::from(*x)).collect();
-    let mut normals = vec![V::zeros(); nodes_m.len()];
-    for &[a, b, c] in &shape.boundary {
-        let normal = (nodes_m[b] - nodes_m[a]).cross(&(nodes_m[c] - nodes_m[a]));
-        for n in [a, b, c] {
-            normals[n] += normal;
-        }
-    }
+    let normals = shape.normals(&nodes_m);
     let shares: Vec<f32> = match shown.colour {
         Colour::Displacement => shape.moved_m(&frame.nodes_m).iter().map(|m| m / shown.most_m).collect(),
         Colour::J => shape.j(&frame.nodes_m).iter().map(|j| (1.0 - j) / (1.0 - LEAST_J)).collect(),
     };
     let light = lens.light();
-    for &corners in &shape.boundary {
+    for (&corners, own) in shape.boundary.iter().zip(&normals) {
         let [a, b, c] = corners.map(|n| nodes_m[n]);
-        let own = (b - a).cross(&(c - a));
         let middle = (a + b + c) / 3.0;
         if own.dot(&(lens.eye_m() - middle)) <= 0.0 {
             continue;
         }
         let own = own.normalize();
         let vertex = |n: usize| {
-            // smooth where the surface is, sharp at a block's edges
-            let smooth = normals[n].normalize();
-            let normal = if smooth.dot(&own) > 0.8 { smooth } else { own };
+            let normal = shape.normal(n, &own, &normals);
             let lit = 0.48 + 0.52 * normal.dot(&light).max(0.0);
             lens.project(&nodes_m[n]).map(|(pixel, far_m)| ((pixel, screen(scale(shares[n]).map(|k| k * lit))), far_m))
         };

@@ -128,7 +128,7 @@ fn reply(mut stream: TcpStream, folder: &Path) -> std::io::Result<()> {
         "page.js" => ("page.js", "text/javascript"),
         "worker.js" => ("worker.js", "text/javascript"),
         "palpate_live.js" => ("palpate_live.js", "text/javascript"),
-        "palpate_live_bg.wasm" => ("palpate_live_bg.wasm", "application/wasm"),
+        "palpate_live.wasm.gz" => ("palpate_live.wasm.gz", "application/gzip"),
         _ => return stream.write_all(b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"),
     };
     let body = std::fs::read(folder.join(name))?;

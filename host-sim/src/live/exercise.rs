@@ -13,7 +13,7 @@ const REACH_M: f64 = 14e-3;
 /// Answers this near get the full mark, this far none [m].
 const NEAR_M: [f64; 2] = [3e-3, 20e-3];
 /// The same of the strongest press [N].
-const GENTLE_N: [f64; 2] = [1.5, 6.0];
+const GENTLE_N: [f64; 2] = [0.4, 1.5];
 /// The same of the time [s].
 const SOON_S: [f64; 2] = [20.0, 120.0];
 
@@ -84,8 +84,8 @@ mod tests {
     fn the_score_is_equation_14_of_three_marks() {
         let exercise = Exercise::hide(7);
         let at = exercise.hidden.place_m;
-        assert_eq!(exercise.judge(at, 1.0, 10.0).score, 1.0);
-        let late = exercise.judge(at, 1.0, 70.0);
+        assert_eq!(exercise.judge(at, 0.3, 10.0).score, 1.0);
+        let late = exercise.judge(at, 0.3, 70.0);
         assert!((late.marks[2] - 5.0).abs() < 1e-12 && (late.score - 0.9).abs() < 1e-12);
         let missed = exercise.judge([at[0] + 0.03, at[1]], 9.0, 200.0);
         assert_eq!((missed.score, missed.marks), (0.0, [0.0; 3]));

@@ -121,7 +121,7 @@ impl Live {
         self.waiting.is_some()
     }
 
-    /// Other tissue or another device. What changes stiffness or damping alone comes as soon as nothing is touched; the rest is a new loop, and
+    /// Other tissue or another device. What stiffens waits until nothing is touched; what is more than stiffness and damping is a new loop, and
     /// ends a recording.
     ///
     /// # Errors
@@ -188,7 +188,9 @@ impl Live {
 
     /// One tick towards a target [m]. `heard`: whoever moves it is there; a silent one loses the force.
     pub fn step(&mut self, target_m: Vector3<f64>, heard: bool) -> Told {
-        if !self.cycle.in_contact()
+        // what softens comes at once; what stiffens under the probe would give energy that nobody brought
+        let softens = self.waiting.is_some_and(|p| p.youngs_modulus_pa <= self.tissue.params().youngs_modulus_pa);
+        if (softens || !self.cycle.in_contact())
             && let Some(params) = self.waiting.take()
             && self.tissue.retune(params).is_ok()
             && let Some(recorder) = &mut self.recorder

@@ -61,7 +61,7 @@ impl LiveTissue {
         &self.nodes
     }
 
-    /// Other parameters; what moves, goes on. Not in contact: what stiffens under the probe would give energy to the hand.
+    /// Other parameters; what moves, goes on.
     ///
     /// # Errors
     /// What [`Params::build`] refuses; nothing changes then.
