@@ -104,7 +104,9 @@ fn what_does_not_fit_is_refused_and_the_loop_goes_on() {
     let broken = Choice { text, ..Choice::preset("x.toml") };
     let unknown = Holding { device: Some("teapot".into()), ..Holding::default() };
     let zero = Choice { youngs_modulus_pa: Some(0.0), ..small() };
-    for (choice, holding, says) in [(&broken, Holding::default(), "x.toml"), (&small(), unknown, "teapot"), (&zero, Holding::default(), "youngs_modulus_pa")] {
+    for (choice, holding, says) in
+        [(&broken, Holding::default(), "x.toml"), (&small(), unknown, "teapot"), (&zero, Holding::default(), "youngs_modulus_pa")]
+    {
         let said = live.choose(choice, &holding).unwrap_err().to_string();
         assert!(said.contains(says) && !said.contains('\n'), "{said}");
     }

@@ -109,7 +109,13 @@ impl App {
                 Answer::Frame(frame) => {
                     self.strips.add(&frame.samples);
                     if frame.dropped > self.dropped + 200 {
-                        self.said = (format!("{} ms of the tissue's time were dropped: machine busy or asleep.", frame.dropped - self.dropped), true);
+                        self.said = (
+                            format!(
+                                "{} ms of the tissue's time were dropped: machine busy or asleep.",
+                                frame.dropped - self.dropped
+                            ),
+                            true,
+                        );
                     }
                     self.dropped = frame.dropped;
                     if self.first_touch_s.is_none() && Vector3::from(frame.force_n).norm() > 1e-3 {
@@ -181,7 +187,9 @@ impl App {
         let (low, high) = if dark { ((30, 34, 40), (44, 50, 58)) } else { ((236, 239, 243), (252, 253, 254)) };
         let ground = |c: (u8, u8, u8)| Color32::from_rgb(c.0, c.1, c.2);
         let mut mesh = egui::Mesh::default();
-        for (at, colour) in [(rect.left_top(), high), (rect.right_top(), high), (rect.right_bottom(), low), (rect.left_bottom(), low)] {
+        for (at, colour) in
+            [(rect.left_top(), high), (rect.right_top(), high), (rect.right_bottom(), low), (rect.left_bottom(), low)]
+        {
             mesh.colored_vertex(at, ground(colour));
         }
         mesh.add_triangle(0, 1, 2);

@@ -117,7 +117,13 @@ impl Controls {
         painter.text(bar.left_bottom() + vec2(0.0, 2.0), Align2::LEFT_TOP, low, FontId::proportional(12.0), ink);
         painter.text(bar.right_bottom() + vec2(0.0, 2.0), Align2::RIGHT_TOP, high, FontId::proportional(12.0), ink);
         let how = "button: press · drag: slide · wheel: how deep · right drag: orbit · Ctrl wheel: zoom";
-        painter.text(rect.right_top() + vec2(-12.0, 8.0), Align2::RIGHT_TOP, how, FontId::proportional(12.0), ink.gamma_multiply(0.7));
+        painter.text(
+            rect.right_top() + vec2(-12.0, 8.0),
+            Align2::RIGHT_TOP,
+            how,
+            FontId::proportional(12.0),
+            ink.gamma_multiply(0.7),
+        );
     }
 
     /// Where the answer was, and where the nodule.
@@ -145,7 +151,8 @@ impl App {
     /// Tells the physics what is chosen now.
     fn choose(&mut self) {
         let controls = &mut self.controls;
-        controls.choice.nodule = controls.exercise.as_ref().map(|s| s.exercise.hidden).or(controls.nodule.filter(|_| controls.block));
+        controls.choice.nodule =
+            controls.exercise.as_ref().map(|s| s.exercise.hidden).or(controls.nodule.filter(|_| controls.block));
         self.link.send(Request::Choose(controls.choice.clone(), controls.holding.clone()));
     }
 
@@ -210,8 +217,25 @@ impl App {
         }
         let pressed = ctx.input(|i| {
             let all = [
-                Key::C, Key::D, Key::E, Key::Enter, Key::N, Key::P, Key::R, Key::S, Key::T, Key::J, Key::Minus, Key::Plus,
-                Key::Equals, Key::OpenBracket, Key::CloseBracket, Key::Home, Key::PageDown, Key::PageUp, Key::L,
+                Key::C,
+                Key::D,
+                Key::E,
+                Key::Enter,
+                Key::N,
+                Key::P,
+                Key::R,
+                Key::S,
+                Key::T,
+                Key::J,
+                Key::Minus,
+                Key::Plus,
+                Key::Equals,
+                Key::OpenBracket,
+                Key::CloseBracket,
+                Key::Home,
+                Key::PageDown,
+                Key::PageUp,
+                Key::L,
             ];
             all.into_iter().filter(|k| i.key_pressed(*k)).collect::<Vec<_>>()
         });

@@ -72,12 +72,12 @@ pub mod thread {
         answer(physics.body());
         loop {
             match asked.recv_timeout(Duration::from_micros(700)) {
-                Ok(request) => physics.take(request, clock(), &mut answer),
+                Ok(request) => physics.take(request, &clock, &mut answer),
                 Err(std::sync::mpsc::RecvTimeoutError::Disconnected) => return,
                 Err(std::sync::mpsc::RecvTimeoutError::Timeout) => {}
             }
             while let Ok(request) = asked.try_recv() {
-                physics.take(request, clock(), &mut answer);
+                physics.take(request, &clock, &mut answer);
             }
             physics.advance(&clock, &mut answer);
         }

@@ -46,7 +46,9 @@ mod window {
                 self.next = std::time::Instant::now();
                 // whole or not at all: whoever reads it may come at any time
                 let part = file.with_extension("part");
-                if let Err(why) = std::fs::write(&part, self.app.numbers().to_string()).and_then(|()| std::fs::rename(&part, file)) {
+                if let Err(why) =
+                    std::fs::write(&part, self.app.numbers().to_string()).and_then(|()| std::fs::rename(&part, file))
+                {
                     eprintln!("palpate: {}: {why}", file.display());
                 }
             }

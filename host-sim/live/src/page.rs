@@ -58,8 +58,7 @@ pub async fn draw(canvas: web_sys::HtmlCanvasElement, worker: web_sys::Worker) -
     let link = Worker::of(worker);
     let (choice, holding) = first();
     let runner = eframe::WebRunner::new();
-    let app: eframe::AppCreator<'static> =
-        Box::new(|cc| Ok(Box::new(App::new(&cc.egui_ctx, Box::new(link), choice, holding))));
+    let app: eframe::AppCreator<'static> = Box::new(|cc| Ok(Box::new(App::new(&cc.egui_ctx, Box::new(link), choice, holding))));
     runner.start(canvas, eframe::WebOptions::default(), app).await?;
     RUNNER.with(|kept| *kept.borrow_mut() = Some(runner));
     Ok(())
@@ -113,19 +112,23 @@ impl PagePhysics {
     }
 
     /// A request came.
-    pub fn take(&mut self, bytes: &[u8], now_s: f64) {
+    pub fn take(&mut self, bytes: &[u8], clock: &js_sys::Function) {
         if let Ok(request) = postcard::from_bytes(bytes) {
             let post = &self.post;
-            self.physics.take(request, now_s, &mut |answer| send(post, &answer));
+            self.physics.take(request, &|| read(clock), &mut |answer| send(post, &answer));
         }
     }
 
     /// Runs the ticks that are due.
     pub fn advance(&mut self, clock: &js_sys::Function) {
-        let now = || clock.call0(&JsValue::NULL).ok().and_then(|t| t.as_f64()).unwrap_or_default();
         let post = &self.post;
-        self.physics.advance(&now, &mut |answer| send(post, &answer));
+        self.physics.advance(&|| read(clock), &mut |answer| send(post, &answer));
     }
+}
+
+/// Real time [s].
+fn read(clock: &js_sys::Function) -> f64 {
+    clock.call0(&JsValue::NULL).ok().and_then(|t| t.as_f64()).unwrap_or_default()
 }
 
 fn send(post: &js_sys::Function, answer: &Answer) {

@@ -1,8 +1,8 @@
 //! The loop beside the drawing: virtual time paced to real time, requests in, frames out.
 
+use palpate::ProbeShape;
 use palpate::Vector3;
 use palpate::haptic::cycle::Ask;
-use palpate::ProbeShape;
 use palpate_sim::error::Error;
 use palpate_sim::live::replay::replay;
 use palpate_sim::live::trace::{MOST_TICKS, Trace};
@@ -103,8 +103,16 @@ impl Physics {
         }))
     }
 
-    /// Answers a request; `now_s` is real time.
-    pub fn take(&mut self, request: Request, now_s: f64, answer: &mut dyn FnMut(Answer)) {
+    /// Answers a request; `clock` gives real time [s]. What takes long, a patch to prepare or a trace to repeat, stops the tissue's time.
+    pub fn take(&mut self, request: Request, clock: &dyn Fn() -> f64, answer: &mut dyn FnMut(Answer)) {
+        let now_s = clock();
+        self.follow(request, now_s, answer);
+        let spent_s = clock() - now_s;
+        self.start_s += spent_s;
+        self.heard_s += spent_s;
+    }
+
+    fn follow(&mut self, request: Request, now_s: f64, answer: &mut dyn FnMut(Answer)) {
         match request {
             Request::Aim(target_m) => {
                 self.heard_s = now_s;

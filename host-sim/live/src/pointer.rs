@@ -63,7 +63,8 @@ impl Pointer {
         let (wheel, ctrl, pinch, dt_s, keys) = ui.input(|i| {
             let held = |k: Key| !typing && i.key_down(k);
             let step = |more: Key, less: Key| f32::from(i8::from(held(more)) - i8::from(held(less)));
-            let keys = (step(Key::ArrowRight, Key::ArrowLeft), step(Key::ArrowUp, Key::ArrowDown), held(Key::Space), i.modifiers.shift);
+            let keys =
+                (step(Key::ArrowRight, Key::ArrowLeft), step(Key::ArrowUp, Key::ArrowDown), held(Key::Space), i.modifiers.shift);
             (i.smooth_scroll_delta().y, i.modifiers.ctrl, i.zoom_delta(), i.stable_dt.min(0.1), keys)
         });
         let (right, up, space, shift) = keys;

@@ -29,7 +29,13 @@ struct Strip {
 
 const STRIPS: [Strip; 4] = [
     Strip { title: "force N", value: |s| s.force_n.into(), colour: Color32::from_rgb(205, 70, 45), least: 0.1, digits: 2 },
-    Strip { title: "depth mm", value: |s| f64::from(s.depth_m) * 1e3, colour: Color32::from_rgb(31, 111, 180), least: 4.0, digits: 1 },
+    Strip {
+        title: "depth mm",
+        value: |s| f64::from(s.depth_m) * 1e3,
+        colour: Color32::from_rgb(31, 111, 180),
+        least: 4.0,
+        digits: 1,
+    },
     Strip {
         title: "energy taken mJ",
         // what is taken is negative when given; a zero has no sign
@@ -38,7 +44,13 @@ const STRIPS: [Strip; 4] = [
         least: 0.1,
         digits: 2,
     },
-    Strip { title: "tick us, budget 1000", value: |s| s.tick_us.into(), colour: Color32::from_rgb(140, 100, 180), least: 1050.0, digits: 0 },
+    Strip {
+        title: "tick us, budget 1000",
+        value: |s| s.tick_us.into(),
+        colour: Color32::from_rgb(140, 100, 180),
+        least: 1050.0,
+        digits: 0,
+    },
 ];
 
 impl Strips {

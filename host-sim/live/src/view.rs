@@ -163,7 +163,11 @@ fn probe(facets: &mut Vec<Facet>, lens: &Lens, shape: &Shape, frame: &Frame) {
 }
 
 fn springs(painter: &Painter, lens: &Lens, shape: &Shape, frame: &Frame, shown: &Shown) {
-    let ink = if shown.dark { Color32::from_rgba_unmultiplied(235, 240, 245, 70) } else { Color32::from_rgba_unmultiplied(20, 24, 30, 70) };
+    let ink = if shown.dark {
+        Color32::from_rgba_unmultiplied(235, 240, 245, 70)
+    } else {
+        Color32::from_rgba_unmultiplied(20, 24, 30, 70)
+    };
     let at = |n: u16| frame.nodes_m.get(usize::from(n)).and_then(|x| lens.project(&V::from(*x)));
     for [i, j] in &shape.body.springs {
         if let (Some((a, _)), Some((b, _))) = (at(*i), at(*j)) {

@@ -87,12 +87,17 @@ fn the_page_is_pressed_and_replays_its_own_bits() {
 
     // the exercise begins and is answered
     browser.key("n");
-    until(&mut browser, "a hidden nodule", 60, |s| s["controls"]["searching"] == true && s["said"].as_str().is_some_and(|t| t.contains("ready")));
+    until(&mut browser, "a hidden nodule", 60, |s| {
+        s["controls"]["searching"] == true && s["said"].as_str().is_some_and(|t| t.contains("ready"))
+    });
     browser.mouse(480, 250, Some(true));
     until(&mut browser, "pressed while searching", 60, |s| number(s, "depth_m") > 2e-3);
     browser.mouse(480, 250, Some(false));
     browser.key("\u{e007}");
     let scored = until(&mut browser, "score", 20, |s| s["controls"]["score"].is_number());
     println!("{}", scored["said"]);
-    println!("{} ticks/s, {} frames/s, longest tick {} us", scored["ticks_per_s"], scored["frames_per_s"], scored["longest_tick_us"]);
+    println!(
+        "{} ticks/s, {} frames/s, longest tick {} us",
+        scored["ticks_per_s"], scored["frames_per_s"], scored["longest_tick_us"]
+    );
 }

@@ -24,7 +24,11 @@ impl Window {
         let screen = quiet(Command::new("Xvfb").args([&display, "-screen", "0", "1280x720x24"]))?;
         std::thread::sleep(Duration::from_secs(2));
         let mut program = Command::new(env!("CARGO_BIN_EXE_palpate-live"));
-        program.env("DISPLAY", &display).env_remove("WAYLAND_DISPLAY").env("LIBGL_ALWAYS_SOFTWARE", "1").env("PALPATE_LIVE_OUT", folder.path());
+        program
+            .env("DISPLAY", &display)
+            .env_remove("WAYLAND_DISPLAY")
+            .env("LIBGL_ALWAYS_SOFTWARE", "1")
+            .env("PALPATE_LIVE_OUT", folder.path());
         let program = quiet(program.arg("--numbers").arg(folder.path().join("numbers.json")))?;
         Some(Self { screen, program, display, folder })
     }
@@ -67,7 +71,8 @@ fn number(shown: &Value, key: &str) -> f64 {
 fn written(folder: &Path, ending: &str) -> std::path::PathBuf {
     let end = Instant::now() + Duration::from_secs(20);
     loop {
-        let found = std::fs::read_dir(folder).unwrap().flatten().map(|f| f.path()).find(|p| p.to_string_lossy().ends_with(ending));
+        let found =
+            std::fs::read_dir(folder).unwrap().flatten().map(|f| f.path()).find(|p| p.to_string_lossy().ends_with(ending));
         if let Some(path) = found {
             std::thread::sleep(Duration::from_millis(300));
             return path;
@@ -108,5 +113,8 @@ fn the_window_is_pressed_and_its_trace_repeats() {
     let again = palpate_sim::live::replay::replay(&palpate_sim::live::trace::Trace::read(&bytes).unwrap()).unwrap();
     assert_eq!(again.differs, None);
     assert!(again.told.iter().any(|t| f64::from(t.applied_n.norm()) > number(&soft, "force_n")));
-    println!("{} ticks/s, {} frames/s, longest tick {} us", stiff["ticks_per_s"], stiff["frames_per_s"], stiff["longest_tick_us"]);
+    println!(
+        "{} ticks/s, {} frames/s, longest tick {} us",
+        stiff["ticks_per_s"], stiff["frames_per_s"], stiff["longest_tick_us"]
+    );
 }

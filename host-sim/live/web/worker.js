@@ -8,10 +8,10 @@ self.onmessage = async ({ data }) => {
   if (data instanceof WebAssembly.Module) {
     await init({ module_or_path: data });
     physics = new PagePhysics(post, clock());
-    waiting.splice(0).forEach((bytes) => physics.take(bytes, clock()));
+    waiting.splice(0).forEach((bytes) => physics.take(bytes, clock));
     setInterval(() => physics.advance(clock), 2);
   } else if (physics) {
-    physics.take(data, clock());
+    physics.take(data, clock);
     physics.advance(clock);
   } else if (waiting.length < 100) {
     waiting.push(data);

@@ -32,7 +32,9 @@ impl LiveArgs {
         let package = Path::new(env!("CARGO_MANIFEST_DIR")).join("live");
         if !package.join("Cargo.toml").is_file() {
             let place = package.display();
-            return Err(Error::Usage(format!("{place} is not there: `live` builds its window and page in the repository, start it from a build of it")));
+            return Err(Error::Usage(format!(
+                "{place} is not there: `live` builds its window and page in the repository, start it from a build of it"
+            )));
         }
         if self.page {
             return self.build_page(&package);
@@ -67,7 +69,11 @@ impl LiveArgs {
         for file in std::fs::read_dir(&self.out).map_err(|e| write(&self.out, e))?.flatten() {
             bytes += file.metadata().map_or(0, |m| m.len());
         }
-        println!("wrote {}: {:.2} MB, static files: any web server shows them, without a network", self.out.display(), bytes as f64 * 1e-6);
+        println!(
+            "wrote {}: {:.2} MB, static files: any web server shows them, without a network",
+            self.out.display(),
+            bytes as f64 * 1e-6
+        );
         if self.no_serve { Ok(()) } else { serve(&self.out) }
     }
 }
@@ -93,7 +99,10 @@ impl Instant {
 /// In the package's folder, where its settings are; cargo shows its own progress.
 fn cargo(package: &Path, arguments: &[&str]) -> Result<(), Error> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    run(Command::new(cargo).current_dir(package).args(arguments), &format!("cargo {} in {}", arguments.join(" "), package.display()))
+    run(
+        Command::new(cargo).current_dir(package).args(arguments),
+        &format!("cargo {} in {}", arguments.join(" "), package.display()),
+    )
 }
 
 fn run(command: &mut Command, what: &str) -> Result<(), Error> {

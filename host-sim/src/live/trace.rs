@@ -103,7 +103,10 @@ impl fmt::Display for TraceError {
         match self {
             Self::NotATrace => write!(f, "not a live trace: give a file that `palpate live` recorded"),
             Self::Version(found) => {
-                write!(f, "trace of version {found}, this program reads version {VERSION}: record it again, or take the program that wrote it")
+                write!(
+                    f,
+                    "trace of version {found}, this program reads version {VERSION}: record it again, or take the program that wrote it"
+                )
             }
             Self::Cut => write!(f, "the trace ends too early: copy the file again, whole"),
             Self::Damaged => write!(f, "the trace's checksum does not match: the file was changed, copy it again"),

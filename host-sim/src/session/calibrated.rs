@@ -40,7 +40,9 @@ pub(super) fn of(scene: &Scene, default_nodes: usize) -> Option<(Patch, Params)>
 
 /// The patch for a scene exactly as it ships: its limits were measured when it was packed. `None` where there is anything to measure.
 pub(crate) fn as_shipped(scene: &Scene) -> Option<(Patch, Params)> {
-    let unchanged = scene.tissue.inclusion.is_empty() && scene.solver.patch.is_none() && scene.probe.position_m.unwrap_or_default() == [0.0; 2];
+    let unchanged = scene.tissue.inclusion.is_empty()
+        && scene.solver.patch.is_none()
+        && scene.probe.position_m.unwrap_or_default() == [0.0; 2];
     let (patch, packed) = unchanged.then(|| of(scene, DEFAULT_NODES))??;
     Some((patch, Params { substeps: packed.substeps, ..super::fitted(scene, &packed) }))
 }

@@ -32,10 +32,20 @@ impl Browser {
         }
         let data = format!("--user-data-dir={}", browser._profile.path().display());
         let arguments = [
-            "--headless=new", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
-            "--disable-component-update", "--disable-sync", "--window-size=1280,800", "--enable-unsafe-swiftshader", "--use-angle=swiftshader", &data,
+            "--headless=new",
+            "--no-sandbox",
+            "--disable-quic",
+            "--no-first-run",
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--disable-sync",
+            "--window-size=1280,800",
+            "--enable-unsafe-swiftshader",
+            "--use-angle=swiftshader",
+            &data,
         ];
-        let wanted = json!({"capabilities": {"alwaysMatch": {"browserName": "chrome", "goog:chromeOptions": {"args": arguments}}}});
+        let wanted =
+            json!({"capabilities": {"alwaysMatch": {"browserName": "chrome", "goog:chromeOptions": {"args": arguments}}}});
         let made = browser.call("POST", "/session", Some(&wanted));
         browser.session = made["sessionId"].as_str()?.to_owned();
         let rect = json!({"width": 1280, "height": 800});
@@ -72,7 +82,11 @@ impl Browser {
 
     /// Presses a key.
     pub fn key(&mut self, key: &str) {
-        let steps = [json!({"type": "keyDown", "value": key}), json!({"type": "pause", "duration": 80}), json!({"type": "keyUp", "value": key})];
+        let steps = [
+            json!({"type": "keyDown", "value": key}),
+            json!({"type": "pause", "duration": 80}),
+            json!({"type": "keyUp", "value": key}),
+        ];
         self.command("POST", "/actions", Some(&json!({"actions": [{"type": "key", "id": "keys", "actions": steps}]})));
         std::thread::sleep(Duration::from_millis(200));
     }
@@ -96,7 +110,9 @@ impl Browser {
         let body = body.map(Value::to_string).unwrap_or_default();
         let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
         let length = body.len();
-        let head = format!("{method} {path} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n");
+        let head = format!(
+            "{method} {path} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n"
+        );
         stream.write_all(head.as_bytes()).unwrap();
         stream.write_all(body.as_bytes()).unwrap();
         let answer = whole(&mut stream);
@@ -167,7 +183,8 @@ fn serve(folder: PathBuf) -> u16 {
                 _ => "text/html",
             };
             let body = std::fs::read(folder.join(&name)).unwrap_or_default();
-            let head = format!("HTTP/1.1 200 OK\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n", body.len());
+            let head =
+                format!("HTTP/1.1 200 OK\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n", body.len());
             let _gone = stream.write_all(head.as_bytes()).and_then(|()| stream.write_all(&body));
         }
     });
