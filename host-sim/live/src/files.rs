@@ -94,7 +94,7 @@ impl Files {
     /// Files dropped, as they arrive: name and content.
     pub fn opened(&self, ctx: &Context) -> Vec<(String, Vec<u8>)> {
         for file in ctx.input(|i| i.raw.dropped_files.clone()) {
-            fetch(file, &self.arrived);
+            fetch(&file, &self.arrived);
         }
         self.arrived.lock().map(|mut arrived| std::mem::take(&mut *arrived)).unwrap_or_default()
     }
@@ -137,7 +137,7 @@ mod place {
         }
     }
 
-    pub fn fetch(file: DroppedFileHandle, arrived: &Arrived) {
+    pub fn fetch(file: &DroppedFileHandle, arrived: &Arrived) {
         if let (Ok(bytes), Ok(mut arrived)) = (file.bytes(), arrived.lock()) {
             arrived.push((file.path().display().to_string(), bytes));
         }
@@ -176,8 +176,8 @@ mod place {
         web_sys::Url::revoke_object_url(&url).ok()
     }
 
-    pub fn fetch(file: DroppedFileHandle, arrived: &Arrived) {
-        let arrived = Arrived::clone(arrived);
+    pub fn fetch(file: &DroppedFileHandle, arrived: &Arrived) {
+        let (file, arrived) = (DroppedFileHandle::clone(file), Arrived::clone(arrived));
         wasm_bindgen_futures::spawn_local(async move {
             if let Ok(bytes) = file.bytes_async().await
                 && let Ok(mut arrived) = arrived.lock()
