@@ -1,4 +1,4 @@
-//! A browser through ChromeDriver's protocol (W3C WebDriver), and a server for the page's folder.
+//! A browser through the protocol of `chromedriver` (W3C `WebDriver`), and a server for the page's folder.
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
