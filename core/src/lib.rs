@@ -50,5 +50,5 @@ pub use path::output::Output;
 pub use path::probe::ProbePose;
 #[cfg(feature = "planted-defects")]
 pub use planted::Defect;
-pub use state::{Fnv, Node, State};
+pub use state::{Fnv, Held, Node, State};
 pub use tick::{tick, tick_with};

@@ -244,8 +244,10 @@ impl Params {
         }
     }
 
-    /// The scalars, with masses and caps as given.
-    pub(crate) fn derive<'a>(&self, node_step: &'a mut [f32], cap_m: &'a mut [f32]) -> Tuned<'a> {
+    /// The scalars, with masses and caps as [`Self::build`] left them for these parameters: what a caller that owns its memory takes anew
+    /// each tick, at no cost.
+    #[must_use]
+    pub fn derive<'a>(&self, node_step: &'a mut [f32], cap_m: &'a mut [f32]) -> Tuned<'a> {
         let e = self.youngs_modulus_pa;
         let dt = self.tick_s / f32::from(self.substeps);
         Tuned {

@@ -57,6 +57,18 @@ pub(crate) struct TouchPlane {
     pub normal: Vector3<f32>,
 }
 
+/// What a [`State`] keeps beside the arrays that it borrows: with it a caller that owns its arrays lets go of a state between ticks, and takes
+/// it up again.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Held {
+    near: usize,
+    tip_m: Option<Vector3<f32>>,
+    touch: Option<TouchPlane>,
+    pressed: Option<TouchPlane>,
+    been_outside: bool,
+    fault: Option<Fault>,
+}
+
 /// The mutable half of a patch.
 #[derive(Debug)]
 pub struct State<'a> {
@@ -90,6 +102,22 @@ impl<'a> State<'a> {
         candidates: &'a mut [u16],
         shapes: &'a mut [TetShapes],
     ) -> Result<Self, BuildError> {
+        let mut state = Self::resume(model, nodes, candidates, shapes, Held::default())?;
+        state.reset(model);
+        Ok(state)
+    }
+
+    /// A state taken up again where [`Self::held`] left it, in the same memory.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn resume(
+        model: &Model,
+        nodes: &'a mut [Node],
+        candidates: &'a mut [u16],
+        shapes: &'a mut [TetShapes],
+        held: Held,
+    ) -> Result<Self, BuildError> {
         let fits = |item, need, have| match need <= have {
             true => Ok(()),
             false => Err(BuildError::TooLarge { item, need, have }),
@@ -97,19 +125,25 @@ impl<'a> State<'a> {
         fits("nodes", model.nodes.len(), nodes.len())?;
         fits("surface triangles", model.triangles.len(), candidates.len())?;
         fits("tet shapes", TetShapes::count(model), shapes.len())?;
-        let mut state = Self {
+        let Held { near, tip_m, touch, pressed, been_outside, fault } = held;
+        Ok(Self {
             shapes: &mut shapes[..TetShapes::count(model)],
             nodes: &mut nodes[..model.nodes.len()],
             candidates: &mut candidates[..model.triangles.len()],
-            near: 0,
-            tip_m: None,
-            touch: None,
-            pressed: None,
-            been_outside: false,
-            fault: None,
-        };
-        state.reset(model);
-        Ok(state)
+            near,
+            tip_m,
+            touch,
+            pressed,
+            been_outside,
+            fault,
+        })
+    }
+
+    /// What it keeps beside its arrays.
+    #[must_use]
+    pub fn held(&self) -> Held {
+        let Self { near, tip_m, touch, pressed, been_outside, fault, .. } = *self;
+        Held { near, tip_m, touch, pressed, been_outside, fault }
     }
 
     /// Back to rest; clears a latched fault.

@@ -6,6 +6,7 @@ mod closed_loop;
 mod emulate;
 mod far_field;
 mod faults;
+mod live;
 mod mesh;
 mod pack;
 mod paper;
@@ -13,6 +14,7 @@ mod plan;
 mod press;
 mod progress;
 mod reference;
+mod replay;
 mod score;
 mod stability;
 mod stability_loop;
@@ -91,6 +93,15 @@ enum Command {
     /// force on the device and estimated times of a Cortex-M4F, and emulated.json. Fails (exit code 1) at the first bit that differs, and where
     /// `press` fails. Needs qemu-system-arm, and the repository unless --image and --patch are given.
     Emulate(emulate::EmulateArgs),
+    /// Press tissue with the mouse: in a window, or in a browser.
+    ///
+    /// Shows the tissue giving way, the force, and what the loop does; stiffness, a nodule, device and hand can be changed, a hidden nodule found and
+    /// scored. Records traces for `palpate replay`. Window and page are a package of their own, host-sim/live, built the first time.
+    Live(live::LiveArgs),
+    /// Run a recorded trace of `palpate live` again and compare it bit for bit.
+    ///
+    /// Writes summary.json and trace.csv (one row a tick). Fails (exit code 1) at the first bit that differs.
+    Replay(replay::ReplayArgs),
     /// Score a training: what three physicians' marks say of interns before and after it (paper 004, equation 14).
     ///
     /// Writes summary.json, scores.csv (one row an intern and phase) and a picture as SVG and PNG. Groups are compared by a permutation test.
@@ -140,8 +151,10 @@ impl Cli {
             Some(Command::FarField(args)) => args.run(),
             Some(Command::Emulate(args)) => args.run(),
             Some(Command::Faults(args)) => args.run(),
+            Some(Command::Live(args)) => args.run(),
             Some(Command::Paper(command)) => command.run(),
             Some(Command::Plan(args)) => args.run(),
+            Some(Command::Replay(args)) => args.run(),
             Some(Command::Score(args)) => args.run(),
             Some(Command::Stability(args)) => args.run(),
         }

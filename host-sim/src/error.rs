@@ -14,6 +14,14 @@ pub enum Error {
     /// A mesh that cannot be used.
     #[error("{0}")]
     Mesh(#[from] MeshError),
+    /// A live trace that cannot be repeated.
+    #[error("{path}: {cause}")]
+    Trace {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        cause: crate::live::trace::TraceError,
+    },
     /// Marks that cannot be used.
     #[error("{0}")]
     Score(#[from] crate::score::ScoreError),
@@ -48,6 +56,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// An emulated board that cannot be run.
+    #[cfg(not(target_family = "wasm"))]
     #[error("{0}")]
     Emulate(#[from] crate::emulate::EmulateError),
     /// Options that do not fit together.

@@ -9,11 +9,14 @@ pub mod chart;
 pub mod charts;
 pub mod clock;
 pub mod closed_loop;
+#[cfg(not(target_family = "wasm"))]
 pub mod command;
+#[cfg(not(target_family = "wasm"))]
 pub mod emulate;
 pub mod error;
 pub mod far_field;
 pub mod finger;
+pub mod live;
 pub mod measure;
 pub mod mesh;
 pub mod organ;

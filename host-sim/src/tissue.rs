@@ -15,7 +15,7 @@ use shape::Shape;
 /// A mesh rests on its underside: surface triangles whose outward normal has less than this cosine with the press axis are fixed.
 pub(crate) const UNDERSIDE_COSINE: f64 = -0.5;
 /// The patch answers presses this much deeper than the deepest hold.
-const DEPTH_MARGIN: f64 = 1.25;
+pub(crate) const DEPTH_MARGIN: f64 = 1.25;
 /// Deepest press of a force drive, and of a trace that never touches, in probe radii: where the contact law was measured.
 const DEFAULT_DEPTH_RADII: f64 = 0.75;
 

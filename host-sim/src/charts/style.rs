@@ -2,7 +2,7 @@
 
 use ab_glyph::FontRef;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{Color, FontDesc, FontFamily, FontStyle, RGBColor, ShapeStyle, TextStyle, register_font};
+use plotters::style::{Color, FontDesc, FontFamily, FontStyle, RGBColor, ShapeStyle, TextStyle};
 
 /// Canvas units per picture pixel. The plotting library rounds to whole units; a quarter of a
 /// pixel hides that, and averages to 17 levels of edge smoothing.
@@ -45,9 +45,12 @@ pub fn face(style: FontStyle) -> Option<FontRef<'static>> {
 
 /// Makes the built-in font known to the plotting library, which measures text with it.
 pub fn register_fonts() -> Result<(), String> {
-    register_font(FAMILY, FontStyle::Normal, notosans::REGULAR_TTF)
-        .and_then(|()| register_font(FAMILY, FontStyle::Bold, notosans::BOLD_TTF))
-        .map_err(|_| "the built-in font does not parse".to_owned())
+    // a page draws no charts of its own
+    #[cfg(not(target_family = "wasm"))]
+    for (style, bytes) in [(FontStyle::Normal, notosans::REGULAR_TTF), (FontStyle::Bold, notosans::BOLD_TTF)] {
+        plotters::style::register_font(FAMILY, style, bytes).map_err(|_| "the built-in font does not parse".to_owned())?;
+    }
+    Ok(())
 }
 
 /// Text of `size_px` that hangs from `anchor` (horizontal, vertical).

@@ -59,5 +59,8 @@ impl Cholesky {
 }
 
 fn parallel() -> Par {
-    Par::rayon(0)
+    #[cfg(not(target_family = "wasm"))]
+    return Par::rayon(0);
+    #[cfg(target_family = "wasm")]
+    Par::Seq
 }

@@ -14,7 +14,7 @@ const MODULUS_PA: std::ops::RangeInclusive<f64> = 1.0..=1e9;
 const LONGEST_S: f64 = 1000.0;
 
 impl Scene {
-    pub(super) fn check(&self) -> Result<(), SceneError> {
+    pub(crate) fn check(&self) -> Result<(), SceneError> {
         self.check_name()?;
         self.check_source()?;
         self.check_block()?;

@@ -5,6 +5,7 @@ use palpate::Params;
 use super::packed;
 use crate::patch::Patch;
 use crate::scene::{Method, Scene, Shape};
+use crate::tissue::DEFAULT_NODES;
 
 /// Node counts for which there is one.
 pub const SIZES: [usize; 3] = [130, 410, 1020];
@@ -35,6 +36,15 @@ pub(super) fn of(scene: &Scene, default_nodes: usize) -> Option<(Patch, Params)>
     let size = SIZES.iter().position(|n| *n == tissue.nodes.unwrap_or(default_nodes))?;
     let (patch, params) = same.then(|| packed::unpack(PATCHES[size]))?.ok()?;
     Some((patch.with_inclusions(&tissue.inclusion), params))
+}
+
+/// The patch for a scene exactly as it ships: its limits were measured when it was packed. `None` where there is anything to measure.
+pub(crate) fn as_shipped(scene: &Scene) -> Option<(Patch, Params)> {
+    let unchanged = scene.tissue.inclusion.is_empty()
+        && scene.solver.patch.is_none()
+        && scene.probe.position_m.unwrap_or_default() == [0.0; 2];
+    let (patch, packed) = unchanged.then(|| of(scene, DEFAULT_NODES))??;
+    Some((patch, Params { substeps: packed.substeps, ..super::fitted(scene, &packed) }))
 }
 
 /// The shipped patch of a size.

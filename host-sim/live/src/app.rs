@@ -1,0 +1,230 @@
+//! The window and the page: what is seen, and what mouse and keys do.
+
+use eframe::egui::{self, CentralPanel, Color32, FontData, FontDefinitions, FontFamily, Panel, RichText, Ui};
+use palpate::Vector3;
+use palpate_sim::live::{Choice, Holding};
+use web_time::Instant;
+
+use crate::camera::Camera;
+use crate::controls::Controls;
+use crate::files::Files;
+use crate::link::Link;
+use crate::message::{Answer, Frame, Request};
+use crate::pointer::Pointer;
+use crate::shape::Shape;
+use crate::strips::Strips;
+use crate::view::{self, Shown};
+use crate::words;
+
+/// Everything on the screen.
+pub struct App {
+    pub(crate) link: Box<dyn Link>,
+    pub(crate) files: Files,
+    pub(crate) shape: Shape,
+    pub(crate) frame: Frame,
+    pub(crate) camera: Camera,
+    pub(crate) pointer: Pointer,
+    pub(crate) strips: Strips,
+    pub(crate) controls: Controls,
+    /// The last sentence for the user, and whether it is bad news.
+    pub(crate) said: (String, bool),
+    begun: Instant,
+    drawn: Vec<f64>,
+    /// From the start to the first force that was felt [s].
+    pub(crate) first_touch_s: Option<f64>,
+    dropped: u64,
+}
+
+impl App {
+    /// On a context, with the way to a physics that was told `choice` and `holding`.
+    #[must_use]
+    pub fn new(ctx: &egui::Context, link: Box<dyn Link>, choice: Choice, holding: Holding) -> Self {
+        let mut fonts = FontDefinitions::empty();
+        let bytes = include_bytes!("../font/NotoSans-subset.ttf");
+        fonts.font_data.insert("noto".into(), std::sync::Arc::new(FontData::from_static(bytes)));
+        for family in [FontFamily::Proportional, FontFamily::Monospace] {
+            fonts.families.insert(family, vec!["noto".into()]);
+        }
+        ctx.set_fonts(fonts);
+        ctx.set_theme(egui::Theme::Light);
+        Self {
+            link,
+            files: Files::default(),
+            shape: Shape::default(),
+            frame: Frame::default(),
+            camera: Camera::of(Vector3::zeros(), 0.08),
+            pointer: Pointer::default(),
+            strips: Strips::default(),
+            controls: Controls::new(choice, holding),
+            said: ("Preparing the tissue ...".into(), false),
+            begun: Instant::now(),
+            drawn: Vec::new(),
+            first_touch_s: None,
+            dropped: 0,
+        }
+    }
+
+    /// Frames drawn in the last second.
+    pub(crate) fn frames_per_s(&self) -> usize {
+        self.drawn.len()
+    }
+
+    /// The bytes of the last recording.
+    #[must_use]
+    pub fn trace(&self) -> &[u8] {
+        self.files.trace()
+    }
+
+    /// What is shown, in numbers: for scripts that drive it.
+    #[must_use]
+    pub fn numbers(&self) -> serde_json::Value {
+        let frame = &self.frame;
+        let moved_m = self.shape.moved_m(&frame.nodes_m).into_iter().fold(0.0, f32::max);
+        serde_json::json!({
+            "force_n": Vector3::from(frame.force_n).norm(), "depth_m": frame.depth_m, "moved_m": moved_m,
+            "mode": words::mode(frame.mode), "fault": words::fault(frame.fault), "limiters": words::limiters(frame.limiters),
+            "ticks": frame.ticks, "dropped": frame.dropped, "ticks_per_s": frame.hz, "longest_tick_us": frame.worst_us,
+            "frames_per_s": self.frames_per_s(), "first_touch_s": self.first_touch_s, "nodes": frame.nodes_m.len(),
+            "stiffness_pa": self.shape.body.youngs_modulus_pa, "said": self.said.0, "refused": self.said.1,
+            "recorded_ticks": frame.recorded, "body": frame.body, "tip_m": frame.tip_m, "controls": self.controls.numbers(),
+        })
+    }
+
+    fn hear(&mut self) {
+        for answer in self.link.poll() {
+            match answer {
+                Answer::Body(body) => {
+                    let first = self.shape.body.number == 0;
+                    let same_size = self.shape.extent_m();
+                    self.controls.of_body(&body);
+                    self.shape = Shape::of(*body);
+                    let (at_m, size_m) = self.shape.extent_m();
+                    if first || (at_m, size_m) != same_size {
+                        self.camera = Camera::of(at_m, size_m);
+                    }
+                    self.pointer.begin(&self.shape.body);
+                    self.strips.clear();
+                    self.said = (format!("{} is ready: press it.", self.controls.title()), false);
+                }
+                Answer::Frame(frame) => {
+                    self.strips.add(&frame.samples);
+                    if frame.dropped > self.dropped + 200 {
+                        self.said = (
+                            format!(
+                                "{} ms of the tissue's time were dropped: machine busy or asleep.",
+                                frame.dropped - self.dropped
+                            ),
+                            true,
+                        );
+                    }
+                    self.dropped = frame.dropped;
+                    if self.first_touch_s.is_none() && Vector3::from(frame.force_n).norm() > 1e-3 {
+                        self.first_touch_s = Some(self.begun.elapsed().as_secs_f64());
+                    }
+                    self.controls.felt(&frame);
+                    self.frame = *frame;
+                }
+                Answer::Trace(bytes) => {
+                    self.said = (self.files.recorded(bytes), false);
+                }
+                Answer::Said(text) => self.said = (text, false),
+                Answer::Refused(text) => self.said = (text, true),
+            }
+        }
+    }
+
+    fn top(&mut self, ui: &mut Ui) {
+        ui.horizontal_wrapped(|ui| {
+            let force_n = Vector3::from(self.frame.force_n).norm();
+            ui.label(RichText::new(self.controls.title()).strong().size(16.0));
+            ui.separator();
+            ui.label(RichText::new(format!("{force_n:.3} N")).strong().size(16.0));
+            ui.label(format!("at {:.2} mm", self.frame.depth_m * 1e3));
+            ui.separator();
+            let warn = ui.visuals().error_fg_color;
+            let mode = RichText::new(words::mode(self.frame.mode));
+            ui.label(if self.frame.fault == 0 { mode } else { mode.color(warn) });
+            if let Some(fault) = words::fault(self.frame.fault) {
+                ui.label(RichText::new(fault).color(warn).strong());
+            }
+            for limited in words::limiters(self.frame.limiters) {
+                ui.label(RichText::new(limited).color(Color32::from_rgb(190, 120, 20)));
+            }
+        });
+    }
+
+    fn bottom(&self, ui: &mut Ui) {
+        ui.horizontal_wrapped(|ui| {
+            let (text, bad) = &self.said;
+            let text = RichText::new(text);
+            ui.label(if *bad { text.color(ui.visuals().error_fg_color).strong() } else { text });
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let touch = self.first_touch_s.map_or(String::new(), |s| format!("first touch {s:.1} s · "));
+                ui.weak(format!(
+                    "{touch}{:.0} ticks/s, longest {:.0} us · {} dropped · {} frames/s",
+                    self.frame.hz,
+                    self.frame.worst_us,
+                    self.frame.dropped,
+                    self.frames_per_s()
+                ));
+            });
+        });
+    }
+
+    fn picture(&mut self, ui: &mut Ui) {
+        let rect = ui.available_rect_before_wrap();
+        let response = ui.allocate_rect(rect, egui::Sense::click_and_drag());
+        if rect.width() < 2.0 || rect.height() < 2.0 {
+            // nothing to aim at in a window without a size
+            self.link.send(Request::Aim(None));
+            return;
+        }
+        let aim = self.pointer.aim(ui, &response, &mut self.camera, &self.shape, &self.frame);
+        self.link.send(Request::Aim(aim));
+        let lens = self.camera.lens(rect);
+        let dark = ui.visuals().dark_mode;
+        let painter = ui.painter_at(rect);
+        let (low, high) = if dark { ((30, 34, 40), (44, 50, 58)) } else { ((236, 239, 243), (252, 253, 254)) };
+        let ground = |c: (u8, u8, u8)| Color32::from_rgb(c.0, c.1, c.2);
+        let mut mesh = egui::Mesh::default();
+        for (at, colour) in
+            [(rect.left_top(), high), (rect.right_top(), high), (rect.right_bottom(), low), (rect.left_bottom(), low)]
+        {
+            mesh.colored_vertex(at, ground(colour));
+        }
+        mesh.add_triangle(0, 1, 2);
+        mesh.add_triangle(0, 2, 3);
+        painter.add(egui::Shape::mesh(mesh));
+        let shown = Shown { dark, ..self.controls.shown };
+        view::draw(&painter, &lens, &self.shape, &self.frame, &shown);
+        self.controls.legend(&painter, rect, dark);
+        self.controls.marks(&painter, &lens, &self.shape);
+    }
+}
+
+impl eframe::App for App {
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        let now_s = self.begun.elapsed().as_secs_f64();
+        self.drawn.retain(|t| *t > now_s - 1.0);
+        self.drawn.push(now_s);
+        self.hear();
+        self.keys(ui.ctx());
+        self.opened(ui.ctx());
+        if let Some(said) = self.files.develop() {
+            self.said = said;
+        }
+        Panel::top("state").show(ui, |ui| self.top(ui));
+        Panel::bottom("said").show(ui, |ui| self.bottom(ui));
+        Panel::right("controls").exact_size(272.0).show(ui, |ui| {
+            egui::ScrollArea::vertical().show(ui, |ui| self.controls(ui));
+        });
+        Panel::bottom("strips").exact_size(170.0).show(ui, |ui| self.strips.show(ui));
+        CentralPanel::no_frame().show(ui, |ui| self.picture(ui));
+        ui.ctx().request_repaint();
+    }
+
+    #[cfg(target_family = "wasm")]
+    fn as_any_mut(&mut self) -> Option<&mut dyn std::any::Any> {
+        Some(&mut *self)
+    }
+}

@@ -1,0 +1,19 @@
+//! Palpate live: press tissue with the mouse and see what a finger would feel, in a window or a page.
+//!
+//! Physics ([`physics`]) runs beside the drawing: a thread of a desktop, a worker of a page ([`link`]); [`message`] is all that passes between
+//! them. The loop itself, its traces and their replay are `palpate_sim::live`.
+
+pub mod app;
+mod camera;
+mod controls;
+mod files;
+pub mod link;
+pub mod message;
+#[cfg(target_family = "wasm")]
+mod page;
+pub mod physics;
+mod pointer;
+mod shape;
+mod strips;
+mod view;
+mod words;

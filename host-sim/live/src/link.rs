@@ -1,0 +1,85 @@
+//! Where the physics runs: a thread of its own, or a worker of the page.
+
+use crate::message::{Answer, Request};
+
+/// The way to the physics.
+pub trait Link {
+    /// Sends a request.
+    fn send(&mut self, request: Request);
+
+    /// What came since the last call.
+    fn poll(&mut self) -> Vec<Answer>;
+}
+
+#[cfg(not(target_family = "wasm"))]
+pub mod thread {
+    //! A thread, woken every millisecond.
+
+    use std::sync::mpsc::{Receiver, Sender, channel};
+    use std::time::Duration;
+
+    use palpate_sim::live::{Choice, Holding};
+    use web_time::Instant;
+
+    use super::Link;
+    use crate::message::{Answer, Request};
+    use crate::physics::Physics;
+
+    /// The thread's ends.
+    pub struct Thread {
+        requests: Sender<Request>,
+        answers: Receiver<Answer>,
+    }
+
+    impl Thread {
+        /// Starts it; a scene that does not fit is an answer.
+        #[must_use]
+        pub fn start(choice: Choice, holding: Holding) -> Self {
+            let (requests, asked) = channel();
+            let (told, answers) = channel();
+            std::thread::spawn(move || run(&choice, &holding, &asked, &told));
+            Self { requests, answers }
+        }
+    }
+
+    impl Link for Thread {
+        fn send(&mut self, request: Request) {
+            // a thread that ended has said why
+            let _ended = self.requests.send(request);
+        }
+
+        fn poll(&mut self) -> Vec<Answer> {
+            self.answers.try_iter().collect()
+        }
+    }
+
+    fn run(choice: &Choice, holding: &Holding, asked: &Receiver<Request>, told: &Sender<Answer>) {
+        let begun = Instant::now();
+        let clock = || begun.elapsed().as_secs_f64();
+        let mut answer = |a: Answer| {
+            let _closed = told.send(a);
+        };
+        let mut physics = match Physics::new(choice, holding, clock()) {
+            Ok(physics) => physics,
+            Err(error) => {
+                answer(Answer::Refused(error.to_string()));
+                match Physics::new(&Choice::preset("block"), &Holding::default(), clock()) {
+                    Ok(physics) => physics,
+                    Err(_) => return,
+                }
+            }
+        };
+        answer(physics.body());
+        loop {
+            match asked.recv_timeout(Duration::from_micros(700)) {
+                Ok(request) => physics.take(request, &clock, &mut answer),
+                Err(std::sync::mpsc::RecvTimeoutError::Disconnected) => return,
+                Err(std::sync::mpsc::RecvTimeoutError::Timeout) => {}
+            }
+            while let Ok(request) = asked.try_recv() {
+                physics.take(request, &clock, &mut answer);
+            }
+            physics.advance(&clock, &mut answer);
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! What drawing and physics say to each other, through a channel or a worker's messages.
+
+use palpate_sim::live::{Choice, Holding};
+use serde::{Deserialize, Serialize};
+
+/// From the one who draws.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub enum Request {
+    /// Where the tip shall go [m]; `None` away from the tissue. Once a drawn frame, and answered by an [`Answer::Frame`].
+    Aim(Option<[f64; 3]>),
+    /// Other tissue, another device.
+    Choose(Choice, Holding),
+    /// Forget the fault.
+    Clear,
+    /// Start a recording.
+    Record,
+    /// End it: answered by an [`Answer::Trace`].
+    Finish,
+    /// Repeat a trace: answered by an [`Answer::Said`].
+    Replay(Vec<u8>),
+}
+
+/// From the physics.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub enum Answer {
+    /// Another tissue is there.
+    Body(Box<Body>),
+    /// How it is now.
+    Frame(Box<Frame>),
+    /// A trace, whole, and why it ended.
+    Trace(Vec<u8>),
+    /// A sentence for the user.
+    Said(String),
+    /// The same, of something that was refused.
+    Refused(String),
+}
+
+/// What of a patch is drawn; constant while it lives.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+pub struct Body {
+    /// Counts bodies.
+    pub number: u32,
+    /// What it was made of.
+    pub choice: Option<Choice>,
+    /// Nodes at rest [m].
+    pub rest_m: Vec<[f32; 3]>,
+    /// The surface that a probe can touch.
+    pub skin: Vec<[u16; 3]>,
+    /// Tets.
+    pub tets: Vec<[u16; 4]>,
+    /// Ends of springs.
+    pub springs: Vec<[u16; 2]>,
+    /// Nodes with a far field behind them.
+    pub rim: Vec<u16>,
+    /// Fixed nodes.
+    pub anchors: Vec<u16>,
+    /// Where the probe presses by default [m].
+    pub site_m: [f32; 3],
+    /// From the tip to the handle.
+    pub axis: [f32; 3],
+    /// Probe radius [m].
+    pub radius_m: f32,
+    /// Flat end, not a ball.
+    pub flat: bool,
+    /// Deepest press that the patch answers [m].
+    pub depth_limit_m: f32,
+    /// Young's modulus [Pa] and damping of the nodes [1/s] that it began with.
+    pub youngs_modulus_pa: f32,
+    /// See there.
+    pub node_damping_per_s: f32,
+    /// It is a block: a nodule can be put into it.
+    pub block: bool,
+    /// Places that it was calibrated over; 0 if it comes from formulas alone.
+    pub fitted_places: u32,
+    /// Substeps of a tick.
+    pub substeps: u16,
+    /// Longest force of the device [N].
+    pub max_force_n: f32,
+}
+
+/// One of a few samples a frame, for the strips.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
+pub struct Sample {
+    /// Virtual time [s].
+    pub t_s: f64,
+    /// Force on the device [N].
+    pub force_n: f32,
+    /// Depth [m].
+    pub depth_m: f32,
+    /// Energy given to the hand in this contact [J].
+    pub energy_j: f32,
+    /// Mean time of the last ticks [us].
+    pub tick_us: f32,
+}
+
+/// How it is now.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+pub struct Frame {
+    /// The body that this is of.
+    pub body: u32,
+    /// Nodes [m].
+    pub nodes_m: Vec<[f32; 3]>,
+    /// Tip [m].
+    pub tip_m: [f32; 3],
+    /// Mode, by its number.
+    pub mode: u8,
+    /// Latched fault, by its number; 0 for none.
+    pub fault: u8,
+    /// Limiters, as bits.
+    pub limiters: u8,
+    /// Force on the device [N].
+    pub force_n: [f32; 3],
+    /// Depth [m].
+    pub depth_m: f32,
+    /// Centre of the contact [m].
+    pub contact_m: [f32; 3],
+    /// Since the last frame.
+    pub samples: Vec<Sample>,
+    /// Ticks run.
+    pub ticks: u64,
+    /// Ticks that were due and never ran: the machine was too slow or asleep.
+    pub dropped: u64,
+    /// Ticks of the last second of real time.
+    pub hz: f32,
+    /// Longest mean tick of a batch in the last second [us].
+    pub worst_us: f32,
+    /// Ticks recorded so far.
+    pub recorded: Option<u32>,
+    /// A change waits until nothing is touched.
+    pub waits: bool,
+}

@@ -1,0 +1,246 @@
+//! The loop beside the drawing: virtual time paced to real time, requests in, frames out.
+
+use palpate::ProbeShape;
+use palpate::Vector3;
+use palpate::haptic::cycle::Ask;
+use palpate_sim::error::Error;
+use palpate_sim::live::replay::replay;
+use palpate_sim::live::trace::{MOST_TICKS, Trace};
+use palpate_sim::live::{Choice, Holding, Live};
+
+use crate::message::{Answer, Body, Frame, Request, Sample};
+
+/// Most ticks that are caught up with at once; the rest of a debt is dropped, and told.
+pub const MOST_BEHIND: u64 = 60;
+/// One sample for the strips every so many ticks.
+const SAMPLE_EVERY: u64 = 4;
+/// Samples kept for a frame that is late.
+const MOST_SAMPLES: usize = 500;
+/// Without an aim for this long the loop hears nobody, and lets the force go [s].
+const SILENCE_S: f64 = 0.25;
+/// Where the tip waits above the site [m].
+const CLEAR_M: f64 = 8e-3;
+
+/// The loop and its pace.
+pub struct Physics {
+    live: Live,
+    body: u32,
+    target_m: Vector3<f64>,
+    heard_s: f64,
+    /// Real time of tick zero [s].
+    start_s: f64,
+    ticks: u64,
+    dropped: u64,
+    second: Second,
+    samples: Vec<Sample>,
+    last: Frame,
+}
+
+/// What the last second of real time showed.
+#[derive(Default)]
+struct Second {
+    from_s: f64,
+    ticks: u64,
+    worst_us: f32,
+    hz: f32,
+    told_worst_us: f32,
+}
+
+impl Physics {
+    /// A loop about to arm.
+    ///
+    /// # Errors
+    /// A scene that does not fit.
+    pub fn new(choice: &Choice, holding: &Holding, now_s: f64) -> Result<Self, Error> {
+        let live = Live::new(choice, holding)?;
+        let mut physics = Self {
+            target_m: Vector3::zeros(),
+            live,
+            body: 1,
+            heard_s: now_s,
+            start_s: now_s,
+            ticks: 0,
+            dropped: 0,
+            second: Second { from_s: now_s, ..Second::default() },
+            samples: Vec::new(),
+            last: Frame::default(),
+        };
+        physics.target_m = physics.clear_m();
+        Ok(physics)
+    }
+
+    /// Where the tip waits [m].
+    fn clear_m(&self) -> Vector3<f64> {
+        let tissue = self.live.tissue();
+        tissue.patch().site_m().cast() + tissue.params().probe.axis.cast() * CLEAR_M
+    }
+
+    /// What there is to draw.
+    #[must_use]
+    pub fn body(&self) -> Answer {
+        let tissue = self.live.tissue();
+        let (model, params) = (tissue.patch().model(), tissue.params());
+        Answer::Body(Box::new(Body {
+            number: self.body,
+            choice: Some(self.live.choice().clone()),
+            rest_m: model.nodes.iter().map(|n| n.rest_m).collect(),
+            skin: model.triangles.iter().map(|t| t.node).collect(),
+            tets: model.tets.iter().map(|t| t.node).collect(),
+            springs: model.springs.iter().map(|s| [s.i, s.j]).collect(),
+            rim: model.rim_nodes.iter().map(|r| r.node as u16).collect(),
+            anchors: model.anchors.to_vec(),
+            site_m: tissue.patch().site_m().into(),
+            axis: params.probe.axis.into(),
+            radius_m: params.probe.radius_m,
+            flat: params.probe.shape == ProbeShape::Flat,
+            depth_limit_m: model.depth_limit_m,
+            youngs_modulus_pa: params.youngs_modulus_pa,
+            node_damping_per_s: params.node_damping_per_s,
+            block: self.live.choice().scene().is_ok_and(|s| s.tissue.block_m.is_some()),
+            fitted_places: tissue.patch().fitted_places(),
+            substeps: params.substeps,
+            max_force_n: self.live.device().max_force_n,
+        }))
+    }
+
+    /// Answers a request; `clock` gives real time [s]. What takes long, a patch to prepare or a trace to repeat, stops the tissue's time.
+    pub fn take(&mut self, request: Request, clock: &dyn Fn() -> f64, answer: &mut dyn FnMut(Answer)) {
+        let now_s = clock();
+        self.follow(request, now_s, answer);
+        let spent_s = clock() - now_s;
+        self.start_s += spent_s;
+        self.heard_s += spent_s;
+    }
+
+    fn follow(&mut self, request: Request, now_s: f64, answer: &mut dyn FnMut(Answer)) {
+        match request {
+            Request::Aim(target_m) => {
+                self.heard_s = now_s;
+                self.target_m = target_m.map_or_else(|| self.away_m(), Vector3::from);
+                answer(Answer::Frame(Box::new(self.frame())));
+            }
+            Request::Choose(choice, holding) => {
+                let same = choice.same_patch(self.live.choice()) && holding == *self.live.holding();
+                if !same && let Some(trace) = self.live.finish() {
+                    answer(Answer::Trace(trace));
+                }
+                match self.live.choose(&choice, &holding) {
+                    Err(error) => answer(Answer::Refused(error.to_string())),
+                    Ok(()) if same => {}
+                    Ok(()) => {
+                        self.body += 1;
+                        self.target_m = self.clear_m();
+                        answer(self.body());
+                    }
+                }
+            }
+            Request::Clear => self.live.ask(Ask::Clear),
+            Request::Record => match self.live.record() {
+                Ok(()) => answer(Answer::Said("Recording: the loop arms anew, then press.".into())),
+                Err(error) => answer(Answer::Refused(error.to_string())),
+            },
+            Request::Finish => match self.live.finish() {
+                Some(trace) => answer(Answer::Trace(trace)),
+                None => answer(Answer::Refused("No recording runs: start one first.".into())),
+            },
+            Request::Replay(bytes) => answer(repeat(&bytes)),
+        }
+    }
+
+    /// Straight up from where the target is.
+    fn away_m(&self) -> Vector3<f64> {
+        let axis = self.live.tissue().params().probe.axis.cast();
+        let clear_m = self.clear_m();
+        let below_m = (clear_m - self.target_m).dot(&axis);
+        if below_m > 0.0 { self.target_m + axis * below_m } else { self.target_m }
+    }
+
+    /// Runs the ticks that are due; `clock` gives real time [s].
+    pub fn advance(&mut self, clock: &dyn Fn() -> f64, answer: &mut dyn FnMut(Answer)) {
+        let now_s = clock();
+        let due = (((now_s - self.start_s) * 1e3) as u64).saturating_sub(self.ticks + self.dropped);
+        let run = due.min(MOST_BEHIND);
+        self.dropped += due - run;
+        let heard = now_s - self.heard_s < SILENCE_S;
+        let target_m = if heard { self.target_m } else { self.away_m() };
+        let first = self.samples.len();
+        for _ in 0..run {
+            let told = self.live.step(target_m, heard);
+            self.ticks += 1;
+            let t = &told.telemetry;
+            if self.ticks.is_multiple_of(SAMPLE_EVERY) && self.samples.len() < MOST_SAMPLES {
+                self.samples.push(Sample {
+                    t_s: self.ticks as f64 * 1e-3,
+                    force_n: t.applied_n.norm(),
+                    depth_m: t.output.depth_m,
+                    energy_j: t.energy.given_j,
+                    tick_us: 0.0,
+                });
+            }
+            self.last.tip_m = told.at_m.cast::<f32>().into();
+            self.last.mode = t.mode as u8;
+            self.last.fault = t.fault.map_or(0, |f| f as u8);
+            self.last.limiters = t.limiters.bits();
+            self.last.force_n = t.applied_n.into();
+            self.last.depth_m = t.output.depth_m;
+            self.last.contact_m = t.output.point_m.into();
+        }
+        if run > 0 {
+            // a browser's clock is too coarse for a single tick
+            let tick_us = ((clock() - now_s) * 1e6 / run as f64) as f32;
+            self.samples.iter_mut().skip(first).for_each(|s| s.tick_us = tick_us);
+            self.count(now_s, run, tick_us);
+        }
+        if self.live.recorded().is_some_and(|ticks| ticks >= MOST_TICKS)
+            && let Some(trace) = self.live.finish()
+        {
+            answer(Answer::Said("The recording is ten minutes long and ended here.".into()));
+            answer(Answer::Trace(trace));
+        }
+    }
+
+    fn count(&mut self, now_s: f64, run: u64, tick_us: f32) {
+        let second = &mut self.second;
+        second.ticks += run;
+        second.worst_us = second.worst_us.max(tick_us);
+        let passed_s = now_s - second.from_s;
+        if passed_s >= 1.0 {
+            (second.hz, second.told_worst_us) = ((second.ticks as f64 / passed_s) as f32, second.worst_us);
+            (second.from_s, second.ticks, second.worst_us) = (now_s, 0, 0.0);
+        }
+    }
+
+    fn frame(&mut self) -> Frame {
+        Frame {
+            body: self.body,
+            nodes_m: self.live.tissue().nodes().iter().map(|n| n.position_m().into()).collect(),
+            samples: std::mem::take(&mut self.samples),
+            ticks: self.ticks,
+            dropped: self.dropped,
+            hz: self.second.hz,
+            worst_us: self.second.told_worst_us,
+            recorded: self.live.recorded(),
+            waits: self.live.waits(),
+            ..self.last.clone()
+        }
+    }
+}
+
+/// Runs a trace again, here.
+fn repeat(bytes: &[u8]) -> Answer {
+    let trace = match Trace::read(bytes) {
+        Ok(trace) => trace,
+        Err(cause) => return Answer::Refused(format!("{cause}.")),
+    };
+    let seconds = f64::from(trace.ticks) * 1e-3;
+    match replay(&trace) {
+        Err(error) => Answer::Refused(error.to_string()),
+        Ok(again) => match again.differs {
+            None => Answer::Said(format!(
+                "Replayed {seconds:.1} s of {}: every bit the same, nodes {:016x}.",
+                trace.head.scene, again.hash
+            )),
+            Some((tick, what)) => Answer::Refused(format!("Replayed {seconds:.1} s: {what} differs at tick {tick}.")),
+        },
+    }
+}

@@ -1,0 +1,117 @@
+//! Mouse and keys move the tip: over the surface, into it, and the eye round it.
+
+use eframe::egui::{Key, PointerButton, Response, Ui};
+use palpate::Vector3;
+
+use crate::camera::Camera;
+use crate::message::{Body, Frame};
+use crate::shape::Shape;
+
+type V = Vector3<f32>;
+
+/// Where the tip waits above the surface [m].
+const CLEAR_M: f32 = 4e-3;
+/// Depth that a press with the button begins with [m].
+const PRESS_M: f32 = 3e-3;
+/// A notch of the wheel [m].
+const NOTCH_M: f32 = 0.5e-3;
+/// Speed into the tissue: a careful press [m/s].
+const INTO_M_PER_S: f32 = 12e-3;
+/// Speed along it of a held key [m/s].
+const ALONG_M_PER_S: f32 = 25e-3;
+
+/// What presses, and how deep.
+#[derive(Clone, Copy, Debug)]
+pub struct Pointer {
+    /// On the surface [m].
+    place_m: V,
+    /// By the wheel, beyond the surface; what a button adds is on top [m].
+    pub press_m: f32,
+    /// How deep it is now: it goes there at a hand's speed [m].
+    depth_m: f32,
+    /// The tip is over the tissue.
+    over: bool,
+    /// The keyboard moved it last: the mouse is elsewhere.
+    by_key: bool,
+    /// It presses now.
+    pub pressing: bool,
+}
+
+impl Default for Pointer {
+    fn default() -> Self {
+        Self { place_m: V::zeros(), press_m: PRESS_M, depth_m: -CLEAR_M, over: false, by_key: false, pressing: false }
+    }
+}
+
+impl Pointer {
+    /// Over the site of another body.
+    pub fn begin(&mut self, body: &Body) {
+        *self = Self { place_m: body.site_m.into(), press_m: self.press_m, ..Self::default() };
+    }
+
+    /// Where it is on the surface [m].
+    #[must_use]
+    pub fn place_m(&self) -> V {
+        self.place_m
+    }
+
+    /// Where the tip shall be [m]; `None` if nobody points at the tissue.
+    pub fn aim(&mut self, ui: &Ui, response: &Response, camera: &mut Camera, shape: &Shape, frame: &Frame) -> Option<[f64; 3]> {
+        let lens = camera.lens(response.rect);
+        let axis = V::from(shape.body.axis);
+        let typing = ui.ctx().memory(|m| m.focused().is_some());
+        let (wheel, ctrl, pinch, dt_s, keys) = ui.input(|i| {
+            let held = |k: Key| !typing && i.key_down(k);
+            let step = |more: Key, less: Key| f32::from(i8::from(held(more)) - i8::from(held(less)));
+            let keys =
+                (step(Key::ArrowRight, Key::ArrowLeft), step(Key::ArrowUp, Key::ArrowDown), held(Key::Space), i.modifiers.shift);
+            (i.smooth_scroll_delta().y, i.modifiers.ctrl, i.zoom_delta(), i.stable_dt.min(0.1), keys)
+        });
+        let (right, up, space, shift) = keys;
+        if response.dragged_by(PointerButton::Secondary) || response.dragged_by(PointerButton::Middle) {
+            camera.orbit(response.drag_delta());
+        }
+        if shift {
+            camera.orbit(eframe::egui::vec2(-right, up) * (150.0 * dt_s));
+        } else if right != 0.0 || up != 0.0 {
+            let [side, ahead] = lens.along(&axis);
+            let way_m = (side * right + ahead * up) * (ALONG_M_PER_S * dt_s);
+            let from_m = self.place_m + way_m + axis * 0.5;
+            if let Some(place_m) = shape.meets(&from_m, &-axis) {
+                self.place_m = place_m;
+            }
+            (self.by_key, self.over) = (true, true);
+        }
+        if response.hovered() {
+            if ctrl || pinch != 1.0 {
+                camera.zoom(pinch * (1.0 + wheel * 0.003));
+            } else if wheel != 0.0 {
+                self.press_m = (self.press_m - wheel / 50.0 * NOTCH_M).clamp(0.0, shape.body.depth_limit_m);
+            }
+        }
+        let button = response.is_pointer_button_down_on() && ui.input(|i| i.pointer.primary_down());
+        let moved = ui.input(|i| i.pointer.delta() != eframe::egui::Vec2::ZERO);
+        if moved || button {
+            self.by_key = false;
+        }
+        if !self.by_key {
+            // out of the window there is no place; a drag that leaves the picture lets go as well
+            let pixel = response.hover_pos().or(response.interact_pointer_pos()).filter(|p| response.rect.contains(*p));
+            let inside = ui.input(|i| i.pointer.has_pointer());
+            let place_m = pixel.filter(|_| inside).and_then(|p| shape.meets(&lens.eye_m(), &lens.ray(p)));
+            self.over = place_m.is_some();
+            self.place_m = place_m.unwrap_or(self.place_m);
+        }
+        self.over |= space;
+        self.pressing = self.over && (button || space);
+        if !self.over || frame.nodes_m.is_empty() {
+            self.depth_m = -CLEAR_M;
+            return None;
+        }
+        // down to the surface at once, into it slowly, out of it at once
+        let goal_m = if self.pressing { self.press_m } else { -CLEAR_M };
+        let most_m = self.depth_m.max(0.0) + INTO_M_PER_S * dt_s;
+        self.depth_m = goal_m.min(most_m);
+        Some((self.place_m - axis * self.depth_m).cast::<f64>().into())
+    }
+}

@@ -1,0 +1,121 @@
+//! Strips of the last seconds: force, depth, energy, tick time with its budget.
+
+use std::collections::VecDeque;
+
+use eframe::egui::{self, Color32, RichText, Ui};
+use egui_plot::{HLine, Line, Plot, PlotPoints};
+
+use crate::message::Sample;
+
+/// What a strip shows [s].
+const SPAN_S: f64 = 8.0;
+/// The tick's budget [us].
+pub const BUDGET_US: f64 = 1000.0;
+
+/// The last seconds.
+#[derive(Debug, Default)]
+pub struct Strips {
+    samples: VecDeque<Sample>,
+}
+
+struct Strip {
+    title: &'static str,
+    value: fn(&Sample) -> f64,
+    colour: Color32,
+    /// The scale is at least this high.
+    least: f64,
+    digits: usize,
+}
+
+const STRIPS: [Strip; 4] = [
+    Strip { title: "force N", value: |s| s.force_n.into(), colour: Color32::from_rgb(205, 70, 45), least: 0.1, digits: 2 },
+    Strip {
+        title: "depth mm",
+        value: |s| f64::from(s.depth_m) * 1e3,
+        colour: Color32::from_rgb(31, 111, 180),
+        least: 4.0,
+        digits: 1,
+    },
+    Strip {
+        title: "energy taken mJ",
+        // what is taken is negative when given; a zero has no sign
+        value: |s| 0.0 - f64::from(s.energy_j) * 1e3,
+        colour: Color32::from_rgb(50, 140, 90),
+        least: 0.1,
+        digits: 2,
+    },
+    Strip {
+        title: "tick us, budget 1000",
+        value: |s| s.tick_us.into(),
+        colour: Color32::from_rgb(140, 100, 180),
+        least: 1050.0,
+        digits: 0,
+    },
+];
+
+impl Strips {
+    /// What came with a frame.
+    pub fn add(&mut self, samples: &[Sample]) {
+        self.samples.extend(samples);
+        let newest_s = self.samples.back().map_or(0.0, |s| s.t_s);
+        while self.samples.front().is_some_and(|s| s.t_s < newest_s - SPAN_S || s.t_s > newest_s) {
+            self.samples.pop_front();
+        }
+    }
+
+    /// Another loop begins.
+    pub fn clear(&mut self) {
+        self.samples.clear();
+    }
+
+    /// Draws them side by side.
+    pub fn show(&self, ui: &mut Ui) {
+        let newest_s = self.samples.back().map_or(0.0, |s| s.t_s);
+        let (width, height) = (ui.available_width() / STRIPS.len() as f32 - 8.0, ui.available_height());
+        if width < 40.0 || height < 40.0 {
+            return;
+        }
+        ui.horizontal_top(|ui| {
+            for strip in &STRIPS {
+                ui.vertical(|ui| {
+                    ui.set_width(width);
+                    let last = self.samples.back().map_or(0.0, strip.value);
+                    ui.label(RichText::new(format!("{}   {last:.*}", strip.title, strip.digits)).color(strip.colour).strong());
+                    self.strip(ui, strip, newest_s, height - 24.0);
+                });
+            }
+        });
+    }
+
+    fn strip(&self, ui: &mut Ui, strip: &Strip, newest_s: f64, height: f32) {
+        let most = self.samples.iter().map(strip.value).fold(strip.least, f64::max) * 1.08;
+        // as many points as pixels, the largest of each bin: peaks stay
+        let bin = (self.samples.len() / 300).max(1);
+        let mut points = Vec::with_capacity(300);
+        let mut at = self.samples.iter();
+        while let Some(first) = at.next() {
+            let rest = at.by_ref().take(bin - 1);
+            let value = rest.map(strip.value).fold((strip.value)(first), f64::max);
+            points.push([first.t_s - newest_s, value]);
+        }
+        let plot = Plot::new(strip.title)
+            .height(height)
+            .show_x(false)
+            .show_y(false)
+            .allow_zoom(false)
+            .allow_drag(false)
+            .allow_scroll(false)
+            .allow_boxed_zoom(false)
+            .allow_double_click_reset(false)
+            .x_axis_formatter(|mark, _| format!("{:.0} s", mark.value))
+            .set_margin_fraction(egui::vec2(0.0, 0.0));
+        plot.show(ui, |plot| {
+            plot.set_plot_bounds_x(-SPAN_S..=0.0);
+            plot.set_plot_bounds_y(0.0..=most);
+            if strip.least > BUDGET_US {
+                plot.hline(HLine::new("budget", BUDGET_US).color(Color32::from_rgb(200, 40, 40)).width(1.0));
+            }
+            plot.line(Line::new(strip.title, PlotPoints::from(points)).color(strip.colour).width(1.6));
+        });
+    }
+}

@@ -1,0 +1,215 @@
+//! The picture of the tissue: shaded triangles, far ones first, and over them probe, springs, rim and force.
+
+use eframe::egui::{Color32, Mesh, Painter, Pos2, Shape as Drawn, Stroke, pos2};
+use palpate::Vector3;
+
+use crate::camera::Lens;
+use crate::message::Frame;
+use crate::shape::Shape;
+
+type V = Vector3<f32>;
+
+/// What the colour says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Colour {
+    /// How far it moved.
+    Displacement,
+    /// Volume over rest volume.
+    J,
+}
+
+/// What is shown.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown {
+    /// What the colour says.
+    pub colour: Colour,
+    /// Springs.
+    pub springs: bool,
+    /// Edge: what is fixed, and what has a far field behind it.
+    pub rim: bool,
+    /// On a dark ground.
+    pub dark: bool,
+    /// Displacement at the end of the scale [m].
+    pub most_m: f32,
+}
+
+/// Compression at the end of the scale (1).
+pub const LEAST_J: f32 = 0.7;
+/// Length of the force arrow for a newton, in probe radii.
+const RADII_PER_N: f32 = 6.0;
+const TISSUE: [f32; 3] = [0.84, 0.60, 0.55];
+/// Perceptually even, from the tissue's own colour to deep blue.
+const SCALE: [[f32; 3]; 5] = [TISSUE, [0.93, 0.76, 0.42], [0.45, 0.75, 0.55], [0.16, 0.52, 0.66], [0.16, 0.20, 0.52]];
+
+/// A share of the scale, as a colour of 0 .. 1.
+#[must_use]
+pub fn scale(share: f32) -> [f32; 3] {
+    let at = share.clamp(0.0, 1.0) * (SCALE.len() - 1) as f32;
+    let low = (at as usize).min(SCALE.len() - 2);
+    let t = at - low as f32;
+    [0, 1, 2].map(|k| SCALE[low][k] * (1.0 - t) + SCALE[low + 1][k] * t)
+}
+
+/// The same for a screen.
+#[must_use]
+pub fn screen([r, g, b]: [f32; 3]) -> Color32 {
+    let byte = |c: f32| (c.clamp(0.0, 1.0) * 255.0) as u8;
+    Color32::from_rgb(byte(r), byte(g), byte(b))
+}
+
+/// A triangle on its way to the screen.
+struct Facet {
+    corners: [(Pos2, Color32); 3],
+    far_m: f32,
+}
+
+/// Draws all; returns how many triangles.
+pub fn draw(painter: &Painter, lens: &Lens, shape: &Shape, frame: &Frame, shown: &Shown) -> usize {
+    if frame.nodes_m.len() != shape.body.rest_m.len() || frame.nodes_m.is_empty() {
+        return 0;
+    }
+    let mut facets = Vec::with_capacity(shape.boundary.len() + 200);
+    tissue(&mut facets, lens, shape, frame, shown);
+    probe(&mut facets, lens, shape, frame);
+    facets.sort_unstable_by(|a, b| b.far_m.total_cmp(&a.far_m));
+    let mut mesh = Mesh::default();
+    mesh.reserve_triangles(facets.len());
+    mesh.reserve_vertices(3 * facets.len());
+    for facet in &facets {
+        let at = mesh.vertices.len() as u32;
+        facet.corners.iter().for_each(|(pixel, colour)| mesh.colored_vertex(*pixel, *colour));
+        mesh.add_triangle(at, at + 1, at + 2);
+    }
+    painter.add(Drawn::mesh(mesh));
+    if shown.springs {
+        springs(painter, lens, shape, frame, shown);
+    }
+    if shown.rim {
+        rim(painter, lens, shape, frame);
+    }
+    force(painter, lens, shape, frame, shown);
+    facets.len()
+}
+
+fn tissue(facets: &mut Vec<Facet>, lens: &Lens, shape: &Shape, frame: &Frame, shown: &Shown) {
+    let nodes_m: Vec<V> = frame.nodes_m.iter().map(|x| V::from(*x)).collect();
+    let normals = shape.normals(&nodes_m);
+    let shares: Vec<f32> = match shown.colour {
+        Colour::Displacement => shape.moved_m(&frame.nodes_m).iter().map(|m| m / shown.most_m).collect(),
+        Colour::J => shape.j(&frame.nodes_m).iter().map(|j| (1.0 - j) / (1.0 - LEAST_J)).collect(),
+    };
+    let light = lens.light();
+    for (&corners, own) in shape.boundary.iter().zip(&normals) {
+        let [a, b, c] = corners.map(|n| nodes_m[n]);
+        let middle = (a + b + c) / 3.0;
+        if own.dot(&(lens.eye_m() - middle)) <= 0.0 {
+            continue;
+        }
+        let own = own.normalize();
+        let vertex = |n: usize| {
+            let normal = shape.normal(n, &own, &normals);
+            let lit = 0.48 + 0.52 * normal.dot(&light).max(0.0);
+            lens.project(&nodes_m[n]).map(|(pixel, far_m)| ((pixel, screen(scale(shares[n]).map(|k| k * lit))), far_m))
+        };
+        push(facets, corners.map(vertex));
+    }
+}
+
+fn push(facets: &mut Vec<Facet>, corners: [Option<((Pos2, Color32), f32)>; 3]) {
+    if let [Some(a), Some(b), Some(c)] = corners {
+        facets.push(Facet { corners: [a.0, b.0, c.0], far_m: (a.1 + b.1 + c.1) / 3.0 });
+    }
+}
+
+/// A ball or a flat end at the tip, and a handle.
+fn probe(facets: &mut Vec<Facet>, lens: &Lens, shape: &Shape, frame: &Frame) {
+    const ROUND: usize = 32;
+    let (axis, radius_m, tip_m) = (V::from(shape.body.axis), shape.body.radius_m, V::from(frame.tip_m));
+    let aside = if axis.x.abs() < 0.9 { V::x() } else { V::y() };
+    let u = axis.cross(&aside).normalize();
+    let w = axis.cross(&u);
+    // (height above the tip, radius), from the tip up
+    let mut rings: Vec<(f32, f32)> = if shape.body.flat {
+        vec![(0.0, 0.0), (0.0, 1.0)]
+    } else {
+        (0..=5_u8).map(|k| f32::from(k) * std::f32::consts::FRAC_PI_2 / 5.0).map(|a| (1.0 - a.cos(), a.sin())).collect()
+    };
+    rings.extend([(1.7, 1.0), (2.1, 0.4), (3.0, 0.4), (3.0, 0.0)]);
+    let light = lens.light();
+    let at = |(height, wide): (f32, f32), k: usize| {
+        let turn = (k % ROUND) as f32 * std::f32::consts::TAU / ROUND as f32;
+        tip_m + axis * (height * radius_m) + (u * turn.cos() + w * turn.sin()) * (wide * radius_m)
+    };
+    for pair in rings.windows(2) {
+        for k in 0..ROUND {
+            let [a, b, c, d] = [at(pair[0], k), at(pair[0], k + 1), at(pair[1], k + 1), at(pair[1], k)];
+            for corners in [[a, c, b], [a, d, c]] {
+                let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+                let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+                let Some(mut normal) = normal.try_normalize(1e-12) else { continue };
+                let out = middle - (tip_m + axis * (axis.dot(&(middle - tip_m))).max(radius_m));
+                if normal.dot(&out) < 0.0 {
+                    normal = -normal;
+                }
+                if normal.dot(&(lens.eye_m() - middle)) <= 0.0 {
+                    continue;
+                }
+                let lit = 0.35 + 0.65 * normal.dot(&light).max(0.0);
+                let colour = screen([0.62, 0.66, 0.72].map(|k| k * lit));
+                push(facets, corners.map(|x| lens.project(&x).map(|(pixel, far_m)| ((pixel, colour), far_m))));
+            }
+        }
+    }
+}
+
+fn springs(painter: &Painter, lens: &Lens, shape: &Shape, frame: &Frame, shown: &Shown) {
+    let ink = if shown.dark {
+        Color32::from_rgba_unmultiplied(235, 240, 245, 70)
+    } else {
+        Color32::from_rgba_unmultiplied(20, 24, 30, 70)
+    };
+    let at = |n: u16| frame.nodes_m.get(usize::from(n)).and_then(|x| lens.project(&V::from(*x)));
+    for [i, j] in &shape.body.springs {
+        if let (Some((a, _)), Some((b, _))) = (at(*i), at(*j)) {
+            painter.line_segment([a, b], Stroke::new(0.6, ink));
+        }
+    }
+}
+
+fn rim(painter: &Painter, lens: &Lens, shape: &Shape, frame: &Frame) {
+    let dots = |nodes: &[u16], colour: Color32| {
+        for n in nodes {
+            if let Some((pixel, _)) = frame.nodes_m.get(usize::from(*n)).and_then(|x| lens.project(&V::from(*x))) {
+                painter.circle_filled(pixel, 2.6, colour);
+            }
+        }
+    };
+    dots(&shape.body.anchors, Color32::from_rgb(40, 44, 52));
+    dots(&shape.body.rim, Color32::from_rgb(200, 75, 30));
+}
+
+fn force(painter: &Painter, lens: &Lens, shape: &Shape, frame: &Frame, shown: &Shown) {
+    let force_n = V::from(frame.force_n);
+    let length_n = force_n.norm();
+    if length_n < 1e-3 {
+        return;
+    }
+    let radius_m = shape.body.radius_m;
+    // beside the handle, or it would hide the arrow
+    let from_m = V::from(frame.contact_m);
+    let way_m = force_n / length_n * (radius_m * (1.2 + RADII_PER_N * length_n).min(12.0));
+    let (Some((a, _)), Some((b, _))) = (lens.project(&from_m), lens.project(&(from_m + way_m))) else { return };
+    let red = if shown.dark { Color32::from_rgb(255, 110, 90) } else { Color32::from_rgb(190, 30, 20) };
+    let along = (b - a).normalized();
+    let across = along.rot90();
+    painter.line_segment([a, b - along * 8.0], Stroke::new(4.0, red));
+    let head = vec![b, b - along * 14.0 + across * 7.0, b - along * 14.0 - across * 7.0];
+    painter.add(Drawn::convex_polygon(head, red, Stroke::NONE));
+    painter.text(
+        pos2(b.x + 8.0, b.y),
+        eframe::egui::Align2::LEFT_CENTER,
+        format!("{length_n:.3} N"),
+        eframe::egui::FontId::proportional(15.0),
+        red,
+    );
+}

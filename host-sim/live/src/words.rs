@@ -1,0 +1,45 @@
+//! Modes, faults and limiters in words.
+
+use palpate::haptic::mode::Mode;
+use palpate::{Fault, Limiters};
+
+/// A mode.
+#[must_use]
+pub fn mode(number: u8) -> &'static str {
+    match Mode::ALL.get(usize::from(number)) {
+        Some(Mode::Boot) => "starting",
+        Some(Mode::SelfTest) => "self-test",
+        Some(Mode::Idle) => "idle: no force",
+        Some(Mode::Arming) => "arming: wait above the tissue",
+        Some(Mode::Active) => "active: the force is felt",
+        Some(Mode::Degraded) => "degraded: scaled down until you let go",
+        Some(Mode::SafeRamp) => "letting the force go",
+        Some(Mode::Fault) => "fault: no force, press C to clear",
+        None => "unknown",
+    }
+}
+
+/// A fault, by its number; `None` for 0.
+#[must_use]
+pub fn fault(number: u8) -> Option<String> {
+    Fault::ALL.into_iter().find(|f| *f as u8 == number).map(|f| f.to_string())
+}
+
+/// What was limited.
+#[must_use]
+pub fn limiters(bits: u8) -> Vec<&'static str> {
+    [
+        (Limiters::SPEED, "speed held back"),
+        (Limiters::DEPTH, "depth at its limit"),
+        (Limiters::FORCE, "force at its limit"),
+        (Limiters::BURIED, "began inside: lift first"),
+        (Limiters::SLEW, "force growing as fast as it may"),
+        (Limiters::HELD, "an older pose"),
+        (Limiters::GAIN, "scaled: ramp-in or relief"),
+        (Limiters::ENERGY, "scaled: energy was given"),
+    ]
+    .into_iter()
+    .filter(|(flag, _)| bits & flag.bits() == flag.bits())
+    .map(|(_, text)| text)
+    .collect()
+}

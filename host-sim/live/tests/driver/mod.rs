@@ -1,0 +1,192 @@
+//! A browser through the protocol of `chromedriver` (W3C `WebDriver`), and a server for the page's folder.
+
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+/// A browser that shows the page.
+pub struct Browser {
+    driver: Child,
+    port: u16,
+    session: String,
+    _profile: tempfile::TempDir,
+}
+
+impl Browser {
+    /// `None` where there is none.
+    pub fn open(folder: &Path) -> Option<Self> {
+        let page = serve(folder.to_path_buf());
+        let port = TcpListener::bind("127.0.0.1:0").ok()?.local_addr().ok()?.port();
+        let mut driver = Command::new("chromedriver");
+        let driver = driver.arg(format!("--port={port}")).stdout(Stdio::null()).stderr(Stdio::null()).spawn().ok()?;
+        let profile = tempfile::tempdir().ok()?;
+        let mut browser = Self { driver, port, session: String::new(), _profile: profile };
+        let end = Instant::now() + Duration::from_secs(20);
+        while TcpStream::connect(("127.0.0.1", port)).is_err() {
+            assert!(Instant::now() < end, "chromedriver does not answer");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        let data = format!("--user-data-dir={}", browser._profile.path().display());
+        let arguments = [
+            "--headless=new",
+            "--no-sandbox",
+            "--disable-quic",
+            "--no-first-run",
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--disable-sync",
+            "--window-size=1280,800",
+            "--enable-unsafe-swiftshader",
+            "--use-angle=swiftshader",
+            &data,
+        ];
+        let wanted =
+            json!({"capabilities": {"alwaysMatch": {"browserName": "chrome", "goog:chromeOptions": {"args": arguments}}}});
+        let made = browser.call("POST", "/session", Some(&wanted));
+        browser.session = made["sessionId"].as_str()?.to_owned();
+        let rect = json!({"width": 1280, "height": 800});
+        browser.command("POST", "/window/rect", Some(&rect));
+        browser.command("POST", "/url", Some(&json!({"url": format!("http://127.0.0.1:{page}/")})));
+        Some(browser)
+    }
+
+    /// What the page shows, in numbers.
+    pub fn shown(&mut self) -> Value {
+        self.run("return window.palpate ? window.palpate.shown() : {said: document.body.innerText};")
+    }
+
+    /// Since the page began to load [s].
+    pub fn seconds_since_load(&mut self) -> f64 {
+        self.run("return performance.now() * 1e-3;").as_f64().unwrap_or(f64::NAN)
+    }
+
+    /// The bytes of the last recording.
+    pub fn trace(&mut self) -> Vec<u8> {
+        let bytes = self.run("return Array.from(window.palpate.trace());");
+        bytes.as_array().unwrap().iter().map(|b| b.as_u64().unwrap() as u8).collect()
+    }
+
+    /// Moves the mouse; presses its button, or lets go.
+    pub fn mouse(&mut self, x: u32, y: u32, down: Option<bool>) {
+        let mut steps = vec![json!({"type": "pointerMove", "duration": 50, "x": x, "y": y})];
+        if let Some(down) = down {
+            steps.push(json!({"type": if down { "pointerDown" } else { "pointerUp" }, "button": 0}));
+        }
+        let mouse = json!({"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": steps});
+        self.command("POST", "/actions", Some(&json!({"actions": [mouse]})));
+    }
+
+    /// Presses a key.
+    pub fn key(&mut self, key: &str) {
+        let steps = [
+            json!({"type": "keyDown", "value": key}),
+            json!({"type": "pause", "duration": 80}),
+            json!({"type": "keyUp", "value": key}),
+        ];
+        self.command("POST", "/actions", Some(&json!({"actions": [{"type": "key", "id": "keys", "actions": steps}]})));
+        std::thread::sleep(Duration::from_millis(200));
+    }
+
+    /// The picture, as PNG.
+    pub fn screenshot(&mut self) -> Vec<u8> {
+        let text = self.command("GET", "/screenshot", None);
+        base64(text.as_str().unwrap())
+    }
+
+    fn run(&mut self, script: &str) -> Value {
+        self.command("POST", "/execute/sync", Some(&json!({"script": script, "args": []})))
+    }
+
+    fn command(&mut self, method: &str, path: &str, body: Option<&Value>) -> Value {
+        let path = format!("/session/{}{path}", self.session);
+        self.call(method, &path, body)
+    }
+
+    fn call(&mut self, method: &str, path: &str, body: Option<&Value>) -> Value {
+        let body = body.map(Value::to_string).unwrap_or_default();
+        let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
+        let length = body.len();
+        let head = format!(
+            "{method} {path} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n"
+        );
+        stream.write_all(head.as_bytes()).unwrap();
+        stream.write_all(body.as_bytes()).unwrap();
+        let answer = whole(&mut stream);
+        let value: Value = serde_json::from_slice(&answer).unwrap_or_else(|e| panic!("{method} {path}: {e}"));
+        let error = &value["value"]["error"];
+        assert!(!error.is_string(), "{method} {path}: {}", value["value"]);
+        value["value"].clone()
+    }
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        if !self.session.is_empty() && !std::thread::panicking() {
+            self.command("DELETE", "", None);
+        }
+        let _ended = self.driver.kill();
+        let _reaped = self.driver.wait();
+    }
+}
+
+/// The body of an answer, as long as its head says.
+fn whole(stream: &mut TcpStream) -> Vec<u8> {
+    let (mut all, mut part) = (Vec::new(), [0; 65536]);
+    loop {
+        if let Some(at) = all.windows(4).position(|w| w == b"\r\n\r\n") {
+            let head = String::from_utf8_lossy(&all[..at]).to_lowercase();
+            let length = head.lines().find_map(|l| l.strip_prefix("content-length:")?.trim().parse::<usize>().ok()).unwrap_or(0);
+            if all.len() >= at + 4 + length {
+                return all[at + 4..].to_vec();
+            }
+        }
+        let read = stream.read(&mut part).unwrap();
+        assert!(read > 0, "chromedriver hung up");
+        all.extend(&part[..read]);
+    }
+}
+
+fn base64(text: &str) -> Vec<u8> {
+    let value = |c: u8| match c {
+        b'A'..=b'Z' => u32::from(c - b'A'),
+        b'a'..=b'z' => u32::from(c - b'a') + 26,
+        b'0'..=b'9' => u32::from(c - b'0') + 52,
+        b'+' => 62,
+        _ => 63,
+    };
+    let digits: Vec<u32> = text.bytes().filter(|c| *c != b'=').map(value).collect();
+    let bytes = |four: &[u32]| {
+        let word = four.iter().enumerate().fold(0, |w, (k, d)| w | d << (18 - 6 * k));
+        word.to_be_bytes()[1..four.len()].to_vec()
+    };
+    digits.chunks(4).flat_map(bytes).collect()
+}
+
+/// Serves a folder; the port.
+fn serve(folder: PathBuf) -> u16 {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    std::thread::spawn(move || {
+        for mut stream in listener.incoming().flatten() {
+            let mut asked = [0; 4096];
+            let Ok(read) = stream.read(&mut asked) else { continue };
+            let line = String::from_utf8_lossy(&asked[..read]).into_owned();
+            let name = line.split_whitespace().nth(1).unwrap_or("/").trim_start_matches('/').to_owned();
+            let name = if name.is_empty() { "index.html".to_owned() } else { name };
+            let kind = match name.rsplit('.').next() {
+                Some("js") => "text/javascript",
+                Some("gz") => "application/gzip",
+                _ => "text/html",
+            };
+            let body = std::fs::read(folder.join(&name)).unwrap_or_default();
+            let head =
+                format!("HTTP/1.1 200 OK\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n", body.len());
+            let _gone = stream.write_all(head.as_bytes()).and_then(|()| stream.write_all(&body));
+        }
+    });
+    port
+}

@@ -1,0 +1,122 @@
+//! The window under Xvfb, driven by xdotool's mouse and keys: pressed, stiffened, recorded; the trace repeats bit for bit.
+//!
+//! Skipped, saying so, where Xvfb or xdotool are not installed.
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+struct Window {
+    screen: Child,
+    program: Child,
+    display: String,
+    folder: tempfile::TempDir,
+}
+
+impl Window {
+    fn open() -> Option<Self> {
+        Command::new("xdotool").arg("version").stdout(Stdio::null()).stderr(Stdio::null()).status().ok()?;
+        let folder = tempfile::tempdir().ok()?;
+        let display = format!(":{}", 100 + std::process::id() % 800);
+        let quiet = |command: &mut Command| command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().ok();
+        let screen = quiet(Command::new("Xvfb").args([&display, "-screen", "0", "1280x720x24"]))?;
+        std::thread::sleep(Duration::from_secs(2));
+        let mut program = Command::new(env!("CARGO_BIN_EXE_palpate-live"));
+        program
+            .env("DISPLAY", &display)
+            .env_remove("WAYLAND_DISPLAY")
+            .env("LIBGL_ALWAYS_SOFTWARE", "1")
+            .env("PALPATE_LIVE_OUT", folder.path());
+        let program = quiet(program.arg("--numbers").arg(folder.path().join("numbers.json")))?;
+        Some(Self { screen, program, display, folder })
+    }
+
+    fn x(&self, words: &str) {
+        let status = Command::new("xdotool").args(words.split(' ')).env("DISPLAY", &self.display).status().unwrap();
+        assert!(status.success(), "xdotool {words}");
+        std::thread::sleep(Duration::from_millis(150));
+    }
+
+    fn until(&mut self, what: &str, holds: impl Fn(&Value) -> bool) -> Value {
+        let end = Instant::now() + Duration::from_secs(30);
+        loop {
+            let text = std::fs::read_to_string(self.folder.path().join("numbers.json")).unwrap_or_default();
+            let shown: Value = serde_json::from_str(&text).unwrap_or_default();
+            if holds(&shown) {
+                return shown;
+            }
+            let ended = self.program.try_wait().unwrap();
+            assert!(Instant::now() < end && ended.is_none(), "{what}: {ended:?} {shown}");
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    }
+}
+
+impl Drop for Window {
+    fn drop(&mut self) {
+        for child in [&mut self.program, &mut self.screen] {
+            let _ended = child.kill();
+            let _reaped = child.wait();
+        }
+    }
+}
+
+fn number(shown: &Value, key: &str) -> f64 {
+    shown[key].as_f64().unwrap_or(f64::NAN)
+}
+
+/// The file with this ending that was written, once it is there.
+fn written(folder: &Path, ending: &str) -> std::path::PathBuf {
+    let end = Instant::now() + Duration::from_secs(20);
+    loop {
+        let found =
+            std::fs::read_dir(folder).unwrap().flatten().map(|f| f.path()).find(|p| p.to_string_lossy().ends_with(ending));
+        if let Some(path) = found {
+            std::thread::sleep(Duration::from_millis(300));
+            return path;
+        }
+        assert!(Instant::now() < end, "no {ending} was written");
+        std::thread::sleep(Duration::from_millis(100));
+    }
+}
+
+#[test]
+fn the_window_is_pressed_and_its_trace_repeats() {
+    let Some(mut window) = Window::open() else {
+        println!("skipped: Xvfb or xdotool is missing: install them (Debian: xvfb xdotool libgl1-mesa-dri)");
+        return;
+    };
+    window.until("the loop is active", |s| s["mode"].as_str().is_some_and(|m| m.starts_with("active")));
+    // no window manager gives it the keys
+    window.x("search --onlyvisible --name Palpate windowfocus");
+    window.x("mousemove 480 250 mousedown 1");
+    let soft = window.until("force", |s| number(s, "depth_m") > 2.9e-3);
+    assert!(number(&soft, "force_n") > 0.05 && number(&soft, "moved_m") > 1e-3, "{soft}");
+    window.x("key p");
+    let picture = written(window.folder.path(), ".png");
+    if let Some(folder) = std::env::var_os("PALPATE_LIVE_PICTURES") {
+        std::fs::copy(&picture, Path::new(&folder).join("live-window.png")).unwrap();
+    }
+    assert!(std::fs::metadata(picture).unwrap().len() > 20_000, "an empty picture");
+    window.x("mouseup 1");
+    window.until("let go", |s| number(s, "force_n") == 0.0);
+    window.x("key bracketright key bracketright key bracketright");
+    window.x("key r");
+    window.until("recording", |s| s["recorded_ticks"].as_u64().is_some_and(|t| t > 800));
+    window.x("mousedown 1");
+    let stiff = window.until("stiffer force", |s| number(s, "depth_m") > 2.9e-3);
+    assert!(number(&stiff, "force_n") > 1.5 * number(&soft, "force_n"), "{stiff}");
+    window.x("mousemove 1150 600");
+    window.until("no force beside the tissue", |s| number(s, "force_n") == 0.0);
+    window.x("mouseup 1 key r");
+    let bytes = std::fs::read(written(window.folder.path(), ".trace")).unwrap();
+    let again = palpate_sim::live::replay::replay(&palpate_sim::live::trace::Trace::read(&bytes).unwrap()).unwrap();
+    assert_eq!(again.differs, None);
+    assert!(again.told.iter().any(|t| f64::from(t.applied_n.norm()) > number(&soft, "force_n")));
+    println!(
+        "{} ticks/s, {} frames/s, longest tick {} us",
+        stiff["ticks_per_s"], stiff["frames_per_s"], stiff["longest_tick_us"]
+    );
+}

@@ -1,0 +1,19 @@
+// The loop at 1 kHz of virtual time. A timer in a worker goes on while the page is hidden; what is due is run when it fires.
+import init, { PagePhysics } from "./palpate_live.js";
+const clock = () => performance.now() * 1e-3;
+const post = (bytes) => self.postMessage(bytes, [bytes.buffer]);
+let physics;
+const waiting = [];
+self.onmessage = async ({ data }) => {
+  if (data instanceof WebAssembly.Module) {
+    await init({ module_or_path: data });
+    physics = new PagePhysics(post, clock());
+    waiting.splice(0).forEach((bytes) => physics.take(bytes, clock));
+    setInterval(() => physics.advance(clock), 2);
+  } else if (physics) {
+    physics.take(data, clock);
+    physics.advance(clock);
+  } else if (waiting.length < 100) {
+    waiting.push(data);
+  }
+};

@@ -1,0 +1,71 @@
+//! `palpate replay`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde::Serialize;
+
+use crate::error::Error;
+use crate::live::replay;
+use crate::live::trace::{Head, Trace, VERSION};
+use crate::output::OutputFolder;
+
+#[derive(Args, Clone, Debug)]
+pub(super) struct ReplayArgs {
+    /// Trace that `palpate live` recorded, in the window or in the page.
+    #[arg(value_name = "TRACE")]
+    file: PathBuf,
+    /// Output folder, made if it is not there.
+    #[arg(long, value_name = "FOLDER", default_value = "out/replay")]
+    out: PathBuf,
+}
+
+/// `summary.json`.
+#[derive(Serialize)]
+struct Summary<'a> {
+    trace_version: u32,
+    #[serde(flatten)]
+    head: &'a Head,
+    ticks: u32,
+    peak_force_n: f32,
+    deepest_m: f32,
+    state_hash: String,
+    same_bits: bool,
+    differs_at_tick: Option<u32>,
+    differs_in: Option<&'static str>,
+}
+
+impl ReplayArgs {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let bytes = std::fs::read(&self.file).map_err(|source| Error::Read { path: self.file.clone(), source })?;
+        let trace = Trace::read(&bytes).map_err(|cause| Error::Trace { path: self.file.clone(), cause })?;
+        let again = replay::replay(&trace)?;
+        let folder = OutputFolder::open(&self.out)?;
+        let peak_force_n = again.told.iter().map(|t| t.applied_n.norm()).fold(0.0, f32::max);
+        let deepest_m = again.told.iter().map(|t| t.output.depth_m).fold(0.0, f32::max);
+        let summary = Summary {
+            trace_version: VERSION,
+            head: &trace.head,
+            ticks: trace.ticks,
+            peak_force_n,
+            deepest_m,
+            state_hash: format!("{:016x}", again.hash),
+            same_bits: again.differs.is_none(),
+            differs_at_tick: again.differs.map(|d| d.0),
+            differs_in: again.differs.map(|d| d.1),
+        };
+        folder.write_json("summary.json", &summary)?;
+        folder.write("trace.csv", replay::table(&again).as_bytes())?;
+        let seconds = f64::from(trace.ticks) * 1e-3;
+        println!("{}: {} with {}, {seconds:.1} s", self.file.display(), trace.head.scene, trace.head.device);
+        println!("  strongest {peak_force_n:.3} N, deepest {:.2} mm; nodes {:016x}", deepest_m * 1e3, again.hash);
+        println!("\nwrote {}: summary.json, trace.csv", self.out.display());
+        match again.differs {
+            None => {
+                println!("every bit the same");
+                Ok(())
+            }
+            Some((tick, what)) => Err(Error::Check(format!("{}: {what} differs at tick {tick}", self.file.display()))),
+        }
+    }
+}

@@ -1,0 +1,22 @@
+//! Live: the loop of board and desktop, one tick per call, owned by whoever draws it; recorded at the core's edge and repeated bit for bit.
+//!
+//! ```text
+//! aim ─ hand and device ─ reading ─┬─ Cycle ─ force on the device           window, page: `host-sim/live`
+//!       (emulated, or the pointer) └─ trace: readings, requests, forces     `palpate replay`: trace ─ Cycle ─ same bits?
+//! ```
+//!
+//! No clock, file or thread here: the same code runs in a browser.
+
+mod choice;
+mod device;
+mod exercise;
+mod palpation;
+pub mod replay;
+mod tissue;
+pub mod trace;
+
+pub use choice::{Choice, Nodule, SIZES};
+pub use device::{Holding, POINTER_FORCE_N};
+pub use exercise::{Exercise, Found};
+pub use palpation::{Live, Told};
+pub use tissue::LiveTissue;
