@@ -82,3 +82,14 @@ fn commands_are_found_in_sh_blocks_only() {
     assert_eq!(as_run("cargo test", out), "cargo test");
     assert_eq!(as_run("cargo bench -p x", out), "cargo bench -p x -- --quick");
 }
+
+#[test]
+fn every_picture_of_the_readme_is_there() {
+    let text = std::fs::read_to_string(repository().join("README.md")).unwrap();
+    let pictures: Vec<&str> =
+        text.split("](").skip(1).filter_map(|rest| rest.split(')').next()).filter(|path| path.ends_with(".png")).collect();
+    assert!(pictures.len() > 5, "{pictures:?}");
+    for picture in pictures {
+        assert!(repository().join(picture).is_file(), "README shows {picture}, which is not there");
+    }
+}
