@@ -63,9 +63,29 @@ fn shown<'a>(run: &'a Run, site: &Site) -> &'a [Row] {
     let depth_m = |row: &Row| -(row.at_m - site.at_m).dot(&site.normal);
     let touch = run.rows.iter().position(|r| depth_m(r) > 0.0).unwrap_or(0);
     let deepest_m = run.rows.iter().map(depth_m).fold(0.0, f64::max);
-    let rests = run.rows.last().map_or(0.0, depth_m);
-    let moves = |row: &Row| (depth_m(row) - rests).abs() > RESTS * deepest_m;
+    let rests_m = run.rows.last().map_or(site.at_m, |r| r.at_m);
+    // along the surface too: a drag begins when the press has long come to rest
+    let moves = |row: &Row| (row.at_m - rests_m).norm() > RESTS * deepest_m;
     let end = run.rows.iter().rposition(moves).unwrap_or(run.rows.len());
     let end = end.max(touch).saturating_add(AFTER_TICKS).min(run.rows.len());
     run.rows.get(touch.saturating_sub(BEFORE_TICKS)..end).unwrap_or(&run.rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::device::DeviceProfile;
+    use crate::closed_loop::hand::HANDS;
+    use crate::closed_loop::report::Target;
+    use crate::closed_loop::stimulus::Stimulus;
+
+    #[test]
+    fn a_drag_is_shown_and_the_hold_after_it_is_not() {
+        let (device, target) = (DeviceProfile::load("touch").unwrap(), Target::Wall(400.0));
+        let (run, site) = (target.run(&device, HANDS[1], Stimulus::named("S6").unwrap()).unwrap(), target.site());
+        let shown = shown(&run, &site);
+        let farthest_m = shown.iter().map(|r| (r.at_m - site.at_m).dot(&site.along).abs()).fold(0.0, f64::max);
+        assert!(farthest_m > 7e-3, "{farthest_m} m of 8 mm aside");
+        assert!(shown.len() + 1000 < run.rows.len(), "{} of {} ticks", shown.len(), run.rows.len());
+    }
 }

@@ -18,6 +18,8 @@ pub const DEPTH_M: f64 = 4e-3;
 pub const FORCE_SHARE: f64 = 0.85;
 /// The guard holds the probe where the static force is this many times the longest (1).
 pub const GUARD_SHARE: f64 = 1.09;
+/// No press rests nearer to the surface [m].
+const SHALLOWEST_M: f64 = 0.25e-3;
 /// A drag goes this far aside [m].
 const ASIDE_M: f64 = 8e-3;
 
@@ -68,6 +70,22 @@ impl Prepared {
         Self::with(session.patch, &session.params, deepest_m, device, choose_substeps)
     }
 
+    /// Presses rest here instead [m].
+    ///
+    /// # Errors
+    /// [`Error::Usage`]: deeper than the device's force limit lets it, or hardly touching.
+    pub fn press_to(&mut self, depth_m: f64) -> Result<(), Error> {
+        if !(SHALLOWEST_M..=self.depth_m).contains(&depth_m) {
+            return Err(Error::Usage(format!(
+                "--depth-m {depth_m} is outside {SHALLOWEST_M} .. {:.6}, where 4 mm or the device's force limit is met: give a depth in that range",
+                self.depth_m
+            )));
+        }
+        (self.static_n, self.slope_n_per_m) = rest(&self.curve, depth_m);
+        self.depth_m = depth_m;
+        Ok(())
+    }
+
     /// A patch pressed to `deepest_m` at most.
     ///
     /// # Errors
@@ -96,11 +114,16 @@ impl Prepared {
         let params = if fidelity.errors.iter().any(|e| e.is_nan()) { *params } else { fidelity.params };
         let curve = static_curve(&patch, &params)?;
         patch.set_depth_limit_m(depth_at_m(&curve, GUARD_SHARE * device.force_limit_n) as f32);
-        let (static_n, h) = (force_at_n(&curve, depth_m), 0.25e-3);
-        let slope_n_per_m = (static_n - force_at_n(&curve, depth_m - h)) / h;
+        let (static_n, slope_n_per_m) = rest(&curve, depth_m);
         let (tap_errors, taps_held) = (fidelity.errors, fidelity.held);
         Ok(Self { patch, params, tap_errors, taps_held, substeps_chosen, curve, depth_m, static_n, slope_n_per_m })
     }
+}
+
+/// Force [N] and slope [N/m] at a depth.
+fn rest(curve: &[(f64, f64)], depth_m: f64) -> (f64, f64) {
+    let (static_n, h_m) = (force_at_n(curve, depth_m), SHALLOWEST_M);
+    (static_n, (static_n - force_at_n(curve, depth_m - h_m)) / h_m)
 }
 
 /// Stiffness up to which one count of the encoder is not felt [N/m]: its force is hidden by the friction of the device in both directions, or is

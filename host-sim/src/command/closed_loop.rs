@@ -39,6 +39,9 @@ pub(super) struct LoopArgs {
     /// One encoder count in m [default: the device's].
     #[arg(long, allow_negative_numbers = true, value_name = "m")]
     count_m: Option<f64>,
+    /// Depth of presses in m [default: 0.004, or where 85 % of the device's force limit is met].
+    #[arg(long, allow_negative_numbers = true, value_name = "m", conflicts_with = "wall")]
+    depth_m: Option<f64>,
     /// One hand, H0 to H6 [default: all].
     #[arg(long, value_name = "ID")]
     hand: Option<String>,
@@ -140,7 +143,10 @@ impl LoopArgs {
             let mut scene = Scene::load(&self.common.scene)?;
             let patch = self.emulated.then(|| image::patch_for(&scene)).transpose()?;
             scene.solver.patch = patch.clone().or(scene.solver.patch);
-            let prepared = if self.emulated { Prepared::as_packed(&scene, device)? } else { Prepared::of(&scene, device)? };
+            let mut prepared = if self.emulated { Prepared::as_packed(&scene, device)? } else { Prepared::of(&scene, device)? };
+            if let Some(depth_m) = self.depth_m {
+                prepared.press_to(depth_m)?;
+            }
             let board = match patch {
                 Some(patch) => Some(InLoop::new(image::find(self.image.as_deref())?, image::machine_for(&patch), &prepared)?),
                 None => None,

@@ -3,6 +3,8 @@
 //! The paper's three physicians mark from 0 to 10; here three measured things take their places and their weights: how near the answer is
 //! (0.45, the chief's), how gently it was found (0.35), how soon (0.20).
 
+use rand_xoshiro::SplitMix64;
+use rand_xoshiro::rand_core::{RngCore, SeedableRng};
 use serde::{Deserialize, Serialize};
 
 use super::choice::Nodule;
@@ -43,14 +45,8 @@ impl Exercise {
     /// Hides a nodule; every seed hides it somewhere else.
     #[must_use]
     pub fn hide(seed: u64) -> Self {
-        let mut x = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
-        let mut share = || {
-            x ^= x << 13;
-            x ^= x >> 7;
-            x ^= x << 17;
-            (x >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        let _warm: [f64; 4] = std::array::from_fn(|_| share());
+        let mut random = SplitMix64::seed_from_u64(seed);
+        let mut share = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
         let (from_m, turn) = (REACH_M * (0.15 + 0.85 * share()).sqrt(), std::f64::consts::TAU * share());
         let place_m = [from_m * turn.cos(), from_m * turn.sin()];
         Self { hidden: Nodule { place_m, depth_m: 9e-3 + 2e-3 * share(), radius_m: 6e-3, ratio: 10.0 } }

@@ -1,6 +1,8 @@
 //! Moves the tip through a stimulus and keeps what a verdict needs.
 
 use palpate::{Limiters, Vector3};
+use rand_xoshiro::SplitMix64;
+use rand_xoshiro::rand_core::{RngCore, SeedableRng};
 
 use super::case::Stimulus;
 use crate::rivals::{Block, Rival};
@@ -88,8 +90,9 @@ impl Watch {
         let tick_s = f64::from(block.params.tick_s);
         let ticks = |seconds: f64| (seconds / tick_s).ceil() as usize;
         let way_m = stimulus.depth_m + CLEAR_M;
-        let mut random = Random(7);
-        let mut late = || stimulus.jitter * random.next();
+        // the same on every machine: uniform in -1 .. 1
+        let mut random = SplitMix64::seed_from_u64(7);
+        let mut late = || stimulus.jitter * ((random.next_u64() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0);
 
         let down = ticks(way_m / stimulus.in_m_per_s) + 1;
         for n in 0..=down {
@@ -156,18 +159,4 @@ impl Watch {
 fn six_volume(tet: &[u32; 4], position_m: &[Vector3<f64>]) -> f64 {
     let [a, b, c, d] = tet.map(|n| position_m[n as usize]);
     (b - a).dot(&(c - a).cross(&(d - a)))
-}
-
-/// Uniform in -1 .. 1, the same on every machine (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^= z >> 31;
-        (z >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
 }
