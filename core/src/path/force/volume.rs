@@ -13,7 +13,7 @@
 use nalgebra::Vector3;
 
 use super::compensation;
-use crate::lanes::{Lanes, add};
+use crate::lanes::{Lanes, subtract};
 use crate::model::{Model, NodeRest, Tet};
 use crate::params::Tuned;
 use crate::state::{Node, State, node};
@@ -141,10 +141,10 @@ fn push_group<L: Lanes<W>, const W: usize, const BARRIER: bool>(
     let nodal = (at(0) + at(1)) + (at(2) + at(3));
     let j = six_volume * L::from_array(group.each_ref().map(|t| t.six_volume_reciprocal));
     let bulk = L::from_array(group.each_ref().map(|t| t.bulk));
-    // opening is positive: minus the pressure
-    let mut p = -nodal - bulk * (j - L::splat(1.0));
+    // closing is positive
+    let mut p = nodal + bulk * (j - L::splat(1.0));
     if BARRIER {
-        p += compensation::of_tet(j, L::from_array(group.each_ref().map(|t| t.barrier)));
+        p -= compensation::of_tet(j, L::from_array(group.each_ref().map(|t| t.barrier)));
     }
     let (f1, f2, f3) = (g1.map(|g| p * g), g2.map(|g| p * g), g3.map(|g| p * g));
     let f0 = Vector3::new(-((f1.x + f2.x) + f3.x), -((f1.y + f2.y) + f3.y), -((f1.z + f2.z) + f3.z));
@@ -153,7 +153,7 @@ fn push_group<L: Lanes<W>, const W: usize, const BARRIER: bool>(
     for (lane, tet) in group.iter().enumerate() {
         for (n, row) in tet.node.iter().zip(&rows) {
             if let Some(node) = nodes.get_mut(usize::from(*n)) {
-                add(&mut node.f, &row[lane]);
+                subtract(&mut node.f, &row[lane]);
             }
         }
     }
