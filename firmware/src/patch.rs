@@ -108,7 +108,7 @@ impl<'a> Patch<'a> {
         Ok(())
     }
 
-    /// Before a tick: takes what was asked. What stiffens waits until nothing touches: stiffened under the probe, the tissue would give energy that
+    /// Between two ticks: takes what was asked. What stiffens waits until nothing touches: stiffened under the probe, the tissue would give energy that
     /// nobody brought.
     pub fn settle(&mut self, in_contact: bool) {
         let Some(asked_pa) = self.asked_pa.filter(|pascal| !in_contact || *pascal < self.params.youngs_modulus_pa) else {

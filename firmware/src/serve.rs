@@ -176,8 +176,9 @@ async fn serve(
             line.receiver.forget();
         }
         newest = board::sense().or(sensed).unwrap_or(newest);
-        tissue.settle(haptic.controller.in_contact());
         let record = haptic.tick(tissue, newest, command, period);
+        // when the force is out: weighing 57 nodes anew takes 4500 instructions, 146 take 9200
+        tissue.settle(haptic.controller.in_contact());
         if pace == Pace::LockStep || record.tick.is_multiple_of(RECORD_TICKS) {
             line.send(&FromBoard::Record(record));
         }

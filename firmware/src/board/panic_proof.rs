@@ -60,7 +60,6 @@ fn tick(
             black_box(tissue.ask_modulus(pascal).is_ok());
         }
     }
-    tissue.settle(controller.in_contact());
     #[cfg(feature = "planted-crash")]
     assert!(black_box(true), "shows that the proof bites");
     let (sensed, command) = desk.clear();
@@ -68,6 +67,7 @@ fn tick(
     let told = controller.step(tissue, sensed, command, black_box(true));
     let outputs = force_out::outputs(controller.drive());
     black_box((deadline.judge(black_box(1)), controller.sound(&told)));
+    tissue.settle(controller.in_contact());
     let mut out = [0; FRAME_BYTES];
     let record = FromBoard::Record(Record::new(&told, outputs, black_box(7)));
     black_box(encode(black_box(1), &record, &mut out).is_ok());

@@ -146,8 +146,8 @@ pub fn run_beside(setup: &Setup, surface: &mut impl Surface, beside: &mut impl B
             surface.change(change);
             beside.change(change);
         }
-        surface.settle(cycle.in_contact());
         let told = watched.cycle_beside(&mut cycle, &mut plant, surface, Command::HEARD, beside);
+        surface.settle(cycle.in_contact());
         let aim = course.aim(t_s);
         let touched = told.output.depth_m > 0.0 || told.applied_n != Vector3::zeros();
         plant.step(&aim, touched);

@@ -16,7 +16,7 @@ pub trait Surface: Renderer {
     /// under the probe, it would give energy that nobody brought.
     fn change(&mut self, change: Change);
 
-    /// A tick begins, in contact or not.
+    /// A tick has ended, in contact or not.
     fn settle(&mut self, in_contact: bool);
 
     /// Puts one node, or all of them, at a place [m, every axis] or gives them a speed [m/s, every axis]; what has no nodes stays as it is.

@@ -140,8 +140,8 @@ impl<'a> Twin<'a> {
         self.tell(&ToBoard::Pose { position_m, sequence: self.readings, good: reading.good })?;
         let (sensed, command) = self.desk.clear();
         self.newest = sensed.unwrap_or(self.newest);
-        self.patch.settle(self.controller.in_contact());
         let told = self.controller.step(&mut self.patch, self.newest, command, true);
+        self.patch.settle(self.controller.in_contact());
         let here = Record::new(&told, force_out::outputs(self.controller.drive()), 0);
 
         let there = match self.board.receive()? {
