@@ -1,6 +1,6 @@
 //! Haptic controller: a 1 kHz task renders the tissue patch, a task below it reports. Open `haptic_loop.rs` first.
 //!
-//! Three priorities, by hardware preemption: tick timer > haptic loop > telemetry. Idle is `wfi`.
+//! Three priorities, by hardware preemption: tick timer > haptic loop > telemetry. Below all of them the core idles.
 #![no_std]
 #![no_main]
 #![deny(unsafe_code)]
@@ -56,8 +56,7 @@ fn main() -> ! {
         }
     }
     loop {
-        // wfe is a no-op in the emulator and would burn through its virtual time
-        cortex_m::asm::wfi();
+        board::idle(&duty);
         #[cfg(feature = "planted-crash")]
         plant::pass(plant::Place::Thread);
     }

@@ -3,10 +3,11 @@
 //! `image` (built, or given) -> `board` (the emulator and its link) -> `twin` (board and desktop side by side, compared to the bit) -> `press` (the finger) or
 //! `campaign` (contact, faults and recovery for as long as wanted). `in_loop`: the same board under the closed loop's hands.
 //!
-//! What a tick costs: `exec_log` (what was executed), `firmware_image` (whose code it is), `thumb` (which class), `instruction_mix` (cycles), `timing`; when ticks start and what is late: `timed`.
+//! What a tick costs: `exec_log` (what was executed), `firmware_image` (whose code it is), `thumb` (which class), `instruction_mix` (cycles), `timing`; when ticks start and what is late: `timed`; what it logs: `defmt_log`.
 
 pub mod board;
 pub mod campaign;
+pub mod defmt_log;
 pub mod exec_log;
 pub mod firmware_image;
 pub mod image;
@@ -55,7 +56,7 @@ pub enum EmulateError {
     #[error("the link to the emulated board broke: {0}")]
     Link(#[from] std::io::Error),
     /// No answer.
-    #[error("the emulated board does not answer; its last words: {0}")]
+    #[error("the emulated board does not answer (is the image one of `cargo fw`?); its last words: \"{0}\"")]
     Silent(String),
     /// A frame came damaged, which no lock-step link does.
     #[error("a frame of the board was dropped: {0}")]

@@ -5,7 +5,7 @@
 //!
 //! * in: a device, what renders its pose, what the host said since the last cycle
 //! * out: a force on the device, a [`Telemetry`] record
-//! * cost: up to 1100 instructions of a Cortex-M4F beside the patch (its listing), every stage included
+//! * cost: up to 2100 instructions of a Cortex-M4F beside the patch (its log), the board's own part of the tick included
 //! * may fail: every [`Fault`]
 
 mod gains;

@@ -13,6 +13,7 @@
 //! * `duty()`, what the image is to do, and `exit(success) -> !`;
 //! * `link_read(bytes)` and `link_write(bytes)`, the link to the host: neither waits, but for a lock-step link's read;
 //! * `sense()`, what the board's own sensors say, if it has any;
+//! * `idle(duty)`, until the next interrupt;
 //! * `print(line)`, plain text for the last words of a run;
 //! * the handlers of `HardFault` and of interrupts nobody claimed, both ending in [`crate::safety::stop`].
 //!
@@ -47,8 +48,9 @@ pub use stack::{STACK_BYTES, stack_used_bytes};
 mod nucleo_h743zi;
 #[cfg(feature = "nucleo-h743zi")]
 pub use nucleo_h743zi::{
-    ProfileMemory, after_crash, barred, clock_counts, counts_to_ns, duty, exit, feed_watchdog, healthy, link_read, link_write,
-    outputs, outputs_off, print, sense, since_period_counts, start_executors, start_tick_timer, supply_low, write_outputs,
+    ProfileMemory, after_crash, barred, clock_counts, counts_to_ns, duty, exit, feed_watchdog, healthy, idle, link_read,
+    link_write, outputs, outputs_off, print, sense, since_period_counts, start_executors, start_tick_timer, supply_low,
+    write_outputs,
 };
 
 #[cfg(not(any(feature = "mps2", feature = "nucleo-h743zi")))]
@@ -59,6 +61,7 @@ compile_error!("name a board: --features mps2 or --features nucleo-h743zi");
 mod mps2;
 #[cfg(feature = "mps2")]
 pub use mps2::{
-    ProfileMemory, after_crash, barred, clock_counts, counts_to_ns, duty, exit, feed_watchdog, healthy, link_read, link_write,
-    outputs, outputs_off, print, sense, since_period_counts, start_executors, start_tick_timer, supply_low, write_outputs,
+    ProfileMemory, after_crash, barred, clock_counts, counts_to_ns, duty, exit, feed_watchdog, healthy, idle, link_read,
+    link_write, outputs, outputs_off, print, sense, since_period_counts, start_executors, start_tick_timer, supply_low,
+    write_outputs,
 };

@@ -17,6 +17,7 @@ use embassy_executor::{InterruptExecutor, SendSpawner};
 use palpate::haptic::device::Sensed;
 use palpate_firmware::force_out::{DacCode, Outputs};
 
+use super::Duty;
 use crate::{haptic_loop, safety};
 
 #[cfg(feature = "planted-crash")]
@@ -185,6 +186,15 @@ pub fn counts_to_ns(counts: u32) -> u32 {
 }
 
 defmt::timestamp!("{=u32:us}", clock_counts() / (CLOCK_HZ / 1_000_000));
+
+/// Until the next interrupt. A script passes the time awake: QEMU counts sleep twice, and 1 ms of the tick timer would be 2 ms of the clock. Nops
+/// cost it nothing. A host on the UART lives in real time, to which only sleep leads.
+pub fn idle(duty: &Duty) {
+    match duty {
+        Duty::Script(_) => (0..64).for_each(|_| cortex_m::asm::nop()),
+        Duty::Serve(_) => cortex_m::asm::wfi(),
+    }
+}
 
 /// The image has neither converters nor an enable line: these stand for their registers.
 static DAC: [AtomicI16; 3] = [const { AtomicI16::new(0) }; 3];

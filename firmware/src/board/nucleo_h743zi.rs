@@ -270,6 +270,11 @@ pub fn barred() -> bool {
     super::resets::barred(by_watchdog)
 }
 
+/// Until the next interrupt.
+pub fn idle(_: &Duty) {
+    cortex_m::asm::wfi();
+}
+
 /// Words for the debugger's log; lost without one.
 pub fn print(line: fmt::Arguments<'_>) {
     defmt::error!("{}", defmt::Display2Format(&line));
@@ -287,7 +292,8 @@ pub fn after_crash() -> ! {
     }
 }
 
-/// No profile is kept on this board yet: erasing its flash takes longer than the watchdog bears. The default one holds.
+/// No profile is kept on this board yet, the default one holds: erasing its flash takes longer than the watchdog bears, and what a power cut has
+/// left half written may read as a bus fault, which nobody has seen on a board.
 pub struct ProfileMemory;
 
 impl Flash for ProfileMemory {

@@ -49,7 +49,7 @@ pub(super) struct EmulateArgs {
     /// Only the press and 2000 ticks.
     #[arg(long)]
     quick: bool,
-    /// Also measure what a tick takes, its start's jitter and what happens to late ticks (instructions.csv, overruns.csv, picture of all ticks).
+    /// Also measure what a tick takes, its start's jitter and what happens to late ticks (instructions.csv, overruns.csv, board.log, picture of all ticks).
     #[arg(long)]
     timing: bool,
 }

@@ -176,7 +176,10 @@ impl Board {
     #[must_use]
     pub fn last_words(&self) -> String {
         let text = std::fs::read(self.folder.path().join("words")).unwrap_or_default();
-        String::from_utf8_lossy(&text).trim().to_owned()
+        // without the registers that the emulator shows below
+        let lines: Vec<_> =
+            String::from_utf8_lossy(&text).lines().take_while(|line| !line.is_empty()).map(str::to_owned).collect();
+        lines.join("; ")
     }
 
     /// Sends a patch; the board is idle. Its nodes.

@@ -3,7 +3,7 @@
 //! Every instruction takes 2^shift ns of virtual time, so the shift is how slow the core is. **Emulated counts, not hardware time.**
 //!
 //! * in: an image, which presses the patch built into it
-//! * out: starts of ticks after the timer's edge, late ticks, who turned the outputs off
+//! * out: starts of ticks after the timer's edge, late ticks, who turned the outputs off, what was logged
 //! * may fail: an image that does not end
 
 use std::path::Path;
@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::{EmulateError, Machine};
+use super::{EmulateError, Machine, defmt_log};
 
 /// The shift at which a tick fits its period and the clock tells five instructions apart.
 pub const IN_TIME_SHIFT: u32 = 3;
@@ -44,6 +44,9 @@ pub struct Timed {
     pub ended: String,
     /// From the last completed tick to the watchdog [us], where it bit.
     pub watchdog_us: Option<u64>,
+    /// What it logged, a message a line.
+    #[serde(skip)]
+    pub log: String,
 }
 
 impl Timed {
@@ -59,7 +62,7 @@ impl Timed {
 /// # Errors
 /// No emulator, or an image that does not end.
 pub fn run(image: &Path, machine: Machine, shift: u32, ticks: u32) -> Result<Timed, EmulateError> {
-    let text = text_of(image, machine, shift, ticks)?;
+    let Printed { text, frames } = printed(image, machine, shift, ticks)?;
     let number = |key| value(&text, key).and_then(|word| word.parse::<u64>().ok());
     let instructions = |ns: u64| ns as f64 / f64::from(1_u32 << shift);
     let starts = number("earliest_start_ns").zip(number("latest_start_ns"));
@@ -75,6 +78,7 @@ pub fn run(image: &Path, machine: Machine, shift: u32, ticks: u32) -> Result<Tim
         periods_without_tick: periods.zip(ran).map(|(began, ran)| began.saturating_sub(ran)),
         ended: ended.into(),
         watchdog_us: number("silent_us"),
+        log: defmt_log::decode(&std::fs::read(image)?, &frames),
     })
 }
 
@@ -86,10 +90,16 @@ pub fn overruns(image: &Path, machine: Machine) -> Result<Vec<Timed>, EmulateErr
     SLOW_SHIFTS.into_iter().map(|shift| run(image, machine, shift, SLOW_TICKS)).collect()
 }
 
-/// What the image printed as plain text.
-fn text_of(image: &Path, machine: Machine, shift: u32, ticks: u32) -> Result<String, EmulateError> {
+/// What an image printed.
+struct Printed {
+    text: String,
+    /// defmt frames.
+    frames: Vec<u8>,
+}
+
+fn printed(image: &Path, machine: Machine, shift: u32, ticks: u32) -> Result<Printed, EmulateError> {
     let folder = tempfile::tempdir()?;
-    let words = folder.path().join("words");
+    let [words, frames] = ["words", "frames"].map(|name| folder.path().join(name));
     let (name, cpu) = machine.names();
     let mut child = Command::new("qemu-system-arm")
         .args(["-machine", name, "-cpu", cpu, "-nographic", "-monitor", "none", "-serial", "null"])
@@ -97,7 +107,7 @@ fn text_of(image: &Path, machine: Machine, shift: u32, ticks: u32) -> Result<Str
         .args(["-icount", &format!("shift={shift},sleep=off"), "-kernel"])
         .arg(image)
         .stdin(Stdio::null())
-        .stdout(Stdio::null())
+        .stdout(std::fs::File::create(&frames)?)
         .stderr(std::fs::File::create(&words)?)
         .spawn()
         .map_err(|source| EmulateError::NotStarted { program: "qemu-system-arm", source })?;
@@ -111,7 +121,7 @@ fn text_of(image: &Path, machine: Machine, shift: u32, ticks: u32) -> Result<Str
         }
         std::thread::sleep(Duration::from_millis(5));
     }
-    Ok(std::fs::read_to_string(&words)?)
+    Ok(Printed { text: std::fs::read_to_string(&words)?, frames: std::fs::read(&frames)? })
 }
 
 /// The word after `key=`, the last one if there are several.

@@ -52,6 +52,7 @@ pub fn write_timing(
     let (node_count, machine) = (session.report.nodes, machine.timed_on());
     let times = TickTimes { scene: &scene.name, node_count, machine, tick_us: &tick_us };
     charts::tick_time(folder.path(), "tick_time_all", &times)?;
+    folder.write("board.log", told.in_time.as_ref().map_or("", |run| &run.log).as_bytes())?;
     let head = ["shift", "tick_over_period", "ticks", "late_ticks", "missed_periods", "uncounted_periods", "watchdog_us"];
     let number = |told: Option<u64>| told.map_or(f64::NAN, |n| n as f64);
     folder.write_csv(
@@ -110,6 +111,9 @@ fn print_timed(told: &Emulated) {
             in_time.ticks.unwrap_or(0),
             last - first
         );
+    }
+    if let Some(last) = in_time.log.lines().last() {
+        println!("its log ends (all of it: board.log): {last}");
     }
     println!("{:>14} {:>7} {:>6} {:>15} {:>10}  end", "tick / period", "ticks", "late", "missed periods", "uncounted");
     let number = |n: Option<u64>| n.map_or("-".into(), |n| n.to_string());
