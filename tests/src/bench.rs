@@ -5,6 +5,8 @@ use palpate_sim::far_field::{FarField, Sizes};
 use palpate_sim::mesh::{BlockSpec, block};
 use palpate_sim::patch::{Material, Memory, Patch, Tissue};
 use palpate_sim::stable_step::limits;
+use rand_xoshiro::SplitMix64;
+use rand_xoshiro::rand_core::{RngCore, SeedableRng};
 
 /// Sides of the default block [m].
 const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
@@ -117,23 +119,18 @@ pub fn at_depth(depth_m: f32) -> Vector3<f32> {
 
 /// Numbers that look random and are the same on every machine.
 #[derive(Clone, Debug)]
-pub struct Noise(u64);
+pub struct Noise(SplitMix64);
 
 impl Noise {
     /// Starts a sequence.
     #[must_use]
     pub fn new(seed: u64) -> Self {
-        Self(seed)
+        Self(SplitMix64::seed_from_u64(seed))
     }
 
-    /// Uniform in -1 .. 1 (splitmix64).
+    /// Uniform in -1 .. 1.
     pub fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^= z >> 31;
-        (z >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        (self.0.next_u64() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
     /// Three of them.

@@ -1,5 +1,8 @@
 //! Where the probe presses during a calibration.
 
+use rand_xoshiro::SplitMix64;
+use rand_xoshiro::rand_core::{RngCore, SeedableRng};
+
 /// Golden angle [rad].
 const GOLDEN: f64 = 2.399_963_229_728_653;
 
@@ -17,15 +20,8 @@ pub fn sunflower(count: usize, radius_m: f64) -> Vec<[f64; 2]> {
 /// `count` places at random over a disc, the same for the same seed: what a calibration is tested on.
 #[must_use]
 pub fn random(count: usize, radius_m: f64, seed: u64) -> Vec<[f64; 2]> {
-    let mut state = seed;
-    let mut next = || {
-        // SplitMix64 (Steele, Lea, Flood 2014)
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut random = SplitMix64::seed_from_u64(seed);
+    let mut next = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
     (0..count)
         .map(|_| {
             let (r, angle) = (radius_m * next().sqrt(), std::f64::consts::TAU * next());
