@@ -33,7 +33,12 @@ pub struct App {
     /// From the start to the first force that was felt [s].
     pub(crate) first_touch_s: Option<f64>,
     dropped: u64,
+    /// When the physics last answered [s].
+    heard_s: f64,
 }
+
+/// Without an answer for this long nothing is shown as felt [s].
+const SILENCE_S: f64 = 1.0;
 
 impl App {
     /// On a context, with the way to a physics that was told `choice` and `holding`.
@@ -61,6 +66,7 @@ impl App {
             drawn: Vec::new(),
             first_touch_s: None,
             dropped: 0,
+            heard_s: 0.0,
         }
     }
 
@@ -90,8 +96,14 @@ impl App {
         })
     }
 
-    fn hear(&mut self) {
-        for answer in self.link.poll() {
+    fn hear(&mut self, now_s: f64) {
+        let answers = self.link.poll();
+        if !answers.is_empty() {
+            self.heard_s = now_s;
+        } else if now_s - self.heard_s > SILENCE_S {
+            (self.frame.force_n, self.frame.depth_m) = ([0.0; 3], 0.0);
+        }
+        for answer in answers {
             match answer {
                 Answer::Body(body) => {
                     let first = self.shape.body.number == 0;
@@ -129,6 +141,7 @@ impl App {
                 }
                 Answer::Said(text) => self.said = (text, false),
                 Answer::Refused(text) => self.said = (text, true),
+                Answer::Kept(kept) => self.controls.kept(kept.0, kept.1, &self.shape.body),
             }
         }
     }
@@ -142,7 +155,8 @@ impl App {
             ui.label(format!("at {:.2} mm", self.frame.depth_m * 1e3));
             ui.separator();
             let warn = ui.visuals().error_fg_color;
-            let mode = RichText::new(words::mode(self.frame.mode));
+            let silent = self.begun.elapsed().as_secs_f64() - self.heard_s > SILENCE_S;
+            let mode = RichText::new(if silent { "the tissue is busy: no force" } else { words::mode(self.frame.mode) });
             ui.label(if self.frame.fault == 0 { mode } else { mode.color(warn) });
             if let Some(fault) = words::fault(self.frame.fault) {
                 ui.label(RichText::new(fault).color(warn).strong());
@@ -207,7 +221,7 @@ impl eframe::App for App {
         let now_s = self.begun.elapsed().as_secs_f64();
         self.drawn.retain(|t| *t > now_s - 1.0);
         self.drawn.push(now_s);
-        self.hear();
+        self.hear(now_s);
         self.keys(ui.ctx());
         self.opened(ui.ctx());
         if let Some(said) = self.files.develop() {

@@ -125,7 +125,10 @@ impl Physics {
                     answer(Answer::Trace(trace));
                 }
                 match self.live.choose(&choice, &holding) {
-                    Err(error) => answer(Answer::Refused(error.to_string())),
+                    Err(error) => {
+                        answer(Answer::Refused(error.to_string()));
+                        answer(Answer::Kept(Box::new((self.live.choice().clone(), self.live.holding().clone()))));
+                    }
                     Ok(()) if same => {}
                     Ok(()) => {
                         self.body += 1;

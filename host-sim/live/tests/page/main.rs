@@ -3,12 +3,20 @@
 //! Skipped, saying so, where `chromedriver` and `chromium` are not installed or the page is not built (`PALPATE_LIVE_PAGE` names its folder).
 
 mod driver;
+mod long;
+mod nodule;
+mod rough;
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use driver::Browser;
-use serde_json::Value;
+use palpate_sim::live::replay::{Replayed, replay};
+use palpate_sim::live::trace::Trace;
+use palpate_sim::live::{Choice, Holding, Live};
+use serde_json::{Value, json};
+
+const MIDDLE: [u32; 2] = [480, 250];
 
 fn until(browser: &mut Browser, what: &str, seconds: u64, holds: impl Fn(&Value) -> bool) -> Value {
     let end = Instant::now() + Duration::from_secs(seconds);
@@ -26,21 +34,53 @@ fn number(shown: &Value, key: &str) -> f64 {
     shown[key].as_f64().unwrap_or(f64::NAN)
 }
 
-#[test]
-fn the_page_is_pressed_and_replays_its_own_bits() {
+fn says(shown: &Value, text: &str) -> bool {
+    shown["said"].as_str().is_some_and(|t| t.contains(text))
+}
+
+fn active(browser: &mut Browser) -> Value {
+    until(browser, "the loop is active", 30, |s| s["mode"].as_str().is_some_and(|m| m.starts_with("active")))
+}
+
+/// The page, loaded and armed; `None`, saying why, where there is nothing to test it with.
+fn page() -> Option<(Browser, PathBuf)> {
     let Some(folder) = std::env::var_os("PALPATE_LIVE_PAGE").map(PathBuf::from) else {
         println!("skipped: PALPATE_LIVE_PAGE names no page: palpate live --page --no-serve builds it");
-        return;
+        return None;
     };
-    let pictures = std::env::var_os("PALPATE_LIVE_PICTURES").map(PathBuf::from);
     let Some(mut browser) = Browser::open(&folder) else {
         println!("skipped: chromedriver or chromium is missing: install them (Debian: chromium chromium-driver)");
-        return;
+        return None;
     };
+    active(&mut browser);
+    Some((browser, folder))
+}
+
+/// A press with the mouse until the tissue is `depth_m` deep.
+fn press(browser: &mut Browser, [x, y]: [u32; 2], depth_m: f64) -> Value {
+    browser.mouse(x, y, Some(true));
+    until(browser, "a press", 30, |s| number(s, "depth_m") > depth_m - 1e-4 && number(s, "force_n") > 0.03)
+}
+
+fn let_go(browser: &mut Browser, [x, y]: [u32; 2]) {
+    browser.mouse(x, y, Some(false));
+    until(browser, "let go", 20, |s| number(s, "force_n") == 0.0);
+}
+
+/// On this machine: what the page recorded has the desktop's bits.
+fn repeated(trace: &[u8]) -> Replayed {
+    let again = replay(&Trace::read(trace).unwrap()).unwrap();
+    assert_eq!(again.differs, None, "the browser's bits are not this machine's");
+    again
+}
+
+#[test]
+fn the_page_is_pressed_and_replays_its_own_bits() {
+    let Some((mut browser, folder)) = page() else { return };
+    let pictures = std::env::var_os("PALPATE_LIVE_PICTURES").map(PathBuf::from);
     let bytes: u64 = std::fs::read_dir(&folder).unwrap().flatten().map(|f| f.metadata().unwrap().len()).sum();
     println!("page {:.2} MB", bytes as f64 * 1e-6);
 
-    until(&mut browser, "the loop is active", 30, |s| s["mode"].as_str().is_some_and(|m| m.starts_with("active")));
     let ready = browser.seconds_since_load();
     let rest = browser.screenshot();
 
@@ -79,25 +119,21 @@ fn the_page_is_pressed_and_replays_its_own_bits() {
     let replayed = until(&mut browser, "replayed", 60, |s| s["said"].as_str().is_some_and(|t| t.starts_with("Replayed")));
     assert_eq!(replayed["refused"], false, "{replayed}");
     println!("{}", replayed["said"]);
-    // and on this machine: the page's trace has the desktop's bits
-    let trace = browser.trace();
-    let again = palpate_sim::live::replay::replay(&palpate_sim::live::trace::Trace::read(&trace).unwrap()).unwrap();
-    assert_eq!(again.differs, None, "the browser's bits are not this machine's");
-    assert!(again.told.iter().any(|t| t.applied_n.norm() > 0.05));
+    assert!(repeated(&browser.trace()).told.iter().any(|t| t.applied_n.norm() > 0.05));
 
-    // the exercise begins and is answered
-    browser.key("n");
-    until(&mut browser, "a hidden nodule", 60, |s| {
-        s["controls"]["searching"] == true && s["said"].as_str().is_some_and(|t| t.contains("ready"))
-    });
-    browser.mouse(480, 250, Some(true));
-    until(&mut browser, "pressed while searching", 60, |s| number(s, "depth_m") > 2e-3);
-    browser.mouse(480, 250, Some(false));
-    browser.key("\u{e007}");
-    let scored = until(&mut browser, "score", 20, |s| s["controls"]["score"].is_number());
-    println!("{}", scored["said"]);
-    println!(
-        "{} ticks/s, {} frames/s, longest tick {} us",
-        scored["ticks_per_s"], scored["frames_per_s"], scored["longest_tick_us"]
-    );
+    // and one of this machine, dropped on the page
+    browser.drop_file("mine.trace", &recorded_here());
+    let same = until(&mut browser, "a trace of this machine", 60, |s| says(s, "Replayed 1.2 s"));
+    assert!(says(&same, "every bit the same") && same["refused"] == false, "{same}");
+    println!("{} ticks/s, {} frames/s, longest tick {} us", same["ticks_per_s"], same["frames_per_s"], same["longest_tick_us"]);
+}
+
+fn recorded_here() -> Vec<u8> {
+    let mut live = Live::new(&Choice { nodes: Some(130), ..Choice::preset("block") }, &Holding::default()).unwrap();
+    live.record().unwrap();
+    for tick in 0..1200 {
+        let depth_m = if tick < 700 { -5e-3 } else { 3e-3 };
+        live.step(palpate::Vector3::new(0.0, 0.0, -depth_m), true);
+    }
+    live.finish().unwrap()
 }

@@ -1,0 +1,68 @@
+//! Minutes of use by a script: memory does not grow. Run by name: `PALPATE_LIVE_MINUTES=10`, `--ignored`.
+
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+use crate::driver::Browser;
+use crate::{MIDDLE, active, let_go, number, page, press, says, until};
+
+/// Megabytes after the collector ran: the page's JavaScript, the worker's and the page's wasm memory by the system's account.
+fn memory_mb(browser: &mut Browser) -> [f64; 2] {
+    browser.devtools("HeapProfiler.enable", &json!({}));
+    browser.devtools("HeapProfiler.collectGarbage", &json!({}));
+    let script = browser.run("return performance.memory.usedJSHeapSize;").as_f64().unwrap_or(f64::NAN);
+    [script * 1e-6, browser.resident_mb()]
+}
+
+#[test]
+#[ignore = "minutes: by name"]
+fn minutes_of_use_do_not_grow_in_memory() {
+    let minutes = std::env::var("PALPATE_LIVE_MINUTES").ok().and_then(|m| m.parse().ok()).unwrap_or(10.0);
+    let Some((mut browser, _)) = page() else { return };
+    let begun = Instant::now();
+    let (mut rounds, mut next_s, mut seen) = (0_u32, 0.0, Vec::new());
+    while begun.elapsed() < Duration::from_secs_f64(minutes * 60.0) {
+        let [x, y] = MIDDLE;
+        let at = [x - 60 + 20 * (rounds % 7), y - 20 + 10 * (rounds % 5)];
+        press(&mut browser, at, 3e-3);
+        browser.mouse(at[0] + 30, at[1], None);
+        std::thread::sleep(Duration::from_millis(500));
+        let_go(&mut browser, [at[0] + 30, at[1]]);
+        match rounds % 6 {
+            1 => browser.key("]"),
+            3 => browser.key("["),
+            4 => {
+                browser.key("r");
+                until(&mut browser, "recording", 20, |s| s["recorded_ticks"].as_u64().is_some_and(|t| t > 1500));
+                browser.key("r");
+                until(&mut browser, "recorded", 20, |s| says(s, "Recorded"));
+                browser.key("l");
+                until(&mut browser, "replayed", 60, |s| says(s, "Replayed"));
+                active(&mut browser);
+            }
+            5 => {
+                browser.key("o");
+                until(&mut browser, "another tissue", 60, |s| says(s, "ready"));
+                active(&mut browser);
+            }
+            _ => {}
+        }
+        rounds += 1;
+        let now_s = begun.elapsed().as_secs_f64();
+        if now_s >= next_s {
+            next_s = now_s + 30.0;
+            let [script, resident] = memory_mb(&mut browser);
+            let shown: Value = browser.shown();
+            let (hz, fps) = (number(&shown, "ticks_per_s"), number(&shown, "frames_per_s"));
+            println!(
+                "{now_s:5.0} s, {rounds} rounds: {script:.1} MB of JavaScript, {resident:.0} MB resident, {hz:.0} ticks/s, {fps} frames/s"
+            );
+            seen.push([script, resident]);
+        }
+    }
+    // the first minute fills caches
+    let settled = &seen[(seen.len() / 4).min(seen.len() - 1)..];
+    let [first, last] = [settled[0], settled[settled.len() - 1]];
+    assert!(last[0] < 1.2 * first[0] + 2.0 && last[1] < 1.15 * first[1], "{seen:?}");
+}
