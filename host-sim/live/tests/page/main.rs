@@ -14,9 +14,10 @@ use driver::Browser;
 use palpate_sim::live::replay::{Replayed, replay};
 use palpate_sim::live::trace::Trace;
 use palpate_sim::live::{Choice, Holding, Live};
-use serde_json::{Value, json};
+use serde_json::Value;
 
-const MIDDLE: [u32; 2] = [480, 250];
+/// The pixel over the site.
+const MIDDLE: [u32; 2] = [504, 200];
 
 fn until(browser: &mut Browser, what: &str, seconds: u64, holds: impl Fn(&Value) -> bool) -> Value {
     let end = Instant::now() + Duration::from_secs(seconds);
@@ -85,7 +86,7 @@ fn the_page_is_pressed_and_replays_its_own_bits() {
     let rest = browser.screenshot();
 
     // the mouse presses; the tissue gives, in numbers and in pixels
-    browser.mouse(480, 250, Some(true));
+    browser.mouse(MIDDLE[0], MIDDLE[1], Some(true));
     let soft = until(&mut browser, "force", 20, |s| number(s, "depth_m") > 2.9e-3);
     println!("ready {ready:.2} s after load; first touch {} s", soft["first_touch_s"]);
     assert!(number(&soft, "force_n") > 0.05 && number(&soft, "moved_m") > 1e-3, "{soft}");
@@ -94,12 +95,12 @@ fn the_page_is_pressed_and_replays_its_own_bits() {
     if let Some(folder) = &pictures {
         std::fs::write(folder.join("live-page.png"), &pressed).unwrap();
     }
-    browser.mouse(480, 250, Some(false));
+    browser.mouse(MIDDLE[0], MIDDLE[1], Some(false));
     until(&mut browser, "let go", 20, |s| number(s, "force_n") == 0.0);
 
     // stiffer by the key, then pressed again
     (0..3).for_each(|_| browser.key("]"));
-    browser.mouse(480, 250, Some(true));
+    browser.mouse(MIDDLE[0], MIDDLE[1], Some(true));
     let stiff = until(&mut browser, "stiffer force", 20, |s| number(s, "depth_m") > 2.9e-3);
     assert!(number(&stiff, "force_n") > 1.5 * number(&soft, "force_n"), "{stiff}");
     // the mouse leaves the window: the force goes
@@ -110,9 +111,9 @@ fn the_page_is_pressed_and_replays_its_own_bits() {
     // a recording, replayed in the page
     browser.key("r");
     until(&mut browser, "recording", 20, |s| s["recorded_ticks"].as_u64().is_some_and(|t| t > 800));
-    browser.mouse(480, 250, Some(true));
+    browser.mouse(MIDDLE[0], MIDDLE[1], Some(true));
     until(&mut browser, "force in the recording", 20, |s| number(s, "depth_m") > 2.9e-3);
-    browser.mouse(480, 250, Some(false));
+    browser.mouse(MIDDLE[0], MIDDLE[1], Some(false));
     browser.key("r");
     until(&mut browser, "recorded", 20, |s| s["said"].as_str().is_some_and(|t| t.starts_with("Recorded")));
     browser.key("l");

@@ -7,44 +7,51 @@ use serde_json::Value;
 use crate::driver::Browser;
 use crate::{MIDDLE, active, let_go, number, page, press, says, until};
 
-/// Pixels of places on the surface, near the middle of the picture.
+/// Pixels of places on the surface: by the way of the tip over a few pixels, and corrected by where the tip then is.
 struct Map {
-    from_m: [f64; 2],
     /// A pixel to the right, a pixel down [m].
     per_pixel_m: [[f64; 2]; 2],
 }
 
 impl Map {
-    const STEP: u32 = 80;
+    const STEP: u32 = 40;
 
     fn of(browser: &mut Browser) -> Self {
-        let mut at = |x: u32, y: u32| {
-            browser.mouse(x, y, None);
-            std::thread::sleep(Duration::from_millis(700));
-            let tip = &browser.shown()["tip_m"];
-            [0, 1].map(|k| tip[k].as_f64().unwrap())
-        };
         let [x, y] = MIDDLE;
-        let (from_m, right, down) = (at(x, y), at(x + Self::STEP, y), at(x, y + Self::STEP));
+        let (from_m, right, down) = (at(browser, [x, y]), at(browser, [x + Self::STEP, y]), at(browser, [x, y + Self::STEP]));
         let per = |to: [f64; 2]| [0, 1].map(|k| (to[k] - from_m[k]) / f64::from(Self::STEP));
-        Self { from_m, per_pixel_m: [per(right), per(down)] }
+        Self { per_pixel_m: [per(right), per(down)] }
     }
 
-    fn pixel(&self, place_m: [f64; 2]) -> [u32; 2] {
+    /// Moves the mouse there; the pixel.
+    fn go(&self, browser: &mut Browser, place_m: [f64; 2]) -> [u32; 2] {
         let [a, b] = self.per_pixel_m;
-        let way = [place_m[0] - self.from_m[0], place_m[1] - self.from_m[1]];
         let det = a[0] * b[1] - a[1] * b[0];
-        let right = (way[0] * b[1] - way[1] * b[0]) / det;
-        let down = (a[0] * way[1] - a[1] * way[0]) / det;
-        [f64::from(MIDDLE[0]) + right, f64::from(MIDDLE[1]) + down].map(|p| p.round() as u32)
+        let mut pixel = MIDDLE.map(f64::from);
+        for _ in 0..4 {
+            let now_m = at(browser, pixel.map(|p| p.round() as u32));
+            let way = [place_m[0] - now_m[0], place_m[1] - now_m[1]];
+            if way[0].hypot(way[1]) < 1e-3 {
+                break;
+            }
+            pixel[0] += (way[0] * b[1] - way[1] * b[0]) / det;
+            pixel[1] += (a[0] * way[1] - a[1] * way[0]) / det;
+        }
+        pixel.map(|p| p.round() as u32)
     }
+}
+
+/// Where the tip is with the mouse over a pixel [m].
+fn at(browser: &mut Browser, [x, y]: [u32; 2]) -> [f64; 2] {
+    browser.mouse(x, y, None);
+    std::thread::sleep(Duration::from_millis(500));
+    let tip = &browser.shown()["tip_m"];
+    [0, 1].map(|k| tip[k].as_f64().unwrap())
 }
 
 /// Force of a press at a place, and where it really was.
 fn feel(browser: &mut Browser, map: &Map, place_m: [f64; 2]) -> ([f64; 2], f64) {
-    let pixel = map.pixel(place_m);
-    browser.mouse(pixel[0], pixel[1], None);
-    std::thread::sleep(Duration::from_millis(300));
+    let pixel = map.go(browser, place_m);
     press(browser, pixel, 4e-3);
     std::thread::sleep(Duration::from_millis(400));
     let felt = browser.shown();
@@ -77,9 +84,7 @@ fn a_nodule_is_found_by_pressing_and_not_by_guessing() {
     let mut felt: Vec<_> = around([0.0; 2], 10e-3).map(|place_m| feel(&mut browser, &map, place_m)).collect();
     let near_m = stiffest(&felt);
     felt = around(near_m, 4e-3).map(|place_m| feel(&mut browser, &map, place_m)).collect();
-    let answer = map.pixel(stiffest(&felt));
-    browser.mouse(answer[0], answer[1], None);
-    std::thread::sleep(Duration::from_millis(500));
+    map.go(&mut browser, stiffest(&felt));
     browser.key("\u{e007}");
     let scored = until(&mut browser, "score", 20, |s| s["controls"]["score"].is_number());
     println!("{}", scored["said"]);
@@ -88,9 +93,7 @@ fn a_nodule_is_found_by_pressing_and_not_by_guessing() {
     // a quick and gentle guess at the edge of the block
     browser.key("n");
     until(&mut browser, "another nodule", 60, searching);
-    let edge = map.pixel([-25e-3, 0.0]);
-    browser.mouse(edge[0], edge[1], None);
-    std::thread::sleep(Duration::from_millis(500));
+    map.go(&mut browser, [-25e-3, 0.0]);
     browser.key("\u{e007}");
     let guessed = until(&mut browser, "score of a guess", 20, |s| s["controls"]["score"].is_number());
     assert!(guessed["controls"]["found"] == false && says(&guessed, "Not found"), "{guessed}");
