@@ -51,6 +51,8 @@ impl App {
             fonts.families.insert(family, vec!["noto".into()]);
         }
         ctx.set_fonts(fonts);
+        // what is less important is still to be read, on a dark ground above all
+        ctx.all_styles_mut(|style| style.visuals.weak_text_alpha = 0.85);
         ctx.set_theme(egui::Theme::Light);
         Self {
             link,

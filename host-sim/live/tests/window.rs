@@ -168,8 +168,11 @@ fn a_window_bears_a_mouse_that_leaves_and_no_size_and_its_keys_reach_everything(
     window.until("a nodule", |s| chosen(s, "nodule") == true && active(s));
     window.x("key t");
     window.until("dark", |s| chosen(s, "dark") == true);
+    // the loop of the nodule's tissue arms anew
+    std::thread::sleep(Duration::from_secs(2));
     window.x("key s key j mousedown 1");
-    window.until("the device's force", |s| number(s, "depth_m") > 2e-3);
+    window.until("the device's force", |s| number(s, "depth_m") > 1.5e-3 && number(s, "force_n") > 0.05);
+    std::thread::sleep(Duration::from_secs(1));
     window.x("key p");
     let picture = written(window.folder.path(), ".png");
     if let Some(folder) = std::env::var_os("PALPATE_LIVE_PICTURES") {
