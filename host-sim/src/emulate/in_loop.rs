@@ -134,7 +134,7 @@ impl There {
         Self { board, youngs_modulus_pa, sensed: None, asked: None, failed: None }
     }
 
-    /// Another Young's modulus before the next tick [Pa].
+    /// Another Young's modulus, sent with the next tick [Pa].
     pub(super) fn modulus(&mut self, youngs_modulus_pa: f32) {
         self.asked = Some(youngs_modulus_pa);
     }

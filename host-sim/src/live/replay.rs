@@ -22,7 +22,7 @@ pub struct Replayed {
 
 /// A controller that is given the same beside this one.
 pub trait Witness {
-    /// Another Young's modulus before the next tick [Pa].
+    /// Another Young's modulus after the next tick [Pa]: a board weighs its nodes anew when the force is out.
     fn retuned(&mut self, youngs_modulus_pa: f32);
 
     /// A tick: what was read and asked, told, and given to the device; none is its release.
@@ -54,13 +54,12 @@ pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replay
     let mut tissue: Option<LiveTissue> = None;
     let mut told = Vec::with_capacity(trace.ticks as usize);
     let mut replayed = Replayed { told: Vec::new(), hash: 0, differs: None };
-    for piece in &trace.pieces {
+    for (n, piece) in trace.pieces.iter().enumerate() {
         match piece {
             Piece::Tissue(bytes) => tissue = Some(unpack(bytes)?),
             Piece::Retuned([youngs_modulus_pa, node_damping_per_s]) => {
                 let tissue = tissue.as_mut().ok_or(palpate::BuildError::Empty)?;
                 let (youngs_modulus_pa, node_damping_per_s) = (*youngs_modulus_pa, *node_damping_per_s);
-                witness.retuned(youngs_modulus_pa);
                 tissue.retune(Params { youngs_modulus_pa, node_damping_per_s, ..*tissue.params() })?;
             }
             Piece::Hash(expected) => {
@@ -71,7 +70,11 @@ pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replay
             }
             Piece::Rows(rows) => {
                 let tissue = tissue.as_mut().ok_or(palpate::BuildError::Empty)?;
-                for row in rows {
+                let coming = coming_pa(&trace.pieces[n + 1..]);
+                for (k, row) in rows.iter().enumerate() {
+                    if let (Some(pascal), true) = (coming, k + 1 == rows.len()) {
+                        witness.retuned(pascal);
+                    }
                     device.reading.position_m = row.position_m;
                     device.reading.sequence = device.reading.sequence.wrapping_add(1);
                     let now = cycle.run(&mut device, tissue, row.command);
@@ -90,6 +93,16 @@ pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replay
     }
     replayed.told = told;
     Ok(replayed)
+}
+
+/// Young's modulus that the next tick finds changed [Pa].
+fn coming_pa(pieces: &[Piece]) -> Option<f32> {
+    let before = pieces.iter().take_while(|piece| !matches!(piece, Piece::Rows(_)));
+    let retuned = before.filter_map(|piece| match piece {
+        Piece::Retuned([youngs_modulus_pa, _]) => Some(*youngs_modulus_pa),
+        _ => None,
+    });
+    retuned.last()
 }
 
 /// On a 4-byte boundary, where the core reads a patch in place.
