@@ -114,6 +114,9 @@ fn the_window_is_pressed_and_its_trace_repeats() {
     window.until("no force beside the tissue", |s| number(s, "force_n") == 0.0);
     window.x("mouseup 1 key r");
     let bytes = std::fs::read(written(window.folder.path(), ".trace")).unwrap();
+    if let Some(folder) = std::env::var_os("PALPATE_LIVE_PICTURES") {
+        std::fs::write(Path::new(&folder).join("window.trace"), &bytes).unwrap();
+    }
     let again = palpate_sim::live::replay::replay(&palpate_sim::live::trace::Trace::read(&bytes).unwrap()).unwrap();
     assert_eq!(again.differs, None);
     assert!(again.told.iter().any(|t| f64::from(t.applied_n.norm()) > number(&soft, "force_n")));

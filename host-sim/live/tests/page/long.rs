@@ -1,4 +1,4 @@
-//! Minutes of use by a script: memory does not grow. Run by name: `PALPATE_LIVE_MINUTES=10`, `--ignored`.
+//! Minutes of use by a script, in which memory does not grow, and the page's own counters. By `host-sim/live/test minutes` alone.
 
 use std::time::{Duration, Instant};
 
@@ -65,4 +65,35 @@ fn minutes_of_use_do_not_grow_in_memory() {
     let settled = &seen[(seen.len() / 4).min(seen.len() - 1)..];
     let [first, last] = [settled[0], settled[settled.len() - 1]];
     assert!(last[0] < 1.2 * first[0] + 2.0 && last[1] < 1.15 * first[1], "{seen:?}");
+}
+
+#[test]
+#[ignore = "figures: by name"]
+fn the_pages_own_counters_with_two_meshes() {
+    let Some((mut browser, _)) = page() else { return };
+    let loaded_s = browser.seconds_since_load();
+    for (nodes, keys) in [(410, 0), (230, 3)] {
+        for _ in 0..keys {
+            browser.key("m");
+            until(&mut browser, "another mesh", 60, |s| says(s, "ready"));
+        }
+        until(&mut browser, "the mesh", 60, |s| s["nodes"].as_u64().is_some_and(|n| n.abs_diff(nodes) < 20));
+        std::thread::sleep(Duration::from_secs(2));
+        active(&mut browser);
+        let before = press(&mut browser, MIDDLE, 3e-3);
+        std::thread::sleep(Duration::from_secs(10));
+        let shown = browser.shown();
+        let passed = |key: &str| number(&shown, key) - number(&before, key);
+        println!(
+            "{} nodes pressed for 10 s: {:.1} ticks/s, {} ticks and {} dropped, longest tick {:.0} us, {} frames/s",
+            shown["nodes"],
+            number(&shown, "ticks_per_s"),
+            passed("ticks"),
+            passed("dropped"),
+            number(&shown, "longest_tick_us"),
+            shown["frames_per_s"]
+        );
+        let_go(&mut browser, MIDDLE);
+    }
+    println!("active {loaded_s:.2} s after load, first touch by the page's counter {} s", browser.shown()["first_touch_s"]);
 }

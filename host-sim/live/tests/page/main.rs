@@ -120,7 +120,11 @@ fn the_page_is_pressed_and_replays_its_own_bits() {
     let replayed = until(&mut browser, "replayed", 60, |s| s["said"].as_str().is_some_and(|t| t.starts_with("Replayed")));
     assert_eq!(replayed["refused"], false, "{replayed}");
     println!("{}", replayed["said"]);
-    assert!(repeated(&browser.trace()).told.iter().any(|t| t.applied_n.norm() > 0.05));
+    let trace = browser.trace();
+    assert!(repeated(&trace).told.iter().any(|t| t.applied_n.norm() > 0.05));
+    if let Some(folder) = &pictures {
+        std::fs::write(folder.join("page.trace"), &trace).unwrap();
+    }
 
     // and one of this machine, dropped on the page
     browser.drop_file("mine.trace", &recorded_here());
