@@ -117,6 +117,14 @@ impl App {
                         self.camera = Camera::of(at_m, size_m);
                     }
                     self.pointer.begin(&self.shape.body);
+                    // what was felt of another tissue is over
+                    self.frame = Frame {
+                        body: self.shape.body.number,
+                        nodes_m: self.shape.body.rest_m.clone(),
+                        ticks: self.frame.ticks,
+                        dropped: self.frame.dropped,
+                        ..Frame::default()
+                    };
                     self.strips.clear();
                     self.said = (format!("{} is ready: press it.", self.controls.title()), false);
                 }

@@ -13,6 +13,7 @@ pub struct Browser {
     driver: Child,
     port: u16,
     session: String,
+    calls: u32,
     profile: tempfile::TempDir,
 }
 
@@ -24,7 +25,7 @@ impl Browser {
         let mut driver = Command::new("chromedriver");
         let driver = driver.arg(format!("--port={port}")).stdout(Stdio::null()).stderr(Stdio::null()).spawn().ok()?;
         let profile = tempfile::tempdir().ok()?;
-        let mut browser = Self { driver, port, session: String::new(), profile: profile };
+        let mut browser = Self { driver, port, session: String::new(), calls: 0, profile: profile };
         let end = Instant::now() + Duration::from_secs(20);
         while TcpStream::connect(("127.0.0.1", port)).is_err() {
             assert!(Instant::now() < end, "chromedriver does not answer");
@@ -39,6 +40,7 @@ impl Browser {
             "--disable-background-networking",
             "--disable-component-update",
             "--disable-sync",
+            "--enable-precise-memory-info",
             "--window-size=1280,800",
             "--enable-unsafe-swiftshader",
             "--use-angle=swiftshader",
@@ -93,6 +95,11 @@ impl Browser {
         std::thread::sleep(Duration::from_secs(seconds));
         self.command("DELETE", "/window", None);
         self.command("POST", "/window", Some(&json!({"handle": page})));
+    }
+
+    /// Calls so far.
+    pub fn calls(&self) -> u32 {
+        self.calls
     }
 
     /// Resident memory of the processes that draw and compute the page [MB].
@@ -150,6 +157,7 @@ impl Browser {
     }
 
     fn call(&mut self, method: &str, path: &str, body: Option<&Value>) -> Value {
+        self.calls += 1;
         let body = body.map(Value::to_string).unwrap_or_default();
         let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
         let length = body.len();
