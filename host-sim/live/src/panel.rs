@@ -85,7 +85,7 @@ impl App {
             self.put_nodule(there);
         }
         let Some(mut nodule) = self.controls.nodule else { return };
-        let mut released = false;
+        let (mut moved, mut released) = (false, false);
         let [mut x, mut y] = nodule.place_m.map(|m| m * 1e3);
         let (mut depth, mut radius) = (nodule.depth_m * 1e3, nodule.radius_m * 1e3);
         for (value, range, name) in [
@@ -95,12 +95,18 @@ impl App {
             (&mut radius, 3.0..=12.0, "radius mm"),
             (&mut nodule.ratio, 0.2..=20.0, "times as stiff"),
         ] {
+            let before = *value;
             let response = ui.add(Slider::new(value, range).fixed_decimals(1).text(name));
+            // a slider rounds what it is shown: that is no wish
+            let changed = (*value - before).abs() > 1e-6;
+            moved |= changed;
             // the patch is made anew: once, not at every pixel
-            released |= response.drag_stopped() || (response.changed() && !response.dragged());
+            released |= response.drag_stopped() || (changed && !response.dragged());
         }
-        nodule = Nodule { place_m: [x * 1e-3, y * 1e-3], depth_m: depth * 1e-3, radius_m: radius * 1e-3, ..nodule };
-        self.controls.nodule = Some(nodule);
+        if moved {
+            nodule = Nodule { place_m: [x * 1e-3, y * 1e-3], depth_m: depth * 1e-3, radius_m: radius * 1e-3, ..nodule };
+            self.controls.nodule = Some(nodule);
+        }
         if released {
             self.choose();
         }

@@ -162,17 +162,17 @@ fn a_window_bears_a_mouse_that_leaves_and_no_size_and_its_keys_reach_everything(
     window.x("key period");
     window.until("more damping", |s| chosen(s, "damping_per_s").as_f64().is_some_and(|d| (d - 50.0).abs() < 0.1));
     window.x("key m");
-    window.until("another mesh", |s| s["nodes"].as_u64().is_some_and(|n| n > 800));
-    window.x("key 5");
-    window.until("another preset", |s| chosen(s, "scene") == "abdomen");
-    window.x("key 1");
-    window.until("the block", |s| chosen(s, "scene") == "block");
-    window.x("key o");
-    window.until("a nodule", |s| chosen(s, "nodule") == true && active(s));
+    window.until("another mesh", |s| s["nodes"].as_u64().is_some_and(|n| n > 800) && active(s));
+    // one after the other: a tissue takes its time to come
+    let body = |s: &Value| s["body"].as_u64().unwrap_or(0);
+    let mut newest = 0;
+    for (key, scene, nodule) in [("5", "abdomen", false), ("1", "block", false), ("o", "block", true)] {
+        newest = newest.max(window.until("a tissue", active)["body"].as_u64().unwrap_or(0));
+        window.x(&format!("key {key}"));
+        window.until(scene, |s| chosen(s, "scene") == scene && chosen(s, "nodule") == nodule && body(s) > newest && active(s));
+    }
     window.x("key t");
     window.until("dark", |s| chosen(s, "dark") == true);
-    // the loop of the nodule's tissue arms anew
-    std::thread::sleep(Duration::from_secs(2));
     window.x("key s key j mousedown 1");
     window.until("the device's force", |s| number(s, "depth_m") > 1.5e-3 && number(s, "force_n") > 0.05);
     std::thread::sleep(Duration::from_secs(1));

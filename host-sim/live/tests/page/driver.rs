@@ -25,7 +25,7 @@ impl Browser {
         let mut driver = Command::new("chromedriver");
         let driver = driver.arg(format!("--port={port}")).stdout(Stdio::null()).stderr(Stdio::null()).spawn().ok()?;
         let profile = tempfile::tempdir().ok()?;
-        let mut browser = Self { driver, port, session: String::new(), calls: 0, profile: profile };
+        let mut browser = Self { driver, port, session: String::new(), calls: 0, profile };
         let end = Instant::now() + Duration::from_secs(20);
         while TcpStream::connect(("127.0.0.1", port)).is_err() {
             assert!(Instant::now() < end, "chromedriver does not answer");
