@@ -60,7 +60,7 @@ fn page() -> Option<(Browser, PathBuf)> {
 /// A press with the mouse until the tissue is `depth_m` deep.
 fn press(browser: &mut Browser, [x, y]: [u32; 2], depth_m: f64) -> Value {
     browser.mouse(x, y, Some(true));
-    until(browser, "a press", 30, |s| number(s, "depth_m") > depth_m - 1e-4 && number(s, "force_n") > 0.03)
+    until(browser, "a press", 30, |s| number(s, "depth_m") > depth_m - 1e-4 && number(s, "force_n") > 0.02)
 }
 
 fn let_go(browser: &mut Browser, [x, y]: [u32; 2]) {
