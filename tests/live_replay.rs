@@ -99,6 +99,7 @@ fn a_nodule_is_felt_where_it_is() {
 #[test]
 fn what_does_not_fit_is_refused_and_the_loop_goes_on() {
     let mut live = Live::new(&small(), &Holding::default()).unwrap();
+    live.record().unwrap();
     to(&mut live, 0.0, -UP, 700);
     let text = "name = \"x\"\n[tissue]\nblock_m = [0.08, 0.08]\n".to_owned();
     let broken = Choice { text, ..Choice::preset("x.toml") };
@@ -110,6 +111,9 @@ fn what_does_not_fit_is_refused_and_the_loop_goes_on() {
         let said = live.choose(choice, &holding).unwrap_err().to_string();
         assert!(said.contains(says) && !said.contains('\n'), "{said}");
     }
+    assert_eq!(live.recorded(), Some(700), "what was refused ended the recording");
     live.step(Vector3::new(f64::NAN, 0.0, 0.0), true);
     assert!(to(&mut live, 0.0, 3e-3, 400) > 0.05, "it still answers");
+    let ended = live.choose(&Choice::preset("block"), &Holding::default()).unwrap().unwrap();
+    assert_eq!(Trace::read(&ended).unwrap().ticks, 1101, "another tissue ends a recording, and hands it over");
 }

@@ -1,7 +1,8 @@
 //! The firmware's image in the emulator, driven in lock-step: one pose in, one record out, and the same controller beside it on this machine.
 //!
 //! `image` (built, or given) -> `board` (the emulator and its link) -> `twin` (board and desktop side by side, compared to the bit) -> `press` (the finger) or
-//! `campaign` (contact, faults and recovery for as long as wanted). `in_loop`: the same board under the closed loop's hands.
+//! `campaign` (contact, faults and recovery for as long as wanted). `in_loop`: the same board under the closed loop's hands; `live_trace`: under what
+//! `palpate live` recorded.
 //!
 //! What a tick costs: `exec_log` (what was executed), `firmware_image` (whose code it is), `thumb` (which class), `instruction_mix` (cycles), `timing`; when ticks start and what is late: `timed`; what it logs: `defmt_log`.
 
@@ -13,6 +14,7 @@ pub mod firmware_image;
 pub mod image;
 pub mod in_loop;
 pub mod instruction_mix;
+pub mod live_trace;
 pub mod one_core;
 pub mod press;
 pub mod thumb;
@@ -64,6 +66,9 @@ pub enum EmulateError {
     /// The board said no.
     #[error("the board refuses: {0}")]
     Refused(Refusal),
+    /// Something in a live trace that no board does.
+    #[error("the board cannot repeat this trace: {0}")]
+    LiveTrace(String),
     /// Board and desktop part.
     #[error("board and desktop part: {0}")]
     Differs(String),

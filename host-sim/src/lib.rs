@@ -21,8 +21,10 @@ pub mod measure;
 pub mod mesh;
 pub mod organ;
 pub mod output;
+#[cfg(not(target_family = "wasm"))]
 pub mod paper;
 pub mod patch;
+#[cfg(not(target_family = "wasm"))]
 pub mod plan;
 pub mod press;
 pub mod reference;
@@ -31,6 +33,7 @@ pub mod rivals;
 pub mod scene;
 pub mod score;
 pub mod session;
+#[cfg(not(target_family = "wasm"))]
 pub mod stability;
 pub mod stable_step;
 pub mod statics;

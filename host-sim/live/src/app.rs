@@ -33,7 +33,12 @@ pub struct App {
     /// From the start to the first force that was felt [s].
     pub(crate) first_touch_s: Option<f64>,
     dropped: u64,
+    /// When the physics last answered [s].
+    heard_s: f64,
 }
+
+/// Without an answer for this long nothing is shown as felt [s].
+const SILENCE_S: f64 = 1.0;
 
 impl App {
     /// On a context, with the way to a physics that was told `choice` and `holding`.
@@ -46,6 +51,8 @@ impl App {
             fonts.families.insert(family, vec!["noto".into()]);
         }
         ctx.set_fonts(fonts);
+        // what is less important is still to be read, on a dark ground above all
+        ctx.all_styles_mut(|style| style.visuals.weak_text_alpha = 0.85);
         ctx.set_theme(egui::Theme::Light);
         Self {
             link,
@@ -61,6 +68,7 @@ impl App {
             drawn: Vec::new(),
             first_touch_s: None,
             dropped: 0,
+            heard_s: 0.0,
         }
     }
 
@@ -90,8 +98,14 @@ impl App {
         })
     }
 
-    fn hear(&mut self) {
-        for answer in self.link.poll() {
+    fn hear(&mut self, now_s: f64) {
+        let answers = self.link.poll();
+        if !answers.is_empty() {
+            self.heard_s = now_s;
+        } else if now_s - self.heard_s > SILENCE_S {
+            (self.frame.force_n, self.frame.depth_m) = ([0.0; 3], 0.0);
+        }
+        for answer in answers {
             match answer {
                 Answer::Body(body) => {
                     let first = self.shape.body.number == 0;
@@ -103,6 +117,14 @@ impl App {
                         self.camera = Camera::of(at_m, size_m);
                     }
                     self.pointer.begin(&self.shape.body);
+                    // what was felt of another tissue is over
+                    self.frame = Frame {
+                        body: self.shape.body.number,
+                        nodes_m: self.shape.body.rest_m.clone(),
+                        ticks: self.frame.ticks,
+                        dropped: self.frame.dropped,
+                        ..Frame::default()
+                    };
                     self.strips.clear();
                     self.said = (format!("{} is ready: press it.", self.controls.title()), false);
                 }
@@ -129,6 +151,7 @@ impl App {
                 }
                 Answer::Said(text) => self.said = (text, false),
                 Answer::Refused(text) => self.said = (text, true),
+                Answer::Kept(kept) => self.controls.kept(kept.0, kept.1, &self.shape.body),
             }
         }
     }
@@ -142,7 +165,8 @@ impl App {
             ui.label(format!("at {:.2} mm", self.frame.depth_m * 1e3));
             ui.separator();
             let warn = ui.visuals().error_fg_color;
-            let mode = RichText::new(words::mode(self.frame.mode));
+            let silent = self.begun.elapsed().as_secs_f64() - self.heard_s > SILENCE_S;
+            let mode = RichText::new(if silent { "the tissue is busy: no force" } else { words::mode(self.frame.mode) });
             ui.label(if self.frame.fault == 0 { mode } else { mode.color(warn) });
             if let Some(fault) = words::fault(self.frame.fault) {
                 ui.label(RichText::new(fault).color(warn).strong());
@@ -207,7 +231,7 @@ impl eframe::App for App {
         let now_s = self.begun.elapsed().as_secs_f64();
         self.drawn.retain(|t| *t > now_s - 1.0);
         self.drawn.push(now_s);
-        self.hear();
+        self.hear(now_s);
         self.keys(ui.ctx());
         self.opened(ui.ctx());
         if let Some(said) = self.files.develop() {

@@ -7,10 +7,12 @@ pub mod app;
 mod camera;
 mod controls;
 mod files;
+mod keys;
 pub mod link;
 pub mod message;
 #[cfg(target_family = "wasm")]
 mod page;
+mod panel;
 pub mod physics;
 mod pointer;
 mod shape;

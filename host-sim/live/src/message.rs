@@ -33,6 +33,8 @@ pub enum Answer {
     Said(String),
     /// The same, of something that was refused.
     Refused(String),
+    /// With it: what is still pressed, and by whom.
+    Kept(Box<(Choice, Holding)>),
 }
 
 /// What of a patch is drawn; constant while it lives.

@@ -16,8 +16,8 @@ pub const MOST_BEHIND: u64 = 60;
 const SAMPLE_EVERY: u64 = 4;
 /// Samples kept for a frame that is late.
 const MOST_SAMPLES: usize = 500;
-/// Without an aim for this long the loop hears nobody, and lets the force go [s].
-const SILENCE_S: f64 = 0.25;
+/// Without an aim for this long the loop hears nobody, and lets the force go: longer than a frame of a machine that is busy [s].
+const SILENCE_S: f64 = 0.75;
 /// Where the tip waits above the site [m].
 const CLEAR_M: f64 = 8e-3;
 
@@ -121,13 +121,16 @@ impl Physics {
             }
             Request::Choose(choice, holding) => {
                 let same = choice.same_patch(self.live.choice()) && holding == *self.live.holding();
-                if !same && let Some(trace) = self.live.finish() {
-                    answer(Answer::Trace(trace));
-                }
                 match self.live.choose(&choice, &holding) {
-                    Err(error) => answer(Answer::Refused(error.to_string())),
-                    Ok(()) if same => {}
-                    Ok(()) => {
+                    Err(error) => {
+                        answer(Answer::Refused(error.to_string()));
+                        answer(Answer::Kept(Box::new((self.live.choice().clone(), self.live.holding().clone()))));
+                    }
+                    Ok(_) if same => {}
+                    Ok(ended) => {
+                        if let Some(trace) = ended {
+                            answer(Answer::Trace(trace));
+                        }
                         self.body += 1;
                         self.target_m = self.clear_m();
                         answer(self.body());

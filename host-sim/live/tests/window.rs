@@ -19,9 +19,11 @@ impl Window {
     fn open() -> Option<Self> {
         Command::new("xdotool").arg("version").stdout(Stdio::null()).stderr(Stdio::null()).status().ok()?;
         let folder = tempfile::tempdir().ok()?;
-        let display = format!(":{}", 100 + std::process::id() % 800);
+        static NEXT: std::sync::atomic::AtomicU32 = std::sync::atomic::AtomicU32::new(0);
+        let next = NEXT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        let display = format!(":{}", 100 + 2 * (std::process::id() % 400) + next % 2);
         let quiet = |command: &mut Command| command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().ok();
-        let screen = quiet(Command::new("Xvfb").args([&display, "-screen", "0", "1280x720x24"]))?;
+        let screen = quiet(Command::new("Xvfb").args([&display, "-screen", "0", "1400x800x24"]))?;
         std::thread::sleep(Duration::from_secs(2));
         let mut program = Command::new(env!("CARGO_BIN_EXE_palpate-live"));
         program
@@ -112,6 +114,9 @@ fn the_window_is_pressed_and_its_trace_repeats() {
     window.until("no force beside the tissue", |s| number(s, "force_n") == 0.0);
     window.x("mouseup 1 key r");
     let bytes = std::fs::read(written(window.folder.path(), ".trace")).unwrap();
+    if let Some(folder) = std::env::var_os("PALPATE_LIVE_PICTURES") {
+        std::fs::write(Path::new(&folder).join("window.trace"), &bytes).unwrap();
+    }
     let again = palpate_sim::live::replay::replay(&palpate_sim::live::trace::Trace::read(&bytes).unwrap()).unwrap();
     assert_eq!(again.differs, None);
     assert!(again.told.iter().any(|t| f64::from(t.applied_n.norm()) > number(&soft, "force_n")));
@@ -119,4 +124,61 @@ fn the_window_is_pressed_and_its_trace_repeats() {
         "{} ticks/s, {} frames/s, longest tick {} us",
         stiff["ticks_per_s"], stiff["frames_per_s"], stiff["longest_tick_us"]
     );
+}
+
+#[test]
+fn a_window_bears_a_mouse_that_leaves_and_no_size_and_its_keys_reach_everything() {
+    let Some(mut window) = Window::open() else {
+        println!("skipped: Xvfb or xdotool is missing: install them (Debian: xvfb xdotool libgl1-mesa-dri)");
+        return;
+    };
+    let active = |s: &Value| s["mode"].as_str().is_some_and(|m| m.starts_with("active"));
+    let deep = |s: &Value| number(s, "depth_m") > 2.9e-3 && number(s, "force_n") > 0.03;
+    window.until("the loop is active", active);
+    window.x("search --onlyvisible --name Palpate windowfocus");
+    window.x("mousemove 480 250 mousedown 1");
+    window.until("force", deep);
+    window.x("mousemove 1390 790");
+    window.until("no force outside", |s| number(s, "force_n") == 0.0 && number(s, "depth_m") == 0.0);
+    window.x("mouseup 1 mousemove 480 250 mousedown 1");
+    let before = window.until("force again", deep);
+    window.x("search --onlyvisible --name Palpate windowsize 1 1");
+    std::thread::sleep(Duration::from_secs(2));
+    window.x("search --name Palpate windowsize 1280 720");
+    window.x("mouseup 1");
+    let ticks = |s: &Value| s["ticks"].as_u64().unwrap_or(0);
+    let after = ticks(&before) + 1500;
+    window.until("it went on without a size", |s| ticks(s) > after && number(s, "force_n") == 0.0 && active(s));
+    window.x("mousedown 1");
+    window.until("force after it", deep);
+    window.x("mouseup 1");
+
+    // keys: device, hand, damping, nodule, mesh, preset, light and dark
+    let chosen = |s: &Value, key: &str| s["controls"][key].clone();
+    window.x("key d");
+    window.until("a device", |s| chosen(s, "device") == "touch");
+    window.x("key h");
+    window.until("another hand", |s| chosen(s, "hand") == "H3");
+    window.x("key period");
+    window.until("more damping", |s| chosen(s, "damping_per_s").as_f64().is_some_and(|d| (d - 50.0).abs() < 0.1));
+    window.x("key m");
+    window.until("another mesh", |s| s["nodes"].as_u64().is_some_and(|n| n > 800) && active(s));
+    // one after the other: a tissue takes its time to come
+    let body = |s: &Value| s["body"].as_u64().unwrap_or(0);
+    let mut newest = 0;
+    for (key, scene, nodule) in [("5", "abdomen", false), ("1", "block", false), ("o", "block", true)] {
+        newest = newest.max(window.until("a tissue", active)["body"].as_u64().unwrap_or(0));
+        window.x(&format!("key {key}"));
+        window.until(scene, |s| chosen(s, "scene") == scene && chosen(s, "nodule") == nodule && body(s) > newest && active(s));
+    }
+    window.x("key t");
+    window.until("dark", |s| chosen(s, "dark") == true);
+    window.x("key s key j mousedown 1");
+    window.until("the device's force", |s| number(s, "depth_m") > 1.5e-3 && number(s, "force_n") > 0.05);
+    std::thread::sleep(Duration::from_secs(1));
+    window.x("key p");
+    let picture = written(window.folder.path(), ".png");
+    if let Some(folder) = std::env::var_os("PALPATE_LIVE_PICTURES") {
+        std::fs::copy(&picture, Path::new(&folder).join("live-window-dark.png")).unwrap();
+    }
 }

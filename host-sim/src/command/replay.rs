@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
+use crate::emulate::one_core::OneCore;
+use crate::emulate::{Machine, live_trace};
 use crate::error::Error;
 use crate::live::replay;
 use crate::live::trace::{Head, Trace, VERSION};
@@ -18,6 +20,15 @@ pub(super) struct ReplayArgs {
     /// Output folder, made if it is not there.
     #[arg(long, value_name = "FOLDER", default_value = "out/replay")]
     out: PathBuf,
+    /// Also on the emulated board, in lock-step: every tick must have the trace's bits.
+    #[arg(long)]
+    emulated: bool,
+    /// The firmware's image [default: built with `cargo fw`, a large patch in its flash].
+    #[arg(long, value_name = "FILE", requires = "emulated")]
+    image: Option<PathBuf>,
+    /// The emulated board.
+    #[arg(long, value_enum, default_value = "m4f", requires = "emulated")]
+    board: Machine,
 }
 
 /// `summary.json`.
@@ -31,6 +42,7 @@ struct Summary<'a> {
     deepest_m: f32,
     state_hash: String,
     same_bits: bool,
+    emulated_board: Option<String>,
     differs_at_tick: Option<u32>,
     differs_in: Option<&'static str>,
 }
@@ -39,7 +51,15 @@ impl ReplayArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let bytes = std::fs::read(&self.file).map_err(|source| Error::Read { path: self.file.clone(), source })?;
         let trace = Trace::read(&bytes).map_err(|cause| Error::Trace { path: self.file.clone(), cause })?;
-        let again = replay::replay(&trace)?;
+        let again = match self.emulated {
+            true => {
+                let turns = OneCore::stay();
+                let again = live_trace::replay(&trace, self.image.as_deref(), self.board)?;
+                drop(turns);
+                again
+            }
+            false => replay::replay(&trace)?,
+        };
         let folder = OutputFolder::open(&self.out)?;
         let peak_force_n = again.told.iter().map(|t| t.applied_n.norm()).fold(0.0, f32::max);
         let deepest_m = again.told.iter().map(|t| t.output.depth_m).fold(0.0, f32::max);
@@ -51,6 +71,7 @@ impl ReplayArgs {
             deepest_m,
             state_hash: format!("{:016x}", again.hash),
             same_bits: again.differs.is_none(),
+            emulated_board: self.emulated.then(|| format!("{:?}", self.board)),
             differs_at_tick: again.differs.map(|d| d.0),
             differs_in: again.differs.map(|d| d.1),
         };
@@ -61,6 +82,10 @@ impl ReplayArgs {
         println!("  strongest {peak_force_n:.3} N, deepest {:.2} mm; nodes {:016x}", deepest_m * 1e3, again.hash);
         println!("\nwrote {}: summary.json, trace.csv", self.out.display());
         match again.differs {
+            None if self.emulated => {
+                println!("every bit the same, on this machine and on the emulated board");
+                Ok(())
+            }
             None => {
                 println!("every bit the same");
                 Ok(())

@@ -24,11 +24,23 @@ pub fn repository() -> Result<PathBuf, EmulateError> {
 /// # Errors
 /// No repository, no cargo, or firmware that does not compile.
 pub fn build() -> Result<PathBuf, EmulateError> {
+    build_with(None)
+}
+
+/// The same with another patch in its flash.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_with(patch: Option<&Path>) -> Result<PathBuf, EmulateError> {
     let root = repository()?;
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let output = Command::new(cargo)
+    let mut command = Command::new(cargo);
+    match patch {
+        Some(patch) => command.env("PALPATE_PATCH", patch),
+        None => command.env_remove("PALPATE_PATCH"),
+    };
+    let output = command
         .args(["fw", "--quiet", "--message-format", "json-render-diagnostics"])
-        .env_remove("PALPATE_PATCH")
         .current_dir(root)
         .output()
         .map_err(|source| EmulateError::NotStarted { program: "cargo", source })?;

@@ -89,28 +89,28 @@ impl InLoop {
         let mut memory = Box::new(Memory::RESERVED);
         let mut here = self.surface(&mut memory)?;
         let limits = setup.device.limits(Vector3::zeros());
-        let board = started(Board::start(&self.image, self.machine, None)?, self.patch(), &setup.settings, &limits)?;
-        let mut there = There { board, youngs_modulus_pa: self.youngs_modulus_pa, sensed: None, asked: None, failed: None };
+        let board = started(Board::start(&self.image, self.machine, None)?, Some(self.patch()), &setup.settings, &limits)?;
+        let mut there = There::new(board, self.youngs_modulus_pa);
         let run = run_beside(setup, &mut here, &mut there)?;
-        if let Some(failed) = there.failed {
-            return Err(failed);
-        }
-        there.board.send(&ToBoard::Report)?;
-        match there.board.receive()? {
-            FromBoard::State { state_hash, .. } if state_hash == here.patch.state_hash() => Ok(run),
-            FromBoard::State { .. } => Err(EmulateError::Differs("the state at the end has another hash".into())),
-            other => Err(EmulateError::OutOfTurn(format!("{other:?}"))),
-        }
+        there.ended(here.patch.state_hash())?;
+        Ok(run)
     }
 }
 
-/// Brings a board to the start of a loop: patch and profile taken, about to boot.
-fn started(mut board: Board, patch: &[u8], settings: &Settings, device: &DeviceLimits) -> Result<Board, EmulateError> {
+/// Brings a board to the start of a loop: patch, if it has another one, and profile taken, about to boot.
+pub(super) fn started(
+    mut board: Board,
+    patch: Option<&[u8]>,
+    settings: &Settings,
+    device: &DeviceLimits,
+) -> Result<Board, EmulateError> {
     for sequence in 1..=START_UP_TICKS {
         board.send(&ToBoard::Pose { position_m: [0.0; 3], sequence, good: true })?;
         board.receive()?;
     }
-    board.upload(patch)?;
+    if let Some(patch) = patch {
+        board.upload(patch)?;
+    }
     board.send(&ToBoard::Store(Profile::of(settings, device)))?;
     match board.receive()? {
         FromBoard::Stored(_) => Ok(board),
@@ -120,7 +120,7 @@ fn started(mut board: Board, patch: &[u8], settings: &Settings, device: &DeviceL
 }
 
 /// The board, fed with what the loop's own controller reads.
-struct There {
+pub(super) struct There {
     board: Board,
     youngs_modulus_pa: f32,
     sensed: Option<Sensed>,
@@ -130,6 +130,28 @@ struct There {
 }
 
 impl There {
+    pub(super) fn new(board: Board, youngs_modulus_pa: f32) -> Self {
+        Self { board, youngs_modulus_pa, sensed: None, asked: None, failed: None }
+    }
+
+    /// Another Young's modulus, sent with the next tick [Pa].
+    pub(super) fn modulus(&mut self, youngs_modulus_pa: f32) {
+        self.asked = Some(youngs_modulus_pa);
+    }
+
+    /// Nothing went wrong, and the board ends in the state with this hash.
+    pub(super) fn ended(mut self, hash: u64) -> Result<(), EmulateError> {
+        if let Some(failed) = self.failed {
+            return Err(failed);
+        }
+        self.board.send(&ToBoard::Report)?;
+        match self.board.receive()? {
+            FromBoard::State { state_hash, .. } if state_hash == hash => Ok(()),
+            FromBoard::State { .. } => Err(EmulateError::Differs("the state at the end has another hash".into())),
+            other => Err(EmulateError::OutOfTurn(format!("{other:?}"))),
+        }
+    }
+
     fn answer(&mut self, command: Command) -> Result<Record, EmulateError> {
         if let Some(pascal) = self.asked.take() {
             self.board.send(&ToBoard::YoungsModulus(pascal))?;

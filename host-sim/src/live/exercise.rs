@@ -12,8 +12,8 @@ use crate::score::{FULL_MARK, Weights};
 
 /// The nodule lies within this distance of the middle, where the patch's mesh is fine [m].
 const REACH_M: f64 = 14e-3;
-/// Answers this near get the full mark, this far none [m].
-const NEAR_M: [f64; 2] = [3e-3, 20e-3];
+/// Answers this near get the full mark, this far none [m]; one beside the nodule gets none either.
+const NEAR_M: [f64; 2] = [3e-3, 9e-3];
 /// The same of the strongest press [N].
 const GENTLE_N: [f64; 2] = [0.4, 1.5];
 /// The same of the time [s].
@@ -31,6 +31,8 @@ pub struct Exercise {
 pub struct Found {
     /// From the answer to the nodule, along the surface [m].
     pub apart_m: f64,
+    /// The answer lies over the nodule. The other marks alone would pass for half of the score.
+    pub found: bool,
     /// Strongest press [N].
     pub peak_n: f64,
     /// Time taken [s].
@@ -58,8 +60,10 @@ impl Exercise {
         let [x, y] = self.hidden.place_m;
         let apart_m = (place_m[0] - x).hypot(place_m[1] - y);
         let mark = |value: f64, [full, none]: [f64; 2]| FULL_MARK * ((none - value) / (none - full)).clamp(0.0, 1.0);
-        let marks = [mark(apart_m, NEAR_M), mark(peak_n, GENTLE_N), mark(time_s, SOON_S)];
-        Found { apart_m, peak_n, time_s, marks, score: Weights::PAPER.value(marks) }
+        let found = apart_m <= self.hidden.radius_m;
+        let place = if found { mark(apart_m, NEAR_M) } else { 0.0 };
+        let marks = [place, mark(peak_n, GENTLE_N), mark(time_s, SOON_S)];
+        Found { apart_m, found, peak_n, time_s, marks, score: Weights::PAPER.value(marks) }
     }
 }
 
@@ -85,5 +89,15 @@ mod tests {
         assert!((late.marks[2] - 5.0).abs() < 1e-12 && (late.score - 0.9).abs() < 1e-12);
         let missed = exercise.judge([at[0] + 0.03, at[1]], 9.0, 200.0);
         assert_eq!((missed.score, missed.marks), (0.0, [0.0; 3]));
+    }
+
+    #[test]
+    fn a_gentle_and_quick_guess_beside_the_nodule_has_not_found_it() {
+        let exercise = Exercise::hide(7);
+        let [x, y] = exercise.hidden.place_m;
+        let guess = |apart_m: f64| exercise.judge([x + apart_m, y], 0.0, 1.0);
+        let (beside, over) = (guess(6.1e-3), guess(5.9e-3));
+        assert!(!beside.found && beside.marks == [0.0, 10.0, 10.0], "{beside:?}");
+        assert!(over.found && over.marks[0] > 5.0, "{over:?}");
     }
 }

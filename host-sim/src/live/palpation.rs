@@ -122,11 +122,11 @@ impl Live {
     }
 
     /// Other tissue or another device. What stiffens waits until nothing is touched; what is more than stiffness and damping is a new loop, and
-    /// ends a recording.
+    /// ends a recording: its bytes.
     ///
     /// # Errors
-    /// As [`Self::new`]; nothing changes then.
-    pub fn choose(&mut self, choice: &Choice, holding: &Holding) -> Result<(), Error> {
+    /// As [`Self::new`]; nothing changes then, and a recording goes on.
+    pub fn choose(&mut self, choice: &Choice, holding: &Holding) -> Result<Option<Vec<u8>>, Error> {
         if *holding == self.holding && choice.same_patch(&self.choice) {
             let scene = choice.scene()?;
             let params = Params {
@@ -137,14 +137,16 @@ impl Live {
             params.check()?;
             self.waiting = (params != *self.tissue.params()).then_some(params);
             self.choice = choice.clone();
-            return Ok(());
+            return Ok(None);
         }
         let tissue = match choice.same_patch(&self.choice) && *choice == self.choice {
             true => self.fresh()?,
             false => choice.tissue()?,
         };
-        *self = Self::of_tissue(choice.clone(), tissue, holding)?;
-        Ok(())
+        let fresh = Self::of_tissue(choice.clone(), tissue, holding)?;
+        let ended = self.finish();
+        *self = fresh;
+        Ok(ended)
     }
 
     /// The same tissue at rest.

@@ -1,6 +1,6 @@
 //! Repeats a trace with the same core and says where the first bit differs.
 
-use palpate::haptic::cycle::{Cycle, Telemetry};
+use palpate::haptic::cycle::{Command, Cycle, Telemetry};
 use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
 use palpate::{Params, PatchFile, Vector3};
 
@@ -20,17 +20,41 @@ pub struct Replayed {
     pub differs: Option<(u32, &'static str)>,
 }
 
+/// A controller that is given the same beside this one.
+pub trait Witness {
+    /// Another Young's modulus after the next tick [Pa]: a board weighs its nodes anew when the force is out.
+    fn retuned(&mut self, youngs_modulus_pa: f32);
+
+    /// A tick: what was read and asked, told, and given to the device; none is its release.
+    fn tick(&mut self, reading: Sensed, command: Command, told: &Telemetry, got_n: Option<Vector3<f32>>);
+}
+
+/// Nobody.
+impl Witness for () {
+    fn retuned(&mut self, _: f32) {}
+
+    fn tick(&mut self, _: Sensed, _: Command, _: &Telemetry, _: Option<Vector3<f32>>) {}
+}
+
 /// Runs a trace again. It goes on after a difference, so that the rest can be drawn.
 ///
 /// # Errors
 /// A patch or settings that the core refuses.
 pub fn replay(trace: &Trace) -> Result<Replayed, Error> {
+    replay_beside(trace, &mut ())
+}
+
+/// The same with a witness.
+///
+/// # Errors
+/// As [`replay`].
+pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replayed, Error> {
     let mut cycle = Cycle::build(&trace.settings, &trace.device)?;
-    let mut device = Replay { limits: trace.device, at_m: Vector3::zeros(), sequence: 0 };
+    let mut device = Replay { limits: trace.device, reading: UNREAD, got_n: None };
     let mut tissue: Option<LiveTissue> = None;
     let mut told = Vec::with_capacity(trace.ticks as usize);
     let mut replayed = Replayed { told: Vec::new(), hash: 0, differs: None };
-    for piece in &trace.pieces {
+    for (n, piece) in trace.pieces.iter().enumerate() {
         match piece {
             Piece::Tissue(bytes) => tissue = Some(unpack(bytes)?),
             Piece::Retuned([youngs_modulus_pa, node_damping_per_s]) => {
@@ -46,9 +70,15 @@ pub fn replay(trace: &Trace) -> Result<Replayed, Error> {
             }
             Piece::Rows(rows) => {
                 let tissue = tissue.as_mut().ok_or(palpate::BuildError::Empty)?;
-                for row in rows {
-                    device.at_m = row.position_m;
+                let coming = coming_pa(&trace.pieces[n + 1..]);
+                for (k, row) in rows.iter().enumerate() {
+                    if let (Some(pascal), true) = (coming, k + 1 == rows.len()) {
+                        witness.retuned(pascal);
+                    }
+                    device.reading.position_m = row.position_m;
+                    device.reading.sequence = device.reading.sequence.wrapping_add(1);
                     let now = cycle.run(&mut device, tissue, row.command);
+                    witness.tick(device.reading, row.command, &now, device.got_n);
                     let same_force = now.applied_n.map(f32::to_bits) == row.applied_n.map(f32::to_bits);
                     if !same_force && replayed.differs.is_none() {
                         replayed.differs = Some((now.tick, "the force"));
@@ -65,8 +95,18 @@ pub fn replay(trace: &Trace) -> Result<Replayed, Error> {
     Ok(replayed)
 }
 
+/// Young's modulus that the next tick finds changed [Pa].
+fn coming_pa(pieces: &[Piece]) -> Option<f32> {
+    let before = pieces.iter().take_while(|piece| !matches!(piece, Piece::Rows(_)));
+    let retuned = before.filter_map(|piece| match piece {
+        Piece::Retuned([youngs_modulus_pa, _]) => Some(*youngs_modulus_pa),
+        _ => None,
+    });
+    retuned.last()
+}
+
 /// On a 4-byte boundary, where the core reads a patch in place.
-fn unpack(bytes: &[u8]) -> Result<LiveTissue, Error> {
+pub(crate) fn unpack(bytes: &[u8]) -> Result<LiveTissue, Error> {
     let mut words = vec![0_u32; bytes.len().div_ceil(4)];
     bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(bytes);
     let file = PatchFile::open(&bytemuck::cast_slice(&words)[..bytes.len()])?;
@@ -74,11 +114,14 @@ fn unpack(bytes: &[u8]) -> Result<LiveTissue, Error> {
     Ok(LiveTissue::new(Patch::of_file(&file), file.params)?)
 }
 
+/// Before the first tick.
+const UNREAD: Sensed = Sensed { position_m: Vector3::new(0.0, 0.0, 0.0), sequence: 0, status: SensorStatus::Good };
+
 /// A device that reads what was read.
 struct Replay {
     limits: DeviceLimits,
-    at_m: Vector3<f32>,
-    sequence: u32,
+    reading: Sensed,
+    got_n: Option<Vector3<f32>>,
 }
 
 impl HapticDevice for Replay {
@@ -87,13 +130,16 @@ impl HapticDevice for Replay {
     }
 
     fn sense(&mut self) -> Sensed {
-        self.sequence = self.sequence.wrapping_add(1);
-        Sensed { position_m: self.at_m, sequence: self.sequence, status: SensorStatus::Good }
+        self.reading
     }
 
-    fn actuate(&mut self, _force_n: Vector3<f32>) {}
+    fn actuate(&mut self, force_n: Vector3<f32>) {
+        self.got_n = Some(force_n);
+    }
 
-    fn release(&mut self) {}
+    fn release(&mut self) {
+        self.got_n = None;
+    }
 }
 
 /// One row a tick, as CSV.

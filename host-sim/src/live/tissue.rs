@@ -16,6 +16,8 @@ pub struct LiveTissue {
     node_step: Vec<f32>,
     cap_m: Vec<f32>,
     held: Held,
+    /// The next tick puts the patch to rest, in place of its answer: as on the board, or the two would differ by that tick.
+    resting: bool,
 }
 
 impl LiveTissue {
@@ -37,9 +39,10 @@ impl LiveTissue {
             node_step: vec![0.0; nodes],
             cap_m: vec![0.0; triangles],
             held: Held::default(),
+            resting: false,
         };
         tissue.retune(params)?;
-        tissue.reset();
+        tissue.rest();
         Ok(tissue)
     }
 
@@ -79,6 +82,11 @@ impl LiveTissue {
         self.with_state(|_, state| state.hash()).unwrap_or_default()
     }
 
+    fn rest(&mut self) {
+        // sizes were checked when it was built
+        let _fits = self.with_state(|model, state| state.reset(model));
+    }
+
     fn with_state<T>(&mut self, work: impl FnOnce(&palpate::Model, &mut State) -> T) -> Result<T, BuildError> {
         let model = self.patch.wide_model();
         let mut state = State::resume(&model, &mut self.nodes, &mut self.candidates, &mut self.shapes, self.held)?;
@@ -90,7 +98,11 @@ impl LiveTissue {
 
 impl Renderer for LiveTissue {
     fn render(&mut self, pose: ProbePose) -> Output {
-        let Self { patch, params, nodes, candidates, shapes, node_step, cap_m, held } = self;
+        if std::mem::take(&mut self.resting) {
+            self.rest();
+            return Output::NONE;
+        }
+        let Self { patch, params, nodes, candidates, shapes, node_step, cap_m, held, .. } = self;
         let model = patch.wide_model();
         let tuned = params.derive(node_step, cap_m);
         match State::resume(&model, nodes, candidates, shapes, *held) {
@@ -104,7 +116,6 @@ impl Renderer for LiveTissue {
     }
 
     fn reset(&mut self) {
-        // sizes were checked when it was built
-        let _fits = self.with_state(|model, state| state.reset(model));
+        self.resting = true;
     }
 }

@@ -22,8 +22,8 @@ use super::tissue::LiveTissue;
 
 /// First bytes of every trace.
 pub const MAGIC: [u8; 8] = *b"PALPLIVE";
-/// Version written and read.
-pub const VERSION: u32 = 1;
+/// Version written and read. Before 2 a patch was put to rest within a tick, not by one of its own.
+pub const VERSION: u32 = 2;
 /// Longest recording [ticks]: ten minutes, about 17 MB.
 pub const MOST_TICKS: u32 = 600_000;
 /// Bytes of a row.

@@ -3,12 +3,21 @@
 //! Skipped, saying so, where `chromedriver` and `chromium` are not installed or the page is not built (`PALPATE_LIVE_PAGE` names its folder).
 
 mod driver;
+mod long;
+mod nodule;
+mod rough;
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use driver::Browser;
+use palpate_sim::live::replay::{Replayed, replay};
+use palpate_sim::live::trace::Trace;
+use palpate_sim::live::{Choice, Holding, Live};
 use serde_json::Value;
+
+/// The pixel over the site.
+const MIDDLE: [u32; 2] = [504, 200];
 
 fn until(browser: &mut Browser, what: &str, seconds: u64, holds: impl Fn(&Value) -> bool) -> Value {
     let end = Instant::now() + Duration::from_secs(seconds);
@@ -26,26 +35,58 @@ fn number(shown: &Value, key: &str) -> f64 {
     shown[key].as_f64().unwrap_or(f64::NAN)
 }
 
-#[test]
-fn the_page_is_pressed_and_replays_its_own_bits() {
+fn says(shown: &Value, text: &str) -> bool {
+    shown["said"].as_str().is_some_and(|t| t.contains(text))
+}
+
+fn active(browser: &mut Browser) -> Value {
+    until(browser, "the loop is active", 30, |s| s["mode"].as_str().is_some_and(|m| m.starts_with("active")))
+}
+
+/// The page, loaded and armed; `None`, saying why, where there is nothing to test it with.
+fn page() -> Option<(Browser, PathBuf)> {
     let Some(folder) = std::env::var_os("PALPATE_LIVE_PAGE").map(PathBuf::from) else {
         println!("skipped: PALPATE_LIVE_PAGE names no page: palpate live --page --no-serve builds it");
-        return;
+        return None;
     };
-    let pictures = std::env::var_os("PALPATE_LIVE_PICTURES").map(PathBuf::from);
     let Some(mut browser) = Browser::open(&folder) else {
         println!("skipped: chromedriver or chromium is missing: install them (Debian: chromium chromium-driver)");
-        return;
+        return None;
     };
+    active(&mut browser);
+    Some((browser, folder))
+}
+
+/// A press with the mouse until the tissue is `depth_m` deep.
+fn press(browser: &mut Browser, [x, y]: [u32; 2], depth_m: f64) -> Value {
+    browser.mouse(x, y, Some(true));
+    until(browser, "a press", 30, |s| number(s, "depth_m") > depth_m - 1e-4 && number(s, "force_n") > 0.02)
+}
+
+fn let_go(browser: &mut Browser, [x, y]: [u32; 2]) {
+    browser.mouse(x, y, Some(false));
+    until(browser, "let go", 20, |s| number(s, "force_n") == 0.0);
+}
+
+/// On this machine: what the page recorded has the desktop's bits.
+fn repeated(trace: &[u8]) -> Replayed {
+    let again = replay(&Trace::read(trace).unwrap()).unwrap();
+    assert_eq!(again.differs, None, "the browser's bits are not this machine's");
+    again
+}
+
+#[test]
+fn the_page_is_pressed_and_replays_its_own_bits() {
+    let Some((mut browser, folder)) = page() else { return };
+    let pictures = std::env::var_os("PALPATE_LIVE_PICTURES").map(PathBuf::from);
     let bytes: u64 = std::fs::read_dir(&folder).unwrap().flatten().map(|f| f.metadata().unwrap().len()).sum();
     println!("page {:.2} MB", bytes as f64 * 1e-6);
 
-    until(&mut browser, "the loop is active", 30, |s| s["mode"].as_str().is_some_and(|m| m.starts_with("active")));
     let ready = browser.seconds_since_load();
     let rest = browser.screenshot();
 
     // the mouse presses; the tissue gives, in numbers and in pixels
-    browser.mouse(480, 250, Some(true));
+    browser.mouse(MIDDLE[0], MIDDLE[1], Some(true));
     let soft = until(&mut browser, "force", 20, |s| number(s, "depth_m") > 2.9e-3);
     println!("ready {ready:.2} s after load; first touch {} s", soft["first_touch_s"]);
     assert!(number(&soft, "force_n") > 0.05 && number(&soft, "moved_m") > 1e-3, "{soft}");
@@ -54,12 +95,12 @@ fn the_page_is_pressed_and_replays_its_own_bits() {
     if let Some(folder) = &pictures {
         std::fs::write(folder.join("live-page.png"), &pressed).unwrap();
     }
-    browser.mouse(480, 250, Some(false));
+    browser.mouse(MIDDLE[0], MIDDLE[1], Some(false));
     until(&mut browser, "let go", 20, |s| number(s, "force_n") == 0.0);
 
     // stiffer by the key, then pressed again
     (0..3).for_each(|_| browser.key("]"));
-    browser.mouse(480, 250, Some(true));
+    browser.mouse(MIDDLE[0], MIDDLE[1], Some(true));
     let stiff = until(&mut browser, "stiffer force", 20, |s| number(s, "depth_m") > 2.9e-3);
     assert!(number(&stiff, "force_n") > 1.5 * number(&soft, "force_n"), "{stiff}");
     // the mouse leaves the window: the force goes
@@ -70,34 +111,34 @@ fn the_page_is_pressed_and_replays_its_own_bits() {
     // a recording, replayed in the page
     browser.key("r");
     until(&mut browser, "recording", 20, |s| s["recorded_ticks"].as_u64().is_some_and(|t| t > 800));
-    browser.mouse(480, 250, Some(true));
+    browser.mouse(MIDDLE[0], MIDDLE[1], Some(true));
     until(&mut browser, "force in the recording", 20, |s| number(s, "depth_m") > 2.9e-3);
-    browser.mouse(480, 250, Some(false));
+    browser.mouse(MIDDLE[0], MIDDLE[1], Some(false));
     browser.key("r");
     until(&mut browser, "recorded", 20, |s| s["said"].as_str().is_some_and(|t| t.starts_with("Recorded")));
     browser.key("l");
     let replayed = until(&mut browser, "replayed", 60, |s| s["said"].as_str().is_some_and(|t| t.starts_with("Replayed")));
     assert_eq!(replayed["refused"], false, "{replayed}");
     println!("{}", replayed["said"]);
-    // and on this machine: the page's trace has the desktop's bits
     let trace = browser.trace();
-    let again = palpate_sim::live::replay::replay(&palpate_sim::live::trace::Trace::read(&trace).unwrap()).unwrap();
-    assert_eq!(again.differs, None, "the browser's bits are not this machine's");
-    assert!(again.told.iter().any(|t| t.applied_n.norm() > 0.05));
+    assert!(repeated(&trace).told.iter().any(|t| t.applied_n.norm() > 0.05));
+    if let Some(folder) = &pictures {
+        std::fs::write(folder.join("page.trace"), &trace).unwrap();
+    }
 
-    // the exercise begins and is answered
-    browser.key("n");
-    until(&mut browser, "a hidden nodule", 60, |s| {
-        s["controls"]["searching"] == true && s["said"].as_str().is_some_and(|t| t.contains("ready"))
-    });
-    browser.mouse(480, 250, Some(true));
-    until(&mut browser, "pressed while searching", 60, |s| number(s, "depth_m") > 2e-3);
-    browser.mouse(480, 250, Some(false));
-    browser.key("\u{e007}");
-    let scored = until(&mut browser, "score", 20, |s| s["controls"]["score"].is_number());
-    println!("{}", scored["said"]);
-    println!(
-        "{} ticks/s, {} frames/s, longest tick {} us",
-        scored["ticks_per_s"], scored["frames_per_s"], scored["longest_tick_us"]
-    );
+    // and one of this machine, dropped on the page
+    browser.drop_file("mine.trace", &recorded_here());
+    let same = until(&mut browser, "a trace of this machine", 60, |s| says(s, "Replayed 1.2 s"));
+    assert!(says(&same, "every bit the same") && same["refused"] == false, "{same}");
+    println!("{} ticks/s, {} frames/s, longest tick {} us", same["ticks_per_s"], same["frames_per_s"], same["longest_tick_us"]);
+}
+
+fn recorded_here() -> Vec<u8> {
+    let mut live = Live::new(&Choice { nodes: Some(130), ..Choice::preset("block") }, &Holding::default()).unwrap();
+    live.record().unwrap();
+    for tick in 0..1200 {
+        let depth_m = if tick < 700 { -5e-3 } else { 3e-3 };
+        live.step(palpate::Vector3::new(0.0, 0.0, -depth_m), true);
+    }
+    live.finish().unwrap()
 }

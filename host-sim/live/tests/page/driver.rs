@@ -13,7 +13,8 @@ pub struct Browser {
     driver: Child,
     port: u16,
     session: String,
-    _profile: tempfile::TempDir,
+    calls: u32,
+    profile: tempfile::TempDir,
 }
 
 impl Browser {
@@ -24,13 +25,13 @@ impl Browser {
         let mut driver = Command::new("chromedriver");
         let driver = driver.arg(format!("--port={port}")).stdout(Stdio::null()).stderr(Stdio::null()).spawn().ok()?;
         let profile = tempfile::tempdir().ok()?;
-        let mut browser = Self { driver, port, session: String::new(), _profile: profile };
+        let mut browser = Self { driver, port, session: String::new(), calls: 0, profile };
         let end = Instant::now() + Duration::from_secs(20);
         while TcpStream::connect(("127.0.0.1", port)).is_err() {
             assert!(Instant::now() < end, "chromedriver does not answer");
             std::thread::sleep(Duration::from_millis(50));
         }
-        let data = format!("--user-data-dir={}", browser._profile.path().display());
+        let data = format!("--user-data-dir={}", browser.profile.path().display());
         let arguments = [
             "--headless=new",
             "--no-sandbox",
@@ -39,6 +40,7 @@ impl Browser {
             "--disable-background-networking",
             "--disable-component-update",
             "--disable-sync",
+            "--enable-precise-memory-info",
             "--window-size=1280,800",
             "--enable-unsafe-swiftshader",
             "--use-angle=swiftshader",
@@ -80,6 +82,53 @@ impl Browser {
         self.command("POST", "/actions", Some(&json!({"actions": [mouse]})));
     }
 
+    /// What only the browser's own protocol does.
+    pub fn devtools(&mut self, command: &str, parameters: &Value) -> Value {
+        self.command("POST", "/goog/cdp/execute", Some(&json!({"cmd": command, "params": parameters})))
+    }
+
+    /// Another tab in front of the page, for a while.
+    pub fn behind_another_tab(&mut self, seconds: u64) {
+        let page = self.command("GET", "/window", None);
+        let other = self.command("POST", "/window/new", Some(&json!({"type": "tab"})));
+        self.command("POST", "/window", Some(&json!({"handle": other["handle"]})));
+        std::thread::sleep(Duration::from_secs(seconds));
+        self.command("DELETE", "/window", None);
+        self.command("POST", "/window", Some(&json!({"handle": page})));
+    }
+
+    /// Calls so far.
+    pub fn calls(&self) -> u32 {
+        self.calls
+    }
+
+    /// Resident memory of the processes that draw and compute the page [MB].
+    pub fn resident_mb(&self) -> f64 {
+        let mark = self.profile.path().display().to_string();
+        let processes = std::fs::read_dir("/proc").unwrap().flatten();
+        let one = |folder: PathBuf| {
+            let command = std::fs::read(folder.join("cmdline")).ok()?;
+            let command = String::from_utf8_lossy(&command).into_owned();
+            if !command.contains(&mark) || !command.contains("--type=renderer") {
+                return None;
+            }
+            let status = std::fs::read_to_string(folder.join("status")).ok()?;
+            let line = status.lines().find_map(|l| l.strip_prefix("VmRSS:"))?;
+            line.trim().trim_end_matches("kB").trim().parse::<f64>().ok()
+        };
+        processes.filter_map(|p| one(p.path())).sum::<f64>() * 1e-3
+    }
+
+    /// A file is dropped on the picture.
+    pub fn drop_file(&mut self, name: &str, bytes: &[u8]) {
+        let script = "const files = new DataTransfer();
+            files.items.add(new File([new Uint8Array(arguments[1])], arguments[0]));
+            const on = document.getElementById('picture');
+            for (const kind of ['dragenter', 'dragover', 'drop'])
+                on.dispatchEvent(new DragEvent(kind, {dataTransfer: files, bubbles: true, cancelable: true}));";
+        self.command("POST", "/execute/sync", Some(&json!({"script": script, "args": [name, bytes]})));
+    }
+
     /// Presses a key.
     pub fn key(&mut self, key: &str) {
         let steps = [
@@ -97,7 +146,8 @@ impl Browser {
         base64(text.as_str().unwrap())
     }
 
-    fn run(&mut self, script: &str) -> Value {
+    /// The value of a script in the page.
+    pub fn run(&mut self, script: &str) -> Value {
         self.command("POST", "/execute/sync", Some(&json!({"script": script, "args": []})))
     }
 
@@ -107,6 +157,7 @@ impl Browser {
     }
 
     fn call(&mut self, method: &str, path: &str, body: Option<&Value>) -> Value {
+        self.calls += 1;
         let body = body.map(Value::to_string).unwrap_or_default();
         let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
         let length = body.len();
@@ -124,9 +175,13 @@ impl Browser {
 }
 
 impl Drop for Browser {
+    /// The driver ends its browser; one that was left would go on drawing. No panic in a panic: what fails here is let be.
     fn drop(&mut self) {
-        if !self.session.is_empty() && !std::thread::panicking() {
-            self.command("DELETE", "", None);
+        if let (false, Ok(mut stream)) = (self.session.is_empty(), TcpStream::connect(("127.0.0.1", self.port))) {
+            let head = format!("DELETE /session/{} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n", self.session);
+            let mut answer = [0; 64];
+            let _ended = stream.set_read_timeout(Some(Duration::from_secs(10)));
+            let _asked = stream.write_all(head.as_bytes()).and_then(|()| stream.read(&mut answer));
         }
         let _ended = self.driver.kill();
         let _reaped = self.driver.wait();
