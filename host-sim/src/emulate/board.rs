@@ -16,6 +16,8 @@ use super::EmulateError;
 
 /// An answer takes a tick's emulation, far under a millisecond; a board that is silent this long has crashed.
 const PATIENCE: Duration = Duration::from_secs(20);
+/// The same when every instruction is logged: opening a patch takes seconds, on a busy machine half a minute.
+const LOGGED_PATIENCE: Duration = Duration::from_secs(200);
 /// What an image gets to end by itself.
 const FAREWELL: Duration = Duration::from_secs(2);
 /// Every instruction takes 2^6 = 64 ns of virtual time, more than a count of the board's clock: counts tell single instructions.
@@ -71,6 +73,7 @@ pub struct Board {
     to: File,
     from: File,
     receiver: Receiver,
+    patience: Duration,
     sequence: u16,
     bytes: [u8; 4096],
     read: usize,
@@ -109,7 +112,20 @@ impl Board {
         }
         command.arg("-kernel").arg(image).stdin(Stdio::null()).stdout(Stdio::null()).stderr(words);
         let child = command.spawn().map_err(|source| EmulateError::NotStarted { program: "qemu-system-arm", source })?;
-        Ok(Self { child, machine, folder, to, from, receiver: Receiver::NEW, sequence: 0, bytes: [0; 4096], read: 0, taken: 0 })
+        let patience = if log.is_some() { LOGGED_PATIENCE } else { PATIENCE };
+        Ok(Self {
+            child,
+            machine,
+            folder,
+            to,
+            from,
+            receiver: Receiver::NEW,
+            patience,
+            sequence: 0,
+            bytes: [0; 4096],
+            read: 0,
+            taken: 0,
+        })
     }
 
     /// Which board it is.
@@ -166,7 +182,7 @@ impl Board {
             if poll(&mut fds, Some(&step)).map_err(std::io::Error::from)? > 0 {
                 return Ok(());
             }
-            if self.child.try_wait()?.is_some() || begun.elapsed() > PATIENCE {
+            if self.child.try_wait()?.is_some() || begun.elapsed() > self.patience {
                 return Err(EmulateError::Silent(self.last_words()));
             }
         }
