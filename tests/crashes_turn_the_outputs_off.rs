@@ -27,6 +27,8 @@ const SITES: [&str; 12] = [
     "the stack overflowed",
     "interrupt 20 has no handler",
 ];
+/// Where the pins hold a force after every tick that the loop did not ask for.
+const FORCED: usize = 15;
 /// Where the haptic loop never ends, and where the tick timer stops.
 const HANGS: [usize; 2] = [12, 13];
 
@@ -89,6 +91,17 @@ fn a_board_that_hangs_is_turned_off_reset_and_after_the_third_time_stays_idle() 
         assert!(outcome.text.contains("mode=idle fault=none"), "site {site}: {}", outcome.text);
         assert_eq!(outcome.result().unwrap().ticks, 1_000);
     }
+}
+
+#[test]
+fn a_force_on_the_pins_that_nobody_asked_for_is_off_with_the_tick_and_a_fault() {
+    let outcome = run(&image(), FORCED, 50, None);
+    // fed by no tick, the watchdog ends it all the same
+    assert!(outcome.text.contains("watchdog"), "{}", outcome.text);
+    assert!(!outcome.text.contains("OUTPUTS ON"), "{}", outcome.text);
+    let once = run(&image(), FORCED + 1, 50, None);
+    assert!(once.text.contains("mode=fault fault=the self-test failed"), "{}", once.text);
+    assert_eq!(once.result().unwrap().ticks, 50, "{}", once.text);
 }
 
 fn digits(text: &str) -> &str {

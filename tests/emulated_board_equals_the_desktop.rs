@@ -6,6 +6,7 @@
 
 use std::path::{Path, PathBuf};
 
+use palpate::haptic::mode::Mode;
 use palpate::{Fault, Vector3};
 use palpate_firmware::config::Profile;
 use palpate_firmware::link::message::{Bounds, HostAsk};
@@ -92,6 +93,11 @@ fn the_larger_block_on_the_other_core() {
 }
 
 #[test]
+fn a_lump_in_the_block() {
+    equal_through_faults("nodule-m7-480.patch", Machine::M7);
+}
+
+#[test]
 fn a_longer_tick_does_not_pass_the_gate() {
     let text = "patch,board,median,longest\na.patch,M4f,70000,74000\n";
     let spread = |max| Spread { median: 70_000, max, worst_over_median: 1.0, without_patch: 0 };
@@ -146,6 +152,9 @@ fn bad_patches_and_raised_limits_are_refused_in_words() {
     let mut flipped = good.clone();
     flipped[5_000] ^= 4;
     assert_eq!(refused(board.upload(&flipped)), Refusal::PatchDamaged);
+    assert_eq!(nodes_of(&mut board), 0, "nobody arms on a tissue that was not asked for");
+    board.send(&ToBoard::Ask(HostAsk::Arm)).unwrap();
+    assert_eq!(board.receive().unwrap(), FromBoard::Refused(Refusal::NoPatch));
     let mut old = good.clone();
     old[8] ^= 1;
     assert_eq!(refused(board.upload(&old)), Refusal::PatchVersion);
@@ -160,6 +169,9 @@ fn bad_patches_and_raised_limits_are_refused_in_words() {
 
     let nodes = board.upload(&good).unwrap();
     assert!(nodes > 40, "{nodes} nodes");
+    board.send(&ToBoard::PatchBegin(70_000)).unwrap();
+    assert_eq!(board.receive().unwrap(), FromBoard::Refused(Refusal::PatchTooLong));
+    assert_eq!(nodes_of(&mut board), nodes, "what was there stays");
     let ask = |board: &mut Board, message: &ToBoard<'_>| {
         board.send(message).unwrap();
         board.receive().unwrap()
@@ -180,11 +192,56 @@ fn bad_patches_and_raised_limits_are_refused_in_words() {
     for sequence in 1..=3 {
         ask(&mut board, &ToBoard::Pose { position_m: OUTSIDE_M.into(), sequence, good: true });
     }
-    profile.max_force_n = 1e3;
-    assert_eq!(ask(&mut board, &ToBoard::Store(profile)), FromBoard::Refused(Refusal::ProfileRange));
+    // more than the converters reach, more than any hand
+    for max_force_n in [16.5, 1e3] {
+        profile.max_force_n = max_force_n;
+        assert_eq!(ask(&mut board, &ToBoard::Store(profile)), FromBoard::Refused(Refusal::ProfileRange));
+    }
     for refusal in [Refusal::NotIdle, Refusal::PatchDamaged, Refusal::PatchStep, Refusal::LimitRises] {
         assert!(refusal.to_string().contains(": "), "{refusal}: what, and how to mend it");
     }
+}
+
+/// Nodes of the patch that lies under the device.
+fn nodes_of(board: &mut Board) -> u32 {
+    board.send(&ToBoard::Report).unwrap();
+    match board.receive().unwrap() {
+        FromBoard::State { nodes, .. } => nodes,
+        other => panic!("no report: {other:?}"),
+    }
+}
+
+#[test]
+fn a_stop_is_not_taken_back_by_what_comes_behind_it() {
+    for behind in [HostAsk::Arm, HostAsk::Clear] {
+        let mut memory = Box::new(Memory::RESERVED);
+        let board = Board::start(&image(), Machine::M4f, None).unwrap();
+        let mut twin = Twin::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
+        twin.arm(OUTSIDE_M).unwrap();
+        twin.ask(HostAsk::Stop).unwrap();
+        twin.tick(Reading::at(OUTSIDE_M), Some(behind)).unwrap();
+        assert!(matches!(twin.mode(), Mode::SafeRamp | Mode::Idle), "{behind:?}: {:?}", twin.mode());
+        assert_eq!(twin.difference, None);
+    }
+}
+
+#[test]
+fn a_modulus_that_is_refused_leaves_the_one_before() {
+    let mut memory = Box::new(Memory::RESERVED);
+    let board = Board::start(&image(), Machine::M4f, None).unwrap();
+    let mut twin = Twin::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
+    let board = twin.board();
+    board.send(&ToBoard::YoungsModulus(5e3)).unwrap();
+    assert!(matches!(board.receive().unwrap(), FromBoard::PatchTaken(_)));
+    board.send(&ToBoard::YoungsModulus(1e6)).unwrap();
+    assert_eq!(board.receive().unwrap(), FromBoard::Refused(Refusal::ModulusOutOfRange));
+    // 3.5 kPa here: the board is stiffer by as much as was asked for
+    twin.arm(OUTSIDE_M).unwrap();
+    let way = |n: u32| Vector3::new(0.0, 0.0, (2e-3 - 5e-5 * n as f32).max(-1e-3));
+    let there_n = (0..200).map(|n| twin.tick(Reading::at(way(n)), None).unwrap().model_n[2]).last().unwrap();
+    let here_n = twin.difference.as_ref().map(|d| d.values);
+    println!("{there_n} N there, first difference {here_n:?}");
+    assert!(there_n > 0.0 && twin.difference.is_some(), "the modulus is the packed one again");
 }
 
 fn refused_begin(board: &mut Board) -> Refusal {

@@ -84,6 +84,20 @@ fn joints_that_cannot_be_are_no_pose_and_give_no_torque() {
 }
 
 #[test]
+fn arms_that_lie_on_each_other_give_no_torque_and_those_beside_it_little() {
+    let folded = (0.0125_f32 / 0.063).acos();
+    for apart in [1e-4_f32, 1e-3, 0.03, 0.1, 0.2, 0.4] {
+        let joints = [core::f32::consts::PI - folded - apart, folded + apart];
+        let mut device = Pantograph::new([0.063, 0.075], 0.025, RAD_PER_COUNT, joints, [0.0; 2]);
+        let tip = device.tip_m([EncoderCounts(0); 3]);
+        let most = device.torques_n_m(Vector3::new(1.0, 0.0, 1.0)).into_iter().fold(0.0_f32, |most, t| most.max(t.abs()));
+        println!("{apart} rad: {tip:?}, {most} N m");
+        assert!(most < 10.0 * 0.063 * 2.0_f32.sqrt(), "{apart} rad: {most} N m for 1.4 N");
+        assert_eq!(tip.is_some(), apart >= 0.1, "{apart} rad");
+    }
+}
+
+#[test]
 fn the_template() {
     let m_per_rad = 5e-3_f32;
     let device = YourDevice { m_per_count: [m_per_rad * RAD_PER_COUNT; 3], m_per_rad: [m_per_rad; 3] };

@@ -10,6 +10,7 @@ use palpate::haptic::device::{DeviceLimits, HapticDevice};
 use serde::{Deserialize, Serialize};
 
 use crate::edge::Edge;
+use crate::force_out::DacCode;
 use crate::link::message::Bounds;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -92,6 +93,10 @@ impl Profile {
     /// [`BuildError::OutOfRange`] names it.
     pub fn check(&self) -> Result<(), BuildError> {
         let (settings, edge) = self.split();
+        let (value, max) = (self.max_force_n, DacCode::FULL_SCALE_N);
+        if value > max {
+            return Err(BuildError::OutOfRange { parameter: "max_force_n of the converters", value, min: 0.0, max });
+        }
         Cycle::build(&settings, &edge.limits()).map(|_| ())
     }
 }

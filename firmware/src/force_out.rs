@@ -9,10 +9,10 @@ pub struct DacCode(pub i16);
 impl DacCode {
     /// No force.
     pub const ZERO: Self = Self(0);
-    /// Force at code 32767 [N]; the peak force of a desktop device of this class.
-    pub const FULL_SCALE_N: f32 = 8.0;
-    /// Codes per newton: 32767 / 8, exact in single precision.
-    const PER_N: f32 = 4095.875;
+    /// Force at code 32767 [N]: above the 12 N of the strongest desktop device, half a millinewton a code.
+    pub const FULL_SCALE_N: f32 = 16.0;
+    /// Codes per newton: 32767 / 16, exact in single precision.
+    const PER_N: f32 = 2047.9375;
 
     /// Nearest code; saturates at full scale. Not-a-number gives no force: nothing sensible can be rendered. In floating point, for the unit
     /// converts and saturates in one instruction.
@@ -53,14 +53,14 @@ mod tests {
 
     #[test]
     fn full_scale_maps_to_the_last_code_on_both_sides() {
-        assert_eq!(DacCode::from_force_n(8.0), DacCode(32_767));
-        assert_eq!(DacCode::from_force_n(-8.0), DacCode(-32_767));
-        assert_eq!(DacCode::from_force_n(1.0), DacCode(4_096)); // 4095.875 rounds up
+        assert_eq!(DacCode::from_force_n(16.0), DacCode(32_767));
+        assert_eq!(DacCode::from_force_n(-16.0), DacCode(-32_767));
+        assert_eq!(DacCode::from_force_n(1.0), DacCode(2_048)); // 2047.9375 rounds up
     }
 
     #[test]
     fn forces_beyond_the_converter_saturate() {
-        for huge in [8.1, 1e9, f32::MAX, f32::INFINITY] {
+        for huge in [16.1, 1e9, f32::MAX, f32::INFINITY] {
             assert_eq!(DacCode::from_force_n(huge), DacCode(32_767));
             assert_eq!(DacCode::from_force_n(-huge), DacCode(-32_767));
         }
@@ -73,10 +73,10 @@ mod tests {
 
     #[test]
     fn codes_follow_the_force_to_half_a_code() {
-        for step in -8_000..=8_000 {
+        for step in -16_000..=16_000 {
             let force_n = step as f32 * 1e-3;
-            let back_n = f32::from(DacCode::from_force_n(force_n).0) / 4095.875;
-            assert!((back_n - force_n).abs() <= 0.501 / 4095.875, "{force_n} N came back as {back_n} N");
+            let back_n = f32::from(DacCode::from_force_n(force_n).0) / 2047.9375;
+            assert!((back_n - force_n).abs() <= 0.501 / 2047.9375, "{force_n} N came back as {back_n} N");
         }
     }
 }

@@ -73,6 +73,8 @@ impl HapticLoop {
     ///   written, being fresher than the one on the converters; the periods it ran over are skipped, so the next tick starts on an edge.
     ///   After one the next tick gives half of the force at most; two in a row, or five in a thousand ([`palpate::haptic::deadline`]), turn
     ///   the outputs off at once and are the next tick's fault.
+    /// * **Check**: a force beyond the limits, in a mode without one, or not what is on the pins: outputs off at once, fault in the next tick, and the
+    ///   watchdog is not fed by this one.
     /// * **Dead loop**: a tick that never ends holds the last force until the watchdog, fed by completed and checked ticks alone, turns it off.
     /// * **Faults**: no force in the same tick, latched until the host clears it.
     ///
@@ -102,6 +104,10 @@ impl HapticLoop {
         }
         if self.controller.sound(&told) && board::outputs() == outputs {
             board::feed_watchdog();
+        } else {
+            board::outputs_off();
+            outputs = Outputs::OFF;
+            self.found = Some(Fault::SelfTestFailed);
         }
         let spent = board::clock_counts().wrapping_sub(started);
 

@@ -23,7 +23,7 @@ pub enum Place {
 }
 
 /// Every site: where, and what goes wrong.
-const SITES: [(Place, fn()); 15] = [
+const SITES: [(Place, fn()); 17] = [
     (Place::Tick, panics),
     (Place::Written, indexes_past_the_end),
     (Place::Report, unwraps_nothing),
@@ -39,6 +39,8 @@ const SITES: [(Place, fn()); 15] = [
     (Place::Tick, hangs),
     (Place::Thread, board::crash::stops_the_timer),
     (Place::Tick, dawdles_once),
+    (Place::Written, leaves_a_force),
+    (Place::Written, leaves_a_force_once),
 ];
 
 /// Ticks before the crash.
@@ -91,6 +93,20 @@ fn overflows_the_stack() {
         overflows_the_stack();
     }
     black_box(room);
+}
+
+/// `pass` has put it there.
+#[inline(never)]
+fn leaves_a_force() {
+    black_box(());
+}
+
+/// The same in one tick: the others take it away again.
+#[inline(never)]
+fn leaves_a_force_once() {
+    if TICKS.load(Ordering::Relaxed) != AFTER_TICKS {
+        board::write_outputs(Outputs::OFF);
+    }
 }
 
 /// One tick of a press takes half a period too long; no crash, and nothing before or after it is late.

@@ -34,7 +34,7 @@ pub enum Pace {
 enum Source {
     Flash,
     Uploaded,
-    /// On its way.
+    /// On its way, or refused.
     Nowhere,
 }
 
@@ -76,8 +76,9 @@ impl Line {
 #[embassy_executor::task]
 pub async fn run(mut haptic: HapticLoop, memory: &'static mut Memory, upload: &'static mut Upload, pace: Pace) {
     let mut line = Line { receiver: Receiver::NEW, sequence: 0, bytes: [0; FRAME_BYTES], read: 0, taken: 0 };
-    let (mut source, mut modulus_pa) = (Source::Flash, None);
+    let (mut source, mut modulus_pa, mut before_pa) = (Source::Flash, None, None);
     let mut asked_for = false;
+    let mut desk = Desk::default();
     loop {
         let bytes = match source {
             Source::Flash => Ok(Some(patch::in_flash())),
@@ -85,14 +86,15 @@ pub async fn run(mut haptic: HapticLoop, memory: &'static mut Memory, upload: &'
             Source::Nowhere => Ok(None),
         };
         let change = match bytes {
-            Ok(None) => Ok(serve(&mut haptic, &mut Tissue(None), Some(upload), &mut line, pace).await),
+            Ok(None) => Ok(serve(&mut haptic, &mut Tissue(None), Some(upload), &mut desk, &mut line, pace).await),
             Ok(Some(bytes)) => match Patch::open(bytes, memory, modulus_pa) {
                 Ok(patch) => {
                     let mut tissue = Tissue(Some(patch));
                     if asked_for {
                         line.send(&FromBoard::PatchTaken(tissue.state().0 as u32));
                     }
-                    Ok(serve(&mut haptic, &mut tissue, None, &mut line, pace).await)
+                    before_pa = modulus_pa;
+                    Ok(serve(&mut haptic, &mut tissue, None, &mut desk, &mut line, pace).await)
                 }
                 Err(error) => Err(error.into()),
             },
@@ -100,27 +102,29 @@ pub async fn run(mut haptic: HapticLoop, memory: &'static mut Memory, upload: &'
         };
         asked_for = false;
         let refusal = match change {
-            Ok(Change::MakeRoom(bytes)) => {
-                (source, modulus_pa) = (Source::Flash, None); // the memory is given up in any case
-                match upload.begin(bytes) {
-                    Ok(()) => {
-                        source = Source::Nowhere;
-                        continue;
-                    }
-                    Err(refusal) => refusal,
+            Ok(Change::MakeRoom(bytes)) => match upload.begin(bytes) {
+                Ok(()) => {
+                    (source, modulus_pa) = (Source::Nowhere, None);
+                    continue;
                 }
-            }
+                Err(refusal) => refusal,
+            },
             Ok(Change::Take) => {
                 (source, asked_for) = (Source::Uploaded, true);
                 continue;
             }
             Ok(Change::Modulus(pascal)) => {
-                (modulus_pa, asked_for) = (Some(pascal), true);
+                (before_pa, modulus_pa, asked_for) = (modulus_pa, Some(pascal), true);
                 continue;
             }
-            Err(refusal) if modulus_pa.take().is_some() => refusal, // the same patch as it was packed
+            // the same patch as it was
+            Err(refusal) if modulus_pa != before_pa => {
+                modulus_pa = before_pa;
+                refusal
+            }
+            // nobody arms on a tissue that was not asked for, nor on none
             Err(refusal) => {
-                source = Source::Flash;
+                source = Source::Nowhere;
                 refusal
             }
         };
@@ -133,10 +137,10 @@ async fn serve(
     haptic: &mut HapticLoop,
     tissue: &mut Tissue<'_>,
     mut upload: Option<&mut Upload>,
+    desk: &mut Desk,
     line: &mut Line,
     pace: Pace,
 ) -> Change {
-    let mut desk = Desk::default();
     let mut newest = Sensed { position_m: palpate::Vector3::zeros(), sequence: 0, status: SensorStatus::Failed };
     let mut silent_ticks = 0_u32;
     loop {
@@ -166,6 +170,10 @@ async fn serve(
                         haptic.controller.restart(&settings, edge).map(|()| generation).map_err(|_| Refusal::ProfileRange)
                     });
                     line.send(&kept.map_or_else(FromBoard::Refused, FromBoard::Stored));
+                }
+                // a scan of the stack takes a third of a tick: not under a hand's force
+                Reply::Report if pace == Pace::Timed && haptic.controller.mode().allows_force() => {
+                    line.send(&FromBoard::Refused(Refusal::NotIdle));
                 }
                 Reply::Report => report(tissue, line),
             }

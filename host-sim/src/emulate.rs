@@ -33,7 +33,7 @@ use palpate_firmware::link::{FrameError, Refusal};
 #[derive(Debug, thiserror::Error)]
 pub enum EmulateError {
     /// A program is missing.
-    #[error("{program} does not start: {source}; install it (Debian: apt-get install qemu-system-arm)")]
+    #[error("{program} does not start: {source}; install it ({})", if *program == "cargo" { "https://rustup.rs" } else { "Debian: apt-get install qemu-system-arm" })]
     NotStarted {
         /// Its name.
         program: &'static str,
@@ -41,7 +41,9 @@ pub enum EmulateError {
         source: std::io::Error,
     },
     /// There is nothing to build the image from.
-    #[error("no firmware here: run it inside the repository, or give an image with --image FILE")]
+    #[error(
+        "no firmware here: run it inside the repository, or give an image with --image FILE and, to `emulate`, a patch with --patch FILE"
+    )]
     NoRepository,
     /// The firmware was not built.
     #[error("the firmware was not built; `cargo fw` says why: {0}")]

@@ -28,6 +28,9 @@ pub struct Pantograph {
     jacobian_m: [[f32; 2]; 2],
 }
 
+/// Square of the way between the elbows over a distal arm's: below it the distal arms lie on each other, and a newton aside takes ten times the torque.
+const FOLDED: f32 = 1e-2;
+
 impl Pantograph {
     /// With its joints unread: no torque yet.
     #[must_use]
@@ -49,7 +52,7 @@ impl Mechanism for Pantograph {
         let across = [other[0] - elbow[0], other[1] - elbow[1]];
         let square = across[0] * across[0] + across[1] * across[1];
         let height_square = self.far_m * self.far_m - 0.25 * square;
-        if !(square > 0.0 && height_square > 1e-3 * self.far_m * self.far_m) {
+        if !(square > FOLDED * self.far_m * self.far_m && height_square > 1e-3 * self.far_m * self.far_m) {
             return None; // stretched or folded: no way to tell where it goes, and no finite torque
         }
         let rise = root(height_square / square);

@@ -61,8 +61,11 @@ impl Desk {
                 Reply::Tick
             }
             ToBoard::Ask(HostAsk::Arm) if upload.is_some() => Reply::Refused(Refusal::NoPatch),
+            // who wants to stop is stopped, whatever comes behind it before the next tick
             ToBoard::Ask(asked) => {
-                self.asked = Some(asked.into());
+                if self.asked != Some(Ask::Stop) {
+                    self.asked = Some(asked.into());
+                }
                 Reply::None
             }
             ToBoard::LowerLimits(bounds) => match controller.lower_limits(&(&bounds).into()) {

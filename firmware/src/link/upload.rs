@@ -19,14 +19,13 @@ impl Upload {
     /// A patch of so many bytes will come; what there was is gone.
     ///
     /// # Errors
-    /// [`Refusal::PatchTooLong`].
+    /// [`Refusal::PatchTooLong`]: what there was stays.
     pub fn begin(&mut self, bytes: u32) -> Result<(), Refusal> {
-        (self.announced, self.have) = (0, 0);
         let bytes = usize::try_from(bytes).map_err(|_| Refusal::PatchTooLong)?;
         if bytes > size_of_val(&self.words) {
             return Err(Refusal::PatchTooLong);
         }
-        self.announced = bytes;
+        (self.announced, self.have) = (bytes, 0);
         Ok(())
     }
 

@@ -37,14 +37,14 @@ pub(super) struct EmulateArgs {
     /// The firmware's image [default: built with `cargo fw`].
     #[arg(long, value_name = "FILE")]
     image: Option<PathBuf>,
-    /// The packed patch to upload [default: by scene, of firmware/patches: block-m4f-168, with inclusions block-m7-480, liver-m4f-168].
+    /// The packed patch to upload [default: by scene, of firmware/patches: block-m4f-168, nodule-m7-480, liver-m4f-168].
     #[arg(long, value_name = "FILE")]
     patch: Option<PathBuf>,
-    /// The emulated board [default: m4f, with block-m7-480 m7].
+    /// The emulated board [default: m4f, with a patch named *m7-480 m7].
     #[arg(long, value_enum)]
     board: Option<Machine>,
     /// Ticks of random presses, faults and recovery after the scene's own press [default: 10000].
-    #[arg(long, value_name = "N")]
+    #[arg(long, allow_negative_numbers = true, value_name = "N")]
     ticks: Option<u32>,
     /// Only the press and 2000 ticks.
     #[arg(long)]

@@ -6,8 +6,8 @@ use std::process::Command;
 use super::{EmulateError, Machine};
 use crate::scene::Scene;
 
-/// Too large for the default board.
-const LARGE_PATCH: &str = "block-m7-480.patch";
+/// Patches for the larger board end so.
+const LARGE: &str = "m7-480.patch";
 
 /// The repository around the working folder.
 ///
@@ -78,9 +78,9 @@ pub fn patch_for(scene: &Scene) -> Result<PathBuf, EmulateError> {
         return Ok(path.clone());
     }
     let name = match scene {
-        // a lump falls between the nodes of the small patch
-        Scene { tissue, .. } if tissue.block_m.is_some() && !tissue.inclusion.is_empty() => LARGE_PATCH,
-        Scene { tissue, .. } if tissue.block_m.is_some() => "block-m4f-168.patch",
+        // its lump falls between the nodes of a small patch
+        Scene { name, tissue, .. } if name == "nodule" && !tissue.inclusion.is_empty() => "nodule-m7-480.patch",
+        Scene { tissue, .. } if tissue.block_m.is_some() && tissue.inclusion.is_empty() => "block-m4f-168.patch",
         Scene { name, .. } if name.contains("liver") => "liver-m4f-168.patch",
         _ => return Err(EmulateError::NoPatch(scene.name.clone())),
     };
@@ -90,5 +90,5 @@ pub fn patch_for(scene: &Scene) -> Result<PathBuf, EmulateError> {
 /// The board that a patch is for, by its file's name.
 #[must_use]
 pub fn machine_for(patch: &Path) -> Machine {
-    if patch.file_name().is_some_and(|name| name == LARGE_PATCH) { Machine::M7 } else { Machine::M4f }
+    if patch.file_name().is_some_and(|name| name.to_string_lossy().ends_with(LARGE)) { Machine::M7 } else { Machine::M4f }
 }

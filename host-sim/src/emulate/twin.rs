@@ -133,7 +133,7 @@ impl<'a> Twin<'a> {
     /// The board has crashed.
     pub fn tick(&mut self, reading: Reading, ask: Option<HostAsk>) -> Result<Record, EmulateError> {
         if let Some(asked) = ask {
-            self.tell(&ToBoard::Ask(asked))?;
+            self.ask(asked)?;
         }
         self.readings = self.readings.wrapping_add(u32::from(reading.fresh));
         let position_m = reading.position_m.into();
@@ -161,6 +161,14 @@ impl<'a> Twin<'a> {
         }
         self.last_fault = fault;
         Ok(there)
+    }
+
+    /// A request to both, before the next tick.
+    ///
+    /// # Errors
+    /// The board has crashed.
+    pub fn ask(&mut self, asked: HostAsk) -> Result<(), EmulateError> {
+        self.tell(&ToBoard::Ask(asked))
     }
 
     /// The next tick finds the actuators' supply too low, on both.
