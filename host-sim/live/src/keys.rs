@@ -38,7 +38,8 @@ const GRADUAL: [Key; 9] = [
 
 /// The one after `now`, from the start again at the end or where `now` is not in it.
 fn next<T: Clone + PartialEq>(all: impl Iterator<Item = T> + Clone, now: &T) -> Option<T> {
-    all.clone().skip_while(|one| one != now).nth(1).or_else(|| all.clone().next())
+    let (after, mut all) = (all.clone().skip_while(|one| one != now).nth(1), all);
+    after.or_else(|| all.next())
 }
 
 impl App {
