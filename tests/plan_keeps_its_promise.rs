@@ -129,6 +129,7 @@ fn a_stiffer_block_at_another_tolerance_and_twice_the_same() {
 }
 
 #[test]
+#[ignore = "finite elements of the whole: four minutes. Organs in short: whole_organ"]
 fn a_block_of_other_sides_under_another_probe_solved_on_the_spot() {
     let text = edited(SMALL_BLOCK, "block_m = [0.08, 0.08, 0.04]", "block_m = [0.06, 0.07, 0.03]");
     let text = edited(&text, "radius_m = 0.008", "radius_m = 0.006");

@@ -93,10 +93,14 @@ pub struct RunResult {
     pub faults: u32,
 }
 
-/// Builds the firmware with its default patch and returns its ELF file. `target` is cargo's target directory; every set of features has its own below it.
+/// Builds the firmware with its default patch and returns its ELF file. `target` is cargo's target directory.
 pub fn build_firmware(target: &Path, features: &[&str]) -> Result<PathBuf, EmulatorError> {
-    let target = features.iter().fold(target.to_owned(), |path, feature| path.join(feature));
-    build(&target, features, None, "palpate-firmware")
+    if features.is_empty() { build(target, &[], None, "palpate-firmware") } else { variant(target, features, None) }
+}
+
+/// The same with another patch file, an absolute path.
+pub fn build_firmware_with(target: &Path, features: &[&str], patch: &Path) -> Result<PathBuf, EmulatorError> {
+    variant(target, features, Some(patch))
 }
 
 /// Links the image that holds a tick and nothing that may panic; with one panic planted it must not link. Shares the libraries of the default image.
@@ -105,15 +109,16 @@ pub fn link_panic_proof(target: &Path, planted: bool) -> Result<PathBuf, Emulato
     build(target, features, None, "panic-proof")
 }
 
-/// The same with another patch file, an absolute path. The ELF file is named after the patch: builds of one image at a time share their libraries.
-pub fn build_firmware_with(target: &Path, features: &[&str], patch: &Path) -> Result<PathBuf, EmulatorError> {
+/// An image that nobody should flash by mistake: all of them are linked below `target/variants`, from the same libraries, one at a time, and each is then
+/// known by its features and its patch.
+fn variant(target: &Path, features: &[&str], patch: Option<&Path>) -> Result<PathBuf, EmulatorError> {
     static BUILDING: Mutex<()> = Mutex::new(());
-    let one_at_a_time = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
-    let target = features.iter().fold(target.join("with-patch"), |path, feature| path.join(feature));
-    let elf = build(&target, features, Some(patch), "palpate-firmware")?;
-    let named = target.join(patch.file_stem().unwrap_or_default()).with_extension("elf");
+    let _one_at_a_time = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
+    let target = target.join("variants");
+    let elf = build(&target, features, patch, "palpate-firmware")?;
+    let patch = patch.and_then(Path::file_stem).map(|stem| stem.display().to_string());
+    let named = target.join(features.iter().copied().map(str::to_owned).chain(patch).collect::<Vec<_>>().join("-") + ".elf");
     std::fs::copy(&elf, &named).map_err(|cause| EmulatorError::NotBuilt(format!("{}: {cause}", named.display())))?;
-    drop(one_at_a_time);
     Ok(named)
 }
 
