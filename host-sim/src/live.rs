@@ -18,5 +18,5 @@ pub mod trace;
 pub use choice::{Choice, Nodule, SIZES};
 pub use device::{Holding, POINTER_FORCE_N};
 pub use exercise::{Exercise, Found};
-pub use palpation::{Live, Told};
+pub use palpation::{CLEAR_M, Live, Told};
 pub use tissue::LiveTissue;

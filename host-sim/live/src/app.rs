@@ -1,15 +1,17 @@
 //! The window and the page: what is seen, and what mouse and keys do.
 
+use std::path::PathBuf;
+
 use eframe::egui::{self, CentralPanel, Color32, FontData, FontDefinitions, FontFamily, Panel, RichText, Ui};
 use palpate::Vector3;
 use palpate_sim::live::{Choice, Holding};
-use web_time::Instant;
+use web_time::{Duration, Instant};
 
 use crate::camera::Camera;
 use crate::controls::Controls;
 use crate::files::Files;
 use crate::link::Link;
-use crate::message::{Answer, Frame, Request};
+use crate::message::{Answer, Ended, Frame, Request, SILENCE_S};
 use crate::pointer::Pointer;
 use crate::shape::Shape;
 use crate::strips::Strips;
@@ -28,6 +30,10 @@ pub struct App {
     pub(crate) controls: Controls,
     /// The last sentence for the user, and whether it is bad news.
     pub(crate) said: (String, bool),
+    /// A path that is being typed.
+    pub(crate) path: Option<String>,
+    /// Nothing in the panel is wider than the panel.
+    pub(crate) panel_fits: bool,
     begun: Instant,
     drawn: Vec<f64>,
     /// From the start to the first force that was felt [s].
@@ -37,8 +43,8 @@ pub struct App {
     heard_s: f64,
 }
 
-/// Without an answer for this long nothing is shown as felt [s].
-const SILENCE_S: f64 = 1.0;
+/// A recording that runs when the window closes is waited for this long.
+const LAST_WORD: Duration = Duration::from_secs(3);
 
 impl App {
     /// On a context, with the way to a physics that was told `choice` and `holding`.
@@ -64,12 +70,21 @@ impl App {
             strips: Strips::default(),
             controls: Controls::new(choice, holding),
             said: ("Preparing the tissue ...".into(), false),
+            path: None,
+            panel_fits: true,
             begun: Instant::now(),
             drawn: Vec::new(),
             first_touch_s: None,
             dropped: 0,
             heard_s: 0.0,
         }
+    }
+
+    /// With a folder for what is recorded, on a desktop.
+    #[must_use]
+    pub fn into_folder(mut self, folder: PathBuf) -> Self {
+        self.files = Files::of(folder);
+        self
     }
 
     /// Frames drawn in the last second.
@@ -95,6 +110,7 @@ impl App {
             "frames_per_s": self.frames_per_s(), "first_touch_s": self.first_touch_s, "nodes": frame.nodes_m.len(),
             "stiffness_pa": self.shape.body.youngs_modulus_pa, "said": self.said.0, "refused": self.said.1,
             "recorded_ticks": frame.recorded, "body": frame.body, "tip_m": frame.tip_m, "controls": self.controls.numbers(),
+            "panel_fits": self.panel_fits, "place_m": <[f32; 3]>::from(self.pointer.place_m()),
         })
     }
 
@@ -128,6 +144,8 @@ impl App {
                     self.strips.clear();
                     self.said = (format!("{} is ready: press it.", self.controls.title()), false);
                 }
+                // of the tissue before: it is over
+                Answer::Frame(frame) if frame.body != self.shape.body.number => {}
                 Answer::Frame(frame) => {
                     self.strips.add(&frame.samples);
                     if frame.dropped > self.dropped + 200 {
@@ -146,9 +164,16 @@ impl App {
                     self.controls.felt(&frame);
                     self.frame = *frame;
                 }
-                Answer::Trace(bytes) => {
-                    self.said = (self.files.recorded(bytes), false);
+                Answer::Trace(bytes, why) => {
+                    let (told, bad) = self.files.recorded(bytes);
+                    let why = match why {
+                        Ended::Asked => "",
+                        Ended::Changed => "The recording ended with the change. ",
+                        Ended::Full => "The recording is ten minutes long and ended here. ",
+                    };
+                    self.said = (format!("{why}{told}"), bad);
                 }
+                Answer::Table(table) => self.said = self.files.tabulated(&table),
                 Answer::Said(text) => self.said = (text, false),
                 Answer::Refused(text) => self.said = (text, true),
                 Answer::Kept(kept) => self.controls.kept(kept.0, kept.1, &self.shape.body),
@@ -163,6 +188,7 @@ impl App {
             ui.separator();
             ui.label(RichText::new(format!("{force_n:.3} N")).strong().size(16.0));
             ui.label(format!("at {:.2} mm", self.frame.depth_m * 1e3));
+            ui.weak(format!("of {:.1} with a press", self.pointer.press_m * 1e3)).on_hover_text("wheel, PageUp, PageDown");
             ui.separator();
             let warn = ui.visuals().error_fg_color;
             let silent = self.begun.elapsed().as_secs_f64() - self.heard_s > SILENCE_S;
@@ -171,7 +197,9 @@ impl App {
             if let Some(fault) = words::fault(self.frame.fault) {
                 ui.label(RichText::new(fault).color(warn).strong());
             }
-            for limited in words::limiters(self.frame.limiters) {
+            // while no force goes out, none is limited
+            let felt = words::felt(self.frame.mode);
+            for limited in words::limiters(self.frame.limiters).into_iter().filter(|_| felt) {
                 ui.label(RichText::new(limited).color(Color32::from_rgb(190, 120, 20)));
             }
         });
@@ -224,27 +252,54 @@ impl App {
         self.controls.legend(&painter, rect, dark);
         self.controls.marks(&painter, &lens, &self.shape);
     }
-}
 
-impl eframe::App for App {
-    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+    /// One drawn frame.
+    pub(crate) fn show(&mut self, ui: &mut Ui) {
         let now_s = self.begun.elapsed().as_secs_f64();
         self.drawn.retain(|t| *t > now_s - 1.0);
         self.drawn.push(now_s);
         self.hear(now_s);
         self.keys(ui.ctx());
         self.opened(ui.ctx());
+        self.typed(ui.ctx());
         if let Some(said) = self.files.develop() {
             self.said = said;
         }
         Panel::top("state").show(ui, |ui| self.top(ui));
         Panel::bottom("said").show(ui, |ui| self.bottom(ui));
         Panel::right("controls").exact_size(272.0).show(ui, |ui| {
-            egui::ScrollArea::vertical().show(ui, |ui| self.controls(ui));
+            let most = ui.available_width();
+            let shown = egui::ScrollArea::vertical().show(ui, |ui| self.controls(ui));
+            self.panel_fits = shown.content_size.x <= most;
         });
         Panel::bottom("strips").exact_size(170.0).show(ui, |ui| self.strips.show(ui));
         CentralPanel::no_frame().show(ui, |ui| self.picture(ui));
         ui.ctx().request_repaint();
+    }
+}
+
+impl eframe::App for App {
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        self.show(ui);
+    }
+
+    /// What runs is written, not lost.
+    fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
+        if self.frame.recorded.is_none() {
+            return;
+        }
+        self.link.send(Request::Finish);
+        let begun = Instant::now();
+        while begun.elapsed() < LAST_WORD {
+            for answer in self.link.poll() {
+                if let Answer::Trace(bytes, _) = answer {
+                    eprintln!("{}", self.files.recorded(bytes).0);
+                    return;
+                }
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        eprintln!("palpate: the recording could not be ended within {} s", LAST_WORD.as_secs());
     }
 
     #[cfg(target_family = "wasm")]
@@ -252,3 +307,6 @@ impl eframe::App for App {
         Some(&mut *self)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -15,6 +15,9 @@ use crate::view::{Colour, LEAST_J, Shown, scale, screen};
 /// A nodule as the slider begins with it.
 const NODULE: Nodule = Nodule { place_m: [0.004, 0.0], depth_m: 9e-3, radius_m: 6e-3, ratio: 10.0 };
 
+/// A narrower picture has no room for hints beside its legend [points].
+const LEAST_FOR_HINTS: f32 = 660.0;
+
 /// What the user chose.
 pub struct Controls {
     /// What is pressed.
@@ -47,8 +50,20 @@ pub(crate) fn presets() -> impl Iterator<Item = &'static str> {
 /// An exercise under way.
 pub(crate) struct Search {
     exercise: Exercise,
-    pub(crate) begun: Instant,
+    /// When its tissue was there.
+    pub(crate) begun: Option<Instant>,
     pub(crate) peak_n: f32,
+}
+
+impl Search {
+    pub(crate) fn taken_s(&self) -> f64 {
+        self.begun.map_or(0.0, |begun| begun.elapsed().as_secs_f64())
+    }
+}
+
+/// A preset's name, or that of a file without its folders.
+pub(crate) fn short(scene: &str) -> &str {
+    scene.rsplit(['/', '\\']).next().unwrap_or(scene)
 }
 
 impl Controls {
@@ -79,6 +94,9 @@ impl Controls {
         self.block = body.block;
         self.shown.most_m = body.depth_limit_m * 0.6;
         self.put_by = None;
+        if let Some(search) = &mut self.exercise {
+            search.begun.get_or_insert_with(Instant::now);
+        }
         if let Some(choice) = &body.choice {
             self.choice = choice.clone();
         }
@@ -111,7 +129,7 @@ impl Controls {
     pub fn title(&self) -> String {
         match &self.exercise {
             Some(_) => "Find the nodule".into(),
-            None => self.choice.scene.clone(),
+            None => short(&self.choice.scene).to_owned(),
         }
     }
 
@@ -139,6 +157,9 @@ impl Controls {
         let [low, high] = ends;
         painter.text(bar.left_bottom() + vec2(0.0, 2.0), Align2::LEFT_TOP, low, FontId::proportional(12.0), ink);
         painter.text(bar.right_bottom() + vec2(0.0, 2.0), Align2::RIGHT_TOP, high, FontId::proportional(12.0), ink);
+        if rect.width() < LEAST_FOR_HINTS {
+            return;
+        }
         let how = "button: press · drag: slide · wheel: how deep · right drag: orbit · Ctrl wheel: zoom";
         painter.text(
             rect.right_top() + vec2(-12.0, 8.0),
@@ -181,8 +202,17 @@ impl App {
 
     pub(crate) fn rechoose(&mut self, choice: Choice) {
         let controls = &mut self.controls;
+        let same = choice.same_patch(&controls.choice);
         controls.choice = choice;
         controls.nodule = controls.choice.nodule;
+        if let (true, Ok(scene)) = (same, controls.choice.scene()) {
+            // no other tissue comes: this one gets its own numbers back
+            controls.stiffness_kpa = scene.tissue.youngs_modulus_pa as f32 * 1e-3;
+            controls.damping_per_s = scene.tissue.node_damping_per_s as f32;
+            self.said = (format!("{} is as it began.", controls.title()), false);
+            self.choose();
+            return;
+        }
         controls.put_by = Some((controls.exercise.take(), controls.found.take()));
         self.said = ("Preparing the tissue ...".into(), false);
         self.choose();
@@ -216,7 +246,7 @@ impl App {
         if controls.exercise.take().is_none() {
             controls.seed = controls.seed.wrapping_add(self.frame.ticks | 1);
             let exercise = Exercise::hide(controls.seed);
-            controls.exercise = Some(Search { exercise, begun: Instant::now(), peak_n: 0.0 });
+            controls.exercise = Some(Search { exercise, begun: None, peak_n: 0.0 });
             let nodes = controls.choice.nodes;
             controls.choice = Choice { nodes, ..Choice::preset("block") };
             (controls.shown.springs, controls.nodule) = (false, None);
@@ -227,9 +257,10 @@ impl App {
     /// The place under the tip is the answer.
     pub(crate) fn answer(&mut self) {
         let place_m = self.pointer.place_m();
-        let Some(search) = self.controls.exercise.take() else { return };
+        // before its tissue is there, there is nothing to answer
+        let Some(search) = self.controls.exercise.take_if(|s| s.begun.is_some()) else { return };
         let place_m = [f64::from(place_m.x), f64::from(place_m.y)];
-        let found = search.exercise.judge(place_m, search.peak_n.into(), search.begun.elapsed().as_secs_f64());
+        let found = search.exercise.judge(place_m, search.peak_n.into(), search.taken_s());
         self.said = (
             format!(
                 "{}: score {:.2}, {:.1} mm off, strongest press {:.2} N, {:.0} s.",
@@ -265,12 +296,43 @@ impl App {
         for (name, bytes) in self.files.opened(ctx) {
             if bytes.starts_with(&palpate_sim::live::trace::MAGIC) {
                 self.link.send(Request::Replay(bytes));
-            } else if name.ends_with(".toml") {
+            } else if name.to_ascii_lowercase().ends_with(".toml") {
+                if bytes.trim_ascii().is_empty() {
+                    self.said = (format!("{name} is empty: give a scene, see host-sim/scenes."), true);
+                    continue;
+                }
                 let text = String::from_utf8_lossy(&bytes).into_owned();
                 self.rechoose(Choice { text, ..Choice::preset(&name) });
             } else {
-                self.said = (format!("{name} is neither a live trace nor a scene (.toml): drop one of these."), true);
+                self.said = (format!("{name} is neither a live trace nor a scene (.toml): give one of these."), true);
             }
+        }
+    }
+
+    /// Lets the user choose a trace or a scene.
+    pub(crate) fn ask_for_a_file(&mut self) {
+        if !self.files.ask() {
+            self.path = Some(String::new());
+        }
+    }
+
+    /// The line for a path, on a desktop.
+    pub(crate) fn typed(&mut self, ctx: &egui::Context) {
+        let Some(path) = &mut self.path else { return };
+        let (mut open, mut given) = (true, false);
+        egui::Window::new("Open a trace or a scene").collapsible(false).resizable(false).open(&mut open).show(ctx, |ui| {
+            let line = ui.add(egui::TextEdit::singleline(path).hint_text("out/live/live-1.trace").desired_width(360.0));
+            given = line.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+            if !given {
+                line.request_focus();
+            }
+            ui.weak("Enter opens, Esc leaves");
+        });
+        if given && let Some(why) = self.files.open(path.trim()) {
+            self.said = (why, true);
+        }
+        if given || !open || ctx.input(|i| i.key_pressed(egui::Key::Escape)) {
+            self.path = None;
         }
     }
 }

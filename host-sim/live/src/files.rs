@@ -1,10 +1,9 @@
 //! Traces, tables and pictures out; traces and scenes in: the disk of a desktop, the downloads of a page.
 
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use eframe::egui::{ColorImage, Context, ScreenshotCallback, ViewportCommand};
-use palpate_sim::live::replay::{self, Replayed};
-use palpate_sim::live::trace::Trace;
 
 use crate::link::Link;
 use crate::message::Request;
@@ -12,8 +11,11 @@ use crate::message::Request;
 /// The last recording, and where files go.
 #[derive(Debug, Default)]
 pub struct Files {
+    folder: PathBuf,
     trace: Option<Vec<u8>>,
-    count: u32,
+    /// Number of the last recording, and of the last file of any kind.
+    number: u32,
+    last: u32,
     picture: Arc<Mutex<Option<Arc<ColorImage>>>>,
     arrived: Arrived,
 }
@@ -22,15 +24,34 @@ pub struct Files {
 type Arrived = Arc<Mutex<Vec<(String, Vec<u8>)>>>;
 
 impl Files {
-    /// A recording ended: it is written at once, so that nothing is lost.
-    pub fn recorded(&mut self, bytes: Vec<u8>) -> String {
+    /// With a folder of a desktop's disk.
+    #[must_use]
+    pub fn of(folder: PathBuf) -> Self {
+        Self { folder, ..Self::default() }
+    }
+
+    /// A recording ended: it is written at once, so that nothing is lost. A sentence, and whether it is bad news.
+    pub fn recorded(&mut self, bytes: Vec<u8>) -> (String, bool) {
         let kb = bytes.len() / 1024;
-        self.count += 1;
+        let told = match keeps_at_once() {
+            true => {
+                let (told, number) = self.keep("trace", &bytes);
+                self.number = number;
+                told
+            }
+            false => {
+                self.number += 1;
+                (format!("Recorded {kb} kB: save it (W), or replay it here (L)."), false)
+            }
+        };
         self.trace = Some(bytes);
-        match keeps_at_once() {
-            true => format!("{} {kb} kB", self.save().0),
-            false => format!("Recorded {kb} kB: save it, or replay it here."),
-        }
+        told
+    }
+
+    /// Writes a file of a number that no other has: a sentence, whether it is bad news, and the number.
+    fn keep(&mut self, ending: &str, bytes: &[u8]) -> ((String, bool), u32) {
+        self.last = free(&self.folder, self.last + 1);
+        (put(&self.folder, &format!("live-{}.{ending}", self.last), bytes), self.last)
     }
 
     /// Its bytes.
@@ -46,28 +67,27 @@ impl Files {
     }
 
     /// Repeats it, here.
-    pub fn replay(&self, link: &mut dyn Link) {
-        if let Some(trace) = &self.trace {
-            link.send(Request::Replay(trace.clone()));
-        }
+    pub fn replay(&self, link: &mut dyn Link) -> (String, bool) {
+        let Some(trace) = &self.trace else { return nothing() };
+        link.send(Request::Replay(trace.clone()));
+        ("Repeating the recording ...".into(), false)
     }
 
     /// Writes the trace: a sentence, and whether it is bad news.
     pub fn save(&self) -> (String, bool) {
-        self.trace.as_ref().map_or_else(nothing, |bytes| put(&format!("live-{}.trace", self.count), bytes))
+        self.trace.as_ref().map_or_else(nothing, |bytes| put(&self.folder, &format!("live-{}.trace", self.number), bytes))
     }
 
-    /// Writes the ticks as a table.
-    pub fn csv(&self) -> (String, bool) {
+    /// Has its ticks made a table; the physics repeats them for it.
+    pub fn tabulate(&self, link: &mut dyn Link) -> (String, bool) {
         let Some(bytes) = &self.trace else { return nothing() };
-        let table = Trace::read(bytes).map_err(|e| e.to_string()).and_then(|trace| {
-            let again: Replayed = replay::replay(&trace).map_err(|e| e.to_string())?;
-            Ok(replay::table(&again))
-        });
-        match table {
-            Ok(table) => put(&format!("live-{}.csv", self.count), table.as_bytes()),
-            Err(why) => (why, true),
-        }
+        link.send(Request::Table(bytes.clone()));
+        ("Repeating the recording for its table ...".into(), false)
+    }
+
+    /// Writes the table that came.
+    pub fn tabulated(&self, table: &str) -> (String, bool) {
+        put(&self.folder, &format!("live-{}.csv", self.number), table.as_bytes())
     }
 
     /// Takes a picture of the next frame.
@@ -84,14 +104,23 @@ impl Files {
     /// Writes a picture that was taken.
     pub fn develop(&mut self) -> Option<(String, bool)> {
         let image = self.picture.lock().ok()?.take()?;
-        self.count += 1;
         Some(match png(&image) {
-            Some(bytes) => put(&format!("live-{}.png", self.count), &bytes),
+            Some(bytes) => self.keep("png", &bytes).0,
             None => ("The picture could not be written.".into(), true),
         })
     }
 
-    /// Files dropped, as they arrive: name and content.
+    /// Lets the user choose a file: a browser shows its own chooser, a desktop has a line for the path.
+    pub fn ask(&self) -> bool {
+        choose(&self.arrived)
+    }
+
+    /// Reads a file by its path, on a desktop.
+    pub fn open(&self, path: &str) -> Option<String> {
+        read(path, &self.arrived)
+    }
+
+    /// Files dropped or chosen, as they arrive: name and content.
     pub fn opened(&self, ctx: &Context) -> Vec<(String, Vec<u8>)> {
         for file in ctx.input(|i| i.raw.dropped_files.clone()) {
             fetch(&file, &self.arrived);
@@ -117,75 +146,10 @@ fn png(image: &ColorImage) -> Option<Vec<u8>> {
 }
 
 #[cfg(not(target_family = "wasm"))]
-mod place {
-    use eframe::egui::DroppedFileHandle;
-
-    use super::Arrived;
-
-    /// A desktop has a folder for it.
-    pub fn keeps_at_once() -> bool {
-        true
-    }
-
-    /// Into out/live.
-    pub fn put(name: &str, bytes: &[u8]) -> (String, bool) {
-        let folder = std::env::var_os("PALPATE_LIVE_OUT").map_or_else(|| "out/live".into(), std::path::PathBuf::from);
-        let path = folder.join(name);
-        match std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, bytes)) {
-            Ok(()) => (format!("Wrote {}.", path.display()), false),
-            Err(why) => (format!("Cannot write {}: {why}: start in a folder that can be written.", path.display()), true),
-        }
-    }
-
-    pub fn fetch(file: &DroppedFileHandle, arrived: &Arrived) {
-        if let (Ok(bytes), Ok(mut arrived)) = (file.bytes(), arrived.lock()) {
-            arrived.push((file.path().display().to_string(), bytes));
-        }
-    }
-}
-
+#[path = "files/disk.rs"]
+mod place;
 #[cfg(target_family = "wasm")]
-mod place {
-    use eframe::egui::DroppedFileHandle;
+#[path = "files/downloads.rs"]
+mod place;
 
-    use super::Arrived;
-    use wasm_bindgen::JsCast;
-
-    /// A page asks before it writes.
-    pub fn keeps_at_once() -> bool {
-        false
-    }
-
-    /// As a download.
-    pub fn put(name: &str, bytes: &[u8]) -> (String, bool) {
-        match download(name, bytes) {
-            Some(()) => (format!("Saved {name} with your downloads."), false),
-            None => (format!("The browser did not take {name}."), true),
-        }
-    }
-
-    fn download(name: &str, bytes: &[u8]) -> Option<()> {
-        let parts = js_sys::Array::of1(&js_sys::Uint8Array::from(bytes));
-        let blob = web_sys::Blob::new_with_u8_array_sequence(&parts).ok()?;
-        let url = web_sys::Url::create_object_url_with_blob(&blob).ok()?;
-        let document = web_sys::window()?.document()?;
-        let anchor: web_sys::HtmlAnchorElement = document.create_element("a").ok()?.dyn_into().ok()?;
-        anchor.set_href(&url);
-        anchor.set_download(name);
-        anchor.click();
-        web_sys::Url::revoke_object_url(&url).ok()
-    }
-
-    pub fn fetch(file: &DroppedFileHandle, arrived: &Arrived) {
-        let (file, arrived) = (DroppedFileHandle::clone(file), Arrived::clone(arrived));
-        wasm_bindgen_futures::spawn_local(async move {
-            if let Ok(bytes) = file.bytes_async().await
-                && let Ok(mut arrived) = arrived.lock()
-            {
-                arrived.push((file.path().display().to_string(), bytes));
-            }
-        });
-    }
-}
-
-use place::{fetch, keeps_at_once, put};
+use place::{choose, fetch, free, keeps_at_once, put, read};

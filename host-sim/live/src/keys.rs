@@ -10,7 +10,7 @@ use crate::controls::presets;
 use crate::message::Request;
 
 /// What the panel lists.
-pub const KEYS: [&str; 9] = [
+pub const KEYS: [&str; 10] = [
     "arrows: move · Space: press",
     "PageUp, PageDown: how deep",
     "[ ]: softer, stiffer · , .: damping",
@@ -20,6 +20,7 @@ pub const KEYS: [&str; 9] = [
     "S springs · E edge · J colour · T light, dark",
     "N: find the nodule · Enter: it is here",
     "R: record · L: replay · W: save · X: CSV · P: picture",
+    "F: open a trace or a scene",
 ];
 
 const PRESET_KEYS: [Key; 9] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
@@ -51,6 +52,8 @@ impl App {
         let pressed = ctx.input(|i| {
             let down = |event: &egui::Event| match event {
                 // a held key goes on where more of it is more
+                // with Ctrl, Alt or Command it is the browser's or the desktop's
+                egui::Event::Key { modifiers, .. } if modifiers.ctrl || modifiers.alt || modifiers.command => None,
                 egui::Event::Key { key, pressed: true, repeat, .. } if !repeat || GRADUAL.contains(key) => Some(*key),
                 _ => None,
             };
@@ -69,9 +72,10 @@ impl App {
             Key::N => self.search(),
             Key::Enter => self.answer(),
             Key::P => self.files.photograph(ctx),
-            Key::L => self.files.replay(&mut *self.link),
+            Key::F => self.ask_for_a_file(),
+            Key::L => self.said = self.files.replay(&mut *self.link),
             Key::W => self.said = self.files.save(),
-            Key::X => self.said = self.files.csv(),
+            Key::X => self.said = self.files.tabulate(&mut *self.link),
             Key::S => self.controls.shown.springs ^= true,
             Key::E => self.controls.shown.rim ^= true,
             Key::J => self.recolour(),

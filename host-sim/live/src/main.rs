@@ -25,6 +25,9 @@ mod window {
         /// A preset or the path of a scene file (.toml).
         #[arg(long, value_name = "NAME|FILE", default_value = "block")]
         scene: String,
+        /// Where recordings, tables and pictures go.
+        #[arg(long, value_name = "FOLDER", default_value = "out/live")]
+        out: std::path::PathBuf,
         /// Writes what is shown, in numbers, to this file four times a second: for scripts that drive the window.
         #[arg(long, value_name = "FILE", hide = true)]
         numbers: Option<std::path::PathBuf>,
@@ -53,12 +56,15 @@ mod window {
                 }
             }
         }
+
+        fn on_exit(&mut self, gl: Option<&eframe::glow::Context>) {
+            self.app.on_exit(gl);
+        }
     }
 
     pub fn open() -> ExitCode {
         let arguments = Arguments::parse();
-        let choice = Choice::preset(&arguments.scene);
-        let holding = Holding { hand: "H2".into(), ..Holding::default() };
+        let (choice, holding) = (Choice::preset(&arguments.scene), Holding::default());
         if let Err(error) = choice.scene() {
             eprintln!("palpate: {error}");
             return ExitCode::from(2);
@@ -71,13 +77,15 @@ mod window {
             "Palpate live",
             options,
             Box::new(|cc| {
-                let app = App::new(&cc.egui_ctx, Box::new(link), choice, holding);
+                let app = App::new(&cc.egui_ctx, Box::new(link), choice, holding).into_folder(arguments.out);
                 Ok(Box::new(Told { app, numbers: arguments.numbers, next: std::time::Instant::now() }))
             }),
         );
         match made {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => {
+                // a screen that is missing is told with a place in a library's source
+                let error = error.to_string().lines().next().unwrap_or_default().trim_end_matches(':').to_owned();
                 eprintln!("palpate: no window: {error}: start it on a desktop, or take the page, `palpate live --page`");
                 ExitCode::from(2)
             }

@@ -3,6 +3,9 @@
 use palpate_sim::live::{Choice, Holding};
 use serde::{Deserialize, Serialize};
 
+/// Silence for this long means that nobody is there: the loop lets the force go, the screen shows none. Longer than a frame of a machine that is busy [s].
+pub const SILENCE_S: f64 = 0.75;
+
 /// From the one who draws.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub enum Request {
@@ -18,6 +21,8 @@ pub enum Request {
     Finish,
     /// Repeat a trace: answered by an [`Answer::Said`].
     Replay(Vec<u8>),
+    /// The ticks of a trace as a table: answered by an [`Answer::Table`].
+    Table(Vec<u8>),
 }
 
 /// From the physics.
@@ -28,13 +33,26 @@ pub enum Answer {
     /// How it is now.
     Frame(Box<Frame>),
     /// A trace, whole, and why it ended.
-    Trace(Vec<u8>),
+    Trace(Vec<u8>, Ended),
+    /// Rows of comma-separated values.
+    Table(String),
     /// A sentence for the user.
     Said(String),
     /// The same, of something that was refused.
     Refused(String),
     /// With it: what is still pressed, and by whom.
     Kept(Box<(Choice, Holding)>),
+}
+
+/// Why a recording ended.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
+pub enum Ended {
+    /// As was asked.
+    Asked,
+    /// Other tissue or another device came.
+    Changed,
+    /// It is as long as one may be.
+    Full,
 }
 
 /// What of a patch is drawn; constant while it lives.
@@ -48,7 +66,7 @@ pub struct Body {
     pub rest_m: Vec<[f32; 3]>,
     /// The surface that a probe can touch.
     pub skin: Vec<[u16; 3]>,
-    /// Tets.
+    /// Nodes of each tet.
     pub tets: Vec<[u16; 4]>,
     /// Ends of springs.
     pub springs: Vec<[u16; 2]>,
@@ -66,18 +84,14 @@ pub struct Body {
     pub flat: bool,
     /// Deepest press that the patch answers [m].
     pub depth_limit_m: f32,
-    /// Young's modulus [Pa] and damping of the nodes [1/s] that it began with.
+    /// Young's modulus that it began with [Pa].
     pub youngs_modulus_pa: f32,
-    /// See there.
+    /// Damping of the nodes that it began with [1/s].
     pub node_damping_per_s: f32,
     /// It is a block: a nodule can be put into it.
     pub block: bool,
     /// Places that it was calibrated over; 0 if it comes from formulas alone.
     pub fitted_places: u32,
-    /// Substeps of a tick.
-    pub substeps: u16,
-    /// Longest force of the device [N].
-    pub max_force_n: f32,
 }
 
 /// One of a few samples a frame, for the strips.

@@ -46,7 +46,7 @@ impl Link for Worker {
 }
 
 fn first() -> (Choice, Holding) {
-    (Choice::preset("block"), Holding { hand: "H2".into(), ..Holding::default() })
+    (Choice::preset("block"), Holding::default())
 }
 
 /// Draws into a canvas, with the physics in `worker`.

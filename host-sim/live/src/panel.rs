@@ -1,19 +1,29 @@
 //! The panel: presets, sliders, device and hand, view, exercise, recording.
 
-use eframe::egui::{ComboBox, RichText, Slider, Ui};
+use eframe::egui::{ComboBox, RichText, Slider, SliderClamping, Ui};
 use palpate_sim::closed_loop::device::PROFILES;
 use palpate_sim::closed_loop::hand::HANDS;
 use palpate_sim::live::{Choice, Nodule, SIZES};
 
 use crate::app::App;
-use crate::controls::presets;
+use crate::controls::{presets, short};
 use crate::keys::KEYS;
 use crate::view::Colour;
 
+/// A slider rounds what it shows; what was not touched keeps its value.
+const EDITS: SliderClamping = SliderClamping::Edits;
+
+/// As much of a file's name as stands beside the mesh.
+fn clipped(name: &str) -> String {
+    const MOST: usize = 12;
+    if name.chars().count() <= MOST { name.into() } else { name.chars().take(MOST - 2).collect::<String>() + ".." }
+}
+
 impl App {
-    /// The panel.
+    /// Everything that can be chosen, from the tissue down to the keys.
     pub(crate) fn controls(&mut self, ui: &mut Ui) {
-        ui.spacing_mut().slider_width = 120.0;
+        // with the longest name and number beside it, a slider is as wide as the panel
+        ui.spacing_mut().slider_width = 104.0;
         self.tissue(ui);
         ui.separator();
         self.held_by(ui);
@@ -36,7 +46,7 @@ impl App {
         ui.strong("Tissue");
         let mut preset = None;
         ui.horizontal(|ui| {
-            ComboBox::from_id_salt("preset").selected_text(self.controls.choice.scene.clone()).show_ui(ui, |ui| {
+            ComboBox::from_id_salt("preset").selected_text(clipped(short(&self.controls.choice.scene))).show_ui(ui, |ui| {
                 for name in presets() {
                     if ui.selectable_label(self.controls.choice.scene == name, name).clicked() {
                         preset = Some(Choice::preset(name));
@@ -58,11 +68,14 @@ impl App {
             self.rechoose(choice);
         }
         let mut kpa = self.controls.stiffness_kpa;
-        if ui.add(Slider::new(&mut kpa, 1.0..=100.0).logarithmic(true).text("stiffness kPa")).changed() {
+        if ui
+            .add(Slider::new(&mut kpa, 1.0..=100.0).logarithmic(true).fixed_decimals(1).clamping(EDITS).text("stiffness kPa"))
+            .changed()
+        {
             self.stiffen(kpa);
         }
         let mut per_s = self.controls.damping_per_s;
-        if ui.add(Slider::new(&mut per_s, 0.0..=200.0).text("damping 1/s")).changed() {
+        if ui.add(Slider::new(&mut per_s, 0.0..=200.0).fixed_decimals(0).clamping(EDITS).text("damping 1/s")).changed() {
             self.damp(per_s);
         }
         if self.frame.waits {
@@ -96,8 +109,7 @@ impl App {
             (&mut nodule.ratio, 0.2..=20.0, "times as stiff"),
         ] {
             let before = *value;
-            let response = ui.add(Slider::new(value, range).fixed_decimals(1).text(name));
-            // a slider rounds what it is shown: that is no wish
+            let response = ui.add(Slider::new(value, range).fixed_decimals(1).clamping(EDITS).text(name));
             let changed = (*value - before).abs() > 1e-6;
             moved |= changed;
             // the patch is made anew: once, not at every pixel
@@ -167,7 +179,7 @@ impl App {
     fn exercise(&mut self, ui: &mut Ui) {
         ui.strong("Find the nodule");
         if let Some(search) = &self.controls.exercise {
-            ui.label(format!("{:.0} s, strongest press {:.2} N", search.begun.elapsed().as_secs_f64(), search.peak_n));
+            ui.label(format!("{:.0} s, strongest press {:.2} N", search.taken_s(), search.peak_n));
             ui.label("Press around; where it is stiffest, press Enter.");
             if ui.button("give up").clicked() {
                 self.search();
@@ -200,16 +212,21 @@ impl App {
         if self.files.has_trace() {
             ui.horizontal(|ui| {
                 if ui.button("replay").clicked() {
-                    self.files.replay(&mut *self.link);
+                    self.said = self.files.replay(&mut *self.link);
                 }
                 if ui.button("save").clicked() {
                     self.said = self.files.save();
                 }
                 if ui.button("CSV").clicked() {
-                    self.said = self.files.csv();
+                    self.said = self.files.tabulate(&mut *self.link);
                 }
             });
         }
-        ui.weak("drop a trace or a scene file here");
+        ui.horizontal(|ui| {
+            if ui.button("open (F)").clicked() {
+                self.ask_for_a_file();
+            }
+            ui.weak("or drop a trace, a scene");
+        });
     }
 }

@@ -4,11 +4,11 @@ use palpate::ProbeShape;
 use palpate::Vector3;
 use palpate::haptic::cycle::Ask;
 use palpate_sim::error::Error;
-use palpate_sim::live::replay::replay;
+use palpate_sim::live::replay::{Replayed, replay, table};
 use palpate_sim::live::trace::{MOST_TICKS, Trace};
-use palpate_sim::live::{Choice, Holding, Live};
+use palpate_sim::live::{CLEAR_M, Choice, Holding, Live};
 
-use crate::message::{Answer, Body, Frame, Request, Sample};
+use crate::message::{Answer, Body, Ended, Frame, Request, SILENCE_S, Sample};
 
 /// Most ticks that are caught up with at once; the rest of a debt is dropped, and told.
 pub const MOST_BEHIND: u64 = 60;
@@ -16,10 +16,6 @@ pub const MOST_BEHIND: u64 = 60;
 const SAMPLE_EVERY: u64 = 4;
 /// Samples kept for a frame that is late.
 const MOST_SAMPLES: usize = 500;
-/// Without an aim for this long the loop hears nobody, and lets the force go: longer than a frame of a machine that is busy [s].
-const SILENCE_S: f64 = 0.75;
-/// Where the tip waits above the site [m].
-const CLEAR_M: f64 = 8e-3;
 
 /// The loop and its pace.
 pub struct Physics {
@@ -69,7 +65,7 @@ impl Physics {
         Ok(physics)
     }
 
-    /// Where the tip waits [m].
+    /// Where the tip waits above the site [m].
     fn clear_m(&self) -> Vector3<f64> {
         let tissue = self.live.tissue();
         tissue.patch().site_m().cast() + tissue.params().probe.axis.cast() * CLEAR_M
@@ -98,8 +94,6 @@ impl Physics {
             node_damping_per_s: params.node_damping_per_s,
             block: self.live.choice().scene().is_ok_and(|s| s.tissue.block_m.is_some()),
             fitted_places: tissue.patch().fitted_places(),
-            substeps: params.substeps,
-            max_force_n: self.live.device().max_force_n,
         }))
     }
 
@@ -128,12 +122,15 @@ impl Physics {
                     }
                     Ok(_) if same => {}
                     Ok(ended) => {
-                        if let Some(trace) = ended {
-                            answer(Answer::Trace(trace));
-                        }
                         self.body += 1;
                         self.target_m = self.clear_m();
+                        // what was felt of the other one is over
+                        self.samples.clear();
+                        self.last = Frame::default();
                         answer(self.body());
+                        if let Some(trace) = ended {
+                            answer(Answer::Trace(trace, Ended::Changed));
+                        }
                     }
                 }
             }
@@ -143,10 +140,13 @@ impl Physics {
                 Err(error) => answer(Answer::Refused(error.to_string())),
             },
             Request::Finish => match self.live.finish() {
-                Some(trace) => answer(Answer::Trace(trace)),
+                Some(trace) => answer(Answer::Trace(trace, Ended::Asked)),
                 None => answer(Answer::Refused("No recording runs: start one first.".into())),
             },
-            Request::Replay(bytes) => answer(repeat(&bytes)),
+            Request::Replay(bytes) => answer(repeated(&bytes)),
+            Request::Table(bytes) => {
+                answer(again(&bytes).map_or_else(Answer::Refused, |(_, again)| Answer::Table(table(&again))));
+            }
         }
     }
 
@@ -197,8 +197,7 @@ impl Physics {
         if self.live.recorded().is_some_and(|ticks| ticks >= MOST_TICKS)
             && let Some(trace) = self.live.finish()
         {
-            answer(Answer::Said("The recording is ten minutes long and ended here.".into()));
-            answer(Answer::Trace(trace));
+            answer(Answer::Trace(trace, Ended::Full));
         }
     }
 
@@ -230,20 +229,23 @@ impl Physics {
 }
 
 /// Runs a trace again, here.
-fn repeat(bytes: &[u8]) -> Answer {
-    let trace = match Trace::read(bytes) {
-        Ok(trace) => trace,
-        Err(cause) => return Answer::Refused(format!("{cause}.")),
+fn again(bytes: &[u8]) -> Result<(Trace, Replayed), String> {
+    let trace = Trace::read(bytes).map_err(|cause| format!("{cause}."))?;
+    let again = replay(&trace).map_err(|error| error.to_string())?;
+    Ok((trace, again))
+}
+
+fn repeated(bytes: &[u8]) -> Answer {
+    let (trace, again) = match again(bytes) {
+        Ok(both) => both,
+        Err(why) => return Answer::Refused(why),
     };
     let seconds = f64::from(trace.ticks) * 1e-3;
-    match replay(&trace) {
-        Err(error) => Answer::Refused(error.to_string()),
-        Ok(again) => match again.differs {
-            None => Answer::Said(format!(
-                "Replayed {seconds:.1} s of {}: every bit the same, nodes {:016x}.",
-                trace.head.scene, again.hash
-            )),
-            Some((tick, what)) => Answer::Refused(format!("Replayed {seconds:.1} s: {what} differs at tick {tick}.")),
-        },
+    match again.differs {
+        None => Answer::Said(format!(
+            "Replayed {seconds:.1} s of {}: every bit the same, nodes {:016x}.",
+            trace.head.scene, again.hash
+        )),
+        Some((tick, what)) => Answer::Refused(format!("Replayed {seconds:.1} s: {what} differs at tick {tick}.")),
     }
 }

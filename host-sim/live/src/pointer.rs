@@ -2,6 +2,7 @@
 
 use eframe::egui::{Key, PointerButton, Response, Ui};
 use palpate::Vector3;
+use palpate_sim::live::CLEAR_M;
 
 use crate::camera::Camera;
 use crate::message::{Body, Frame};
@@ -9,8 +10,6 @@ use crate::shape::Shape;
 
 type V = Vector3<f32>;
 
-/// Where the tip waits above the surface [m].
-const CLEAR_M: f32 = 4e-3;
 /// Depth that a press with the button begins with [m].
 const PRESS_M: f32 = 3e-3;
 /// A notch of the wheel [m].
@@ -39,7 +38,7 @@ pub struct Pointer {
 
 impl Default for Pointer {
     fn default() -> Self {
-        Self { place_m: V::zeros(), press_m: PRESS_M, depth_m: -CLEAR_M, over: false, by_key: false, pressing: false }
+        Self { place_m: V::zeros(), press_m: PRESS_M, depth_m: -CLEAR_M as f32, over: false, by_key: false, pressing: false }
     }
 }
 
@@ -105,11 +104,11 @@ impl Pointer {
         self.over |= space;
         self.pressing = self.over && (button || space);
         if !self.over || frame.nodes_m.is_empty() {
-            self.depth_m = -CLEAR_M;
+            self.depth_m = -CLEAR_M as f32;
             return None;
         }
         // down to the surface at once, into it slowly, out of it at once
-        let goal_m = if self.pressing { self.press_m } else { -CLEAR_M };
+        let goal_m = if self.pressing { self.press_m } else { -CLEAR_M as f32 };
         let most_m = self.depth_m.max(0.0) + INTO_M_PER_S * dt_s;
         self.depth_m = goal_m.min(most_m);
         Some((self.place_m - axis * self.depth_m).cast::<f64>().into())

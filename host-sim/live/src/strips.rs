@@ -24,16 +24,26 @@ struct Strip {
     colour: Color32,
     /// The scale is at least this high.
     least: f64,
+    /// And at most: one late tick does not hide all others.
+    most: f64,
     digits: usize,
 }
 
 const STRIPS: [Strip; 4] = [
-    Strip { title: "force N", value: |s| s.force_n.into(), colour: Color32::from_rgb(205, 70, 45), least: 0.1, digits: 2 },
+    Strip {
+        title: "force N, 8 s",
+        value: |s| s.force_n.into(),
+        colour: Color32::from_rgb(205, 70, 45),
+        least: 0.1,
+        most: f64::MAX,
+        digits: 2,
+    },
     Strip {
         title: "depth mm",
         value: |s| f64::from(s.depth_m) * 1e3,
         colour: Color32::from_rgb(31, 111, 180),
         least: 4.0,
+        most: f64::MAX,
         digits: 1,
     },
     Strip {
@@ -42,6 +52,7 @@ const STRIPS: [Strip; 4] = [
         value: |s| 0.0 - f64::from(s.energy_j) * 1e3,
         colour: Color32::from_rgb(50, 140, 90),
         least: 0.1,
+        most: f64::MAX,
         digits: 2,
     },
     Strip {
@@ -49,6 +60,7 @@ const STRIPS: [Strip; 4] = [
         value: |s| s.tick_us.into(),
         colour: Color32::from_rgb(140, 100, 180),
         least: 1050.0,
+        most: 3000.0,
         digits: 0,
     },
 ];
@@ -88,7 +100,7 @@ impl Strips {
     }
 
     fn strip(&self, ui: &mut Ui, strip: &Strip, newest_s: f64, height: f32) {
-        let most = self.samples.iter().map(strip.value).fold(strip.least, f64::max) * 1.08;
+        let most = self.samples.iter().map(strip.value).fold(strip.least, f64::max).min(strip.most) * 1.08;
         // as many points as pixels, the largest of each bin: peaks stay
         let bin = (self.samples.len() / 300).max(1);
         let mut points = Vec::with_capacity(300);

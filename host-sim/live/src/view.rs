@@ -1,6 +1,6 @@
 //! The picture of the tissue: shaded triangles, far ones first, and over them probe, springs, rim and force.
 
-use eframe::egui::{Color32, Mesh, Painter, Pos2, Shape as Drawn, Stroke, pos2};
+use eframe::egui::{Color32, Mesh, Painter, Pos2, Rect, Shape as Drawn, Stroke, pos2, vec2};
 use palpate::Vector3;
 
 use crate::camera::Lens;
@@ -34,7 +34,7 @@ pub struct Shown {
 }
 
 /// Compression at the end of the scale (1).
-pub const LEAST_J: f32 = 0.7;
+pub const LEAST_J: f32 = 0.9;
 /// Length of the force arrow for a newton, in probe radii.
 const RADII_PER_N: f32 = 6.0;
 const TISSUE: [f32; 3] = [0.84, 0.60, 0.55];
@@ -188,6 +188,15 @@ fn rim(painter: &Painter, lens: &Lens, shape: &Shape, frame: &Frame) {
     dots(&shape.body.rim, Color32::from_rgb(200, 75, 30));
 }
 
+/// How much of the way from `a` to `b` lies in the picture: a strong force keeps its head and its number.
+fn share_inside(rect: Rect, a: Pos2, b: Pos2) -> f32 {
+    let along = |from: f32, to: f32, low: f32, high: f32| {
+        let end = if to > high { high } else { low };
+        if (low..=high).contains(&to) { 1.0 } else { ((end - from) / (to - from)).max(0.0) }
+    };
+    along(a.x, b.x, rect.left(), rect.right()).min(along(a.y, b.y, rect.top(), rect.bottom())).min(1.0)
+}
+
 fn force(painter: &Painter, lens: &Lens, shape: &Shape, frame: &Frame, shown: &Shown) {
     let force_n = V::from(frame.force_n);
     let length_n = force_n.norm();
@@ -199,6 +208,7 @@ fn force(painter: &Painter, lens: &Lens, shape: &Shape, frame: &Frame, shown: &S
     let from_m = V::from(frame.contact_m);
     let way_m = force_n / length_n * (radius_m * (1.2 + RADII_PER_N * length_n).min(12.0));
     let (Some((a, _)), Some((b, _))) = (lens.project(&from_m), lens.project(&(from_m + way_m))) else { return };
+    let b = a + (b - a) * share_inside(painter.clip_rect().shrink2(vec2(70.0, 20.0)), a, b);
     let red = if shown.dark { Color32::from_rgb(255, 110, 90) } else { Color32::from_rgb(190, 30, 20) };
     let along = (b - a).normalized();
     let across = along.rot90();

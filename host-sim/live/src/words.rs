@@ -19,6 +19,12 @@ pub fn mode(number: u8) -> &'static str {
     }
 }
 
+/// In this mode a force may be felt.
+#[must_use]
+pub fn felt(number: u8) -> bool {
+    matches!(Mode::ALL.get(usize::from(number)), Some(Mode::Active | Mode::Degraded | Mode::SafeRamp))
+}
+
 /// A fault, by its number; `None` for 0.
 #[must_use]
 pub fn fault(number: u8) -> Option<String> {

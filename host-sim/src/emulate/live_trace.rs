@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use palpate::haptic::cycle::{Ask, Command, Telemetry};
 use palpate::haptic::device::Sensed;
-use palpate::{Params, Vector3};
+use palpate::{BuildError, Params, Vector3};
 use palpate_firmware::config::Profile;
 use palpate_firmware::link::Refusal;
 
@@ -19,7 +19,7 @@ use super::in_loop::{There, started};
 use super::{Board, EmulateError, Machine, image};
 use crate::closed_loop::run::Beside;
 use crate::error::Error;
-use crate::live::replay::{Replayed, Witness, replay_beside, unpack};
+use crate::live::replay::{Replayed, Witness, aligned, replay_beside, unpack};
 use crate::live::trace::{Piece, Trace};
 use crate::stable_step::StableStep;
 
@@ -108,7 +108,16 @@ fn packed(trace: &Trace) -> Result<(Vec<u8>, Params), Error> {
     patch.set_site_m([0.0; 3]);
     let stable = StableStep::measure(&patch.wide_model(), &params, tissue.patch().site_m())?;
     let stable = stable.ok_or(EmulateError::Refused(Refusal::PatchStep))?;
-    Ok((patch.pack(&params, stable.pressed_s as f32), params))
+    let packed = patch.pack(&params, stable.pressed_s as f32);
+    fits(&packed).map_err(|why| EmulateError::Refused(why.into()))?;
+    Ok((packed, params))
+}
+
+/// Opens a patch as a board does: one that is built into an image is refused here, in words, and not by a board that then stays idle.
+fn fits(packed: &[u8]) -> Result<(), BuildError> {
+    let words = aligned(packed);
+    let mut memory = Box::new(palpate_firmware::patch::Memory::RESERVED);
+    palpate_firmware::patch::Patch::open(&bytemuck::cast_slice(&words)[..packed.len()], &mut memory, None).map(|_| ())
 }
 
 impl Witness for There {

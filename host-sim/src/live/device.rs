@@ -13,7 +13,7 @@ use crate::error::Error;
 pub const POINTER_FORCE_N: f32 = 12.0;
 
 /// Who holds the probe.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Holding {
     /// Device profile by name; `None`: the tip is where the pointer is.
     pub device: Option<String>,
@@ -21,6 +21,13 @@ pub struct Holding {
     pub hand: String,
     /// Ticks between a force and the amplifier getting it; the profile's own if `None`.
     pub delay_ticks: Option<u8>,
+}
+
+impl Default for Holding {
+    /// The pointer; a firm fingertip once a device is taken.
+    fn default() -> Self {
+        Self { device: None, hand: "H2".into(), delay_ticks: None }
+    }
 }
 
 /// Either.

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::session::TICK_S;
 
 /// Where the tip waits above the surface [m].
-const CLEAR_M: f64 = 5e-3;
+pub const CLEAR_M: f64 = 5e-3;
 /// A pointer comes in jumps of a frame; the hand follows with this time constant [s] ...
 const FOLLOW_S: f64 = 8e-3;
 /// ... and no faster [m/s].
@@ -134,7 +134,8 @@ impl Live {
                 node_damping_per_s: scene.tissue.node_damping_per_s as f32,
                 ..*self.tissue.params()
             };
-            params.check()?;
+            // whatever would be refused later is refused now
+            self.tissue.clone().retune(params)?;
             self.waiting = (params != *self.tissue.params()).then_some(params);
             self.choice = choice.clone();
             return Ok(None);

@@ -106,9 +106,14 @@ fn coming_pa(pieces: &[Piece]) -> Option<f32> {
 }
 
 /// On a 4-byte boundary, where the core reads a patch in place.
-pub(crate) fn unpack(bytes: &[u8]) -> Result<LiveTissue, Error> {
+pub(crate) fn aligned(bytes: &[u8]) -> Vec<u32> {
     let mut words = vec![0_u32; bytes.len().div_ceil(4)];
     bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(bytes);
+    words
+}
+
+pub(crate) fn unpack(bytes: &[u8]) -> Result<LiveTissue, Error> {
+    let words = aligned(bytes);
     let file = PatchFile::open(&bytemuck::cast_slice(&words)[..bytes.len()])?;
     file.model.check()?;
     Ok(LiveTissue::new(Patch::of_file(&file), file.params)?)

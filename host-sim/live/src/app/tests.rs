@@ -1,0 +1,240 @@
+//! The whole screen without a screen: events in, the physics in the same thread on a clock of its own.
+
+use std::cell::{Cell, RefCell};
+use std::path::Path;
+use std::rc::Rc;
+
+use eframe::egui::{self, Event, Key, Modifiers, PointerButton, Pos2, RawInput, Rect, pos2, vec2};
+
+use super::*;
+use crate::physics::Physics;
+
+/// Over the site, and over the panel.
+const MIDDLE: Pos2 = pos2(480.0, 250.0);
+const PANEL: Pos2 = pos2(1150.0, 330.0);
+/// A drawn frame [s].
+const FRAME_S: f64 = 0.02;
+
+struct Here {
+    physics: Physics,
+    now_s: Rc<Cell<f64>>,
+    answers: Rc<RefCell<Vec<Answer>>>,
+}
+
+impl Link for Here {
+    fn send(&mut self, request: Request) {
+        let (now_s, answers) = (&self.now_s, &self.answers);
+        self.physics.take(request, &|| now_s.get(), &mut |a| answers.borrow_mut().push(a));
+    }
+
+    fn poll(&mut self) -> Vec<Answer> {
+        let (now_s, answers) = (&self.now_s, &self.answers);
+        self.physics.advance(&|| now_s.get(), &mut |a| answers.borrow_mut().push(a));
+        answers.take()
+    }
+}
+
+struct Screen {
+    ctx: egui::Context,
+    app: App,
+    now_s: Rc<Cell<f64>>,
+}
+
+impl Screen {
+    /// Active, with the pointer over the site.
+    fn of(choice: Choice, folder: &Path) -> Self {
+        let (ctx, now_s) = (egui::Context::default(), Rc::new(Cell::new(0.0)));
+        let physics = Physics::new(&choice, &Holding::default(), 0.0).unwrap();
+        let answers = Rc::new(RefCell::new(vec![physics.body()]));
+        let link = Here { physics, now_s: Rc::clone(&now_s), answers };
+        let app = App::new(&ctx, Box::new(link), choice, Holding::default()).into_folder(folder.into());
+        let mut screen = Self { ctx, app, now_s };
+        screen.frame(vec![Event::PointerMoved(MIDDLE)]);
+        screen.until_active();
+        screen
+    }
+
+    fn block(folder: &Path) -> Self {
+        Self::of(Choice { nodes: Some(130), ..Choice::preset("block") }, folder)
+    }
+
+    fn frame(&mut self, events: Vec<Event>) {
+        self.now_s.set(self.now_s.get() + FRAME_S);
+        let input = RawInput {
+            screen_rect: Some(Rect::from_min_size(Pos2::ZERO, vec2(1280.0, 720.0))),
+            time: Some(self.now_s.get()),
+            events,
+            ..RawInput::default()
+        };
+        let app = &mut self.app;
+        let _drawn = self.ctx.run_ui(input, |ui| app.show(ui));
+    }
+
+    fn frames(&mut self, count: usize) {
+        (0..count).for_each(|_| self.frame(Vec::new()));
+    }
+
+    fn until_active(&mut self) {
+        // and the force is ramped in: under a press it would not grow
+        let active = |app: &App| words::mode(app.frame.mode).starts_with("active") && app.frame.limiters == 0;
+        for _ in 0..200 {
+            self.frames(1);
+            if active(&self.app) {
+                return;
+            }
+        }
+        panic!("never active: {}", self.app.numbers());
+    }
+
+    fn key(&mut self, key: Key, modifiers: Modifiers) {
+        let event = |pressed| Event::Key { key, physical_key: None, pressed, repeat: false, modifiers };
+        self.frame(vec![event(true)]);
+        self.frame(vec![event(false)]);
+    }
+
+    fn button(&mut self, pressed: bool) {
+        let pos = self.ctx.input(|i| i.pointer.latest_pos()).unwrap_or(MIDDLE);
+        self.frame(vec![Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE }]);
+    }
+
+    fn force_n(&self) -> f32 {
+        Vector3::from(self.app.frame.force_n).norm()
+    }
+}
+
+#[test]
+fn nothing_is_wider_than_the_panel() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = Screen::block(folder.path());
+    let fits = |screen: &Screen, when: &str| assert!(screen.app.panel_fits, "{when}: {}", screen.app.numbers());
+    fits(&screen, "as it begins");
+    for kpa in 0..16 {
+        screen.key(Key::CloseBracket, Modifiers::NONE);
+        fits(&screen, &format!("stiffened {kpa} times"));
+    }
+    for key in [Key::O, Key::D, Key::R, Key::R, Key::N] {
+        screen.key(key, Modifiers::NONE);
+        screen.frames(5);
+        fits(&screen, &format!("{key:?}"));
+    }
+    screen.until_active();
+    screen.key(Key::Enter, Modifiers::NONE);
+    screen.frames(5);
+    fits(&screen, "with a score");
+    let scene = folder.path().join("a scene with a long name, in a folder.toml");
+    std::fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/block-20kpa.toml"), &scene).unwrap();
+    let mut screen = Screen::of(Choice { nodes: Some(130), ..Choice::preset(scene.to_str().unwrap()) }, folder.path());
+    screen.frames(3);
+    fits(&screen, "a scene file");
+    assert_eq!(screen.app.controls.title(), "a scene with a long name, in a folder.toml");
+}
+
+#[test]
+fn the_same_preset_again_is_as_it_began() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = Screen::of(Choice::preset("block"), folder.path());
+    (0..6).for_each(|_| screen.key(Key::CloseBracket, Modifiers::NONE));
+    assert!(screen.app.controls.stiffness_kpa > 10.0);
+    screen.key(Key::Num1, Modifiers::NONE);
+    screen.frames(3);
+    assert!((screen.app.controls.stiffness_kpa - 3.5).abs() < 1e-6, "{}", screen.app.numbers());
+    assert_eq!(screen.app.said.0, "block is as it began.");
+}
+
+#[test]
+fn an_exercise_begins_with_its_own_tissue_and_its_answer_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = Screen::block(folder.path());
+    screen.button(true);
+    screen.frames(80);
+    assert!(screen.force_n() > 0.05, "{}", screen.app.numbers());
+    screen.key(Key::N, Modifiers::NONE);
+    screen.button(false);
+    screen.frames(30);
+    assert_eq!(screen.app.controls.exercise.as_ref().unwrap().peak_n, 0.0, "a press of the tissue before counts");
+    screen.until_active();
+    screen.key(Key::Enter, Modifiers::NONE);
+    let (body, said) = (screen.app.frame.body, screen.app.said.clone());
+    screen.frames(60);
+    assert!(said.0.contains("score") && screen.app.said == said && screen.app.frame.body == body, "{:?}", screen.app.said);
+}
+
+#[test]
+fn with_a_modifier_a_key_is_somebody_elses() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = Screen::block(folder.path());
+    for modifiers in [Modifiers::CTRL, Modifiers::ALT, Modifiers::COMMAND] {
+        screen.key(Key::N, modifiers);
+        assert!(screen.app.controls.exercise.is_none(), "{modifiers:?}");
+    }
+    screen.key(Key::N, Modifiers::NONE);
+    assert!(screen.app.controls.exercise.is_some());
+}
+
+#[test]
+fn beside_the_picture_or_without_a_pointer_there_is_no_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = Screen::block(folder.path());
+    // the tissue lies behind the panel as well
+    (0..12).for_each(|_| screen.key(Key::Plus, Modifiers::NONE));
+    for leaves in [Event::PointerMoved(PANEL), Event::PointerGone] {
+        screen.frame(vec![Event::PointerMoved(MIDDLE)]);
+        screen.button(true);
+        screen.frames(40);
+        assert!(screen.force_n() > 0.05, "{}", screen.app.numbers());
+        screen.frame(vec![leaves.clone()]);
+        screen.frames(15);
+        assert_eq!((screen.force_n(), screen.app.frame.depth_m), (0.0, 0.0), "{leaves:?}: {}", screen.app.numbers());
+        screen.button(false);
+    }
+}
+
+#[test]
+fn a_recording_is_kept_whatever_ends_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| std::fs::read(folder.path().join(name));
+    let mut screen = Screen::block(folder.path());
+    screen.key(Key::R, Modifiers::NONE);
+    screen.frames(20);
+    screen.key(Key::Num2, Modifiers::NONE);
+    screen.frames(3);
+    let said = screen.app.said.0.clone();
+    assert!(said.starts_with("The recording ended with the change. Wrote") && said.contains("live-1.trace"), "{said}");
+    let first = file("live-1.trace").unwrap();
+
+    // a window after it, closed while it records
+    let mut screen = Screen::block(folder.path());
+    screen.key(Key::R, Modifiers::NONE);
+    screen.frames(40);
+    eframe::App::on_exit(&mut screen.app, None);
+    assert_eq!(file("live-1.trace").unwrap(), first);
+    assert!(palpate_sim::live::trace::Trace::read(&file("live-2.trace").unwrap()).unwrap().ticks > 700);
+
+    // its table, and the recording opened by its path
+    screen.key(Key::X, Modifiers::NONE);
+    screen.frames(2);
+    assert!(file("live-2.csv").unwrap().starts_with(b"t_s,"), "{:?}", screen.app.said);
+    screen.key(Key::F, Modifiers::NONE);
+    screen.frames(2);
+    screen.frame(vec![Event::Text(folder.path().join("live-1.trace").display().to_string())]);
+    assert_eq!(screen.app.path.as_deref(), folder.path().join("live-1.trace").to_str());
+    screen.key(Key::Enter, Modifiers::NONE);
+    screen.frames(3);
+    assert!(screen.app.said.0.contains("every bit the same") && screen.app.path.is_none(), "{:?}", screen.app.said);
+    screen.key(Key::F, Modifiers::NONE);
+    screen.frames(2);
+    screen.key(Key::Escape, Modifiers::NONE);
+    screen.frames(2);
+    assert_eq!(screen.app.path, None);
+}
+
+#[test]
+fn a_recording_that_cannot_be_written_is_bad_news() {
+    let folder = tempfile::NamedTempFile::new().unwrap();
+    let mut screen = Screen::block(folder.path());
+    screen.key(Key::R, Modifiers::NONE);
+    screen.frames(5);
+    screen.key(Key::R, Modifiers::NONE);
+    screen.frames(2);
+    assert!(screen.app.said.1 && screen.app.said.0.starts_with("Cannot write"), "{:?}", screen.app.said);
+}
