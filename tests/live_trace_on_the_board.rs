@@ -81,6 +81,10 @@ fn what_no_board_does_is_refused_in_a_sentence() {
         to(&mut live, 0.0, -UP_M, 10, true);
         Trace::read(&live.finish().unwrap()).unwrap()
     };
+    // no image is given, and none is built for it
+    let larger = recorded(&choice(1020), &pointer, 5000.0);
+    let said = live_trace::replay(&larger, None, Machine::M4f).unwrap_err().to_string();
+    assert!(said.contains("more nodes or triangles than the board holds"), "{said}");
     let too_stiff = recorded(&choice(130), &pointer, 10_500.0);
     let large = recorded(&choice(410), &pointer, 5000.0);
     for (trace, says) in [(silent, "nobody was heard"), (too_stiff, "3.00 times"), (large, "longer than"), (aslant, "along z")] {
