@@ -142,7 +142,7 @@ impl App {
                         ..Frame::default()
                     };
                     self.strips.clear();
-                    self.said = (format!("{} is ready: press it.", self.controls.title()), false);
+                    self.said = (self.controls.ready(), false);
                 }
                 // of the tissue before: it is over
                 Answer::Frame(frame) if frame.body != self.shape.body.number => {}

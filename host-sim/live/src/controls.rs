@@ -133,6 +133,15 @@ impl Controls {
         }
     }
 
+    /// What there is to do with another body.
+    #[must_use]
+    pub fn ready(&self) -> String {
+        match &self.exercise {
+            Some(_) => "A nodule is hidden, and the tissue is ready: press around, and Enter where it is stiffest.".into(),
+            None => format!("{} is ready: press it.", self.title()),
+        }
+    }
+
     /// What a frame told.
     pub fn felt(&mut self, frame: &Frame) {
         if let Some(search) = &mut self.exercise {
