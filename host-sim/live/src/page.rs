@@ -23,8 +23,10 @@ impl Worker {
         let came = Rc::new(RefCell::new(Vec::new()));
         let arrivals = Rc::clone(&came);
         let listener = Closure::<dyn FnMut(web_sys::MessageEvent)>::new(move |event: web_sys::MessageEvent| {
-            let bytes = js_sys::Uint8Array::new(&event.data()).to_vec();
-            if let Ok(answer) = postcard::from_bytes(&bytes) {
+            // a sentence is not for here: page.js shows it
+            if let Ok(bytes) = event.data().dyn_into::<js_sys::Uint8Array>()
+                && let Ok(answer) = postcard::from_bytes(&bytes.to_vec())
+            {
                 arrivals.borrow_mut().push(answer);
             }
         });

@@ -1,26 +1,45 @@
-// Draws here; the physics runs in a worker of its own, with its own instance of the same module.
-const said = document.getElementById("said");
-const tell = (text) => { said.textContent = text; said.hidden = false; };
+// Draws here; the physics runs in a worker of its own, with its own instance of the same module. `tell` is the page's.
+window.started = true;
+let stopped = false;
+const stop = (text) => { stopped = true; tell(text); };
+// packed in the folder: every server sends it small, whether it compresses or not; from one that says so it comes unpacked
+const file = "palpate_live.wasm.gz";
+const unpacked = async () => {
+  const sent = await fetch(file);
+  if (!sent.ok) throw new Error(`the server answers ${sent.status}: put the whole folder there`);
+  const [head, body] = sent.body.tee();
+  const reader = head.getReader();
+  const { value } = await reader.read();
+  reader.cancel();
+  // gzip begins with 1f 8b, a module with 00 61 73 6d
+  const first = value?.[0];
+  if (first !== 0x1f && first !== 0) throw new Error(`what the server sends is something else: put the folder's own there`);
+  const bytes = first === 0 ? body : body.pipeThrough(new DecompressionStream("gzip"));
+  const module = new Response(bytes, { headers: { "Content-Type": "application/wasm" } });
+  return WebAssembly.compileStreaming(module).catch((why) => { throw new Error(`it came damaged or cut off (${why.message})`); });
+};
+const named = (why) => { throw new Error(`${file}: ${why.message}`); };
 try {
-  // packed in the folder: every server sends it small, whether it compresses or not
-  const unpacked = async () => {
-    const packed = await fetch("palpate_live.wasm.gz");
-    if (!packed.ok) throw new Error(`palpate_live.wasm.gz: ${packed.status}`);
-    const bytes = packed.body.pipeThrough(new DecompressionStream("gzip"));
-    return WebAssembly.compileStreaming(new Response(bytes, { headers: { "Content-Type": "application/wasm" } }));
-  };
-  const [bindings, module] = await Promise.all([import("./palpate_live.js"), unpacked()]);
+  const lacks = ["WebAssembly", "DecompressionStream", "WebGLRenderingContext", "Worker"].filter((name) => !(name in window));
+  if (lacks.length) throw new Error(`this browser has no ${lacks.join(", no ")}: take a newer one`);
+  const [bindings, module] = await Promise.all([import("./palpate_live.js"), unpacked().catch(named)]);
   const worker = new Worker("worker.js", { type: "module" });
-  worker.onerror = () => tell("The physics could not start: reload the page, or take another browser.");
+  worker.onerror = ({ message }) => stop(`The physics stopped (${message || "worker.js does not start"}): reload the page, or take another browser.`);
+  // a sentence; what is drawn comes as bytes
+  worker.addEventListener("message", ({ data }) => { if (typeof data === "string") stop(data); });
   worker.postMessage(module);
   await bindings.default({ module_or_path: module });
   const picture = document.getElementById("picture");
   await bindings.draw(picture, worker);
   picture.focus();
   window.palpate = { shown: () => JSON.parse(bindings.shown()), trace: bindings.trace };
-  said.hidden = true;
+  // a recording that runs would be lost
+  addEventListener("beforeunload", (event) => {
+    if (stopped || window.palpate.shown().recorded_ticks == null) return;
+    event.preventDefault();
+    event.returnValue = true;
+  });
+  said.hidden = !stopped;
 } catch (why) {
-  tell(location.protocol === "file:"
-    ? "A browser starts no module from a file: serve this folder, for instance with `palpate live --page`."
-    : `No picture: ${why}. The page needs WebAssembly, WebGL and workers.`);
+  stop(`No picture: ${why.message ?? why}`);
 }

@@ -2,14 +2,14 @@
 import init, { PagePhysics } from "./palpate_live.js";
 const clock = () => performance.now() * 1e-3;
 const post = (bytes) => self.postMessage(bytes, [bytes.buffer]);
-let physics;
+let physics, timer;
 const waiting = [];
-self.onmessage = async ({ data }) => {
+const take = async (data) => {
   if (data instanceof WebAssembly.Module) {
     await init({ module_or_path: data });
     physics = new PagePhysics(post, clock());
     waiting.splice(0).forEach((bytes) => physics.take(bytes, clock));
-    setInterval(() => physics.advance(clock), 2);
+    timer = setInterval(() => { try { physics.advance(clock); } catch (why) { stop(why); } }, 2);
   } else if (physics) {
     physics.take(data, clock);
     physics.advance(clock);
@@ -17,3 +17,10 @@ self.onmessage = async ({ data }) => {
     waiting.push(data);
   }
 };
+// the page never hears of a promise that failed: it is told, once
+const stop = (why) => {
+  clearInterval(timer);
+  self.onmessage = null;
+  self.postMessage(`The physics stopped (${why.message ?? why}): reload the page, or take another browser.`);
+};
+self.onmessage = ({ data }) => take(data).catch(stop);

@@ -18,9 +18,8 @@ pub struct Browser {
 }
 
 impl Browser {
-    /// `None` where there is none.
-    pub fn open(folder: &Path) -> Option<Self> {
-        let page = serve(folder.to_path_buf());
+    /// Without a page yet; `None` where there is none.
+    pub fn start() -> Option<Self> {
         let port = TcpListener::bind("127.0.0.1:0").ok()?.local_addr().ok()?.port();
         let mut driver = Command::new("chromedriver");
         let driver = driver.arg(format!("--port={port}")).stdout(Stdio::null()).stderr(Stdio::null()).spawn().ok()?;
@@ -52,8 +51,12 @@ impl Browser {
         browser.session = made["sessionId"].as_str()?.to_owned();
         let rect = json!({"width": 1280, "height": 800});
         browser.command("POST", "/window/rect", Some(&rect));
-        browser.command("POST", "/url", Some(&json!({"url": format!("http://127.0.0.1:{page}/")})));
         Some(browser)
+    }
+
+    /// Another page.
+    pub fn go(&mut self, url: &str) {
+        self.command("POST", "/url", Some(&json!({"url": url})));
     }
 
     /// What the page shows, in numbers.
@@ -221,27 +224,37 @@ fn base64(text: &str) -> Vec<u8> {
     digits.chunks(4).flat_map(bytes).collect()
 }
 
-/// Serves a folder; the port.
-fn serve(folder: PathBuf) -> u16 {
+/// Serves a folder; its address. A server that knows `.gz` says so, and the browser unpacks it before the page sees it.
+pub fn serve(folder: &Path, knows_gz: bool) -> String {
+    let folder = folder.to_path_buf();
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let port = listener.local_addr().unwrap().port();
+    let address = format!("http://{}/", listener.local_addr().unwrap());
     std::thread::spawn(move || {
-        for mut stream in listener.incoming().flatten() {
-            let mut asked = [0; 4096];
-            let Ok(read) = stream.read(&mut asked) else { continue };
-            let line = String::from_utf8_lossy(&asked[..read]).into_owned();
-            let name = line.split_whitespace().nth(1).unwrap_or("/").trim_start_matches('/').to_owned();
-            let name = if name.is_empty() { "index.html".to_owned() } else { name };
-            let kind = match name.rsplit('.').next() {
-                Some("js") => "text/javascript",
-                Some("gz") => "application/gzip",
-                _ => "text/html",
-            };
-            let body = std::fs::read(folder.join(&name)).unwrap_or_default();
-            let head =
-                format!("HTTP/1.1 200 OK\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n", body.len());
-            let _gone = stream.write_all(head.as_bytes()).and_then(|()| stream.write_all(&body));
+        for stream in listener.incoming().flatten() {
+            let folder = folder.clone();
+            std::thread::spawn(move || answer(stream, &folder, knows_gz));
         }
     });
-    port
+    address
+}
+
+fn answer(mut stream: TcpStream, folder: &Path, knows_gz: bool) -> std::io::Result<()> {
+    let mut asked = [0; 4096];
+    let read = stream.read(&mut asked)?;
+    let line = String::from_utf8_lossy(&asked[..read]).into_owned();
+    let name = line.split_whitespace().nth(1).unwrap_or("/").trim_start_matches('/');
+    let name = if name.is_empty() { "index.html" } else { name };
+    let kind = match name.rsplit('.').next() {
+        Some("js") => "text/javascript",
+        Some("gz") if knows_gz => "application/wasm\r\nContent-Encoding: gzip",
+        Some("gz") => "application/gzip",
+        _ => "text/html",
+    };
+    let body = std::fs::read(folder.join(name));
+    let status = if body.is_ok() { "200 OK" } else { "404 Not Found" };
+    let body = body.unwrap_or_default();
+    let length = body.len();
+    let head = format!("HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n");
+    stream.write_all(head.as_bytes())?;
+    stream.write_all(&body)
 }

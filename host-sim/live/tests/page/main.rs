@@ -2,6 +2,7 @@
 //!
 //! Skipped, saying so, where `chromedriver` and `chromium` are not installed or the page is not built (`PALPATE_LIVE_PAGE` names its folder).
 
+mod arrival;
 mod driver;
 mod long;
 mod nodule;
@@ -45,15 +46,22 @@ fn active(browser: &mut Browser) -> Value {
 
 /// The page, loaded and armed; `None`, saying why, where there is nothing to test it with.
 fn page() -> Option<(Browser, PathBuf)> {
+    let (mut browser, folder) = empty()?;
+    browser.go(&driver::serve(&folder, false));
+    active(&mut browser);
+    Some((browser, folder))
+}
+
+/// A browser that shows nothing yet, and the page's folder.
+fn empty() -> Option<(Browser, PathBuf)> {
     let Some(folder) = std::env::var_os("PALPATE_LIVE_PAGE").map(PathBuf::from) else {
         println!("skipped: PALPATE_LIVE_PAGE names no page: palpate live --page --no-serve builds it");
         return None;
     };
-    let Some(mut browser) = Browser::open(&folder) else {
+    let Some(browser) = Browser::start() else {
         println!("skipped: chromedriver or chromium is missing: install them (Debian: chromium chromium-driver)");
         return None;
     };
-    active(&mut browser);
     Some((browser, folder))
 }
 

@@ -1,0 +1,90 @@
+//! How the page arrives: from servers of several kinds, or not at all. Then a sentence says why, and it does not "prepare" for ever.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use crate::driver::{Browser, serve};
+use crate::{active, empty, page, until};
+
+/// The page's sentence, once it is not the first any more.
+fn sentence(browser: &mut Browser) -> String {
+    let end = Instant::now() + Duration::from_secs(20);
+    loop {
+        let told = browser.run("const p = document.getElementById('said'); return p.hidden ? '' : p.textContent;");
+        let told = told.as_str().unwrap_or_default().to_owned();
+        if !told.is_empty() && !told.starts_with("Preparing") {
+            println!("{told}");
+            return told;
+        }
+        assert!(Instant::now() < end, "no sentence: {told:?}");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// The page's folder with one file changed; `None` takes it away.
+fn changed(folder: &Path, name: &str, change: impl Fn(Vec<u8>) -> Option<Vec<u8>>) -> tempfile::TempDir {
+    let copy = tempfile::tempdir().unwrap();
+    for file in std::fs::read_dir(folder).unwrap().flatten() {
+        let bytes = std::fs::read(file.path()).unwrap();
+        let bytes = if file.file_name() == name { change(bytes) } else { Some(bytes) };
+        if let Some(bytes) = bytes {
+            std::fs::write(copy.path().join(file.file_name()), bytes).unwrap();
+        }
+    }
+    copy
+}
+
+#[test]
+fn a_server_that_unpacks_what_is_packed_is_no_obstacle() {
+    let Some((mut browser, folder)) = empty() else { return };
+    browser.go(&serve(&folder, true));
+    active(&mut browser);
+}
+
+#[test]
+fn a_page_that_cannot_start_says_why() {
+    let Some((mut browser, folder)) = empty() else { return };
+    browser.go(&format!("file://{}/index.html", folder.canonicalize().unwrap().display()));
+    assert!(sentence(&mut browser).contains("serve this folder"));
+    let packed = "palpate_live.wasm.gz";
+    let none = |_| None;
+    let other = |_| Some(b"<!doctype html>".to_vec());
+    let half = |bytes: Vec<u8>| Some(bytes[..bytes.len() / 2].to_vec());
+    let cases: [(&str, &dyn Fn(Vec<u8>) -> Option<Vec<u8>>, &str); 8] = [
+        ("page.js", &none, "page.js does not load"),
+        ("page.js", &|_| Some(b"no script".to_vec()), "did not start (Uncaught SyntaxError"),
+        ("palpate_live.js", &none, "palpate_live.js"),
+        (packed, &none, "404"),
+        (packed, &other, "something else"),
+        (packed, &half, "cut off"),
+        ("worker.js", &none, "worker.js does not start"),
+        ("worker.js", &planted, "The physics stopped (planted)"),
+    ];
+    for (name, change, says) in cases {
+        let copy = changed(&folder, name, change);
+        browser.go(&serve(copy.path(), false));
+        let told = sentence(&mut browser);
+        assert!(told.contains(says), "{name}: {told}");
+    }
+}
+
+/// A worker that fails as it starts, in a promise.
+fn planted(bytes: Vec<u8>) -> Option<Vec<u8>> {
+    let script = String::from_utf8(bytes).unwrap();
+    let failing = script.replace("await init(", "throw new Error('planted'); await init(");
+    assert_ne!(script, failing);
+    Some(failing.into_bytes())
+}
+
+#[test]
+fn a_page_that_records_asks_before_it_closes() {
+    let Some((mut browser, _)) = page() else { return };
+    let asks = "return !dispatchEvent(new Event('beforeunload', { cancelable: true }));";
+    assert_eq!(browser.run(asks), false);
+    browser.key("r");
+    until(&mut browser, "recording", 20, |s| s["recorded_ticks"].is_u64());
+    assert_eq!(browser.run(asks), true);
+    browser.key("r");
+    until(&mut browser, "recorded", 20, |s| s["recorded_ticks"].is_null());
+    assert_eq!(browser.run(asks), false);
+}

@@ -1,0 +1,123 @@
+//! The page's folder, shown to this machine's browsers.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::path::Path;
+use std::time::Duration;
+
+use crate::error::Error;
+
+/// The files of the page, and what they are.
+const FILES: [(&str, &str); 5] = [
+    ("index.html", "text/html"),
+    ("page.js", "text/javascript"),
+    ("worker.js", "text/javascript"),
+    ("palpate_live.js", "text/javascript"),
+    ("palpate_live.wasm.gz", "application/gzip"),
+];
+
+/// Served at once.
+const CLIENTS: usize = 16;
+
+/// How long a client may be silent.
+const SILENCE: Duration = Duration::from_secs(5);
+
+/// Longest head of a request that is read.
+const HEAD_BYTES: u64 = 1 << 16;
+
+/// Size of the page; what else is in its folder does not count.
+pub(super) fn bytes(folder: &Path) -> u64 {
+    FILES.iter().filter_map(|(name, _)| std::fs::metadata(folder.join(name)).ok()).map(|m| m.len()).sum()
+}
+
+/// Until it is stopped.
+pub(super) fn serve(folder: &Path) -> Result<(), Error> {
+    let listener = TcpListener::bind("127.0.0.1:8710").or_else(|_| TcpListener::bind("127.0.0.1:0"));
+    let unserved = |why: std::io::Error| Error::Usage(format!("cannot serve {}: {why}: take --no-serve", folder.display()));
+    let listener = listener.map_err(unserved)?;
+    println!("open http://{}/ in a browser; Ctrl-C ends", listener.local_addr().map_err(unserved)?);
+    answer(&listener, folder);
+    Ok(())
+}
+
+/// A browser also connects in advance and asks nothing for seconds: such a client must not hold up the others.
+fn answer(listener: &TcpListener, folder: &Path) {
+    std::thread::scope(|scope| {
+        for _ in 0..CLIENTS {
+            scope.spawn(|| {
+                for stream in listener.incoming().flatten() {
+                    // a browser that hangs up has what it wants
+                    let _gone = reply(stream, folder);
+                }
+            });
+        }
+    });
+}
+
+/// The files of a page, and no others.
+fn reply(mut stream: TcpStream, folder: &Path) -> std::io::Result<()> {
+    stream.set_read_timeout(Some(SILENCE))?;
+    // all of it: what is left unread when the connection closes can cost the client its answer
+    let lines = BufReader::new(stream.try_clone()?).take(HEAD_BYTES).split(b'\n').map_while(Result::ok);
+    let head: Vec<_> = lines.take_while(|l| l.len() > 1).collect();
+    let Some(first) = head.first().map(|l| String::from_utf8_lossy(l)) else { return Ok(()) };
+    let asked = first.split_whitespace().nth(1).unwrap_or("/").trim_start_matches('/');
+    let asked = asked.split('?').next().filter(|name| !name.is_empty()).unwrap_or("index.html");
+    let Some((name, kind)) = FILES.iter().find(|(name, _)| *name == asked) else {
+        return stream.write_all(b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
+    };
+    let body = std::fs::read(folder.join(name))?;
+    let head = format!("HTTP/1.1 200 OK\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n", body.len());
+    stream.write_all(head.as_bytes())?;
+    stream.write_all(&body)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::SocketAddr;
+    use std::path::PathBuf;
+    use std::time::Instant;
+
+    use super::*;
+
+    /// Serves a folder for as long as the tests run.
+    fn served(folder: PathBuf) -> SocketAddr {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap();
+        std::thread::spawn(move || answer(&listener, &folder));
+        address
+    }
+
+    fn get(address: SocketAddr, path: &str) -> String {
+        let mut stream = TcpStream::connect(address).unwrap();
+        stream.write_all(format!("GET {path} HTTP/1.1\r\nHost: here\r\n\r\n").as_bytes()).unwrap();
+        let mut told = String::new();
+        stream.read_to_string(&mut told).unwrap();
+        told
+    }
+
+    #[test]
+    fn a_client_that_asks_nothing_does_not_hold_up_the_others() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("page.js"), "drawn").unwrap();
+        let address = served(folder.path().into());
+        let _silent = [TcpStream::connect(address).unwrap(), TcpStream::connect(address).unwrap()];
+        let begun = Instant::now();
+        let told = get(address, "/page.js?again");
+        assert!(told.starts_with("HTTP/1.1 200") && told.ends_with("\r\n\r\ndrawn"), "{told}");
+        assert!(begun.elapsed() < SILENCE / 2, "{:?}", begun.elapsed());
+    }
+
+    #[test]
+    fn only_the_page_is_served_and_counted() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("index.html"), "page").unwrap();
+        std::fs::write(folder.path().join("diary.txt"), [b'x'; 1000]).unwrap();
+        let address = served(folder.path().into());
+        assert!(get(address, "/").ends_with("\r\n\r\npage"));
+        assert!(
+            get(address, "/diary.txt").starts_with("HTTP/1.1 404") && get(address, "/../diary.txt").starts_with("HTTP/1.1 404")
+        );
+        assert_eq!(bytes(folder.path()), 4);
+    }
+}
