@@ -183,9 +183,10 @@ impl Controls {
     pub fn marks(&self, painter: &Painter, lens: &Lens, shape: &Shape) {
         let Some((_, answer, nodule)) = &self.found else { return };
         let top_m = shape.body.site_m[2] + 0.5e-3;
-        for (place, radius_m, colour, name) in [
-            (nodule.place_m, nodule.radius_m as f32, Color32::from_rgb(200, 40, 40), "nodule"),
-            (*answer, 1.5e-3, Color32::from_rgb(20, 60, 160), "your answer"),
+        // their names on either side, or one would hide the other
+        for (place, radius_m, colour, name, side) in [
+            (nodule.place_m, nodule.radius_m as f32, Color32::from_rgb(200, 40, 40), "nodule", -1.0),
+            (*answer, 1.5e-3, Color32::from_rgb(20, 60, 160), "your answer", 1.0),
         ] {
             let middle = Vector3::new(place[0] as f32, place[1] as f32, top_m);
             let ring = (0..=32_u8).filter_map(|k| {
@@ -193,8 +194,9 @@ impl Controls {
                 lens.project(&(middle + Vector3::new(turn.cos(), turn.sin(), 0.0) * radius_m)).map(|p| p.0)
             });
             painter.add(egui::Shape::line(ring.collect(), Stroke::new(2.5, colour)));
-            if let Some((pixel, _)) = lens.project(&(middle + Vector3::x() * radius_m)) {
-                painter.text(pixel + vec2(6.0, 0.0), Align2::LEFT_CENTER, name, FontId::proportional(14.0), colour);
+            if let Some((pixel, _)) = lens.project(&(middle + Vector3::x() * (side * radius_m))) {
+                let align = if side < 0.0 { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
+                painter.text(pixel + vec2(6.0 * side, 0.0), align, name, FontId::proportional(14.0), colour);
             }
         }
     }

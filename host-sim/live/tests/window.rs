@@ -30,7 +30,8 @@ impl Window {
             .env("DISPLAY", &display)
             .env_remove("WAYLAND_DISPLAY")
             .env("LIBGL_ALWAYS_SOFTWARE", "1")
-            .env("PALPATE_LIVE_OUT", folder.path());
+            .arg("--out")
+            .arg(folder.path());
         let program = quiet(program.arg("--numbers").arg(folder.path().join("numbers.json")))?;
         Some(Self { screen, program, display, folder })
     }

@@ -27,9 +27,9 @@ pub(super) struct LiveArgs {
     /// Build the page and do not serve it.
     #[arg(long, requires = "page")]
     no_serve: bool,
-    /// Where the page goes.
-    #[arg(long, value_name = "FOLDER", default_value = "out/live-page", requires = "page")]
-    out: PathBuf,
+    /// Where the window's recordings and pictures go, or the page [default: out/live, out/live-page].
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
 }
 
 impl LiveArgs {
@@ -53,7 +53,8 @@ impl LiveArgs {
         let started = Instant::now();
         let window = tools.build(&["--release"], "palpate-live")?;
         say_built(started);
-        run(Command::new(&window).arg("--scene").arg(scene), &window.display().to_string())
+        let out = self.out.as_deref().unwrap_or(Path::new("out/live"));
+        run(Command::new(&window).arg("--scene").arg(scene).arg("--out").arg(out), &window.display().to_string())
     }
 
     fn page(&self, tools: &Tools) -> Result<(), Error> {
@@ -63,20 +64,21 @@ impl LiveArgs {
         let module = tools.build(&["--lib", "--profile", "page", "--target", PAGE], "palpate_live")?;
         let bind = tools.build(&["--release", "--package", "palpate-live-page"], "palpate-live-page")?;
         say_built(started);
+        let out = self.out.as_deref().unwrap_or(Path::new("out/live-page"));
         let write = |path: &Path, source| Error::Write { path: path.into(), source };
-        std::fs::create_dir_all(&self.out).map_err(|e| write(&self.out, e))?;
+        std::fs::create_dir_all(out).map_err(|e| write(out, e))?;
         eprintln!("binding and packing the page: some seconds");
-        run(Command::new(&bind).arg(&module).arg(&self.out), "binding the page")?;
+        run(Command::new(&bind).arg(&module).arg(out), "binding the page")?;
         for name in ["index.html", "page.js", "worker.js"] {
-            let to = self.out.join(name);
+            let to = out.join(name);
             std::fs::copy(tools.package.join("web").join(name), &to).map_err(|e| write(&to, e))?;
         }
         println!(
             "wrote {}: {:.2} MB, static files: any web server shows them, without a network",
-            self.out.display(),
-            serve::bytes(&self.out) as f64 * 1e-6
+            out.display(),
+            serve::bytes(out) as f64 * 1e-6
         );
-        if self.no_serve { Ok(()) } else { serve::serve(&self.out) }
+        if self.no_serve { Ok(()) } else { serve::serve(out) }
     }
 }
 

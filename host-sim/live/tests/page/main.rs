@@ -100,9 +100,6 @@ fn the_page_is_pressed_and_replays_its_own_bits() {
     assert!(number(&soft, "force_n") > 0.05 && number(&soft, "moved_m") > 1e-3, "{soft}");
     let pressed = browser.screenshot();
     assert_ne!(rest, pressed, "the picture did not change");
-    if let Some(folder) = &pictures {
-        std::fs::write(folder.join("live-page.png"), &pressed).unwrap();
-    }
     browser.mouse(MIDDLE[0], MIDDLE[1], Some(false));
     until(&mut browser, "let go", 20, |s| number(s, "force_n") == 0.0);
 

@@ -71,7 +71,7 @@ fn stiffest(felt: &[([f64; 2], f64)]) -> [f64; 2] {
 fn a_nodule_is_found_by_pressing_and_not_by_guessing() {
     let Some((mut browser, _)) = page() else { return };
     browser.key("n");
-    let searching = |s: &Value| s["controls"]["searching"] == true && says(s, "ready");
+    let searching = |s: &Value| s["controls"]["searching"] == true && says(s, "nodule is hidden");
     until(&mut browser, "a hidden nodule", 60, searching);
     active(&mut browser);
     // two notches deeper than the first press
@@ -89,6 +89,12 @@ fn a_nodule_is_found_by_pressing_and_not_by_guessing() {
     let scored = until(&mut browser, "score", 20, |s| s["controls"]["score"].is_number());
     println!("{}", scored["said"]);
     assert_eq!(scored["controls"]["found"], true, "{scored}");
+    if let Some(folder) = std::env::var_os("PALPATE_LIVE_PICTURES") {
+        browser.key("t");
+        std::thread::sleep(Duration::from_secs(1));
+        std::fs::write(std::path::Path::new(&folder).join("live-page.png"), browser.screenshot()).unwrap();
+        browser.key("t");
+    }
 
     // a quick and gentle guess at the edge of the block
     browser.key("n");
