@@ -21,8 +21,11 @@ fn sentence(browser: &mut Browser) -> String {
     }
 }
 
-/// The page's folder with one file changed; `None` takes it away.
-fn changed(folder: &Path, name: &str, change: impl Fn(Vec<u8>) -> Option<Vec<u8>>) -> tempfile::TempDir {
+/// What becomes of a file; `None` takes it away.
+type Change<'a> = &'a dyn Fn(Vec<u8>) -> Option<Vec<u8>>;
+
+/// The page's folder with one file changed.
+fn changed(folder: &Path, name: &str, change: Change) -> tempfile::TempDir {
     let copy = tempfile::tempdir().unwrap();
     for file in std::fs::read_dir(folder).unwrap().flatten() {
         let bytes = std::fs::read(file.path()).unwrap();
@@ -50,7 +53,7 @@ fn a_page_that_cannot_start_says_why() {
     let none = |_| None;
     let other = |_| Some(b"<!doctype html>".to_vec());
     let half = |bytes: Vec<u8>| Some(bytes[..bytes.len() / 2].to_vec());
-    let cases: [(&str, &dyn Fn(Vec<u8>) -> Option<Vec<u8>>, &str); 8] = [
+    let cases: [(&str, Change, &str); 8] = [
         ("page.js", &none, "page.js does not load"),
         ("page.js", &|_| Some(b"no script".to_vec()), "did not start (Uncaught SyntaxError"),
         ("palpate_live.js", &none, "palpate_live.js"),
