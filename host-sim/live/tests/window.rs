@@ -97,6 +97,7 @@ fn the_window_is_pressed_and_its_trace_repeats() {
     window.x("mousemove 480 250 mousedown 1");
     let soft = window.until("force", |s| number(s, "depth_m") > 2.9e-3);
     assert!(number(&soft, "force_n") > 0.05 && number(&soft, "moved_m") > 1e-3, "{soft}");
+    window.until("a second of ticks", |s| number(s, "ticks_per_s") > 0.0);
     window.x("key p");
     let picture = written(window.folder.path(), ".png");
     if let Some(folder) = std::env::var_os("PALPATE_LIVE_PICTURES") {
