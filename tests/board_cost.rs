@@ -54,10 +54,16 @@ fn target() -> &'static Path {
     scratch().parent().unwrap()
 }
 
+/// A patch for the M7 is refused on the M4F. Both run the same instructions of the same image.
+fn board_of(elf: &Path) -> Machine {
+    let large = elf.file_stem().is_some_and(|stem| stem.to_string_lossy().ends_with("m7-480"));
+    if large { Machine::An500 } else { Machine::An386 }
+}
+
 fn logged(elf: &Path, ticks: u32, shift: u32) -> Logged {
     let image = FirmwareImage::parse(&std::fs::read(elf).unwrap()).unwrap();
     let log = scratch().join(format!("{}-{ticks}.log", elf.file_stem().unwrap().display()));
-    let run = Run { machine: Machine::An386, shift, ticks, lead_ticks: LOGGED_LEAD, planted: None, exec_log: Some(&log) };
+    let run = Run { machine: board_of(elf), shift, ticks, lead_ticks: LOGGED_LEAD, planted: None, exec_log: Some(&log) };
     let outcome = run.start(elf).unwrap();
     let open = || ExecLog::new(std::io::BufReader::new(std::fs::File::open(&log).unwrap()));
     let ticks = calls_of(TICK, &image, open()).unwrap();
@@ -98,7 +104,7 @@ fn worst_tick(patch: &Path) -> Worst {
 
     let elf = build_firmware_with(target(), &[], patch).unwrap();
     let run = Run {
-        machine: Machine::An386,
+        machine: board_of(&elf),
         shift: RUNNING_SHIFT,
         ticks: 4_000,
         lead_ticks: LEAD_TICKS,

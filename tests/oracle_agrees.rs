@@ -167,7 +167,14 @@ fn contact_forces_are_slopes_of_the_foundation_and_its_damping() {
         place(&mut state, &x, &v);
         // a probe must have been outside before it touches
         for to_m in [Vector3::new(0.0, 0.0, 0.1), inside] {
-            let mut motion = Motion { from_m: to_m, to_m, velocity_m_per_s: velocity, limiters: Limiters::default() };
+            let mut motion = Motion {
+                from_m: to_m,
+                to_m,
+                velocity_m_per_s: velocity,
+                apart_m: 0.0,
+                outside: false,
+                limiters: Limiters::default(),
+            };
             contact::find(&model, &tuned, &mut state, &mut motion);
         }
         let load = force::accumulate(&model, &tuned, &mut state, inside, velocity);

@@ -57,7 +57,9 @@ fn folder_holds_the_files_and_nothing_else() {
         names.sort();
         names
     };
-    let mut expected: Vec<String> = PICTURES.iter().flat_map(|p| [format!("{p}.svg"), format!("{p}.png")]).collect();
+    // the record by which the next run knows what it may replace
+    let mut expected = vec![String::from(".palpate")];
+    expected.extend(PICTURES.iter().flat_map(|p| [format!("{p}.svg"), format!("{p}.png")]));
     expected.extend(["summary.json", "trace.csv", "surface_0.csv", "surface_1.csv", "surface_2.csv"].map(String::from));
     expected.sort();
     let run = press(SCRATCH, SMALL_BLOCK);

@@ -33,7 +33,9 @@ fn replays(name: &str, scene: &Scene, told_limit: bool) {
     let folder = tempfile::tempdir().unwrap();
     let first = run(scene);
     compare(&format!("{name}, again"), &first, &run(scene));
-    trace_file::write(&OutputFolder::open(folder.path()).unwrap(), &first).unwrap();
+    let out = OutputFolder::open(folder.path()).unwrap();
+    trace_file::write(&out, &first).unwrap();
+    out.publish().unwrap();
     let depth_limit_m = told_limit.then(|| Session::prepare(scene).unwrap().report.depth_limit_mm * 1e-3);
     let drive = Drive::Trace { trace: folder.path().join("trace.csv"), depth_limit_m };
     compare(&format!("{name}, replayed"), &first, &run(&Scene { drive, ..scene.clone() }));

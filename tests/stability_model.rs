@@ -168,6 +168,7 @@ fn the_product_stands_what_it_promises() {
     let out = OutputFolder::open(folder.path()).expect("it can be written");
     write(&out, &matrix).expect("written");
     pictures(&out, &matrix).expect("drawn");
+    out.publish().expect("moved into place");
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
     let csv = read("stability_model.csv");
     let columns = csv.lines().next().expect("a header").split(',').count();

@@ -132,9 +132,9 @@ pub enum Fault {
     ForceNotFinite = 3,
     /// State, parameters and model are not of one size.
     SizeMismatch = 4,
-    /// The device said that its sensor cannot be trusted.
+    /// The device said that its sensor cannot be trusted, or its readings showed it.
     SensorFault = 5,
-    /// No new pose came for longer than a pose may be old.
+    /// No new pose came for longer than a pose may be old, or too many were missing.
     PoseStale = 6,
     /// The pose was outside the workspace and its margin.
     OutOfWorkspace = 7,
@@ -152,11 +152,17 @@ pub enum Fault {
     SupplyLow = 13,
     /// The probe sped up against a force that should have held it.
     Runaway = 14,
+    /// A force acted on a tip that was outside the tissue, or was shown to the patch elsewhere than it was sensed.
+    TipApart = 15,
+    /// The encoder's steps are ten times longer or shorter than a count of the device's profile.
+    UnitMismatch = 16,
+    /// The emergency stop was pressed, its wire is open, or the over-current trip acted.
+    EmergencyStop = 17,
 }
 
 impl Fault {
     /// Every fault, by number.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 17] = [
         Self::PoseNotFinite,
         Self::Diverged,
         Self::ForceNotFinite,
@@ -171,6 +177,9 @@ impl Fault {
         Self::DeadlineMissed,
         Self::SupplyLow,
         Self::Runaway,
+        Self::TipApart,
+        Self::UnitMismatch,
+        Self::EmergencyStop,
     ];
 
     /// In words.
@@ -182,7 +191,7 @@ impl Fault {
             Self::ForceNotFinite => "the force was not finite",
             Self::SizeMismatch => "state, parameters and model differ in size",
             Self::SensorFault => "the device's sensor cannot be trusted",
-            Self::PoseStale => "no new pose came",
+            Self::PoseStale => "no new pose came, or too few",
             Self::OutOfWorkspace => "the pose was outside the workspace",
             Self::OverSpeed => "the probe moved too fast under force",
             Self::ForceImplausible => "the model's force was implausible",
@@ -191,6 +200,9 @@ impl Fault {
             Self::DeadlineMissed => "ticks ended too late",
             Self::SupplyLow => "the supply was too low",
             Self::Runaway => "the probe ran away against the force",
+            Self::TipApart => "a force acted on a probe that was not at the tissue",
+            Self::UnitMismatch => "the encoder's steps do not fit the profile: check the unit of the readings and count_m",
+            Self::EmergencyStop => "the emergency stop or the over-current trip acted",
         }
     }
 }
@@ -221,7 +233,7 @@ impl Limiters {
     pub const SLEW: Self = Self(16);
     /// An older pose was rendered: the newest was missing or a glitch.
     pub const HELD: Self = Self(32);
-    /// The force was scaled down: ramp-in, or relief after saturation.
+    /// The force was scaled down: ramp-in, relief after saturation, or an encoder that stands still.
     pub const GAIN: Self = Self(64);
     /// The force was scaled down because the contact gave energy to the hand.
     pub const ENERGY: Self = Self(128);

@@ -1,16 +1,17 @@
 //! From a sensed pose to a force on the hand, the same on board and desktop.
 //!
 //! ```text
-//! sense ─ pose ─ tick ─ damping ─ gains ─ limits ─ actuate          mode: who may feel a force at all
-//!         fresh,  the     tangent,  ramp-in, norm,                  passivity: energy given to the hand, always watched
-//!         likely  patch   in        relief   slew
-//!                         contact
+//! sense ─ pose ─ tick ─ apart ─ damping ─ gains ─ limits ─ actuate  mode: who may feel a force at all
+//!         fresh,  the    at the  tangent,  ramp-in, norm,           passivity: energy given to the hand, always watched
+//!         likely  patch  tissue? in        relief   slew
+//!                                contact
 //! ```
 //!
 //! [`cycle::Cycle::run`] is that line. Everything here allocates nothing, cannot panic, and on any fault gives zero force within the same
 //! tick, latched and numbered ([`crate::Fault`]). Limits hold from the first tick; they can be lowered, never raised or switched off.
 //! Depth and speed of what the *patch* is shown are limited by its own guard, [`crate::path::probe`].
 
+pub mod apart;
 pub mod cycle;
 pub mod damping;
 pub mod deadline;
@@ -19,7 +20,9 @@ pub mod limits;
 pub mod mode;
 pub mod passivity;
 pub mod runaway;
+pub mod stillness;
 pub mod toggle;
+pub mod unit;
 
 use nalgebra::Vector3;
 

@@ -36,7 +36,6 @@ mod model;
 mod params;
 mod patch_file;
 pub mod path;
-mod planted;
 mod state;
 mod tick;
 
@@ -48,7 +47,5 @@ pub use patch_file::PatchFile;
 pub use path::force::volume::TetShapes;
 pub use path::output::Output;
 pub use path::probe::ProbePose;
-#[cfg(feature = "planted-defects")]
-pub use planted::Defect;
 pub use state::{Fnv, Held, Node, State};
 pub use tick::{tick, tick_with};

@@ -119,6 +119,10 @@ pub struct Model<'a> {
     pub triangles: &'a [Triangle],
     /// Foundation points, shape [triangles][4] or [triangles][9], flat.
     pub foundation: &'a [FoundationPoint],
+    /// Tet across the face opposite each corner, shape \[tets\]; [`Model::TOUCHABLE`] or [`Model::HIDDEN`] at the boundary.
+    pub neighbours: &'a [[u32; 4]],
+    /// Tet under each surface triangle, shape \[triangles\].
+    pub owners: &'a [u32],
     /// Rim springs to the ground: what stands in for the rest of the organ. May be empty.
     pub rim_nodes: &'a [RimNode],
     /// Rim springs between rim nodes, in the order of their first nodes in `rim_nodes`. May be empty.
@@ -126,6 +130,11 @@ pub struct Model<'a> {
 }
 
 impl Model<'_> {
+    /// In place of a neighbour: a boundary face that is one of `triangles`.
+    pub const TOUCHABLE: u32 = u32::MAX - 1;
+    /// In place of a neighbour: a side, an underside, or where the patch was cut.
+    pub const HIDDEN: u32 = u32::MAX;
+
     /// Foundation points of a triangle: 9, or else 4.
     #[must_use]
     #[inline(always)]
@@ -198,7 +207,35 @@ impl Model<'_> {
             finite("rim edge", n, &r.block_m)?;
         }
         self.check_rim_order()?;
-        self.check_sizes()
+        self.check_sizes()?;
+        self.check_neighbours()
+    }
+
+    /// Neighbours name each other across the same three nodes, and every triangle is a boundary face of its owner:
+    /// otherwise a tip could be located in a tissue that is not there.
+    fn check_neighbours(&self) -> Result<(), BuildError> {
+        let has = |tet: &Tet, nodes: &[u16], but: u16| nodes.iter().all(|n| *n == but || tet.node.contains(n));
+        for (index, (tet, across)) in self.tets.iter().zip(self.neighbours).enumerate() {
+            for (&corner, &other) in tet.node.iter().zip(across) {
+                let mutual = match self.tets.get(other as usize).zip(self.neighbours.get(other as usize)) {
+                    Some((to, back)) => has(to, &tet.node, corner) && back.iter().any(|b| *b as usize == index),
+                    None => other >= Self::TOUCHABLE,
+                };
+                if !mutual {
+                    return Err(BuildError::Degenerate { item: "tet neighbour", index });
+                }
+            }
+        }
+        for (index, (triangle, &owner)) in self.triangles.iter().zip(self.owners).enumerate() {
+            let found = self.tets.get(owner as usize).zip(self.neighbours.get(owner as usize)).is_some_and(|(tet, across)| {
+                let opposite = |(n, other): (&u16, &u32)| *other == Self::TOUCHABLE && !triangle.node.contains(n);
+                has(tet, &triangle.node, u16::MAX) && tet.node.iter().zip(across).any(opposite)
+            });
+            if !found {
+                return Err(BuildError::Degenerate { item: "owner of surface triangle", index });
+            }
+        }
+        Ok(())
     }
 
     /// The tick passes the edges once, along the rim nodes: one out of place, and those after it, would never be met.
@@ -222,6 +259,8 @@ impl Model<'_> {
             true => Ok(()),
             false => Err(BuildError::LengthMismatch { item, need, have }),
         };
+        same("tet neighbours", self.tets.len(), self.neighbours.len())?;
+        same("owners of surface triangles", self.triangles.len(), self.owners.len())?;
         same("foundation", self.points_per_triangle() * self.triangles.len(), self.foundation.len())?;
         if !self.spring_rows.is_empty() {
             same("spring rows", self.nodes.len(), self.spring_rows.len())?;

@@ -13,7 +13,7 @@ use crate::model::Model;
 use crate::params::{Limits, Params, Probe, ProbeShape, Terms};
 
 const MAGIC: [u8; 8] = *b"PALPATE\n";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -24,7 +24,7 @@ struct Header {
     /// CRC-32 of all that follows this field.
     crc: u32,
     /// Lengths in the order of `sections`.
-    counts: [u32; 9],
+    counts: [u32; 11],
     poisson_ratio: f32,
     stiffening_per_m: f32,
     depth_limit_m: f32,
@@ -90,7 +90,8 @@ impl<'a> PatchFile<'a> {
         if found != header.crc {
             return Err(BuildError::Checksum { expected: header.crc, found });
         }
-        let [nodes, springs, tets, triangles, foundation, rim_nodes, rim_edges, anchors, rows] = header.counts;
+        let [nodes, springs, tets, neighbours, triangles, owners, foundation, rim_nodes, rim_edges, anchors, rows] =
+            header.counts;
         let model = Model {
             poisson_ratio: header.poisson_ratio,
             stiffening_per_m: header.stiffening_per_m,
@@ -98,7 +99,9 @@ impl<'a> PatchFile<'a> {
             nodes: section(&mut body, nodes)?,
             springs: section(&mut body, springs)?,
             tets: section(&mut body, tets)?,
+            neighbours: section(&mut body, neighbours)?,
             triangles: section(&mut body, triangles)?,
+            owners: section(&mut body, owners)?,
             foundation: section(&mut body, foundation)?,
             rim_nodes: section(&mut body, rim_nodes)?,
             rim_edges: section(&mut body, rim_edges)?,
@@ -202,7 +205,7 @@ impl<'a> PatchFile<'a> {
 }
 
 /// The arrays of a model as bytes, with their lengths, in file order.
-fn sections<'a>(model: &Model<'a>) -> [(&'a [u8], u32); 9] {
+fn sections<'a>(model: &Model<'a>) -> [(&'a [u8], u32); 11] {
     fn one<T: Pod>(items: &[T]) -> (&[u8], u32) {
         (bytemuck::cast_slice(items), items.len() as u32)
     }
@@ -210,7 +213,9 @@ fn sections<'a>(model: &Model<'a>) -> [(&'a [u8], u32); 9] {
         one(model.nodes),
         one(model.springs),
         one(model.tets),
+        one(model.neighbours),
         one(model.triangles),
+        one(model.owners),
         one(model.foundation),
         one(model.rim_nodes),
         one(model.rim_edges),

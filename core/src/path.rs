@@ -5,5 +5,6 @@ pub mod correct;
 pub mod force;
 pub mod integrate;
 pub mod output;
+pub mod presence;
 pub mod probe;
 pub mod region;

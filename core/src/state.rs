@@ -6,6 +6,7 @@ use crate::fault::{BuildError, Fault};
 use crate::lanes::{ROW, Row, row, vector};
 use crate::model::Model;
 use crate::path::force::volume::TetShapes;
+use crate::path::presence::Seat;
 
 /// A node in motion.
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +67,13 @@ pub struct Held {
     touch: Option<TouchPlane>,
     pressed: Option<TouchPlane>,
     been_outside: bool,
+    apart: bool,
+    offset_m: Vector3<f32>,
+    limit_from_m: Option<Vector3<f32>>,
+    over: Option<u16>,
+    shaft: bool,
+    seat: Seat,
+    body: Seat,
     fault: Option<Fault>,
 }
 
@@ -87,6 +95,20 @@ pub struct State<'a> {
     pub(crate) pressed: Option<TouchPlane>,
     /// The probe has been outside the tissue since the last reset.
     pub(crate) been_outside: bool,
+    /// The tip that the patch saw last is not the one that was sensed.
+    pub(crate) apart: bool,
+    /// From the sensed tip to the place that the shown tip aims at [m]: what the depth limit has kept from the patch.
+    pub(crate) offset_m: Vector3<f32>,
+    /// Sensed tip at which the depth limit began to hold the shown one [m].
+    pub(crate) limit_from_m: Option<Vector3<f32>>,
+    /// Surface triangle that carried most of the last push, until the sensed tip is outside.
+    pub(crate) over: Option<u16>,
+    /// The probe's shaft can touch: its tip is inside the tissue.
+    pub(crate) shaft: bool,
+    /// Tet at which the sensed tip was located last.
+    pub(crate) seat: Seat,
+    /// Tet at which the probe's body was located last.
+    pub(crate) body: Seat,
     pub(crate) fault: Option<Fault>,
 }
 
@@ -125,7 +147,8 @@ impl<'a> State<'a> {
         fits("nodes", model.nodes.len(), nodes.len())?;
         fits("surface triangles", model.triangles.len(), candidates.len())?;
         fits("tet shapes", TetShapes::count(model), shapes.len())?;
-        let Held { near, tip_m, touch, pressed, been_outside, fault } = held;
+        let Held { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, fault } =
+            held;
         Ok(Self {
             shapes: &mut shapes[..TetShapes::count(model)],
             nodes: &mut nodes[..model.nodes.len()],
@@ -135,6 +158,13 @@ impl<'a> State<'a> {
             touch,
             pressed,
             been_outside,
+            apart,
+            offset_m,
+            limit_from_m,
+            over,
+            shaft,
+            seat,
+            body,
             fault,
         })
     }
@@ -142,8 +172,10 @@ impl<'a> State<'a> {
     /// What it keeps beside its arrays.
     #[must_use]
     pub fn held(&self) -> Held {
-        let Self { near, tip_m, touch, pressed, been_outside, fault, .. } = *self;
-        Held { near, tip_m, touch, pressed, been_outside, fault }
+        let Self {
+            near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, fault, ..
+        } = *self;
+        Held { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, fault }
     }
 
     /// Back to rest; clears a latched fault.
@@ -156,6 +188,13 @@ impl<'a> State<'a> {
         self.touch = None;
         self.pressed = None;
         self.been_outside = false;
+        self.apart = false;
+        self.offset_m = Vector3::zeros();
+        self.limit_from_m = None;
+        self.over = None;
+        self.shaft = false;
+        self.seat = Seat::default();
+        self.body = Seat::default();
         self.fault = None;
     }
 
@@ -172,6 +211,13 @@ impl<'a> State<'a> {
         self.touch = other.touch;
         self.pressed = other.pressed;
         self.been_outside = other.been_outside;
+        self.apart = other.apart;
+        self.offset_m = other.offset_m;
+        self.limit_from_m = other.limit_from_m;
+        self.over = other.over;
+        self.shaft = other.shaft;
+        self.seat = other.seat;
+        self.body = other.body;
         self.fault = other.fault;
     }
 

@@ -15,7 +15,7 @@ use crate::link::message::Bounds;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const MAGIC: u32 = 0x5041_4C50;
-const VERSION: u16 = 2;
+const VERSION: u16 = 3;
 const HEAD: usize = 12;
 const TAIL: usize = 4;
 /// Bytes of a slot that are used.
@@ -40,6 +40,8 @@ pub struct Profile {
     pub lag_s: f32,
     /// Encoder counts at the device's centre.
     pub centre_counts: [i32; 3],
+    /// A hand switch or pedal is fitted and must be held for any force.
+    pub operator_switch: bool,
 }
 
 impl Profile {
@@ -63,6 +65,7 @@ impl Profile {
             count_m: device.count_m,
             lag_s: device.lag_s,
             centre_counts: [0; 3],
+            operator_switch: false,
         }
     }
 
@@ -84,7 +87,7 @@ impl Profile {
         settings.damping.tau_s = tau_s;
         settings.damping.constant_n_s_per_m = constant_n_s_per_m;
         settings.damping.velocity_share = velocity_share;
-        (settings, Edge::with_limits(limits))
+        (settings, Edge::with_limits(limits).with_operator_switch(self.operator_switch))
     }
 
     /// Checks every number.
@@ -212,4 +215,57 @@ fn parse(bytes: &[u8; SLOT_BYTES]) -> Option<(Profile, u32)> {
     }
     let (profile, rest): (Profile, _) = postcard::take_from_bytes(rest.get(..length)?).ok()?;
     (rest.is_empty() && profile.check().is_ok()).then(|| (profile, u32::from_le_bytes(*generation)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Ram([[u8; SLOT_BYTES]; 2]);
+
+    impl Flash for Ram {
+        fn read(&self, slot: Slot, bytes: &mut [u8; SLOT_BYTES]) {
+            *bytes = self.0[slot as usize];
+        }
+
+        fn erase(&mut self, slot: Slot) -> Result<(), FlashError> {
+            self.0[slot as usize] = [0xFF; SLOT_BYTES];
+            Ok(())
+        }
+
+        fn write(&mut self, slot: Slot, bytes: &[u8; SLOT_BYTES]) -> Result<(), FlashError> {
+            self.0[slot as usize] = *bytes;
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_profile_out_of_range_is_neither_kept_nor_read_back() {
+        let spoil: [fn(&mut Profile); 4] = [
+            |profile| profile.max_force_n = 1e3,
+            |profile| profile.limits.scalars[0] = f32::NAN,
+            |profile| profile.limits.counts[0] = 0,
+            |profile| profile.damping[0] = -1.0,
+        ];
+        for (n, spoil) in spoil.into_iter().enumerate() {
+            let mut bad = Profile::desktop();
+            spoil(&mut bad);
+            let mut flash = Ram([[0xFF; SLOT_BYTES]; 2]);
+            assert!(matches!(store(&mut flash, &bad), Err(StoreError::Range(_))), "{n}");
+            // whole, with a good checksum, as an older program may have left it
+            format(&mut flash.0[0], &bad, 7).unwrap();
+            assert_eq!(load(&flash), None, "{n}");
+        }
+    }
+
+    #[test]
+    fn the_longest_profile_fits_its_slot_and_comes_back() {
+        let device = Edge::DESKTOP.limits();
+        let mut profile = Profile::of(&Settings::safe(&device), &device);
+        (profile.centre_counts, profile.operator_switch) = ([i32::MIN; 3], true);
+        let mut flash = Ram([[0xFF; SLOT_BYTES]; 2]);
+        assert_eq!(store(&mut flash, &profile), Ok(1));
+        assert_eq!(load(&flash).map(|kept| kept.0), Some(profile));
+        assert!(profile.split().1.operator_switch());
+    }
 }

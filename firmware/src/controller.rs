@@ -18,7 +18,8 @@ use crate::edge::{Drive, Edge};
 pub enum Arming {
     /// By the host's request.
     OnRequest,
-    /// As soon as the mode is `Idle`: there is no host.
+    /// Once after power-on, when there is no host. After a stop, a lost host or a fault only by a fresh sign: the host's request, or the operator's
+    /// switch released and pressed again. With such a switch power-on is no sign: a jammed one would arm the board.
     ByItself,
     /// Not before somebody has looked at it: the board was reset by its watchdog again and again.
     Barred,
@@ -30,6 +31,10 @@ pub struct Controller {
     cycle: Cycle,
     edge: Edge,
     arming: Arming,
+    /// A sign to arm was given and has not been used yet.
+    fresh: bool,
+    /// The operator's switch was released in the last tick.
+    was_absent: bool,
 }
 
 impl Controller {
@@ -38,7 +43,8 @@ impl Controller {
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting.
     pub fn build(settings: &Settings, edge: Edge, arming: Arming) -> Result<Self, BuildError> {
-        Ok(Self { cycle: Cycle::build(settings, &edge.limits())?, edge, arming })
+        let fresh = !edge.operator_switch();
+        Ok(Self { cycle: Cycle::build(settings, &edge.limits())?, edge, arming, fresh, was_absent: false })
     }
 
     /// The mode.
@@ -52,7 +58,8 @@ impl Controller {
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting; nothing changes then.
     pub fn restart(&mut self, settings: &Settings, edge: Edge) -> Result<(), BuildError> {
-        *self = Self::build(settings, edge, self.arming)?;
+        // a new profile is no fresh sign
+        *self = Self { fresh: false, ..Self::build(settings, edge, self.arming)? };
         Ok(())
     }
 
@@ -85,8 +92,12 @@ impl Controller {
     /// One tick. `healthy` is the board's own verdict on its outputs and memory; it decides the self-test.
     pub fn step(&mut self, renderer: &mut impl Renderer, sensed: Sensed, command: Command, healthy: bool) -> Telemetry {
         self.edge.put(sensed);
+        let command = self.present(command);
         let command = self.asked(command, healthy);
-        self.cycle.run(&mut self.edge, renderer, command)
+        let told = self.cycle.run(&mut self.edge, renderer, command);
+        // used up by arming, whatever ends it, and by every mode that follows
+        self.fresh &= matches!(told.mode, Mode::Boot | Mode::SelfTest | Mode::Idle);
+        told
     }
 
     /// Whether a tick may feed the watchdog: the actuators are off, or the mode allows a force and it is within the limit. Checked apart from the
@@ -102,13 +113,23 @@ impl Controller {
         }
     }
 
+    /// Follows the operator's switch, if the device has one: pressed again it is a fresh sign.
+    fn present(&mut self, command: Command) -> Command {
+        let operator_absent = self.edge.operator_switch() && command.operator_absent;
+        self.fresh |= self.was_absent && !operator_absent;
+        self.was_absent = operator_absent;
+        Command { operator_absent, ..command }
+    }
+
     /// What a board asks by itself goes before what the host asks.
     fn asked(&self, command: Command, healthy: bool) -> Command {
         let (asked, found) = match self.mode() {
             Mode::Boot => (Some(Ask::Booted), command.found),
             Mode::SelfTest if healthy => (Some(Ask::TestPassed), command.found),
             Mode::SelfTest => (None, command.found.or(Some(Fault::SelfTestFailed))),
-            Mode::Idle if self.arming == Arming::ByItself => (command.asked.or(Some(Ask::Arm)), command.found),
+            Mode::Idle if self.arming == Arming::ByItself && self.fresh && !command.operator_absent => {
+                (command.asked.or(Some(Ask::Arm)), command.found)
+            }
             Mode::Idle if self.arming == Arming::Barred => (command.asked.filter(|asked| *asked != Ask::Arm), command.found),
             _ => (command.asked, command.found),
         };
@@ -134,14 +155,25 @@ mod tests {
         fn reset(&mut self) {}
     }
 
-    fn modes(arming: Arming, healthy: bool, ask: Option<Ask>) -> (Mode, Option<Fault>) {
-        let mut controller = Controller::build(&Settings::safe(&Edge::DESKTOP.limits()), Edge::DESKTOP, arming).unwrap();
-        let mut fault = None;
-        for sequence in 0..300 {
+    fn controller(arming: Arming, edge: Edge) -> Controller {
+        Controller::build(&Settings::safe(&Edge::DESKTOP.limits()), edge, arming).unwrap()
+    }
+
+    /// So many ticks of the same command in the air.
+    fn ticks(controller: &mut Controller, ticks: u32, command: Command, healthy: bool) -> Telemetry {
+        let mut told = None;
+        for _ in 0..ticks {
+            let sequence = controller.edge.sense().sequence.wrapping_add(1);
             let sensed = Sensed { position_m: Vector3::zeros(), sequence, status: SensorStatus::Good };
-            fault = controller.step(&mut Air, sensed, Command { asked: ask, ..Command::HEARD }, healthy).fault;
+            told = Some(controller.step(&mut Air, sensed, command, healthy));
         }
-        (controller.mode(), fault)
+        told.unwrap()
+    }
+
+    fn modes(arming: Arming, healthy: bool, ask: Option<Ask>) -> (Mode, Option<Fault>) {
+        let mut controller = controller(arming, Edge::DESKTOP);
+        let told = ticks(&mut controller, 300, Command { asked: ask, ..Command::HEARD }, healthy);
+        (controller.mode(), told.fault)
     }
 
     #[test]
@@ -159,5 +191,86 @@ mod tests {
     #[test]
     fn an_unhealthy_board_faults() {
         assert_eq!(modes(Arming::ByItself, false, Some(Ask::Arm)), (Mode::Fault, Some(Fault::SelfTestFailed)));
+    }
+
+    #[test]
+    fn stopped_it_arms_again_by_a_fresh_sign_only() {
+        let asks = |asked| Command { asked: Some(asked), ..Command::HEARD };
+        let mut board = controller(Arming::ByItself, Edge::DESKTOP);
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Active);
+        ticks(&mut board, 1, asks(Ask::Stop), true);
+        ticks(&mut board, 1_000, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Idle, "a stop holds");
+        ticks(&mut board, 1, asks(Ask::Arm), true);
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Active, "the host's request is a fresh sign");
+        ticks(&mut board, 300, Command::default(), true);
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Idle, "a host that was lost and came back has asked for nothing");
+        let settings = Settings::safe(&Edge::DESKTOP.limits());
+        board.restart(&settings, Edge::DESKTOP).unwrap();
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Idle, "nor is a new profile a sign");
+    }
+
+    #[test]
+    fn a_fault_that_was_cleared_is_no_sign_to_arm() {
+        let mut board = controller(Arming::ByItself, Edge::DESKTOP);
+        ticks(&mut board, 300, Command::HEARD, true);
+        let told = ticks(&mut board, 1, Command { found: Some(Fault::EmergencyStop), ..Command::HEARD }, true);
+        assert_eq!((told.mode, told.fault), (Mode::Fault, Some(Fault::EmergencyStop)));
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Fault, "latched");
+        ticks(&mut board, 1, Command { asked: Some(Ask::Clear), ..Command::HEARD }, true);
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Idle);
+    }
+
+    #[test]
+    fn with_an_operator_switch_it_arms_when_that_is_released_and_pressed_again() {
+        let absent = Command { operator_absent: true, ..Command::HEARD };
+        let mut board = controller(Arming::ByItself, Edge::DESKTOP.with_operator_switch(true));
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Idle, "a switch that was pressed all along may be jammed");
+        ticks(&mut board, 300, absent, true);
+        assert_eq!(board.mode(), Mode::Idle, "nobody is there");
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Active);
+        ticks(&mut board, 1, Command { asked: Some(Ask::Stop), ..Command::HEARD }, true);
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Idle, "still pressed");
+        ticks(&mut board, 1, absent, true);
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Active, "pressed again");
+    }
+
+    #[test]
+    fn the_switch_reaches_the_loop_where_the_profile_has_one_and_nowhere_else() {
+        let absent = Command { operator_absent: true, ..Command::HEARD };
+        assert!(controller(Arming::OnRequest, Edge::DESKTOP.with_operator_switch(true)).present(absent).operator_absent);
+        assert!(!controller(Arming::OnRequest, Edge::DESKTOP).present(absent).operator_absent);
+    }
+
+    #[test]
+    fn a_force_without_its_mode_beside_a_fault_or_beyond_the_limit_is_unsound() {
+        let mut board = controller(Arming::ByItself, Edge::DESKTOP);
+        let told = ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(told.mode, Mode::Active);
+        let most_n = board.limits().max_force_n;
+        board.edge.actuate(Vector3::new(0.0, 0.0, most_n));
+        assert!(board.sound(&told));
+        for (mode, fault, force_n) in [
+            (Mode::Active, None, 1.001 * most_n),
+            (Mode::Active, None, f32::NAN),
+            (Mode::Active, Some(Fault::Diverged), 0.1),
+            (Mode::Idle, None, 0.1),
+            (Mode::Fault, None, 0.1),
+        ] {
+            board.edge.actuate(Vector3::new(0.0, 0.0, force_n));
+            assert!(!board.sound(&Telemetry { mode, fault, ..told }), "{mode:?} {fault:?} {force_n}");
+            board.edge.release();
+            assert!(board.sound(&Telemetry { mode, fault, ..told }), "no force is always sound");
+        }
     }
 }

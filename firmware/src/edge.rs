@@ -21,6 +21,7 @@ pub struct Edge {
     limits: DeviceLimits,
     sensed: Sensed,
     drive: Drive,
+    operator_switch: bool,
 }
 
 impl Edge {
@@ -36,12 +37,25 @@ impl Edge {
         },
         sensed: Sensed { position_m: Vector3::new(0.0, 0.0, 0.0), sequence: 0, status: SensorStatus::Failed },
         drive: Drive::Off,
+        operator_switch: false,
     };
 
     /// The same stylus with limits of its own, from a profile.
     #[must_use]
     pub fn with_limits(limits: DeviceLimits) -> Self {
         Self { limits, ..Self::DESKTOP }
+    }
+
+    /// Sets whether an operator's switch is fitted.
+    #[must_use]
+    pub fn with_operator_switch(self, operator_switch: bool) -> Self {
+        Self { operator_switch, ..self }
+    }
+
+    /// Whether the device has a hand switch or a pedal that must be held.
+    #[must_use]
+    pub fn operator_switch(&self) -> bool {
+        self.operator_switch
     }
 
     /// Puts in what the sensors say.
@@ -73,5 +87,17 @@ impl HapticDevice for Edge {
 
     fn release(&mut self) {
         self.drive = Drive::Off;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_has_the_limits_of_its_profile() {
+        let limits = DeviceLimits { max_force_n: 1.2, ..Edge::DESKTOP.limits() };
+        assert_eq!(Edge::with_limits(limits).limits(), limits);
+        assert_eq!(Edge::with_limits(limits).with_operator_switch(true).limits(), limits);
     }
 }

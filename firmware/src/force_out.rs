@@ -1,5 +1,7 @@
 //! Force in, converter codes out.
 
+pub mod bridge;
+
 use crate::edge::Drive;
 
 /// Output of one axis as its converter takes it: +-32767 is +-[`DacCode::FULL_SCALE_N`], 0 is no force.
@@ -36,6 +38,8 @@ pub struct Outputs {
 impl Outputs {
     /// Nothing drives the hand.
     pub const OFF: Self = Self { enabled: false, codes: [DacCode::ZERO; 3] };
+    /// Codes read back from pins that do not agree with what they were told: no force has them.
+    pub const UNKNOWN: [DacCode; 3] = [DacCode(i16::MIN); 3];
 }
 
 /// The outputs of three orthogonal axes.

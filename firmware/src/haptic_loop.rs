@@ -85,8 +85,10 @@ impl HapticLoop {
         #[cfg(feature = "planted-crash")]
         plant::pass(Place::Tick);
         let supply = board::supply_low().then_some(Fault::SupplyLow);
-        let found = self.found.take().or(supply).or(command.found);
-        let command = Command { found, late_ticks: self.late_ticks.max(missed), ..command };
+        let own = self.found.take();
+        let found = board::emergency_stop().or(own).or(supply).or(command.found);
+        let operator_absent = board::operator_absent().unwrap_or(command.operator_absent);
+        let command = Command { found, late_ticks: self.late_ticks.max(missed), operator_absent, ..command };
         let told = self.controller.step(tissue, sensed, command, board::healthy());
         let mut outputs = force_out::outputs(self.controller.drive());
         board::write_outputs(outputs);

@@ -43,7 +43,8 @@ fn main() -> ! {
     let controller = HapticLoop::new(controller);
     match duty {
         Duty::Script(script) => {
-            let patch = or_stop(Patch::open(patch::in_flash(), memory, None).map_err(Refusal::from), "no patch");
+            let patch =
+                or_stop(Patch::open_within(&board::budget(), patch::in_flash(), memory, None).map_err(Refusal::from), "no patch");
             background.spawn(or_stop(telemetry::report(), "telemetry"));
             haptic.spawn(or_stop(haptic_loop::run_script(controller, Tissue(Some(patch)), script), "haptic loop"));
             board::start_tick_timer();

@@ -6,6 +6,12 @@ use palpate::{BuildError, Fault, Model, Node, Output, Params, PatchFile, ProbePo
 use crate::link::Refusal;
 use crate::placement::Placement;
 
+pub mod cost;
+pub mod site;
+pub mod step;
+
+pub use cost::Budget;
+
 /// Nodes that the reserved RAM holds.
 const NODES: usize = 512;
 /// Surface triangles that it holds.
@@ -70,20 +76,48 @@ pub fn in_flash() -> &'static [u8] {
 
 /// Name of a patch's own substep in [`BuildError::OutOfRange`].
 pub const SUBSTEP: &str = "substep of the patch in s";
+/// Name of a patch's tick in [`BuildError::OutOfRange`] when it is not the loop's.
+pub const TICK: &str = "tick_s of the patch";
+/// The loop's tick [s].
+const TICK_S: f32 = 1e-3;
 /// Name of Young's modulus in [`BuildError::OutOfRange`] when it is too far from the patch's own.
 pub const MODULUS: &str = "youngs_modulus_pa of the patch";
 
 impl<'a> Patch<'a> {
-    /// Checks a packed patch and puts it at rest. The bytes start on a 4-byte boundary. `youngs_modulus_pa`, between half and twice the packed one,
-    /// takes its place.
+    /// [`Patch::open_within`] for the largest board: what the desktop opens.
     ///
     /// # Errors
-    /// When the patch is refused, does not fit the memory, or needs a shorter step than its own substeps.
+    /// The same.
     pub fn open(bytes: &'a [u8], memory: &'a mut Memory, youngs_modulus_pa: Option<f32>) -> Result<Self, BuildError> {
+        Self::open_within(&Budget::M7_480, bytes, memory, youngs_modulus_pa)
+    }
+
+    /// Checks a packed patch and puts it at rest. The bytes start on a 4-byte boundary. `youngs_modulus_pa`, between half and twice the packed one,
+    /// takes its place. Tick, cost and step are held to this board's own bounds, not to what the file says about itself.
+    ///
+    /// # Errors
+    /// When the patch is refused, does not fit the memory, costs more than the budget, or cannot be stable with its own substeps.
+    pub fn open_within(
+        budget: &Budget,
+        bytes: &'a [u8],
+        memory: &'a mut Memory,
+        youngs_modulus_pa: Option<f32>,
+    ) -> Result<Self, BuildError> {
         let file = PatchFile::open(bytes)?;
         let (model, mut params) = (file.model, file.params);
+        // speeds and masses are told per tick: with another one the guard would admit other speeds
+        within(TICK, params.tick_s, TICK_S, TICK_S)?;
         within(SUBSTEP, params.tick_s / f32::from(params.substeps.max(1)), 0.0, file.stable_dt_s)?;
         let packed_pa = params.youngs_modulus_pa;
+        params.build(&model, &mut memory.node_step, &mut memory.cap_m)?;
+        step::check_caps(&model, &memory.cap_m)?;
+        if model.spring_rows.is_empty() {
+            // the board passes springs by rows: without them it would pass none
+            return Err(BuildError::LengthMismatch { item: "spring rows", need: model.nodes.len(), have: 0 });
+        }
+        budget.check(&file, site::check(&file)?)?;
+        // twice the packed modulus may be asked for later
+        step::check(&model, &params, 2.0 * packed_pa, &mut memory.node_step, &mut memory.cap_m)?;
         if let Some(asked) = youngs_modulus_pa {
             within(MODULUS, asked, 0.5 * packed_pa, 2.0 * packed_pa)?;
             params.youngs_modulus_pa = asked;
@@ -144,7 +178,7 @@ impl<'a> Patch<'a> {
     }
 }
 
-fn within(parameter: &'static str, value: f32, min: f32, max: f32) -> Result<(), BuildError> {
+pub(crate) fn within(parameter: &'static str, value: f32, min: f32, max: f32) -> Result<(), BuildError> {
     // NaN is outside
     if min <= value && value <= max { Ok(()) } else { Err(BuildError::OutOfRange { parameter, value, min, max }) }
 }
@@ -216,3 +250,6 @@ impl Renderer for Patch<'_> {
         self.resting = true;
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -23,7 +23,7 @@ pub enum Place {
 }
 
 /// Every site: where, and what goes wrong.
-const SITES: [(Place, fn()); 17] = [
+const SITES: [(Place, fn()); 18] = [
     (Place::Tick, panics),
     (Place::Written, indexes_past_the_end),
     (Place::Report, unwraps_nothing),
@@ -41,6 +41,7 @@ const SITES: [(Place, fn()); 17] = [
     (Place::Tick, dawdles_once),
     (Place::Written, leaves_a_force),
     (Place::Written, leaves_a_force_once),
+    (Place::Tick, overflows_a_sum),
 ];
 
 /// Ticks before the crash.
@@ -84,6 +85,12 @@ fn unwraps_nothing() {
 #[inline(never)]
 fn divides_by_zero() {
     black_box(1 / black_box(0));
+}
+
+/// Wraps silently, but for an image with overflow checks.
+#[inline(never)]
+fn overflows_a_sum() {
+    black_box(black_box(i8::MIN) + black_box(-1));
 }
 
 #[inline(never)]

@@ -22,6 +22,13 @@ impl EncoderCounts {
     }
 }
 
+/// The count of a 16-bit counter that went on from `last`: in a tick it moves far less than half of its turn.
+#[must_use]
+pub fn extended(last: EncoderCounts, counter: u16) -> EncoderCounts {
+    let moved = counter.wrapping_sub(last.0 as u16).cast_signed();
+    EncoderCounts(last.0.wrapping_add(i32::from(moved)))
+}
+
 /// The pose of a tip on three orthogonal axes.
 #[must_use]
 pub fn pose(counts: [EncoderCounts; 3]) -> ProbePose {
@@ -30,12 +37,23 @@ pub fn pose(counts: [EncoderCounts; 3]) -> ProbePose {
 
 #[cfg(test)]
 mod tests {
-    use super::EncoderCounts;
+    use super::{EncoderCounts, extended};
 
     #[test]
     fn one_count_is_ten_micrometres() {
         let relative = (EncoderCounts(1_000).position_m() - 0.01) / 0.01;
         assert!(relative.abs() < 5e-5, "{relative}"); // half a step of the scale: 0.47 nm / 10 um
+    }
+
+    #[test]
+    fn a_short_counter_goes_on_over_its_turns_both_ways() {
+        for step in [1_i32, 300, 32_767, -1, -300, -32_768] {
+            let mut counts = EncoderCounts(0);
+            for tick in 1..=1_000 {
+                counts = extended(counts, (tick * step) as u16);
+                assert_eq!(counts, EncoderCounts(tick * step));
+            }
+        }
     }
 
     #[test]

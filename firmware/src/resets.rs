@@ -84,6 +84,14 @@ mod tests {
         assert!(!bars(0, 0) && !bars(2, 10));
         assert!(bars(3, 10) && bars(3, 29_999) && bars(30, 10));
         assert!(!bars(3, 30_000) && !bars(10, 30_000));
+        assert!(bars(4, 10) && bars(5, 10), "every one beyond the third");
+    }
+
+    #[test]
+    fn more_crashes_than_are_kept_are_lost_memory_whatever_its_sum_says() {
+        let mut resets = Resets { crashes: TOO_MANY as u32 + 1, ..Resets::POWER_ON };
+        resets.check = resets.sum();
+        assert!(!resets.start(Cause::Crash));
     }
 
     #[test]
@@ -91,10 +99,20 @@ mod tests {
         let mut resets = Resets::POWER_ON;
         assert!(!resets.start(Cause::Crash) && !resets.start(Cause::Crash) && resets.start(Cause::Crash));
         assert!(!resets.clone().start(Cause::Power));
-        for flip in 0..32 {
-            let mut damaged = resets;
-            damaged.now_ms ^= 1 << flip;
-            assert!(!damaged.start(Cause::Crash), "bit {flip}");
+        let words: [fn(&mut Resets) -> &mut u32; 6] = [
+            |resets| &mut resets.magic,
+            |resets| &mut resets.now_ms,
+            |resets| &mut resets.crashed_at_ms[0],
+            |resets| &mut resets.crashed_at_ms[1],
+            |resets| &mut resets.crashed_at_ms[2],
+            |resets| &mut resets.crashes,
+        ];
+        for (number, word) in words.into_iter().enumerate() {
+            for flip in 0..32 {
+                let mut damaged = resets;
+                *word(&mut damaged) ^= 1 << flip;
+                assert!(!damaged.start(Cause::Crash), "word {number}, bit {flip}");
+            }
         }
     }
 }

@@ -87,7 +87,7 @@ pub async fn run(mut haptic: HapticLoop, memory: &'static mut Memory, upload: &'
         };
         let change = match bytes {
             Ok(None) => Ok(serve(&mut haptic, &mut Tissue(None), Some(upload), &mut desk, &mut line, pace).await),
-            Ok(Some(bytes)) => match Patch::open(bytes, memory, modulus_pa) {
+            Ok(Some(bytes)) => match Patch::open_within(&board::budget(), bytes, memory, modulus_pa) {
                 Ok(patch) => {
                     let mut tissue = Tissue(Some(patch));
                     if asked_for {

@@ -13,6 +13,7 @@ pub mod device;
 pub mod faulty;
 pub mod fidelity;
 pub mod hand;
+pub mod paths;
 pub mod pictures;
 pub mod plant;
 pub mod prepared;

@@ -5,6 +5,7 @@ mod chart;
 mod closed_loop;
 mod emulate;
 mod far_field;
+mod fault_paths;
 mod faults;
 mod live;
 mod mesh;
@@ -29,7 +30,7 @@ use crate::error::Error;
 ///
 /// Without a command, presses the default block and writes the results to out/press.
 #[derive(Debug, Parser)]
-#[command(name = "palpate", version, max_term_width = 110, after_help = EXIT_CODES)]
+#[command(name = "palpate", version, max_term_width = 110, after_help = AFTER_HELP)]
 pub struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -115,7 +116,12 @@ enum Command {
     Stability(stability::StabilityArgs),
 }
 
-const EXIT_CODES: &str = "Exit code: 0 if what the command promises held, 1 if a check failed, 2 on bad input.";
+const AFTER_HELP: &str = "\
+Exit code: 0 if what the command promises held, 1 if a check failed, 2 on bad input.
+
+Output: a result appears in its folder whole, in place of an earlier one, when the run is done, also if a check failed. A run that is stopped, or
+meets a full disk, leaves the earlier result as it was. A second run into the same folder is refused, and so is a folder with files but without
+a result (mesh pack and calibrate --check add their files to any folder). Patches, and files that you put beside a result, stay.";
 
 /// What most commands take.
 #[derive(Args, Clone, Debug)]
@@ -123,7 +129,7 @@ struct Common {
     /// A preset (block, block-deep, block-20kpa, nodule, abdomen, foot, organ-liver, liver) or the path of a scene file (.toml, see host-sim/scenes).
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     scene: String,
-    /// Output folder, made if it is not there [default: out/press, out/reference, out/calibrate, out/mesh-pack, out/loop, out/far-field, out/plan, out/emulate].
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done [default: out/press, out/reference, out/calibrate, out/mesh-pack, out/loop, out/far-field, out/plan, out/emulate].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }

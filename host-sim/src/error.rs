@@ -38,7 +38,7 @@ pub enum Error {
     },
     /// A picture that cannot be drawn.
     #[error("{0}")]
-    Chart(#[from] ChartError),
+    Chart(ChartError),
     /// A file that cannot be written.
     #[error("cannot write {path}: {source}: choose a folder that can be written with --out")]
     Write {
@@ -46,6 +46,12 @@ pub enum Error {
         path: PathBuf,
         /// Why not.
         source: std::io::Error,
+    },
+    /// An output folder that another run writes.
+    #[error("{path}: another run of palpate writes there: wait until it is done or choose another folder with --out")]
+    InUse {
+        /// The folder.
+        path: PathBuf,
     },
     /// A file that cannot be read.
     #[error("cannot read {path}: {source}: check the path")]
@@ -77,6 +83,16 @@ impl Error {
         match self {
             Self::Check(_) => 1,
             _ => 2,
+        }
+    }
+}
+
+impl From<ChartError> for Error {
+    fn from(error: ChartError) -> Self {
+        match error {
+            // a picture is drawn into a draft; its folder is what can be chosen
+            ChartError::Write { path, source } => Self::Write { path: crate::output::published(&path), source },
+            other => Self::Chart(other),
         }
     }
 }

@@ -4,6 +4,7 @@
 //! rest; foundation points on the surface; masses. Multipliers for each edge, node and foundation point are what calibration fits.
 
 mod foundation;
+mod neighbours;
 mod order;
 mod stiffness;
 
@@ -114,7 +115,9 @@ pub struct Patch {
     springs: Vec<Spring>,
     scheduled: Vec<Spring>,
     tets: Vec<Tet>,
+    neighbours: Vec<[u32; 4]>,
     triangles: Vec<Triangle>,
+    owners: Vec<u32>,
     foundation: Vec<FoundationPoint>,
     rim_nodes: Vec<RimNode>,
     rim_edges: Vec<RimEdge>,
@@ -134,6 +137,8 @@ impl Patch {
         let law = foundation::of(tissue, material, multipliers);
         let nodes = elastic.nodes(&tissue.mesh, &law.contact_m);
         let (springs, spring_rows) = order::rows(&elastic.springs, nodes.len());
+        let tets = order::interleave(&elastic.tets);
+        let (neighbours, owners) = neighbours::of(&tets, &law.triangles);
         Self {
             poisson_ratio: material.poisson_ratio as f32,
             stiffening_per_m: law.stiffening_per_m as f32,
@@ -144,7 +149,9 @@ impl Patch {
             scaled: false,
             anchors: tissue.anchors.iter().map(|&a| a as u16).collect(),
             scheduled: order::schedule(&springs),
-            tets: order::interleave(&elastic.tets),
+            tets,
+            neighbours,
+            owners,
             nodes,
             spring_rows,
             springs,
@@ -179,6 +186,8 @@ impl Patch {
             springs: model.springs.to_vec(),
             scheduled: order::schedule(model.springs),
             tets: model.tets.to_vec(),
+            neighbours: model.neighbours.to_vec(),
+            owners: model.owners.to_vec(),
             triangles: model.triangles.to_vec(),
             foundation: model.foundation.to_vec(),
             rim_nodes: model.rim_nodes.to_vec(),
@@ -208,6 +217,8 @@ impl Patch {
             spring_rows: &self.spring_rows,
             springs: &self.springs,
             tets: &self.tets,
+            neighbours: &self.neighbours,
+            owners: &self.owners,
             triangles: &self.triangles,
             foundation: &self.foundation,
             rim_nodes: &self.rim_nodes,

@@ -1,7 +1,7 @@
 //! A scene made ready to run: patch, parameters, stable step, start-up report.
 
 pub mod calibrated;
-mod packed;
+pub(crate) mod packed;
 
 use palpate::{Limits, Params, ProbeShape, Terms, Vector3};
 

@@ -140,11 +140,11 @@ fn draw(folder: &OutputFolder, scene: &Scene, session: &Session, press: &Press) 
         holds: &holds,
         reference: &reference,
     };
-    charts::force_depth(folder.path(), "force_depth", &run)?;
-    charts::force_time(folder.path(), "force_time", &run)?;
+    charts::force_depth(folder.draft(), "force_depth", &run)?;
+    charts::force_time(folder.draft(), "force_time", &run)?;
     let times: Vec<f32> = press.ticks.iter().map(|t| t.tick_us).collect();
     let times = TickTimes { scene: &scene.name, node_count: session.report.nodes, machine: &press.timed_on, tick_us: &times };
-    charts::tick_time(folder.path(), "tick_time", &times)?;
+    charts::tick_time(folder.draft(), "tick_time", &times)?;
     if let Some(deepest) = press.holds.iter().max_by(|a, b| a.depth_m.total_cmp(&b.depth_m)) {
         draw_surface(folder, scene, session, deepest)?;
     }
@@ -170,7 +170,7 @@ fn draw_surface(folder: &OutputFolder, scene: &Scene, session: &Session, hold: &
     };
     let surface =
         Surface { scene: &scene.name, caption: &caption, rest_m: &rest_m, deformed_m: &deformed_m, triangles: &triangles, probe };
-    charts::surface(folder.path(), "surface", &surface)?;
+    charts::surface(folder.draft(), "surface", &surface)?;
     Ok(())
 }
 

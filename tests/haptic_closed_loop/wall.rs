@@ -4,8 +4,8 @@ use palpate::haptic::cycle::Settings;
 use palpate::haptic::damping::DampingSettings;
 use palpate::haptic::device::DeviceLimits;
 use palpate::haptic::passivity::PassivitySettings;
-use palpate::{Fault, Vector3};
-use palpate_sim::closed_loop::device::DeviceProfile;
+use palpate::{Fault, Limiters, Vector3};
+use palpate_sim::closed_loop::device::{DeviceProfile, PROFILES};
 use palpate_sim::closed_loop::hand::{HANDS, Hand};
 use palpate_sim::closed_loop::run::{Run, Setup, run};
 use palpate_sim::closed_loop::stimulus::{STIMULI, Stimulus};
@@ -101,4 +101,31 @@ fn the_last_resort_ends_what_the_raw_spring_does() {
         assert!(matches!(watched.fault, None | Some(Fault::EnergyCreated)), "{}", label(&watched));
         assert!(watched.fault.is_none() || watched.rows.last().unwrap().told.applied_n == Vector3::zeros());
     }
+}
+
+/// A hand is never still: the encoder counts, and a strong force stays. The hands' drift is larger
+/// than the friction of every device that ships. H6 is left out: it changes its grip and does not
+/// hold; on strong devices it then pushes with 20 N more, which the runaway watch stops.
+#[test]
+fn a_strong_force_is_held_for_long_by_every_hand_on_every_device() {
+    let (mut held, mut faded) = (0, Vec::new());
+    for (name, _) in PROFILES {
+        let device = DeviceProfile::load(name).unwrap();
+        let limits = device.limits(Vector3::zeros());
+        let settings = Settings { limits: device.limit_values(), ..Settings::safe(&limits) };
+        let normal = if device.axes == 1 { Vector3::z() } else { NORMAL };
+        for hand in HANDS.into_iter().filter(|h| h.id != "H6") {
+            let static_n = 0.7 * device.force_limit_n;
+            let n_per_m = static_n / 5e-3;
+            let setup = Setup { device: &device, hand, stimulus: Stimulus::hold(14.0), settings, depth_m: 5e-3, static_n };
+            let run = run(&setup, &mut Wall::new(n_per_m, device.force_limit_n, normal)).unwrap();
+            let last = run.rows.last().unwrap().told;
+            if run.fault.is_some() || last.limiters.contains(Limiters::GAIN) {
+                faded.push(format!("{name}, {}: {} N, {:?}, {}", hand.id, last.applied_n.norm(), last.limiters, label(&run)));
+            }
+            held += u32::from(f64::from(last.applied_n.norm()) > 0.5 * device.force_limit_n);
+        }
+    }
+    assert!(faded.is_empty(), "{faded:#?}");
+    assert!(held > 35, "{held} holds were strong");
 }

@@ -16,6 +16,9 @@ use palpate_sim::emulate::firmware_image::FirmwareImage;
 /// Longest run in real time. The runs here take seconds; one that hangs must not hang the tests.
 const TIMEOUT: Duration = Duration::from_secs(300);
 
+/// The boards' target, as `cargo fw` names it.
+const TARGET: &str = "thumbv7em-none-eabihf";
+
 /// Why a run gave no outcome.
 #[derive(Debug, thiserror::Error)]
 pub enum EmulatorError {
@@ -103,6 +106,11 @@ pub fn build_firmware_with(target: &Path, features: &[&str], patch: &Path) -> Re
     variant(target, features, Some(patch))
 }
 
+/// The image with overflow checks and debug assertions, from libraries of its own.
+pub fn build_checked_firmware(target: &Path, features: &[&str]) -> Result<PathBuf, EmulatorError> {
+    build_with(target, "firmware-checked", features, None, "palpate-firmware")
+}
+
 /// Links the image that holds a tick and nothing that may panic; with one panic planted it must not link. Shares the libraries of the default image.
 pub fn link_panic_proof(target: &Path, planted: bool) -> Result<PathBuf, EmulatorError> {
     let features = if planted { &["panic-proof", "planted-crash"][..] } else { &["panic-proof"] };
@@ -123,6 +131,16 @@ fn variant(target: &Path, features: &[&str], patch: Option<&Path>) -> Result<Pat
 }
 
 fn build(target: &Path, features: &[&str], patch: Option<&Path>, image: &str) -> Result<PathBuf, EmulatorError> {
+    build_with(target, "firmware", features, patch, image)
+}
+
+fn build_with(
+    target: &Path,
+    profile: &str,
+    features: &[&str],
+    patch: Option<&Path>,
+    image: &str,
+) -> Result<PathBuf, EmulatorError> {
     let program = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
     let mut command = Command::new(&program);
     match patch {
@@ -130,13 +148,14 @@ fn build(target: &Path, features: &[&str], patch: Option<&Path>, image: &str) ->
         None => command.env_remove("PALPATE_PATCH"),
     };
     let output = command
-        .args(["fw", "--bin", image, "--features", &features.join(","), "--target-dir"])
+        .args(["build", "--package", "palpate-firmware", "--profile", profile, "--target", TARGET])
+        .args(["--bin", image, "--features", &[&["mps2"], features].concat().join(","), "--target-dir"])
         .arg(target)
         .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
         .output()
         .map_err(|source| EmulatorError::NotStarted { program, source })?;
     if output.status.success() {
-        Ok(target.join("thumbv7em-none-eabihf/firmware").join(image))
+        Ok(target.join(TARGET).join(profile).join(image))
     } else {
         Err(EmulatorError::NotBuilt(String::from_utf8_lossy(&output.stderr).into_owned()))
     }

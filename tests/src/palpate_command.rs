@@ -25,8 +25,11 @@ pub fn repository() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
-/// Cargo's target directory of this test run; `scratch` is the test's `CARGO_TARGET_TMPDIR`.
-fn binary(scratch: &str) -> &'static Path {
+/// The built `palpate`; `scratch` is the test's `CARGO_TARGET_TMPDIR`, in cargo's target directory.
+///
+/// # Panics
+/// It cannot be built.
+pub fn binary(scratch: &str) -> &'static Path {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     BUILT.get_or_init(|| {
         let target = Path::new(scratch).parent().expect("cargo keeps its scratch folder in the target directory");

@@ -19,6 +19,7 @@ pub use settings::{ArmingSettings, Settings};
 
 use nalgebra::Vector3;
 
+use super::apart::Apart;
 use super::damping::Damping;
 use super::deadline::Deadline;
 use super::device::{DeviceLimits, HapticDevice};
@@ -27,11 +28,12 @@ use super::limits::{ForceLimiter, LimitValues, Limits, PoseGate};
 use super::mode::{Event, Machine, Mode};
 use super::passivity::PassivityObserver;
 use super::runaway::Runaway;
+use super::stillness::Stillness;
 use super::toggle::Toggle;
+use super::unit::UnitWatch;
 use crate::fault::{BuildError, Fault, Limiters};
 use crate::path::output::Output;
 use crate::path::probe::ProbePose;
-use crate::planted::{Defect, planted};
 
 /// The loop's own state.
 #[derive(Clone, Copy, Debug)]
@@ -46,7 +48,10 @@ pub struct Cycle {
     observer: PassivityObserver,
     deadline: Deadline,
     runaway: Runaway,
+    stillness: Stillness,
     toggle: Toggle,
+    unit: UnitWatch,
+    apart: Apart,
     machine: Machine,
     ticks: u32,
     position_m: Option<Vector3<f32>>,
@@ -80,7 +85,10 @@ impl Cycle {
             observer: PassivityObserver::build(&settings.passivity, device)?,
             deadline: Deadline::default(),
             runaway: Runaway::default(),
+            stillness: Stillness::build(settings.tick_s),
             toggle: Toggle::new(device.count_m),
+            unit: UnitWatch::build(device.count_m),
+            apart: Apart::new(device.count_m),
             machine: Machine::BOOT,
             ticks: 0,
             position_m: None,
@@ -117,10 +125,7 @@ impl Cycle {
     /// # Errors
     /// [`BuildError::OutOfRange`] names the limit that would rise; nothing changes then.
     pub fn lower_limits(&mut self, values: &LimitValues) -> Result<(), BuildError> {
-        let lowered = self.limits.lowered(values)?;
-        if !planted(Defect::LoweringIgnored) {
-            self.limits = lowered;
-        }
+        self.limits = self.limits.lowered(values)?;
         Ok(())
     }
 
@@ -133,7 +138,7 @@ impl Cycle {
             Ok(force_n) => record.applied_n = force_n,
             Err(fault) => self.fail(fault),
         }
-        if self.mode().allows_force() || planted(Defect::FaultKeepsForce) && self.mode() == Mode::Fault {
+        if self.mode().allows_force() {
             device.actuate(record.applied_n);
         } else {
             record.applied_n = Vector3::zeros();
@@ -156,9 +161,7 @@ impl Cycle {
         command: Command,
         record: &mut Telemetry,
     ) -> Result<Vector3<f32>, Fault> {
-        if let Some(fault) = command.found
-            && !planted(Defect::FindingUnheard)
-        {
+        if let Some(fault) = command.found {
             return Err(fault);
         }
         let late = if self.mode().runs_patch() { self.deadline.judge(command.late_ticks)? } else { false };
@@ -169,6 +172,7 @@ impl Cycle {
             record.limiters.set(Limiters::HELD);
         }
         let way_m = pose.position_m - self.position_m.replace(pose.position_m).unwrap_or(pose.position_m);
+        self.unit.judge(&way_m, pose.held)?;
         self.observer.observe(&way_m, self.touched)?;
         let shown_m = self.toggle.show(&pose.position_m);
         self.damping.track(shown_m);
@@ -178,9 +182,12 @@ impl Cycle {
             return Ok(Vector3::zeros());
         }
 
-        let output = renderer.render(ProbePose { tip_m: shown_m });
+        let mut output = renderer.render(ProbePose { tip_m: shown_m });
         if let Some(fault) = output.fault {
             return Err(fault);
+        }
+        if !self.apart.judge(&pose.position_m, &shown_m, &output, &self.limiter.last_n())? {
+            output = Output { force_n: Vector3::zeros(), depth_m: 0.0, normal: Vector3::zeros(), ..output };
         }
         self.toggle.answered(&output.force_n);
         record.output = output;
@@ -197,6 +204,8 @@ impl Cycle {
             record.limiters.set(Limiters::FORCE);
         }
         record.wanted_n = self.damping.damp(&Output { force_n, ..output }, renderer.tangent_n_per_m(&output));
+        let max_force_n = self.limits.values().max_force_n;
+        self.stillness.judge(&way_m, &self.limiter.last_n(), max_force_n, self.touched);
         self.follow(&output);
 
         let gain = self.gain(record);
@@ -212,9 +221,11 @@ impl Cycle {
     /// Follows the host: what it asks, and its silence. False if it is not to be followed now.
     fn listen(&mut self, command: Command, renderer: &mut impl Renderer) -> bool {
         self.silence = if command.heard { 0 } else { self.silence.saturating_add(1) };
-        let silence = if planted(Defect::SilenceHalfHeard) { self.silence / 2 } else { self.silence };
-        if silence >= self.arming.silence_ticks && !planted(Defect::SilenceUnheard) {
+        if self.silence >= self.arming.silence_ticks {
             self.enter(Event::HostLost);
+        }
+        if command.operator_absent {
+            self.enter(Event::OperatorLeft);
         }
         let Some(asked) = command.asked else { return true };
         let event = match asked {
@@ -225,8 +236,9 @@ impl Cycle {
             Ask::Clear => Event::Cleared,
         };
         // a fault is not forgotten before poses have been good for a while
-        let ready = event != Event::Cleared || self.calm >= self.arming.calm_ticks || planted(Defect::ClearedAtOnce);
-        let followed = ready && self.enter(event);
+        let ready = event != Event::Cleared || self.calm >= self.arming.calm_ticks;
+        let allowed = event != Event::ArmAsked || !command.operator_absent;
+        let followed = ready && allowed && self.enter(event);
         if followed && matches!(event, Event::ArmAsked | Event::Cleared) {
             renderer.reset();
             self.toggle.reset();
@@ -239,22 +251,27 @@ impl Cycle {
     fn follow(&mut self, output: &Output) {
         match self.mode() {
             Mode::Arming => {
-                let outside = !self.touched && !output.limiters.contains(Limiters::BURIED) || planted(Defect::ArmedInside);
+                let outside = !self.touched && !output.limiters.contains(Limiters::BURIED);
                 let slow = length(&self.damping.velocity_m_per_s()) < self.arming.slow_m_per_s;
                 let weak = length(&output.force_n) < self.arming.weak_n;
                 self.calm = if outside && slow && weak { self.calm.saturating_add(1) } else { 0 };
-                if self.calm >= self.arming.calm_ticks || planted(Defect::ArmedAtOnce) {
+                if self.calm >= self.arming.calm_ticks {
                     self.enter(Event::Armed);
                 }
             }
-            Mode::Active if self.limiter.strained(&self.limits) || self.observer.gain() < 1.0 => {
+            Mode::Active if self.strained() => {
                 self.enter(Event::Strained);
             }
-            Mode::Degraded if !self.touched && self.observer.gain() == 1.0 => {
+            Mode::Degraded if !self.touched && self.observer.gain() == 1.0 && self.stillness.gain() == 1.0 => {
                 self.enter(Event::Recovered);
             }
             _ => {}
         }
+    }
+
+    /// Whether the force is to be scaled down for the rest of this contact.
+    fn strained(&self) -> bool {
+        self.limiter.strained(&self.limits) || self.observer.gain() < 1.0 || self.stillness.gain() < 1.0
     }
 
     /// Follows an event; false if the mode does not know it.
@@ -264,7 +281,7 @@ impl Cycle {
             self.calm = 0;
             match self.mode() {
                 Mode::Active if event == Event::Armed => {
-                    (self.ramp, self.relief) = (if planted(Defect::NoRampIn) { 1.0 } else { 0.0 }, 1.0);
+                    (self.ramp, self.relief) = (0.0, 1.0);
                 }
                 Mode::SafeRamp => self.ramp_from_n = length(&self.limiter.last_n()),
                 _ => {}
@@ -279,7 +296,10 @@ impl Cycle {
         self.damping.reset();
         self.deadline = Deadline::default();
         self.runaway = Runaway::default();
+        self.stillness.reset();
+        self.unit.reset();
         self.toggle.reset();
+        self.apart.reset();
         self.position_m = None;
         self.touched = false;
         self.calm = 0;

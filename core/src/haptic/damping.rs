@@ -23,7 +23,6 @@ use nalgebra::Vector3;
 use super::{between, within};
 use crate::fault::BuildError;
 use crate::path::output::Output;
-use crate::planted::{Defect, planted};
 
 /// Largest damping [N s/m], whatever the tangent: a device's own is of the order of 0.1.
 pub const MOST_N_S_PER_M: f32 = 20.0;
@@ -139,9 +138,6 @@ impl Damping {
     #[must_use]
     pub fn damp(&self, output: &Output, tangent_n_per_m: f32) -> Vector3<f32> {
         let push_n = output.force_n.dot(&output.normal);
-        if planted(Defect::ForceInFreeSpace) && push_n == 0.0 {
-            return self.velocity_m_per_s * -1.0;
-        }
         if push_n <= 0.0 {
             return output.force_n;
         }
@@ -150,7 +146,7 @@ impl Damping {
         let damping = if asked > MOST_N_S_PER_M { MOST_N_S_PER_M } else { asked };
         let added_n = -damping * self.velocity_m_per_s.dot(&output.normal);
         // never sticky: at most the whole push is taken away
-        let added_n = if added_n < -push_n && !planted(Defect::DampingSticks) { -push_n } else { added_n };
+        let added_n = if added_n < -push_n { -push_n } else { added_n };
         output.force_n + output.normal * added_n
     }
 }
@@ -216,5 +212,32 @@ mod tests {
         let slope = (force_at(d + h) - force_at(d - h)) / (2.0 * h);
         let output = contact(Vector3::z() * force_at(d), Vector3::z(), d);
         assert!((hertz_slope_n_per_m(&output) / slope - 1.0).abs() < 1e-2);
+    }
+
+    #[test]
+    fn damping_has_a_largest_value_and_its_constant_part_fades_in() {
+        let into = moving(&DampingSettings::safe(1e-3, 1e-3), Vector3::new(0.0, 0.0, -0.1));
+        let push = |force_n: f32, tangent| into.damp(&contact(Vector3::z() * force_n, Vector3::z(), 1e-3), tangent).z - force_n;
+        assert!((push(1.0, 1e6) - 20.0 * 0.1).abs() < 1e-3, "{}", push(1.0, 1e6));
+        assert!((push(1.0, 0.0) - 0.3 * 0.1).abs() < 1e-4, "{}", push(1.0, 0.0));
+        assert!((push(0.025, 0.0) - 0.25 * 0.3 * 0.1).abs() < 1e-4, "{}", push(0.025, 0.0));
+    }
+
+    #[test]
+    fn the_velocity_is_late_by_one_count_per_tick_at_most() {
+        let mut turned = moving(&DampingSettings::safe(1e-3, 1e-3), Vector3::new(0.0, 0.0, -1.0));
+        let at_m = -0.399;
+        for n in 1..=3_u8 {
+            turned.track(Vector3::new(0.0, 0.0, at_m + 1e-3 * f32::from(n)));
+            let late = (turned.velocity_m_per_s().z - 1.0).abs();
+            assert!(n < 2 || late <= 0.0551, "tick {n}: late by {late} m/s");
+        }
+    }
+
+    #[test]
+    fn the_hertz_slope_is_bounded_at_the_touch() {
+        let slope = |depth_m| hertz_slope_n_per_m(&contact(Vector3::z() * 0.03, Vector3::z(), depth_m));
+        assert!((slope(1e-6) - 150.0).abs() < 0.1 && (slope(0.3e-3) - 150.0).abs() < 0.1);
+        assert!((slope(0.6e-3) - 75.0).abs() < 0.1);
     }
 }

@@ -10,7 +10,6 @@
 //! * may fail: [`Fault::DeadlineMissed`]
 
 use crate::fault::Fault;
-use crate::planted::{Defect, planted};
 
 /// Missed periods in a row that are a fault.
 pub const IN_A_ROW: u16 = 2;
@@ -44,11 +43,11 @@ impl Deadline {
     /// [`Fault::DeadlineMissed`].
     pub fn judge(&mut self, late_ticks: u16) -> Result<bool, Fault> {
         self.now = self.now.wrapping_add(1);
-        if late_ticks == 0 || planted(Defect::LateUnheard) {
+        if late_ticks == 0 {
             return Ok(false);
         }
         let [newest, .., oldest] = self.missed.map(|tick| self.now.wrapping_sub(tick));
-        let often = oldest < u32::from(WINDOW_TICKS) && !planted(Defect::LateTicksForgotten);
+        let often = oldest < u32::from(WINDOW_TICKS);
         if late_ticks >= IN_A_ROW || newest < u32::from(IN_A_ROW) || often {
             return Err(Fault::DeadlineMissed);
         }

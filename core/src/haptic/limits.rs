@@ -15,7 +15,6 @@ use nalgebra::Vector3;
 use super::device::DeviceLimits;
 use super::within;
 use crate::fault::BuildError;
-use crate::planted::{Defect, planted};
 
 /// Limits as a profile states them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -127,8 +126,7 @@ impl Limits {
     /// # Errors
     /// [`BuildError::OutOfRange`] names the limit that would be higher than it is, or is no number; nothing changes then.
     pub fn lowered(&self, values: &LimitValues) -> Result<Self, BuildError> {
-        let highest = if planted(Defect::RaisingAllowed) { &LimitValues::HIGHEST } else { &self.values };
-        values.check_below(highest)?;
+        values.check_below(&self.values)?;
         Ok(Self::derive(values, &self.device, self.tick_s))
     }
 

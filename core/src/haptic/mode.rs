@@ -6,9 +6,12 @@
 //!                     └──────────────────────┘
 //! ```
 //!
-//! Force in `Active` and `Degraded`, a falling one in `SafeRamp`, exactly none elsewhere. `Arming` is the only way to a force: whatever ended
-//! it, it begins there again, outside the tissue. Losing the host or being stopped ramps down, for the pose can still be trusted; whatever
-//! makes pose, model or actuator doubtful is `Fault`, at once.
+//! Force in `Active` and `Degraded`, a falling one in `SafeRamp`, exactly none elsewhere. `Arming` is
+//! the only way to a force: whatever ended it, it begins there again, outside the tissue. A host that
+//! falls silent, a stop, or an operator who lets go of the hand switch or leaves the pedal ramps the
+//! force down, for the pose can still be trusted; whatever makes pose, model or actuator doubtful is
+//! `Fault`, at once. Nothing arms while the operator is absent, and an operator who comes back arms
+//! nothing: arming has to be asked for again.
 //!
 //! * in: events
 //! * out: the mode, the first fault
@@ -16,7 +19,6 @@
 //! * may fail: never; an event that a mode does not know changes nothing
 
 use crate::fault::Fault;
-use crate::planted::{Defect, planted};
 
 /// What the loop is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,6 +98,8 @@ pub enum Event {
     StopAsked,
     /// The host fell silent.
     HostLost,
+    /// The operator let go of the hand switch or left the pedal.
+    OperatorLeft,
     /// At the force limit for long, or energy created.
     Strained,
     /// The contact with the strain is over.
@@ -110,13 +114,14 @@ pub enum Event {
 
 impl Event {
     /// Every event.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Booted,
         Self::TestPassed,
         Self::ArmAsked,
         Self::Armed,
         Self::StopAsked,
         Self::HostLost,
+        Self::OperatorLeft,
         Self::Strained,
         Self::Recovered,
         Self::RampEnded,
@@ -126,19 +131,22 @@ impl Event {
 }
 
 /// Every change of mode there is. What is not in the list does not happen.
-pub const TRANSITIONS: [(Mode, Event, Mode); 21] = [
+pub const TRANSITIONS: [(Mode, Event, Mode); 24] = [
     (Mode::Boot, Event::Booted, Mode::SelfTest),
     (Mode::SelfTest, Event::TestPassed, Mode::Idle),
     (Mode::Idle, Event::ArmAsked, Mode::Arming),
     (Mode::Arming, Event::Armed, Mode::Active),
     (Mode::Arming, Event::StopAsked, Mode::Idle),
     (Mode::Arming, Event::HostLost, Mode::Idle),
+    (Mode::Arming, Event::OperatorLeft, Mode::Idle),
     (Mode::Active, Event::Strained, Mode::Degraded),
     (Mode::Active, Event::StopAsked, Mode::SafeRamp),
     (Mode::Active, Event::HostLost, Mode::SafeRamp),
+    (Mode::Active, Event::OperatorLeft, Mode::SafeRamp),
     (Mode::Degraded, Event::Recovered, Mode::Active),
     (Mode::Degraded, Event::StopAsked, Mode::SafeRamp),
     (Mode::Degraded, Event::HostLost, Mode::SafeRamp),
+    (Mode::Degraded, Event::OperatorLeft, Mode::SafeRamp),
     (Mode::SafeRamp, Event::RampEnded, Mode::Idle),
     (Mode::Boot, Event::Faulted, Mode::Fault),
     (Mode::SelfTest, Event::Faulted, Mode::Fault),
@@ -189,9 +197,6 @@ impl Machine {
     /// A tick begins.
     pub fn count(&mut self) {
         self.ticks = self.ticks.saturating_add(1);
-        if planted(Defect::FaultUnlatched) && self.mode == Mode::Fault && self.ticks > 50 {
-            (self.mode, self.fault) = (Mode::Idle, None);
-        }
     }
 
     /// Follows an event other than a fault; false if the mode does not know it.
@@ -210,9 +215,6 @@ impl Machine {
 
     /// Stops everything for this reason; a fault that is already there stays.
     pub fn fail(&mut self, fault: Fault) {
-        if planted(Defect::FaultReplaced) && self.mode == Mode::Fault {
-            self.fault = Some(fault);
-        }
         if let Some(mode) = next(self.mode, Event::Faulted) {
             (self.mode, self.ticks, self.fault) = (mode, 0, Some(fault));
         }

@@ -18,7 +18,6 @@ use nalgebra::Vector3;
 use super::device::DeviceLimits;
 use super::{between, within};
 use crate::fault::{BuildError, Fault};
-use crate::planted::{Defect, planted};
 
 /// Forces on their way to the actuators.
 const LINE: usize = DeviceLimits::MOST_DELAY_TICKS as usize + 1;
@@ -124,7 +123,7 @@ impl PassivityObserver {
     /// # Errors
     /// [`Fault::EnergyCreated`] when one contact after the other ends in the alarm.
     pub fn observe(&mut self, way_m: &Vector3<f32>, touched: bool) -> Result<(), Fault> {
-        let behind = if planted(Defect::EnergyOfWrongTick) { 0 } else { self.delay_ticks };
+        let behind = self.delay_ticks;
         let acting = usize::from(self.next.wrapping_sub(1 + behind)) % LINE;
         let force_n = self.line_n.get(acting).copied().unwrap_or_default();
         let moved_m = self.slack_m + way_m;
@@ -132,7 +131,7 @@ impl PassivityObserver {
         let way_m = moved_m - slack_m;
         self.slack_m = slack_m;
         let energy = &mut self.energy;
-        energy.given_j += if planted(Defect::EnergyUnseen) { 0.0 } else { force_n.dot(&way_m) };
+        energy.given_j += force_n.dot(&way_m);
         if energy.given_j > energy.created_j {
             energy.created_j = energy.given_j;
         }
@@ -198,7 +197,7 @@ impl PassivityObserver {
     /// Gain on the force (1): one until an alarm; it falls in a contact and changes upwards only between contacts.
     #[must_use]
     pub fn gain(&self) -> f32 {
-        if planted(Defect::EnergyGainStuck) { 1.0 } else { self.gain }
+        self.gain
     }
 }
 
@@ -294,5 +293,42 @@ mod tests {
         }
         let faults = (0..5).filter(|_| contact(&mut observer, 1e-3) == Err(Fault::EnergyCreated)).count();
         assert_eq!(faults, 1);
+    }
+
+    #[test]
+    fn a_way_of_two_counts_is_energy() {
+        let mut observer = counting(0, 55e-6);
+        for _ in 0..10 {
+            observer.sent(Vector3::z());
+            observer.observe(&Vector3::new(0.0, 0.0, 2.0 * 55e-6), true).unwrap();
+        }
+        // all of the way but the play of one count
+        let right_j = 55e-6 * (20.0 - 1.01);
+        assert!((observer.energy().given_j / right_j - 1.0).abs() < 1e-3, "{:?}", observer.energy());
+    }
+
+    #[test]
+    fn after_the_alarm_a_hundredth_is_left_in_twenty_one_ticks() {
+        let mut observer = observer(0);
+        observer.sent(Vector3::z());
+        observer.observe(&Vector3::new(0.0, 0.0, 1e-3), true).unwrap();
+        let ticks = (1..100).find(|_| {
+            observer.observe(&Vector3::zeros(), true).unwrap();
+            observer.gain() == 0.0
+        });
+        assert_eq!(ticks, Some(20));
+    }
+
+    #[test]
+    fn a_contact_lasts_while_forces_are_on_their_way() {
+        let mut observer = observer(3);
+        observer.sent(Vector3::z());
+        for tick in 0..3 {
+            observer.observe(&Vector3::zeros(), false).unwrap();
+            observer.sent(Vector3::zeros());
+            assert_eq!(observer.energy().given_j, 0.0, "tick {tick}");
+        }
+        observer.observe(&Vector3::new(0.0, 0.0, 1e-4), false).unwrap();
+        assert!(observer.energy().given_j > 0.9e-4, "the force acts three ticks late: {:?}", observer.energy());
     }
 }

@@ -1,43 +1,64 @@
-//! A probe that speeds up against the force: the force acts the wrong way, or the reading runs the wrong way.
+//! Detects a probe that speeds up against the force: an actuator or an encoder has the wrong sign.
 //!
-//! With the sign of an actuator or of an encoder wrong, the tissue pulls: the deeper, the stronger. From position alone this is not certain: every
-//! motion under `-F` is one under `F` of a hand that pushes `2 F` harder. What can be told is a hand that would have to push harder than hands do.
-//! So this asks for much: pushed out by half a newton or more without a break, the probe gained 0.5 m/s inwards and went 25 mm with it. A light hand
-//! loses the device at once, a firm hand holds against it; then the force stays within its limit, and saturation halves it. A hand that suddenly grips
-//! four times as hard, 13 N against a device of 3, gains 1 m/s too, but has come to its rest by then. A light handle meets the limit of speed first.
+//! With a wrong sign the tissue pulls, and pulls harder the deeper the probe is. Position alone does
+//! not prove it: every motion under `-F` is also the motion under `F` of a hand that pushes `2 F`
+//! harder. Only a motion that hands do not make can be told. So the thresholds are high: against a
+//! force of at least 0.5 N the probe gains 0.5 m/s, and travels 25 mm straight into the tissue
+//! meanwhile. A light hand loses the device at once; a firm hand holds against it, and then the
+//! force stays within its limit, and saturation halves it. A hand that suddenly grips four times as
+//! hard, 13 N against a device of 3 N, gains 1 m/s too, but comes to rest within the 25 mm. A light
+//! handle exceeds the speed limit first.
 //!
-//! * in: way of the tick [m], normal of the contact, force sent last [N]
+//! Speed and travel are measured along the normal at the moment when the probe was slowest. The
+//! normal of this tick would not do: a probe that slides pressed pushes tissue up in front of it,
+//! the normal tilts against the motion by up to 60 degrees, and a constant speed along the surface
+//! would look like speed gained into the tissue. Such a slide stays at an angle to every normal,
+//! also while it gets faster, and a force of the wrong sign drives the probe straight along it.
+//!
+//! * in: displacement of the tick [m], normal of the contact, force sent last [N]
 //! * out: nothing
-//! * cost: 60 instructions of a Cortex-M4F, estimated
+//! * cost: 75 instructions of a Cortex-M4F, estimated
 //! * may fail: [`Fault::Runaway`]
 
 use nalgebra::Vector3;
 
 use crate::fault::Fault;
-use crate::planted::{Defect, planted};
 
 /// Force that a probe does not speed up against [N].
 const PUSH_N: f32 = 0.5;
 /// Speed gained against it that is a fault [m/s].
 const GAINED_M_PER_S: f32 = 0.5;
-/// Way in while it is gained [m].
+/// Travel into the tissue while it is gained [m].
 const GONE_M: f32 = 25e-3;
-/// Share of the newest speed (1): 30 Hz, so that a reading that is held and then made up for is no gain.
+/// Square of the least cosine between that travel and the normal (1): within 26 degrees.
+const STRAIGHT: f32 = 0.81;
+/// Share of the newest speed (1): 30 Hz, so that a reading that is held and then made up for is no
+/// gain.
 const SHARE: f32 = 0.1718;
+
+/// The moment since which speed is gained.
+#[derive(Clone, Copy, Debug)]
+struct Slowest {
+    /// Normal at that moment.
+    normal: Vector3<f32>,
+    /// Speed into the tissue then, at least zero [m/s].
+    inward_m_per_s: f32,
+    /// Displacement since then [m].
+    gone_m: Vector3<f32>,
+}
 
 /// Watches one contact after the other.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Runaway {
     /// Low-passed [m/s].
     velocity_m_per_s: Vector3<f32>,
-    /// Slowest way in since the force is strong, at least zero [m/s].
-    slowest_m_per_s: Option<f32>,
-    /// Way in since then [m].
-    gone_m: f32,
+    /// Since the force is strong.
+    slowest: Option<Slowest>,
 }
 
 impl Runaway {
-    /// One cycle, `1 / per_s` after the one before: `applied_n` is the force sent last, `normal` points out of the tissue.
+    /// One cycle, `1 / per_s` after the one before: `applied_n` is the force sent last, `normal`
+    /// points out of the tissue.
     ///
     /// # Errors
     /// [`Fault::Runaway`].
@@ -51,28 +72,29 @@ impl Runaway {
         let newest = way_m * per_s;
         self.velocity_m_per_s += (newest - self.velocity_m_per_s) * SHARE;
         if applied_n.dot(applied_n) < PUSH_N * PUSH_N || applied_n.dot(normal) <= 0.0 {
-            self.slowest_m_per_s = None;
+            self.slowest = None;
             return Ok(());
         }
-        // speed that was brought along is none that is gained: the low-pass must not still be rising
-        if self.slowest_m_per_s.is_none() && newest.dot(normal) < self.velocity_m_per_s.dot(normal) {
+        // the probe arrives with a speed that the low-pass has not reached yet: that is no gain
+        if self.slowest.is_none() && newest.dot(normal) < self.velocity_m_per_s.dot(normal) {
             self.velocity_m_per_s = newest;
         }
-        let inward = -self.velocity_m_per_s.dot(normal);
-        let inward = if inward > 0.0 { inward } else { 0.0 };
-        let slowest = match self.slowest_m_per_s {
-            Some(slowest) if slowest < inward => slowest,
-            _ => {
-                self.gone_m = 0.0;
-                inward
+        if let Some(slowest) = &mut self.slowest {
+            slowest.gone_m += way_m;
+            let gained = -self.velocity_m_per_s.dot(&slowest.normal) - slowest.inward_m_per_s;
+            if gained > 0.0 {
+                let gone_m = -slowest.gone_m.dot(&slowest.normal);
+                let straight = gone_m * gone_m > STRAIGHT * slowest.gone_m.dot(&slowest.gone_m);
+                return match gained > GAINED_M_PER_S && gone_m > GONE_M && straight {
+                    true => Err(Fault::Runaway),
+                    false => Ok(()),
+                };
             }
-        };
-        self.slowest_m_per_s = Some(slowest);
-        self.gone_m -= way_m.dot(normal);
-        match inward - slowest > GAINED_M_PER_S && self.gone_m > GONE_M && !planted(Defect::RunawayBorne) {
-            true => Err(Fault::Runaway),
-            false => Ok(()),
         }
+        let inward = -self.velocity_m_per_s.dot(normal);
+        let inward_m_per_s = if inward > 0.0 { inward } else { 0.0 };
+        self.slowest = Some(Slowest { normal: *normal, inward_m_per_s, gone_m: Vector3::zeros() });
+        Ok(())
     }
 }
 
@@ -123,5 +145,66 @@ mod tests {
         assert!((0..100_u8).all(|n| judge(&mut gripped, 0.7 * (0.143 * f32::from(n)).sin(), 1.0).is_ok()));
         let mut weak = Runaway::default();
         assert!((0..100_u8).all(|n| judge(&mut weak, 0.06 * f32::from(n), 0.4).is_ok()), "a weak force holds nobody");
+    }
+
+    /// A probe at 1.45 m/s along the surface, reached at `m_per_s2`, while the normal tilts against
+    /// the motion to `tilt` within 20 ms: what a pressed slide looks like.
+    fn slide(m_per_s2: f32, tilt: f32) -> bool {
+        let mut slid = Runaway::default();
+        (0..200_u8).all(|n| {
+            let tilted = tilt * (f32::from(n) / 20.0).min(1.0);
+            let normal = Vector3::new(-libm::sinf(tilted), 0.0, libm::cosf(tilted));
+            let speed = (m_per_s2 * 1e-3 * f32::from(n)).min(1.45);
+            slid.judge(&Vector3::new(1e-3 * speed, 0.0, 0.0), 1e3, &normal, &(normal * 3.0)).is_ok()
+        })
+    }
+
+    #[test]
+    fn a_normal_that_tilts_against_a_slide_is_no_gain_of_speed() {
+        for tilt in [0.3, 0.6, 0.9, 1.05] {
+            for m_per_s2 in [20.0, 60.0, 1e4] {
+                assert!(slide(m_per_s2, tilt), "{tilt} rad, {m_per_s2} m/s^2");
+            }
+        }
+    }
+
+    #[test]
+    fn a_wrong_sign_after_a_long_slide_is_told_from_the_slide() {
+        let mut slid = Runaway::default();
+        let normal = Vector3::new(-0.6, 0.0, 0.8);
+        for _ in 0..300 {
+            slid.judge(&Vector3::new(1e-3, 0.0, 0.0), 1e3, &normal, &(normal * 2.0)).unwrap();
+        }
+        let pulled = |n: u8| Vector3::new(1e-3, 0.0, 0.0) - normal * (6e-5 * f32::from(n));
+        let at = (0..100_u8).position(|n| slid.judge(&pulled(n), 1e3, &normal, &(normal * 2.0)).is_err());
+        assert!(at.is_some_and(|n| n < 50), "{at:?}");
+    }
+
+    #[test]
+    fn a_gain_of_six_tenths_is_a_fault_and_of_four_tenths_is_not() {
+        for (gained, fault) in [(0.6_f32, true), (0.4, false)] {
+            let mut pulled = Runaway::default();
+            let found = (0..100_u8).any(|n| judge(&mut pulled, (0.06 * f32::from(n)).min(gained), 1.0).is_err());
+            assert_eq!(found, fault, "{gained} m/s");
+        }
+    }
+
+    #[test]
+    fn a_force_into_the_tissue_is_not_one_that_should_hold_the_probe() {
+        let mut sucked = Runaway::default();
+        assert!((0..100_u8).all(|n| judge(&mut sucked, 0.06 * f32::from(n), -1.0).is_ok()));
+    }
+
+    #[test]
+    fn a_slow_slide_that_gets_faster_at_an_angle_to_its_normal_is_no_fault() {
+        for tilt in [0.3, 0.6, 0.9, 1.05] {
+            let (mut slid, mut speed) = (Runaway::default(), 0.3_f32);
+            let normal = Vector3::new(-libm::sinf(tilt), 0.0, libm::cosf(tilt));
+            for n in 0..250_u8 {
+                speed = if n < 100 { 0.3 } else { (speed + 0.02).min(1.45) };
+                let answer = slid.judge(&Vector3::new(1e-3 * speed, 0.0, 0.0), 1e3, &normal, &(normal * 3.0));
+                assert_eq!(answer, Ok(()), "{tilt} rad, tick {n}");
+            }
+        }
     }
 }

@@ -74,7 +74,7 @@ impl Toggle {
 
     /// Position to show to the patch [m], every tick.
     pub fn show(&mut self, read_m: &Vector3<f32>) -> Vector3<f32> {
-        let fresh = || [read_m.x, read_m.y, read_m.z].map(|m| Axis { read_m: m, shown_m: m, ..Axis::default() });
+        let fresh = || [read_m.x, read_m.y, read_m.z].map(|m| Axis { read_m: m, ..Axis::default() });
         let axes = self.axes.get_or_insert_with(fresh);
         let mut shown_m = *read_m;
         for ((axis, m), shown_m) in axes.iter_mut().zip(read_m.iter()).zip(shown_m.iter_mut()) {
@@ -154,5 +154,42 @@ mod tests {
         let creep = || (0..20_i16).map(|n| n / 3 % 2).chain((0..1000).map(|n| 1 + n / 100));
         let late = shown(creep(), 0.1).iter().zip(creep()).skip(220).filter(|(s, r)| (**s - f32::from(*r)).abs() > 1e-3).count();
         assert_eq!(late, 0, "ticks");
+    }
+
+    #[test]
+    fn what_is_shown_is_never_more_than_one_count_and_a_third_away() {
+        // a toggle that shakes, then jumps of one, two, four counts and back
+        let jumps = || [1_i16, 2, 4, -4, -2].into_iter().flat_map(|to| (0..200_i16).map(|n| i16::from(n % 4 == 3)).chain([to]));
+        for (seen, read) in shown(jumps(), 0.05).iter().zip(jumps()) {
+            assert!((seen - f32::from(read)).abs() < 1.31, "{seen} {read}");
+        }
+    }
+
+    #[test]
+    fn a_reading_that_no_longer_toggles_is_shown_as_read_after_a_fifth_of_a_second() {
+        let seen = shown((0..400_i16).map(|n| i16::from(n % 4 == 3)).chain((0..202).map(|_| 0)), 0.05);
+        assert!(seen[450] > 1e-4, "{}", seen[450]);
+        assert_eq!(seen[601], 0.0);
+    }
+
+    #[test]
+    fn a_toggle_that_drifts_away_is_never_shown_late_by_more() {
+        // a linkage's steps, one and a half counts up and one down, after a toggle on the spot
+        let mut toggle = Toggle::new(COUNT_M);
+        let (mut read, mut means) = (0.0_f32, 0);
+        for n in 0..400_u16 {
+            read += if n % 2 == 1 {
+                -1.0
+            } else if n < 200 {
+                1.0
+            } else {
+                1.5
+            };
+            let seen = toggle.show(&Vector3::new(0.0, 0.0, COUNT_M * read)).z / COUNT_M;
+            toggle.answered(&Vector3::new(0.0, 0.0, 0.05 * read));
+            means += i32::from((seen - read).abs() > 0.1);
+            assert!((seen - read).abs() < 1.31, "tick {n}: {seen} {read}");
+        }
+        assert!(means > 100, "{means} ticks showed a mean");
     }
 }

@@ -11,6 +11,7 @@ use crate::fault::Limiters;
 use crate::model::Model;
 use crate::params::{Probe, ProbeShape, Tuned};
 use crate::path::force::foundation;
+use crate::path::presence;
 use crate::path::probe::Motion;
 use crate::state::State;
 
@@ -32,7 +33,9 @@ pub fn find(model: &Model, tuned: &Tuned, state: &mut State, motion: &mut Motion
     }
     state.near = near;
     if !state.been_outside {
-        state.been_outside = !foundation::touches(model, tuned, state, motion.to_m);
+        state.been_outside = !state.seat.inside()
+            && !presence::buried(model, tuned, state, motion.to_m)
+            && !foundation::touches(model, tuned, state, motion.to_m);
         // nothing is pressed in the tick that first finds the probe outside: it has paid for one search of the points already
         state.near = 0;
         if !state.been_outside {
@@ -59,3 +62,6 @@ fn reach(probe: &Probe, depth_limit_m: f32, motion: &Motion) -> (Vector3<f32>, V
     }
     (low, high)
 }
+
+#[cfg(test)]
+mod tests;

@@ -27,6 +27,10 @@ pub struct Output {
     pub normal: Vector3<f32>,
     /// Free nodes that moved.
     pub active_nodes: u16,
+    /// Distance of the tip that the patch was shown from the one that was sensed [m].
+    pub apart_m: f32,
+    /// The sensed tip is outside the tissue, by geometry: there is no force to feel.
+    pub outside: bool,
     /// What was clamped.
     pub limiters: Limiters,
     /// Why the force is zero.
@@ -41,6 +45,8 @@ impl Output {
         point_m: Vector3::new(0.0, 0.0, 0.0),
         normal: Vector3::new(0.0, 0.0, 0.0),
         active_nodes: 0,
+        apart_m: 0.0,
+        outside: false,
         limiters: Limiters::DEFAULT,
         fault: None,
     };
@@ -52,7 +58,14 @@ impl Output {
 /// [`Fault::ForceNotFinite`].
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn read(tuned: &Tuned, state: &mut State, motion: &Motion, load: &Load, active_nodes: u16) -> Result<Output, Fault> {
-    let mut out = Output { active_nodes, limiters: motion.limiters, point_m: motion.to_m, ..Output::NONE };
+    let mut out = Output {
+        active_nodes,
+        limiters: motion.limiters,
+        point_m: motion.to_m,
+        apart_m: motion.apart_m,
+        outside: motion.outside,
+        ..Output::NONE
+    };
     if load.push == 0.0 {
         state.touch = None;
         return Ok(out);
@@ -77,6 +90,7 @@ pub fn read(tuned: &Tuned, state: &mut State, motion: &Motion, load: &Load, acti
     let rest_m = load.rest * per_push;
     let depth_m = (rest_m - motion.to_m).dot(&normal);
     state.touch = Some(TouchPlane { rest_m, normal });
+    state.over = Some(load.strongest.1);
     out.force_n = force_n;
     out.depth_m = if depth_m > 0.0 { depth_m } else { 0.0 };
     out.point_m = load.point * per_push;

@@ -1,11 +1,13 @@
-//! Guard: what the device says becomes what the patch is shown.
+//! Guard: the tip that the sensor read becomes the tip that the patch is shown.
 //!
-//! Into tissue the tip goes at most `Limits::max_sink_m_per_s`, out of it at any speed: a fast tap arrives late and weaker, and what the limit takes
-//! from the way in is never given back on the way out.
+//! In contact the shown tip enters the tissue at most at `Limits::max_sink_m_per_s` and leaves it at any
+//! speed: a fast tap arrives late and weaker, and the energy that the limit keeps from the tissue on the
+//! way in is never returned on the way out. Where there can be no contact ([`Presence::Outside`]), the
+//! shown tip **is** the sensed tip, whatever its speed.
 //!
-//! * in: tip position as sensed, [m], patch frame
-//! * out: the straight way the tip moves in this tick, speed and depth clamped
-//! * cost: about 80 instructions
+//! * in: sensed tip [m], patch frame; its [`Presence`]
+//! * out: the straight displacement of the shown tip in this tick, speed and depth clamped
+//! * cost: about 80 instructions, and those of [`super::presence`]
 //! * may fail: [`Fault::PoseNotFinite`]
 
 use nalgebra::Vector3;
@@ -14,7 +16,17 @@ use crate::fault::{BuildError, Fault, Limiters};
 use crate::lanes::sqrt;
 use crate::model::Model;
 use crate::params::Tuned;
+use crate::path::presence::{self, Presence};
 use crate::state::State;
+
+/// Radii of the probe between the shown and the sensed tip beyond which the hand has pushed through: the
+/// force at the shown tip says nothing of the tissue there, so there is none before a fresh approach. A probe that is
+/// driven in by a wrong sign is told as [`Fault::Runaway`] before that.
+const THROUGH_RADII: f32 = 3.0;
+/// Way aside at the depth limit after which the depth beyond it is kept [m].
+const SLID_M: f32 = 1e-3;
+/// Rounding of a position in a workspace of metres [m]: a press to the very limit is not beyond it.
+const ROUNDING_M: f32 = 1e-7;
 
 /// Where the probe is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +44,10 @@ pub struct Motion {
     pub to_m: Vector3<f32>,
     /// Velocity between the two [m/s].
     pub velocity_m_per_s: Vector3<f32>,
+    /// Distance of the shown tip from the sensed one at the end of this tick [m].
+    pub apart_m: f32,
+    /// The sensed tip is where no contact is possible.
+    pub outside: bool,
     /// What was clamped.
     pub limiters: Limiters,
 }
@@ -54,17 +70,30 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
         return Err(Fault::PoseNotFinite);
     }
     let from_m = state.tip_m.unwrap_or(pose.tip_m);
+    state.pressed = state.touch.or(state.pressed).filter(|at| state.near > 0 && (at.rest_m - from_m).dot(&at.normal) >= 0.0);
+    let (presence, plane) = presence::locate(model, tuned, state, pose.tip_m);
     let mut limiters = Limiters::default();
 
     let mut step = pose.tip_m - from_m;
+    let square = step.dot(&step);
     let longest = tuned.limits.max_speed_m_per_s * tuned.substep_s * f32::from(tuned.substeps);
+    let outside = presence == Presence::Outside;
+    if outside || !state.been_outside {
+        // a jump is not swept through whatever lies between its ends
+        let swept = !state.apart && square <= longest * longest;
+        (state.touch, state.pressed, state.apart, state.tip_m) = (None, None, false, Some(pose.tip_m));
+        (state.offset_m, state.limit_from_m) = (Vector3::zeros(), None);
+        let from_m = if swept { from_m } else { pose.tip_m };
+        let velocity_m_per_s = (pose.tip_m - from_m) * tuned.ticks_per_s;
+        return Ok(Motion { from_m, to_m: pose.tip_m, velocity_m_per_s, apart_m: 0.0, outside, limiters });
+    }
+    step += state.offset_m;
     let square = step.dot(&step);
     if square > longest * longest {
         // too far for the square to be finite: the limit holds all the same, in the direction that is left
         step = if square.is_finite() { step * (longest / sqrt(square)) } else { Vector3::zeros() };
         limiters.set(Limiters::SPEED);
     }
-    state.pressed = state.touch.or(state.pressed).filter(|at| state.near > 0 && (at.rest_m - from_m).dot(&at.normal) >= 0.0);
     if let Some(at) = state.pressed {
         let sink_m = -step.dot(&at.normal);
         let most_m = tuned.limits.max_sink_m_per_s * tuned.substep_s * f32::from(tuned.substeps);
@@ -76,16 +105,40 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
     }
     let mut to_m = from_m + step;
 
-    if let Some(touch) = state.touch {
-        let beyond = (touch.rest_m - to_m).dot(&touch.normal) - model.depth_limit_m;
-        if beyond > 0.0 {
-            to_m += touch.normal * beyond;
+    // Below the *rest* surface: a plane that followed the contact would move with the tip that it holds. The force beyond the
+    // limit differs from place to place, so a hand that slides there keeps its depth as an offset: it is not pushed out along a
+    // way that another place let it in. A hand that goes straight in and out again feels the same force both ways.
+    if let Some(plane) = plane {
+        let beyond_m = plane.probe_depth_m(&tuned.probe, to_m) - model.depth_limit_m;
+        if beyond_m > ROUNDING_M {
+            to_m += plane.normal * beyond_m;
+            let way_m = pose.tip_m - *state.limit_from_m.get_or_insert(pose.tip_m);
+            let aside_m = way_m - plane.normal * way_m.dot(&plane.normal);
+            if state.offset_m != Vector3::zeros() {
+                state.offset_m += plane.normal * beyond_m;
+            } else if aside_m.dot(&aside_m) > SLID_M * SLID_M {
+                state.offset_m = plane.normal * (to_m - pose.tip_m).dot(&plane.normal);
+            }
             limiters.set(Limiters::DEPTH);
+        } else if state.offset_m == Vector3::zeros() {
+            state.limit_from_m = None;
         }
     }
+    if state.offset_m != Vector3::zeros() {
+        limiters.set(Limiters::DEPTH);
+    }
     state.tip_m = Some(to_m);
+    // clamped or not: what rounding leaves between the two is no difference
+    state.apart = limiters != Limiters::DEFAULT;
+    let off_m = pose.tip_m - to_m;
+    let apart_m = if state.apart { sqrt(off_m.dot(&off_m)) } else { 0.0 };
+    let steep = plane.is_some_and(|plane| plane.steep(tuned.probe.axis));
+    let through = apart_m > THROUGH_RADII * tuned.probe.radius_m;
+    if through || (state.apart || steep) && presence::buried(model, tuned, state, to_m) {
+        state.been_outside = false;
+    }
     let velocity_m_per_s = (to_m - from_m) * tuned.ticks_per_s;
-    Ok(Motion { from_m, to_m, velocity_m_per_s, limiters })
+    Ok(Motion { from_m, to_m, velocity_m_per_s, apart_m, outside, limiters })
 }
 
 /// Depth at which a static press reaches a force [m]: `curve` holds (depth [m], force [N]) from shallow to deep, the touch left out, and is

@@ -5,6 +5,8 @@
 //! * `feed_watchdog()`, without which the board calls [`crate::safety::stop`] after some periods, above every interrupt;
 //! * `clock_counts() -> u32`, free running and wrapping, and `counts_to_ns`; `since_period_counts()`, the same since the tick timer's last edge;
 //! * `write_outputs(outputs)`, `outputs()` to read them back from the pins, and `outputs_off()`, fit for any context, a fault handler included;
+//! * `emergency_stop()`, the fault while the stop circuit is open or after it was; `operator_absent()`, whether the operator's switch is released,
+//!   if the board has a pin for one; `budget()`, the cycles that a patch may take per tick;
 //! * `healthy()`, the board's part of the self-test; `supply_low()`, whether the actuators' supply is too low now;
 //! * `stack_used_bytes()`, the deepest the stack has been, of `STACK_BYTES`;
 //! * `barred()`, whether the watchdog has reset the board too often ([`palpate_firmware::resets`]), `count_millisecond()` for its clock, and
@@ -48,9 +50,9 @@ pub use stack::{STACK_BYTES, stack_used_bytes};
 mod nucleo_h743zi;
 #[cfg(feature = "nucleo-h743zi")]
 pub use nucleo_h743zi::{
-    ProfileMemory, after_crash, barred, clock_counts, counts_to_ns, duty, exit, feed_watchdog, healthy, idle, link_read,
-    link_write, outputs, outputs_off, print, sense, since_period_counts, start_executors, start_tick_timer, supply_low,
-    write_outputs,
+    ProfileMemory, after_crash, barred, budget, clock_counts, counts_to_ns, duty, emergency_stop, exit, feed_watchdog, healthy,
+    idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense, since_period_counts, start_executors,
+    start_tick_timer, supply_low, write_outputs,
 };
 
 #[cfg(not(any(feature = "mps2", feature = "nucleo-h743zi")))]
@@ -61,7 +63,7 @@ compile_error!("name a board: --features mps2 or --features nucleo-h743zi");
 mod mps2;
 #[cfg(feature = "mps2")]
 pub use mps2::{
-    ProfileMemory, after_crash, barred, clock_counts, counts_to_ns, duty, exit, feed_watchdog, healthy, idle, link_read,
-    link_write, outputs, outputs_off, print, sense, since_period_counts, start_executors, start_tick_timer, supply_low,
-    write_outputs,
+    ProfileMemory, after_crash, barred, budget, clock_counts, counts_to_ns, duty, emergency_stop, exit, feed_watchdog, healthy,
+    idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense, since_period_counts, start_executors,
+    start_tick_timer, supply_low, write_outputs,
 };

@@ -14,8 +14,10 @@ use cortex_m::{
 use cortex_m_rt::exception;
 use defmt_semihosting as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
+use palpate::Fault;
 use palpate::haptic::device::Sensed;
 use palpate_firmware::force_out::{DacCode, Outputs};
+use palpate_firmware::patch::Budget;
 
 use super::Duty;
 use crate::{haptic_loop, safety};
@@ -46,6 +48,9 @@ const WATCHDOG_ENABLE: u32 = 1;
 /// The loop is dead after this long without a completed tick [us]: under the 5 ms in which the actuators must be off, over what two late ticks in a
 /// row take, which release the force themselves.
 const WATCHDOG_US: u32 = 4_500;
+/// FPGAIO light-emitting diodes; the first one is the enable line.
+const LEDS: *mut u32 = 0x4002_8000 as *mut u32;
+const ENABLE_LED: u32 = 1;
 /// FPGAIO free-running counter, 32 bit, running since reset.
 const COUNTER: *const u32 = 0x4002_8018 as *const u32;
 
@@ -196,20 +201,33 @@ pub fn idle(duty: &Duty) {
     }
 }
 
-/// The image has neither converters nor an enable line: these stand for their registers.
+/// The image has no converters: these stand for their registers.
 static DAC: [AtomicI16; 3] = [const { AtomicI16::new(0) }; 3];
+/// State commanded to the enable line. The line itself is a register of the FPGA that reads back.
 static ENABLE: AtomicBool = AtomicBool::new(false);
+
+fn set_enable(on: bool) {
+    ENABLE.store(on, Ordering::Relaxed);
+    // SAFETY: a register that nothing but this file touches; off goes out from any context.
+    unsafe { LEDS.write_volatile(if on { ENABLE_LED } else { 0 }) };
+}
+
+/// Whether the line was told to be on, or is.
+fn enabled() -> bool {
+    // SAFETY: a read without side effects.
+    ENABLE.load(Ordering::Relaxed) || unsafe { LEDS.read_volatile() } & ENABLE_LED != 0
+}
 
 /// Puts the codes on the converters and sets the enable line; off goes first, on last.
 pub fn write_outputs(outputs: Outputs) {
     if !outputs.enabled {
-        ENABLE.store(false, Ordering::Relaxed);
+        set_enable(false);
     }
     for (register, code) in DAC.iter().zip(outputs.codes) {
         register.store(code.0, Ordering::Relaxed);
     }
     if outputs.enabled {
-        ENABLE.store(true, Ordering::Relaxed);
+        set_enable(true);
     }
 }
 
@@ -217,7 +235,7 @@ pub fn write_outputs(outputs: Outputs) {
 pub fn outputs() -> Outputs {
     let [x, y, z] = &DAC;
     let codes = [x, y, z].map(|register| DacCode(register.load(Ordering::Relaxed)));
-    Outputs { enabled: ENABLE.load(Ordering::Relaxed), codes }
+    Outputs { enabled: enabled(), codes }
 }
 
 /// Releases the force. Takes no lock and calls nothing that can fail.
@@ -239,6 +257,25 @@ pub fn print(line: fmt::Arguments<'_>) {
 /// These images have no supply to watch: the host says when it is low.
 pub fn supply_low() -> bool {
     false
+}
+
+/// These images have no stop circuit: the host says when it opens.
+pub fn emergency_stop() -> Option<Fault> {
+    None
+}
+
+/// Nor a pin for the operator's switch.
+pub fn operator_absent() -> Option<bool> {
+    None
+}
+
+/// Cycles that a patch may take per tick, by the core that this image runs on.
+pub fn budget() -> Budget {
+    const PART: u32 = 0xFFF << 4;
+    const CORTEX_M7: u32 = 0xC27 << 4;
+    // SAFETY: a read-only register of every Cortex-M.
+    let part = unsafe { (*cortex_m::peripheral::CPUID::PTR).base.read() } & PART;
+    if part == CORTEX_M7 { Budget::M7_480 } else { Budget::M4F_168 }
 }
 
 /// These images have no encoders: poses come over the link.

@@ -4,19 +4,34 @@
 //! |---|---|
 //! | tick, 1 kHz | TIM7 |
 //! | encoders x, y, z | TIM2 (PA15, PB3), TIM3 (PC6, PC7), TIM4 (PD12, PD13) |
-//! | amplifiers x, y, z | TIM1 (PE9, PE11, PE13), 20 kHz; half of the period is no force |
-//! | enable line | PF12, high is on: pull it down at the amplifiers, a resetting chip lets it float |
+//! | magnitude x, y, z | TIM1 (PE9, PE11, PE13), 20 kHz, sign and magnitude: low is no force |
+//! | direction x, y, z | PF3, PF5, PF10, high is toward the negative side; alone it moves nothing |
+//! | stop circuit | `TIM1_BKIN` (PE15), high is closed: emergency stop and over-current trip in series from 3.3 V; low or open stops |
+//! | enable line | PF12, high is on: pull it down at the amplifiers, as the magnitudes: a resetting chip lets pins float |
 //! | supply of the amplifiers | PF13, high is good: an open pin reads low |
+//! | operator's switch | PF14, high is pressed: an open pin reads released; used where the profile says so |
 //! | link | USART3 (PD8, PD9): the debugger's serial port, 115 200 baud |
 //! | watchdog | IWDG1, 4.5 ms, its own clock |
+//!
+//! **Two ways to no force.** The enable line is one. The other is TIM1's main output switch (MOE): the break input clears it in hardware, clock
+//! and program running or not, and the magnitudes are then driven low. Break, polarity and idle levels are locked until the next reset. The stop
+//! circuit should also cut the amplifiers' power by itself: what a shorted transistor does no pin of this chip can stop.
+//!
+//! **Read back every tick**: levels (IDR) of enable line, directions and, at 0 %, magnitudes, beside the registers that drive them. A pulsing pin's
+//! level says nothing, and no current is measured: a broken amplifier is not seen here.
+//!
+//! **Encoders** are counters without a time stamp: a reading is as new as the tick, so [`palpate::Fault::PoseStale`] cannot occur here, and a dead
+//! encoder reads as a hand that rests. What is checked: each counter still runs in encoder mode.
 
 use core::fmt;
 use core::sync::atomic::{AtomicI16, AtomicU32, Ordering};
 
 use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
-use embassy_stm32::gpio::{Input, Level, Output, OutputType, Pull, Speed};
+use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::pac::gpio::vals::{Idr, Odr};
+use embassy_stm32::pac::timer::vals::{Bkp, FilterValue, Lock, Ossi, Ossr, Sms};
 use embassy_stm32::pac::{self, iwdg::vals::Key};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, HSIPrescaler, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk, VoltageScale,
@@ -24,16 +39,19 @@ use embassy_stm32::rcc::{
 use embassy_stm32::time::khz;
 use embassy_stm32::timer::low_level::CountingMode;
 use embassy_stm32::timer::qei::Qei;
-use embassy_stm32::timer::simple_pwm::{PwmPin, SimplePwm};
+use embassy_stm32::timer::simple_pwm::{PwmPin, PwmPinConfig, SimplePwm};
 use embassy_stm32::usart::{Config as UartConfig, Uart};
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Peripherals, interrupt};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
+use palpate::Fault;
 use palpate::haptic::device::{Sensed, SensorStatus};
 use palpate_firmware::config::{Flash, FlashError, SLOT_BYTES, Slot};
+use palpate_firmware::force_out::bridge::{AxisPins, Bridge, Line, Pins, StopCircuit};
 use palpate_firmware::force_out::{DacCode, Outputs};
-use palpate_firmware::probe_in::{self, EncoderCounts};
+use palpate_firmware::patch::Budget;
+use palpate_firmware::probe_in::{self, EncoderCounts, extended};
 
 use super::Duty;
 use crate::haptic_loop;
@@ -46,6 +64,14 @@ const TICK_HZ: u32 = 1_000;
 const WATCHDOG_US: u32 = 4_500;
 const ENABLE_PIN: usize = 12;
 const SUPPLY_PIN: usize = 13;
+const OPERATOR_PIN: usize = 14;
+/// Port F.
+const DIRECTION_PINS: [usize; 3] = [3, 5, 10];
+/// Port E.
+const MAGNITUDE_PINS: [usize; 3] = [9, 11, 13];
+const STOP_PIN: usize = 15;
+/// Time after which a pin has its level: 0.5 us, ten times the slowest edge of the data sheet at 50 pF.
+const SETTLE_CYCLES: u32 = CLOCK_MHZ / 2;
 /// Steps of the tick timer's counter.
 const COUNTER_HZ: u32 = 1_000_000;
 
@@ -107,10 +133,24 @@ pub fn start_executors() -> (SendSpawner, SendSpawner) {
 fn set_up(p: Peripherals) {
     core::mem::forget(Output::new(p.PF12, Level::Low, Speed::Low));
     core::mem::forget(Input::new(p.PF13, Pull::Down));
-    let push = OutputType::PushPull;
-    let (x, y, z) = (PwmPin::new(p.PE9, push), PwmPin::new(p.PE11, push), PwmPin::new(p.PE13, push));
+    core::mem::forget(Input::new(p.PF14, Pull::Down));
+    for direction in [Output::new(p.PF3, Level::Low, Speed::Low), Output::new(p.PF5, Level::Low, Speed::Low)] {
+        core::mem::forget(direction);
+    }
+    core::mem::forget(Output::new(p.PF10, Level::Low, Speed::Low));
+    // an alternate function without a driver: the pull-down makes an open wire a stop
+    let mut stop = Flex::new(p.PE15);
+    stop.set_as_af_unchecked(1, AfType::input(Pull::Down));
+    core::mem::forget(stop);
+    let low = PwmPinConfig { output_type: OutputType::PushPull, speed: Speed::Low, pull: Pull::Down };
+    let x = PwmPin::new_with_config(p.PE9, low);
+    let y =
+        PwmPin::new_with_config(p.PE11, PwmPinConfig { output_type: OutputType::PushPull, speed: Speed::Low, pull: Pull::Down });
+    let z =
+        PwmPin::new_with_config(p.PE13, PwmPinConfig { output_type: OutputType::PushPull, speed: Speed::Low, pull: Pull::Down });
     let mut pwm = SimplePwm::new(p.TIM1, Some(x), Some(y), Some(z), None, khz(20), CountingMode::EdgeAlignedUp);
     PERIOD_STEPS.store(pwm.max_duty_cycle(), Ordering::Relaxed);
+    arm_break_input();
     outputs_off();
     pwm.ch1().enable();
     pwm.ch2().enable();
@@ -134,6 +174,30 @@ fn set_up(p: Peripherals) {
         core.DWT.enable_cycle_counter();
         core.SCB.enable_icache();
     }
+}
+
+/// The break input takes the outputs away without the program; nothing can switch it off before the next reset.
+fn arm_break_input() {
+    let timer = pac::TIM1;
+    timer.cr2().modify(|w| (0..3).for_each(|channel| w.set_ois(channel, false)));
+    timer.af1().modify(|w| w.set_bkine(true));
+    timer.bdtr().modify(|w| {
+        w.set_moe(false);
+        w.set_bkp(0, Bkp::ACTIVE_LOW);
+        w.set_bke(0, true);
+        w.set_bkf(0, FilterValue::NO_FILTER); // unfiltered it acts without a clock
+        w.set_aoe(false);
+        // without main output the pins are driven low, not released
+        w.set_ossi(Ossi::IDLE_LEVEL);
+        w.set_ossr(Ossr::IDLE_LEVEL);
+    });
+    // the lock takes effect with the next write and protects what is written before it
+    timer.bdtr().modify(|w| w.set_lock(Lock::LEVEL2));
+    // what the pin did before it was set up
+    timer.sr().write(|w| {
+        w.0 = u32::MAX;
+        w.set_bif(0, false);
+    });
 }
 
 /// Starts the 1 kHz timer, above both executors, and the watchdog.
@@ -171,38 +235,60 @@ pub fn counts_to_ns(counts: u32) -> u32 {
 
 defmt::timestamp!("{=u32:us}", clock_counts() / CLOCK_MHZ);
 
-/// Steps of the period for a code: half of it is no force.
-fn steps(code: DacCode) -> u32 {
-    let period = PERIOD_STEPS.load(Ordering::Relaxed);
-    let offset = i64::from(code.0) * i64::from(period) / 0x1_0000;
-    (i64::from(period / 2) + offset) as u32
+fn period_steps() -> u16 {
+    PERIOD_STEPS.load(Ordering::Relaxed) as u16
 }
 
-/// Puts the codes on the amplifiers and sets the enable line; off goes first, on last.
+fn stop_circuit() -> StopCircuit {
+    StopCircuit { tripped: pac::TIM1.sr().read().bif(0), closed: pac::GPIOE.idr().read().idr(STOP_PIN) == Idr::HIGH }
+}
+
+/// Puts the codes on the bridges and sets the enable line; off goes first, on last.
 pub fn write_outputs(outputs: Outputs) {
     if !outputs.enabled {
         pac::GPIOF.bsrr().write(|w| w.set_br(ENABLE_PIN, true));
         pac::TIM1.bdtr().modify(|w| w.set_moe(false));
     }
-    for (axis, code) in outputs.codes.into_iter().enumerate() {
-        pac::TIM1.ccr(axis).write(|w| w.set_ccr(steps(code) as u16));
+    let told = |code: &AtomicI16| Bridge::of(DacCode(code.load(Ordering::Relaxed)), period_steps());
+    let next = outputs.codes.map(|code| Bridge::of(code, period_steps()));
+    let passes_zero: [bool; 3] =
+        core::array::from_fn(|axis| CODES.get(axis).is_none_or(|code| told(code).passes_zero(next[axis])));
+    if passes_zero.contains(&true) {
+        for (axis, passes) in passes_zero.into_iter().enumerate() {
+            if passes {
+                pac::TIM1.ccr(axis).write(|w| w.set_ccr(0));
+            }
+        }
+        // compare registers are taken over at the end of a period: end it now, no pulse may outlive its direction
+        pac::TIM1.egr().write(|w| w.set_ug(true));
+    }
+    for ((axis, bridge), pin) in next.into_iter().enumerate().zip(DIRECTION_PINS) {
+        pac::GPIOF.bsrr().write(|w| if bridge.reverse { w.set_bs(pin, true) } else { w.set_br(pin, true) });
+        pac::TIM1.ccr(axis).write(|w| w.set_ccr(bridge.steps));
     }
     for (kept, code) in CODES.iter().zip(outputs.codes) {
         kept.store(code.0, Ordering::Relaxed);
     }
-    if outputs.enabled {
+    if outputs.enabled && stop_circuit().allows_outputs() {
         pac::TIM1.bdtr().modify(|w| w.set_moe(true));
         pac::GPIOF.bsrr().write(|w| w.set_bs(ENABLE_PIN, true));
     }
 }
 
-/// What is on the pins: the codes, if the timer's registers hold them.
+/// Reads the outputs back, by pin levels and by the registers that drive them, once they have settled.
 pub fn outputs() -> Outputs {
+    cortex_m::asm::delay(SETTLE_CYCLES);
+    let (levels, registers) = (pac::GPIOF.idr().read(), pac::GPIOF.odr().read());
+    let line = |pin| Line { register: registers.odr(pin) == Odr::HIGH, level: levels.idr(pin) == Idr::HIGH };
+    let pulses = pac::GPIOE.idr().read();
+    let axes = core::array::from_fn(|axis| AxisPins {
+        steps: pac::TIM1.ccr(axis).read().ccr(),
+        pwm_level: pulses.idr(MAGNITUDE_PINS[axis]) == Idr::HIGH,
+        reverse: line(DIRECTION_PINS[axis]),
+    });
+    let pins = Pins { enable: line(ENABLE_PIN), main_output: pac::TIM1.bdtr().read().moe(), axes };
     let [x, y, z] = &CODES;
-    let codes = [x, y, z].map(|kept| DacCode(kept.load(Ordering::Relaxed)));
-    let held = (0..3).zip(codes).all(|(axis, code)| u32::from(pac::TIM1.ccr(axis).read().ccr()) == steps(code));
-    let enabled = pac::GPIOF.odr().read().odr(ENABLE_PIN) == pac::gpio::vals::Odr::HIGH || pac::TIM1.bdtr().read().moe();
-    Outputs { enabled, codes: if held { codes } else { [DacCode(i16::MIN); 3] } }
+    pins.outputs([x, y, z].map(|kept| DacCode(kept.load(Ordering::Relaxed))), period_steps())
 }
 
 /// Releases the force. Takes no lock and calls nothing that can fail.
@@ -216,9 +302,33 @@ pub fn supply_low() -> bool {
     pac::GPIOF.idr().read().idr(SUPPLY_PIN) == pac::gpio::vals::Idr::LOW
 }
 
-/// Whether the outputs are off before anything is switched on.
+/// Whether the stop circuit is open, or was since the last tick. Reported once, the timer's flag is cleared: from there on the loop's own fault
+/// holds until it is cleared by request, and with it the outputs are off.
+pub fn emergency_stop() -> Option<Fault> {
+    let circuit = stop_circuit();
+    if circuit.clears_flag() {
+        pac::TIM1.sr().write(|w| {
+            w.0 = u32::MAX; // ones change nothing
+            w.set_bif(0, false);
+        });
+    }
+    circuit.fault()
+}
+
+/// Whether the operator's switch is released.
+pub fn operator_absent() -> Option<bool> {
+    Some(pac::GPIOF.idr().read().idr(OPERATOR_PIN) == Idr::LOW)
+}
+
+/// Whether registers and levels of the outputs are off before anything is switched on, and the break input still guards them.
 pub fn healthy() -> bool {
-    outputs() == Outputs::OFF
+    let guard = pac::TIM1.bdtr().read();
+    outputs() == Outputs::OFF && guard.bke(0) && !guard.aoe() && guard.lock() == Lock::LEVEL2
+}
+
+/// Cycles that a patch may take per tick.
+pub fn budget() -> Budget {
+    Budget::M7_480
 }
 
 /// Three encoders on orthogonal axes. A mechanism of [`palpate_firmware::kinematics`] goes here, and its torques into `force_out`.
@@ -226,16 +336,20 @@ pub fn sense() -> Option<Sensed> {
     let read = [pac::TIM2.cnt().read() as u16, pac::TIM3.cnt().read().cnt(), pac::TIM4.cnt().read().cnt()];
     let [x, y, z] = &COUNTS;
     let counts = [(x, read[0]), (y, read[1]), (z, read[2])].map(|(kept, now)| {
-        let last = kept.load(Ordering::Relaxed);
-        // the way since the last tick is far shorter than half a turn of the counter
-        let way = i32::from(now.wrapping_sub(last as u16).cast_signed());
-        let next = last.wrapping_add_signed(way);
-        kept.store(next, Ordering::Relaxed);
-        EncoderCounts(next.cast_signed())
+        let next = extended(EncoderCounts(kept.load(Ordering::Relaxed).cast_signed()), now);
+        kept.store(next.0.cast_unsigned(), Ordering::Relaxed);
+        next
     });
+    let counting = [
+        (pac::TIM2.cr1().read().cen(), pac::TIM2.smcr().read().sms()),
+        (pac::TIM3.cr1().read().cen(), pac::TIM3.smcr().read().sms()),
+        (pac::TIM4.cr1().read().cen(), pac::TIM4.smcr().read().sms()),
+    ];
+    let good = counting.into_iter().all(|(runs, mode)| runs && mode == Sms::ENCODER_MODE_3);
+    let status = if good { SensorStatus::Good } else { SensorStatus::Failed };
     let sequence = READINGS.load(Ordering::Relaxed).wrapping_add(1);
     READINGS.store(sequence, Ordering::Relaxed);
-    Some(Sensed { position_m: probe_in::pose(counts).tip_m, sequence, status: SensorStatus::Good })
+    Some(Sensed { position_m: probe_in::pose(counts).tip_m, sequence, status })
 }
 
 /// Bytes that have come; moves waiting ones on their way, too. Once a tick is often enough for queues of sixteen.

@@ -47,6 +47,7 @@ pub struct Desk {
     asked: Option<Ask>,
     sensed: Option<Sensed>,
     found: Option<Fault>,
+    operator_present: bool,
 }
 
 impl Desk {
@@ -90,6 +91,14 @@ impl Desk {
                 self.found = Some(Fault::SupplyLow);
                 Reply::None
             }
+            ToBoard::EmergencyStop => {
+                self.found = Some(Fault::EmergencyStop);
+                Reply::None
+            }
+            ToBoard::Operator(present) => {
+                self.operator_present = present;
+                Reply::None
+            }
             ToBoard::Report => Reply::Report,
             ToBoard::Store(profile) if controller.mode().accepts(Request::Config) => Reply::Store(profile),
             ToBoard::Store(_) => Reply::Refused(Refusal::NotIdle),
@@ -98,11 +107,117 @@ impl Desk {
 
     /// The newest reading that the host sent, and what it said, for one tick. A desk without a new reading repeats nothing: the cycle sees its age.
     pub fn clear(&mut self) -> (Option<Sensed>, Command) {
-        let Self { heard, asked, sensed, found } = core::mem::take(self);
-        (sensed, Command { heard, asked, found, ..Command::default() })
+        let Self { heard, asked, sensed, found, operator_present } = core::mem::take(self);
+        self.operator_present = operator_present;
+        (sensed, Command { heard, asked, found, operator_absent: !operator_present, ..Command::default() })
     }
 }
 
 fn idle(mode: Mode, change: Change) -> Reply {
     if mode.accepts(Request::Mesh) { Reply::Change(change) } else { Reply::Refused(Refusal::NotIdle) }
+}
+
+#[cfg(test)]
+mod tests {
+    use palpate::haptic::cycle::{Renderer, Settings};
+    use palpate::haptic::device::HapticDevice;
+    use palpate::{Output, ProbePose, Vector3};
+
+    use super::*;
+    use crate::controller::Arming;
+    use crate::edge::Edge;
+
+    fn told(messages: &[ToBoard<'_>]) -> Command {
+        let settings = Settings::safe(&Edge::DESKTOP.limits());
+        let mut controller = Controller::build(&settings, Edge::DESKTOP, Arming::OnRequest).unwrap();
+        let mut desk = Desk::default();
+        messages.iter().for_each(|message| assert_eq!(desk.take(message, &mut controller, None), Reply::None));
+        desk.clear().1
+    }
+
+    #[test]
+    fn nothing_that_comes_behind_a_stop_takes_it_back() {
+        for behind in [HostAsk::Arm, HostAsk::Clear, HostAsk::Stop] {
+            for before in [HostAsk::Arm, HostAsk::Clear] {
+                let asked = told(&[before, HostAsk::Stop, behind].map(ToBoard::Ask)).asked;
+                assert_eq!(asked, Some(Ask::Stop), "{before:?}, stop, {behind:?}");
+            }
+        }
+        assert_eq!(told(&[HostAsk::Clear, HostAsk::Arm].map(ToBoard::Ask)).asked, Some(Ask::Arm), "else the last one counts");
+    }
+
+    #[test]
+    fn a_host_tells_of_a_stop_circuit_and_of_an_operator_that_the_board_cannot_see() {
+        assert_eq!(told(&[ToBoard::EmergencyStop, ToBoard::Heartbeat]).found, Some(Fault::EmergencyStop));
+        assert!(told(&[ToBoard::Heartbeat]).operator_absent, "absent until somebody is there");
+        assert!(!told(&[ToBoard::Operator(true), ToBoard::Heartbeat]).operator_absent);
+        assert!(told(&[ToBoard::Operator(true), ToBoard::Operator(false)]).operator_absent);
+    }
+
+    #[test]
+    fn a_host_was_heard_in_the_tick_in_which_a_message_came_and_in_no_other() {
+        let settings = Settings::safe(&Edge::DESKTOP.limits());
+        let mut controller = Controller::build(&settings, Edge::DESKTOP, Arming::OnRequest).unwrap();
+        let mut desk = Desk::default();
+        assert!(!desk.clear().1.heard);
+        assert_eq!(desk.take(&ToBoard::Heartbeat, &mut controller, None), Reply::None);
+        assert!(desk.clear().1.heard);
+        assert!(!desk.clear().1.heard);
+    }
+
+    /// Nothing lies under the device.
+    struct Air;
+
+    impl Renderer for Air {
+        fn render(&mut self, _: ProbePose) -> Output {
+            Output::NONE
+        }
+
+        fn reset(&mut self) {}
+    }
+
+    /// In `Idle`, or armed and clear of everything.
+    fn started(arm: bool) -> Controller {
+        let settings = Settings::safe(&Edge::DESKTOP.limits());
+        let mut controller = Controller::build(&settings, Edge::DESKTOP, Arming::OnRequest).unwrap();
+        for sequence in 1..2_000 {
+            let good = Sensed { position_m: Vector3::zeros(), sequence, status: SensorStatus::Good };
+            let asked = (arm && controller.mode() == Mode::Idle).then_some(Ask::Arm);
+            controller.step(&mut Air, good, Command { asked, ..Command::HEARD }, true);
+        }
+        controller
+    }
+
+    #[test]
+    fn a_profile_is_kept_in_idle_alone() {
+        let store = ToBoard::Store(Profile::desktop());
+        let mut desk = Desk::default();
+        assert_eq!(started(false).mode(), Mode::Idle);
+        assert_eq!(desk.take(&store, &mut started(false), None), Reply::Store(Profile::desktop()));
+        assert_eq!(desk.take(&store, &mut started(true), None), Reply::Refused(Refusal::NotIdle));
+    }
+
+    #[test]
+    fn a_modulus_restarts_an_idle_patch_and_is_for_the_hand_in_an_armed_one() {
+        let modulus = ToBoard::YoungsModulus(2e3);
+        let mut desk = Desk::default();
+        assert_eq!(desk.take(&modulus, &mut started(false), None), Reply::Change(Change::Modulus(2e3)));
+        let mut armed = started(true);
+        assert!(armed.mode().accepts(Request::Parameter) && armed.mode() != Mode::Idle, "{:?}", armed.mode());
+        assert_eq!(desk.take(&modulus, &mut armed, None), Reply::Modulus(2e3));
+        let settings = Settings::safe(&Edge::DESKTOP.limits());
+        let mut boot = Controller::build(&settings, Edge::DESKTOP, Arming::OnRequest).unwrap();
+        assert_eq!(desk.take(&modulus, &mut boot, None), Reply::Refused(Refusal::NotIdle));
+    }
+
+    #[test]
+    fn while_a_patch_is_on_its_way_nobody_arms() {
+        let mut upload = std::boxed::Box::new(Upload::RESERVED);
+        let mut desk = Desk::default();
+        let arm = ToBoard::Ask(HostAsk::Arm);
+        assert_eq!(desk.take(&arm, &mut started(false), Some(&mut upload)), Reply::Refused(Refusal::NoPatch));
+        assert_eq!(desk.clear().1.asked, None);
+        assert_eq!(desk.take(&arm, &mut started(false), None), Reply::None);
+        assert_eq!(desk.clear().1.asked, Some(Ask::Arm));
+    }
 }

@@ -88,3 +88,21 @@ pub fn decode<'b, Message: Deserialize<'b>>(frame: &'b mut [u8]) -> Result<(u16,
         _ => Err(FrameError::Message),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_longest_body_fills_a_frame_and_a_longer_one_is_refused() {
+        // a length of two bytes goes in front of a slice
+        let longest = &[0x5A_u8; BODY_BYTES - 2][..];
+        let mut out = [0; FRAME_BYTES];
+        assert_eq!(encode(7, &longest, &mut out).unwrap().len(), FRAME_BYTES);
+        let (last, frame) = out.split_last_mut().unwrap();
+        assert_eq!(*last, 0);
+        assert_eq!(decode::<&[u8]>(frame), Ok((7, longest)));
+        assert_eq!(encode(7, &&[0x5A_u8; BODY_BYTES - 1][..], &mut out), Err(FrameError::TooLong));
+        assert_eq!(decode::<&[u8]>(&mut [1; FRAME_BYTES]), Err(FrameError::TooLong));
+    }
+}

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::record::Record;
 use crate::config::{Profile, StoreError};
-use crate::patch::{MODULUS, SUBSTEP};
+use crate::patch::{MODULUS, SUBSTEP, TICK, cost, site, step};
 
 /// From the host. Whatever it is, it is a sign of life.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,6 +50,10 @@ pub enum ToBoard<'a> {
     Store(Profile),
     /// The actuators' supply is too low: for boards that cannot see it themselves.
     SupplyLow,
+    /// The stop circuit is open: for boards that cannot see it themselves.
+    EmergencyStop,
+    /// Whether the operator's switch is pressed, for boards without a pin for it; holds until told otherwise, released before that.
+    Operator(bool),
 }
 
 /// What a host may ask of the mode machine; start-up is the board's own.
@@ -162,6 +166,10 @@ pub enum Refusal {
     ProfileRange,
     /// The memory for the profile does not keep it.
     FlashFailed,
+    /// A tick of it costs more than the board has.
+    PatchCost,
+    /// Its site, axis or depth limit does not lie on its own surface.
+    PatchSite,
 }
 
 impl From<BuildError> for Refusal {
@@ -170,7 +178,11 @@ impl From<BuildError> for Refusal {
             BuildError::Checksum { .. } => Self::PatchDamaged,
             BuildError::NotAPatch => Self::PatchVersion,
             BuildError::TooLarge { .. } | BuildError::LengthMismatch { .. } => Self::PatchTooLarge,
-            BuildError::OutOfRange { parameter: SUBSTEP, .. } => Self::PatchStep,
+            BuildError::OutOfRange { parameter: SUBSTEP | TICK | step::FLOOR, .. } => Self::PatchStep,
+            BuildError::OutOfRange { parameter: cost::COST, .. } => Self::PatchCost,
+            BuildError::OutOfRange { parameter: site::SITE | site::AXIS | site::AXIS_LENGTH | site::DEPTH, .. } => {
+                Self::PatchSite
+            }
             BuildError::OutOfRange { parameter: MODULUS, .. } => Self::ModulusOutOfRange,
             _ => Self::PatchInvalid,
         }
@@ -200,14 +212,43 @@ impl fmt::Display for Refusal {
             Self::PatchVersion => "the patch is of another version: pack it again with this palpate",
             Self::PatchTooLarge => "the patch has more nodes or triangles than the board holds: take a smaller one",
             Self::PatchStep => {
-                "the patch needs a shorter step than the board makes: pack it with more substeps or a larger mass floor"
+                "the patch needs another step than the board makes: pack it for ticks of 1 ms, with more substeps or a larger mass floor"
             }
             Self::PatchInvalid => "the patch's mesh or parameters are wrong: check the mesh and pack it again",
             Self::NoPatch => "there is no patch yet: send one first",
             Self::ProfileRange => "a number of the profile is out of its range: check it against the limits of the loop",
             Self::FlashFailed => "the memory for the profile does not keep it: the one before still holds",
+            Self::PatchCost => "a tick of the patch costs more than the board has: take a smaller patch or fewer substeps",
+            Self::PatchSite => "site, axis or depth limit of the patch do not fit its surface: check them and pack it again",
         })
     }
 }
 
 impl core::error::Error for Refusal {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_says_what_is_wrong_with_the_patch() {
+        let size = BuildError::TooLarge { item: "nodes", need: 2, have: 1 };
+        let length = BuildError::LengthMismatch { item: "springs", need: 2, have: 1 };
+        let range = |parameter| BuildError::OutOfRange { parameter, value: 2.0, min: 0.0, max: 1.0 };
+        let told = [
+            (BuildError::Checksum { expected: 1, found: 2 }, Refusal::PatchDamaged),
+            (BuildError::NotAPatch, Refusal::PatchVersion),
+            (size, Refusal::PatchTooLarge),
+            (length, Refusal::PatchTooLarge),
+            (range(SUBSTEP), Refusal::PatchStep),
+            (range(cost::COST), Refusal::PatchCost),
+            (range(site::AXIS), Refusal::PatchSite),
+            (range(MODULUS), Refusal::ModulusOutOfRange),
+            (range("poisson_ratio"), Refusal::PatchInvalid),
+            (BuildError::Empty, Refusal::PatchInvalid),
+        ];
+        for (error, refusal) in told {
+            assert_eq!(Refusal::from(error), refusal);
+        }
+    }
+}

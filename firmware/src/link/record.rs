@@ -114,3 +114,70 @@ impl Record {
             .or_else(|| codes().map(|(a, b)| ("codes", [f32::from(*a), f32::from(b)])))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RECORD: Record = Record {
+        tick: 1,
+        mode: 2,
+        fault: 3,
+        refused: false,
+        limiters: 4,
+        position_m: [0.1, 0.2, 0.3],
+        model_n: [0.4, 0.5, 0.6],
+        point_m: [0.7, 0.8, 0.9],
+        normal: [0.0, 0.6, 0.8],
+        depth_m: 1e-3,
+        active_nodes: 5,
+        patch_limiters: 6,
+        wanted_n: [1.0, 1.1, 1.2],
+        applied_n: [1.3, 1.4, 1.5],
+        energy_j: [1.6, 1.7, 1.8],
+        enabled: true,
+        codes: [7, 8, 9],
+        spent_counts: 10,
+    };
+
+    #[test]
+    fn modes_and_faults_are_found_by_their_numbers() {
+        for mode in Mode::ALL {
+            assert_eq!(Record { mode: mode as u8, ..RECORD }.mode(), Some(mode));
+        }
+        for fault in Fault::ALL {
+            assert_eq!(Record { fault: fault as u8, ..RECORD }.fault(), Some(fault));
+        }
+        let later = Record { mode: 200, fault: 200, ..RECORD };
+        assert_eq!((later.mode(), later.fault()), (None, None), "of a later version");
+        assert_eq!(Record { fault: 0, ..RECORD }.fault(), None);
+    }
+
+    #[test]
+    fn a_difference_is_named_with_both_values_and_the_time_is_none() {
+        assert_eq!(RECORD.first_difference(&RECORD), None);
+        assert_eq!(RECORD.first_difference(&Record { spent_counts: 11, ..RECORD }), None);
+        let changed = [
+            (Record { tick: 12, ..RECORD }, "tick", [1.0, 12.0]),
+            (Record { mode: 12, ..RECORD }, "mode", [2.0, 12.0]),
+            (Record { fault: 12, ..RECORD }, "fault", [3.0, 12.0]),
+            (Record { refused: true, ..RECORD }, "refused", [0.0, 1.0]),
+            (Record { limiters: 12, ..RECORD }, "limiters", [4.0, 12.0]),
+            (Record { position_m: [0.1, 0.2, 12.0], ..RECORD }, "position_m", [0.3, 12.0]),
+            (Record { model_n: [0.4, 12.0, 0.6], ..RECORD }, "model_n", [0.5, 12.0]),
+            (Record { point_m: [12.0, 0.8, 0.9], ..RECORD }, "point_m", [0.7, 12.0]),
+            (Record { normal: [-0.0, 0.6, 0.8], ..RECORD }, "normal", [0.0, -0.0]),
+            (Record { depth_m: 12.0, ..RECORD }, "depth_m", [1e-3, 12.0]),
+            (Record { active_nodes: 12, ..RECORD }, "active_nodes", [5.0, 12.0]),
+            (Record { patch_limiters: 12, ..RECORD }, "patch_limiters", [6.0, 12.0]),
+            (Record { wanted_n: [1.0, 1.1, 12.0], ..RECORD }, "wanted_n", [1.2, 12.0]),
+            (Record { applied_n: [1.3, 1.4, 12.0], ..RECORD }, "applied_n", [1.5, 12.0]),
+            (Record { energy_j: [1.6, 1.7, 12.0], ..RECORD }, "energy_j", [1.8, 12.0]),
+            (Record { enabled: false, ..RECORD }, "enabled", [1.0, 0.0]),
+            (Record { codes: [7, 12, 9], ..RECORD }, "codes", [8.0, 12.0]),
+        ];
+        for (other, name, values) in changed {
+            assert_eq!(RECORD.first_difference(&other), Some((name, values)));
+        }
+    }
+}

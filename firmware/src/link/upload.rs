@@ -61,3 +61,40 @@ impl Upload {
         bytemuck::cast_slice(&self.words).get(..self.have).ok_or(Refusal::PatchPieces)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::boxed::Box;
+
+    use super::*;
+
+    #[test]
+    fn a_patch_is_whole_once_every_piece_has_come_in_order() {
+        let mut upload = Box::new(Upload::RESERVED);
+        assert_eq!(upload.whole(), Err(Refusal::PatchPieces), "nothing was announced");
+        upload.begin(6).unwrap();
+        assert_eq!(upload.whole(), Err(Refusal::PatchPieces), "nothing has come");
+        upload.part(0, &[1, 2, 3, 4]).unwrap();
+        assert_eq!(upload.whole(), Err(Refusal::PatchPieces), "two bytes are missing");
+        upload.part(4, &[5, 6]).unwrap();
+        assert_eq!(upload.whole(), Ok(&[1, 2, 3, 4, 5, 6][..]));
+    }
+
+    #[test]
+    fn a_piece_that_is_repeated_skipped_or_too_long_gives_up_the_patch() {
+        for (at, piece) in [(0, &[9_u8, 9][..]), (3, &[9]), (2, &[9; 5])] {
+            let mut upload = Box::new(Upload::RESERVED);
+            upload.begin(6).unwrap();
+            upload.part(0, &[1, 2]).unwrap();
+            assert_eq!(upload.part(at, piece), Err(Refusal::PatchPieces), "{at}");
+            assert_eq!(upload.part(2, &[3, 4, 5, 6]), Err(Refusal::PatchPieces), "{at}: begins anew");
+        }
+    }
+
+    #[test]
+    fn a_patch_longer_than_the_memory_is_refused() {
+        let mut upload = Box::new(Upload::RESERVED);
+        assert_eq!(upload.begin(64 * 1024), Ok(()));
+        assert_eq!(upload.begin(64 * 1024 + 1), Err(Refusal::PatchTooLong));
+    }
+}

@@ -52,7 +52,7 @@ pub fn pictures(folder: &OutputFolder, runs: &[Run]) -> Result<Vec<String>, Erro
                     methods: &methods,
                     front: &front,
                 };
-                speed_accuracy(folder.path(), &name, &chart)?;
+                speed_accuracy(folder.draft(), &name, &chart)?;
                 names.push(name);
             }
         }

@@ -10,6 +10,8 @@ mod slew;
 mod time_domain_passivity;
 mod virtual_coupling;
 
+use std::sync::Arc;
+
 use palpate::haptic::cycle::{Renderer, Settings};
 use palpate::haptic::damping::DampingSettings;
 use palpate::haptic::limits::LimitValues;
@@ -26,6 +28,7 @@ use self::virtual_coupling::VirtualCoupling;
 use super::device::DeviceProfile;
 use super::stimulus::{Change, Site};
 use super::surface::Surface;
+use super::watch::RestShape;
 
 /// The tick [s].
 const TICK_S: f32 = 1e-3;
@@ -228,6 +231,10 @@ impl<S: Surface> Renderer for Controlled<S> {
 impl<S: Surface> Surface for Controlled<S> {
     fn site(&self) -> Site {
         self.surface.site()
+    }
+
+    fn rest_shape(&self) -> Arc<dyn RestShape> {
+        self.surface.rest_shape()
     }
 
     fn change(&mut self, change: Change) {

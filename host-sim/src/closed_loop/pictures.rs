@@ -32,7 +32,7 @@ pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Si
     let time = ScaledAxis { title: "time [s]", scale: Scale::Linear };
     let chart = |file: &str, title: &str, y: &str, series: &[LineSeries], levels: &[Level]| {
         let y = ScaledAxis { title: y, scale: Scale::Linear };
-        lines(folder.path(), &format!("{name}_{file}"), &Lines { title, below, x: time, y, series, levels })
+        lines(folder.draft(), &format!("{name}_{file}"), &Lines { title, below, x: time, y, series, levels })
     };
     let normal = site.normal;
     let along = |force: palpate::Vector3<f32>| f64::from(force.dot(&normal.cast()));
@@ -55,7 +55,7 @@ pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Si
     let x = ScaledAxis { title: "frequency [Hz]", scale: Scale::Log };
     let y = ScaledAxis { title: "density [mN/sqrt(Hz)]", scale: Scale::Log };
     let title = "Spectrum of the force";
-    lines(folder.path(), &format!("{name}_spectrum"), &Lines { title, below, x, y, series: &series, levels: &[] })
+    lines(folder.draft(), &format!("{name}_spectrum"), &Lines { title, below, x, y, series: &series, levels: &[] })
 }
 
 /// From shortly before the touch to shortly after the handle came to rest.

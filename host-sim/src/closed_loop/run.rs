@@ -129,7 +129,7 @@ pub fn run_beside(setup: &Setup, surface: &mut impl Surface, beside: &mut impl B
     let start_m = site.point_m(-CLEAR_M, 0.0, 0.0);
     let mut plant = Plant::new(setup.device, setup.hand, site.at_m.cast(), site.normal.cast(), start_m);
     let mut cycle = Cycle::build(&setup.settings, &plant.limits())?;
-    let mut watched = Watched::of(&setup.settings, &plant.limits());
+    let mut watched = Watched::of(&setup.settings, &plant.limits(), surface);
     for asked in [Ask::Booted, Ask::TestPassed, Ask::Arm] {
         watched.cycle_beside(&mut cycle, &mut plant, surface, Command { asked: Some(asked), ..Command::HEARD }, beside);
     }
@@ -184,9 +184,9 @@ pub(super) struct Watched {
 }
 
 impl Watched {
-    /// Nothing seen yet, of a loop with these settings.
-    pub(super) fn of(settings: &Settings, device: &DeviceLimits) -> Self {
-        Self { watch: Watch::of(settings, device), ..Self::default() }
+    /// Nothing seen yet, of a loop with these settings on this surface.
+    pub(super) fn of(settings: &Settings, device: &DeviceLimits, surface: &impl Surface) -> Self {
+        Self { watch: Watch::of(settings, device).over(surface.rest_shape()), ..Self::default() }
     }
 
     pub(super) fn cycle(

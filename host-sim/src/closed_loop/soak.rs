@@ -121,7 +121,7 @@ fn on<S: Surface>(
     let site = surface.site();
     let limits = ground.device.limits(site.at_m.cast());
     let settings = Settings { limits: ground.device.limit_values(), ..Settings::safe(&limits) };
-    let (cycle, watched) = (Cycle::build(&settings, &limits)?, Watched::of(&settings, &limits));
+    let (cycle, watched) = (Cycle::build(&settings, &limits)?, Watched::of(&settings, &limits, surface));
     let mut held = Loop { cycle, watched, surface, readings: 0, seen: Soak::default() };
     let plant = |hand, at_m| Plant::new(ground.device, hand, site.at_m.cast(), site.normal.cast(), at_m);
     arm(&mut held, plant(HANDS[0], site.point_m(-CLEAR_M, 0.0, 0.0)));

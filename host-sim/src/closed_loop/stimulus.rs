@@ -10,6 +10,11 @@ pub const CLEAR_M: f64 = 5e-3;
 pub const HOLD_S: f64 = 2.0;
 /// Time for a press to settle [s].
 const SETTLE_S: f64 = 0.75;
+/// No hand holds longer than this without moving [s]: then it trembles by so much [m] at so many
+/// hertz, and its force drifts by this share (1) at that frequency [Hz].
+const STILL_S: f64 = 3.0;
+const TREMOR: (f64, f64) = (0.1e-3, 9.0);
+const DRIFT: (f64, f64) = (0.08, 0.2);
 
 /// Stiffness or far field change so many times at so many seconds after the press [s] ...
 const CHANGES: [(f64, f64); 3] = [(0.0, 2.0), (1.7, 0.5), (2.4, 1.0)];
@@ -83,6 +88,12 @@ impl Stimulus {
         Self { id: "S1", name: "tap", kind: Kind::Tap { m_per_s } }
     }
 
+    /// A hold of this time, and the steady end of every course [s].
+    #[must_use]
+    pub fn hold(s: f64) -> Self {
+        Self { id: "S4", name: "hold", kind: Kind::Hold { s } }
+    }
+
     /// The same, no longer than a few seconds: a hold of three.
     #[must_use]
     pub fn short(self) -> Self {
@@ -135,6 +146,12 @@ impl Site {
         let helper = if normal.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
         let along = (helper - normal * helper.dot(&normal)).normalize();
         Self { at_m, normal, along }
+    }
+
+    /// Along the surface, square to `along`.
+    #[must_use]
+    pub fn across(&self) -> Vector3<f64> {
+        self.normal.cross(&self.along)
     }
 
     /// A point at a depth [m] and at distances along the surface [m].
@@ -281,7 +298,16 @@ impl Course {
                 let depth_m = press(0.05);
                 self.target(depth_m - (depth_m + CLEAR_M) * self.left(t_s), 0.0, 0.0)
             }
-            Kind::Hold { .. } | Kind::Release | Kind::Chirp => self.target(press(0.05), 0.0, 0.0),
+            Kind::Hold { s } => {
+                let held_s = t_s - self.press_s(0.05);
+                // not in the steady end, which is judged
+                let on = ((held_s - STILL_S) / 0.5).min((s - held_s) / 0.5).clamp(0.0, 1.0);
+                let turns = std::f64::consts::TAU * (held_s - STILL_S);
+                let drift_m = DRIFT.0 * self.reach_m * (DRIFT.1 * turns).sin();
+                let restless_m = on * (TREMOR.0 * (TREMOR.1 * turns).sin() + drift_m);
+                self.target(press(0.05), 0.0, 0.0) + self.site.normal * restless_m
+            }
+            Kind::Release | Kind::Chirp => self.target(press(0.05), 0.0, 0.0),
         }
     }
 

@@ -1,16 +1,22 @@
 //! What is touched: a wall of one stiffness, or the product's patch.
 
+use std::sync::Arc;
+
 use palpate::haptic::cycle::{PatchRenderer, Renderer};
 use palpate::path::probe::ProbePose;
 use palpate::{BuildError, Limiters, Limits, Model, Output, Params, RimEdge, RimNode, State, Tuned, Vector3, tick};
 
 use super::stimulus::{Change, Site};
+use super::watch::{HalfSpace, RestShape, RestSolid};
 use crate::patch::{Memory, Patch};
 
 /// Something that answers, lies somewhere, and may change.
 pub trait Surface: Renderer {
     /// Where it is pressed.
     fn site(&self) -> Site;
+
+    /// Its geometry at rest, for the watch.
+    fn rest_shape(&self) -> Arc<dyn RestShape>;
 
     /// Asks for a change. What softens comes at once; what stiffens waits until [`Surface::settle`] is told that nothing touches: stiffened
     /// under the probe, it would give energy that nobody brought.
@@ -53,7 +59,7 @@ impl Renderer for Wall {
     fn render(&mut self, pose: ProbePose) -> Output {
         let depth_m = -pose.tip_m.dot(&self.normal);
         if depth_m <= 0.0 {
-            return Output { point_m: pose.tip_m, ..Output::NONE };
+            return Output { point_m: pose.tip_m, outside: true, ..Output::NONE };
         }
         let mut limiters = Limiters::DEFAULT;
         let depth_m = if depth_m > self.depth_limit_m {
@@ -76,6 +82,10 @@ impl Renderer for Wall {
 impl Surface for Wall {
     fn site(&self) -> Site {
         Site::new(Vector3::zeros(), self.normal.cast())
+    }
+
+    fn rest_shape(&self) -> Arc<dyn RestShape> {
+        Arc::new(HalfSpace { at_m: Vector3::zeros(), normal: self.normal.cast() })
     }
 
     fn change(&mut self, change: Change) {
@@ -113,6 +123,7 @@ pub struct TissueSurface<'a> {
     at: usize,
     wanted: usize,
     site: Site,
+    shape: Arc<RestSolid>,
 }
 
 /// Lends a patch as a surface to `work`.
@@ -135,7 +146,8 @@ pub fn with_tissue<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut Tis
     }
     let state = states.swap_remove(0);
     let site = Site::new(patch.site_m().cast(), params.probe.axis.cast());
-    Ok(work(&mut TissueSurface { variants, state, at: 0, wanted: 0, site }))
+    let shape = Arc::new(RestSolid::of(&model, &params.probe));
+    Ok(work(&mut TissueSurface { variants, state, at: 0, wanted: 0, site, shape }))
 }
 
 impl TissueSurface<'_> {
@@ -168,6 +180,10 @@ impl Renderer for TissueSurface<'_> {
 impl Surface for TissueSurface<'_> {
     fn site(&self) -> Site {
         self.site
+    }
+
+    fn rest_shape(&self) -> Arc<dyn RestShape> {
+        Arc::<RestSolid>::clone(&self.shape)
     }
 
     fn change(&mut self, change: Change) {

@@ -4,13 +4,22 @@
 //! allows it, in `SafeRamp` only a falling one, after arming a rising share, after a late tick at most half; I4 a fault stays until it is cleared, after good poses; I5 the tissue's state is finite and near its
 //! patch; I7 nothing old is rendered; I8 limits only go down; I9 what is told is what is given; I10 ticks count up by one;
 //! I11 energy is that of the force that acted, and what a contact made too much of fades it. I6, no allocation and
-//! no panic, is proven on the image, not watched.
+//! no panic, is proven on the image, not watched. I12 to I14 take contact from the sensed tip and geometry at rest, never from
+//! the renderer: no force without contact, none into the tissue, none that turns round from tick to tick at rest.
+
+mod box_tree;
+mod by_geometry;
+mod rest_shape;
+
+pub use by_geometry::{ByGeometry, Seen};
+pub use rest_shape::{HalfSpace, Placed, RestShape, RestSolid};
 
 use palpate::haptic::cycle::{Ask, Command, Settings, Telemetry};
 use palpate::haptic::device::{DeviceLimits, Sensed, SensorStatus};
 use palpate::haptic::limits::LimitValues;
 use palpate::haptic::mode::Mode;
 use palpate::{Limiters, Vector3};
+use std::sync::Arc;
 
 /// Rounding of a force of a few newtons [N].
 const ROUNDING_N: f32 = 2e-6;
@@ -43,7 +52,7 @@ impl Tick {
 /// An invariant that was broken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Broken {
-    /// I1 .. I10.
+    /// I1 .. I14.
     pub id: &'static str,
     /// What of it.
     pub what: &'static str,
@@ -68,6 +77,7 @@ pub struct Watch {
     settled: Option<Settled>,
     /// Where each axis is in the play of the energy's way [m]; unknown after a fault.
     slack_m: [Slack; 3],
+    by_geometry: Option<ByGeometry>,
 }
 
 /// Place in a play, once it is known.
@@ -129,6 +139,18 @@ impl Watch {
         Self { settled: Some(settled), ..Self::default() }
     }
 
+    /// Judges force by the geometry of what is touched, too.
+    #[must_use]
+    pub fn over(self, shape: Arc<dyn RestShape>) -> Self {
+        Self { by_geometry: Some(ByGeometry::over(shape)), ..self }
+    }
+
+    /// What geometry showed so far; nothing without a shape.
+    #[must_use]
+    pub fn seen(&self) -> Seen {
+        self.by_geometry.as_ref().map(ByGeometry::seen).unwrap_or_default()
+    }
+
     /// The first invariant that this tick breaks.
     ///
     /// # Errors
@@ -136,7 +158,8 @@ impl Watch {
     pub fn check(&mut self, now: &Tick) -> Result<(), Broken> {
         self.silent = if now.command.heard { 0 } else { self.silent + 1 };
         self.count(now);
-        let answer = self.judge(now);
+        let by_geometry = self.by_geometry.as_mut().map_or(Ok(()), |g| g.check(&now.reading, now.force_n()));
+        let answer = self.judge(now).and(by_geometry);
         self.arming = if now.told.mode == Mode::Arming { self.arming + 1 } else { 0 };
         self.past = [Some(*now), self.past[0], self.past[1]];
         answer
@@ -200,8 +223,9 @@ impl Watch {
         let (told, force_n, last_n) = (&now.told, now.force_n(), before.force_n());
 
         // some share of the last force, and at most the slew more
-        let near_n = (0..=1000).map(|n| (force_n - last_n * (n as f32 * 1e-3)).norm()).fold(f32::MAX, f32::min);
-        hold("I2", "slew", near_n <= now.limits.max_slew_n_per_s * 1e-3 + 1.5e-3)?;
+        let square = last_n.norm_squared();
+        let share = if square > 0.0 { (force_n.dot(&last_n) / square).clamp(0.0, 1.0) } else { 0.0 };
+        hold("I2", "slew", (force_n - last_n * share).norm() <= now.limits.max_slew_n_per_s * 1e-3 + 10.0 * ROUNDING_N)?;
         hold("I3", "ramp falls", told.mode != Mode::SafeRamp || force_n.norm() <= last_n.norm() + ROUNDING_N)?;
 
         let late = now.command.late_ticks > 0 && allows_force(before.told.mode);

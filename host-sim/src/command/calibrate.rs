@@ -135,7 +135,7 @@ impl CalibrateArgs {
         let calibration = calibrate(&tissue, &material, None, &params, &targets, &settings, &mut |r: &Round| bar.say(r))
             .map_err(|cause| Error::Usage(format!("scene {}: {cause}", scene.name)))?;
         bar.0.finish_and_clear();
-        self.write(&folder, &scene, &answer, &calibration)
+        self.write(folder, &scene, &answer, &calibration)
     }
 
     fn default_rounds(&self) -> usize {
@@ -159,7 +159,7 @@ impl CalibrateArgs {
         Ok((placed.tissue, Material { points_per_triangle, ..material }, params))
     }
 
-    fn write(&self, folder: &OutputFolder, scene: &Scene, answer: &Answer, calibration: &Calibration) -> Result<(), Error> {
+    fn write(&self, folder: OutputFolder, scene: &Scene, answer: &Answer, calibration: &Calibration) -> Result<(), Error> {
         let Calibration { patch, params, rounds, .. } = calibration;
         if !matches!((rounds.first(), rounds.last()), (Some(first), Some(last)) if last.cost < first.cost) {
             return Err(Error::Check(
@@ -173,12 +173,12 @@ impl CalibrateArgs {
         let header = ["evaluations", "cost", "force_rms_pct", "dent_mean_mm", "elapsed_s"];
         let rows = rounds.iter().map(|r| [r.evaluations as f64, r.cost, r.force_rms_pct, r.dent_mean_mm, r.elapsed_s]);
         folder.write_csv("convergence.csv", header, rows)?;
-        charts::convergence(folder.path(), "convergence", &scene.name, rounds)?;
+        charts::convergence(folder.draft(), "convergence", &scene.name, rounds)?;
         let map = ReferenceMap::of(answer).ok_or_else(|| too_few(scene))?;
         let accuracy =
             Accuracy::of(patch, params, &map, accuracy::DISC_RADII, PLACES).map_err(|cause| Error::Check(cause.to_string()))?;
         print_accuracy(&name, &accuracy);
-        write_accuracy(folder, &accuracy)?;
+        write_accuracy(&folder, &accuracy)?;
         folder.write_json(
             "summary.json",
             &Summary {
@@ -194,7 +194,7 @@ impl CalibrateArgs {
                 accuracy: &accuracy,
             },
         )?;
-        let file = folder.path().join(&name);
+        let file = folder.publish()?.join(&name);
         println!("\nwrote {}: summary.json, convergence.csv, accuracy.csv, picture as SVG and PNG", file.display());
         println!("press it with patch = \"{}\" under [solver] of a scene", file.display());
         Ok(())
@@ -203,7 +203,7 @@ impl CalibrateArgs {
     fn check(&self, scene: &Scene, answer: &Answer) -> Result<(), Error> {
         let map = ReferenceMap::of(answer).ok_or_else(|| too_few(scene))?;
         let sizes = self.nodes.map_or(calibrated::SIZES.to_vec(), |n| vec![n]);
-        let folder = OutputFolder::open(&self.common.folder("calibrate"))?;
+        let folder = OutputFolder::add_to(&self.common.folder("calibrate"))?;
         for nodes in sizes {
             let mut scene = scene.clone();
             scene.tissue.nodes = Some(nodes);
@@ -220,6 +220,7 @@ impl CalibrateArgs {
             print_accuracy(&format!("{} nodes, fitted over {fitted} places", session.report.nodes), &accuracy);
             folder.write_json(&format!("accuracy-{nodes}.json"), &accuracy)?;
         }
+        folder.publish()?;
         Ok(())
     }
 }

@@ -19,7 +19,7 @@ pub(super) struct ChartArgs {
     /// Only the two smallest meshes at 3.5 kPa: under a minute.
     #[arg(long)]
     quick: bool,
-    /// Output folder, made if it is not there.
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done.
     #[arg(long, value_name = "FOLDER", default_value = "out/chart")]
     out: PathBuf,
 }
@@ -34,7 +34,7 @@ impl ChartArgs {
         pictures(&folder, &runs)?;
         print_table(&runs);
         print_fronts(&summary);
-        println!("\nwrote {}: summary.json, chart.csv, pictures as SVG and PNG", folder.path().display());
+        println!("\nwrote {}: summary.json, chart.csv, pictures as SVG and PNG", folder.publish()?.display());
         Ok(())
     }
 }

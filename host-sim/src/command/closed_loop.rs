@@ -110,7 +110,8 @@ impl LoopArgs {
                 "every force was the emulated board's, equal to the desktop's to the last bit, and so was every final state"
             );
         }
-        println!("wrote {}: summary.json, runs.csv, trace.csv, pictures as SVG and PNG", folder.path().display());
+        let out = folder.publish()?;
+        println!("wrote {}: summary.json, runs.csv, trace.csv, pictures as SVG and PNG", out.display());
         if report.broken.is_empty() {
             return Ok(());
         }

@@ -119,12 +119,13 @@ impl EmulateArgs {
         }
         print_holds(&scene, &press);
         print(&told);
-        println!(
-            "\nwrote {}: summary.json, emulated.json, trace.csv, surface_*.csv, pictures as SVG and PNG",
-            folder.path().display()
-        );
+        let out = folder.publish()?;
+        println!("\nwrote {}: summary.json, emulated.json, trace.csv, surface_*.csv, pictures as SVG and PNG", out.display());
         if let Some(difference) = &told.first_difference {
             return Err(Error::Check(format!("board and desktop part: {difference}")));
+        }
+        if let Some((tick, broken)) = twin.broken {
+            return Err(Error::Check(format!("tick {tick} on the board breaks {}: {}", broken.id, broken.what)));
         }
         press.check(&scene.drive)
     }

@@ -46,7 +46,7 @@ impl FarFieldArgs {
         print_table(&setting, &table, &summary);
         print_awake(&awake);
         let names = "summary.json, far_field.csv, awake.csv, stress_rule.csv, pictures as SVG and PNG";
-        println!("\nwrote {}: {names}", folder.path().display());
+        println!("\nwrote {}: {names}", folder.publish()?.display());
         if summary.broken.is_empty() { Ok(()) } else { Err(Error::Check(summary.broken.join("; "))) }
     }
 }
@@ -63,10 +63,8 @@ impl FarFieldArgs {
         bar.clear();
         folder.write_json("summary.json", &sliding)?;
         print_sliding(&sliding);
-        println!(
-            "\nwrote {}: summary.json, sliding.csv, sliding_stroke.csv, traces, pictures as SVG and PNG",
-            folder.path().display()
-        );
+        let out = folder.publish()?;
+        println!("\nwrote {}: summary.json, sliding.csv, sliding_stroke.csv, traces, pictures as SVG and PNG", out.display());
         sliding.check()
     }
 }

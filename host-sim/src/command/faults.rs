@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
+use super::fault_paths;
 use super::progress::Progress;
 use crate::charts::{self, ReactionBar, ReactionTimes};
 use crate::closed_loop::campaign::{Ground, LightPatch, Table, campaign};
@@ -30,10 +31,13 @@ pub(super) struct FaultsArgs {
     /// So many seconds of normal use besides, in which nothing may trip.
     #[arg(long = "soak-s", value_name = "SECONDS", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     soak_s: u32,
-    /// Fewer runs, under a minute.
+    /// Instead: so many random paths through, along, around and under every shipped patch, at 1-100 kPa, on every device.
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(10..=100_000_000), conflicts_with_all = ["runs", "soak_s"])]
+    paths: Option<u64>,
+    /// Fewer runs, or at most 4000 paths, under a minute.
     #[arg(long)]
     quick: bool,
-    /// Output folder, made if it is not there.
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done.
     #[arg(long, value_name = "FOLDER", default_value = "out/faults")]
     out: PathBuf,
 }
@@ -67,6 +71,10 @@ struct SoakSummary {
 
 impl FaultsArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
+        if let Some(paths) = self.paths {
+            let paths = if self.quick { paths.min(fault_paths::QUICK) } else { paths };
+            return fault_paths::run(paths, self.seed, &self.out);
+        }
         let runs = self.runs.unwrap_or(if self.quick { 6_000 } else { 100_000 });
         let folder = OutputFolder::open(&self.out)?;
         let device = DeviceProfile::load("touch")?;
@@ -88,7 +96,7 @@ impl FaultsArgs {
         folder.write_json("summary.json", &summary)?;
         self.picture(&folder, runs, &table)?;
         print(&table, &summary);
-        println!("\nwrote {}: summary.json, faults.csv, faults.svg, faults.png", self.out.display());
+        println!("\nwrote {}: summary.json, faults.csv, faults.svg, faults.png", folder.publish()?.display());
         judge(&table, soaked.as_ref())
     }
 
@@ -133,7 +141,7 @@ impl FaultsArgs {
             HANDS.len()
         );
         let title = "From a fault to no force, or to a falling one";
-        charts::reaction_times(folder.path(), "faults", &ReactionTimes { title, below: &below, bars: &bars })?;
+        charts::reaction_times(folder.draft(), "faults", &ReactionTimes { title, below: &below, bars: &bars })?;
         Ok(())
     }
 }

@@ -11,6 +11,7 @@ use clap::Args;
 
 use self::tools::{Tools, run};
 use crate::error::Error;
+use crate::output::OutputFolder;
 use crate::scene::Scene;
 
 /// What the page is built for.
@@ -65,14 +66,15 @@ impl LiveArgs {
         let bind = tools.build(&["--release", "--package", "palpate-live-page"], "palpate-live-page")?;
         say_built(started);
         let out = self.out.as_deref().unwrap_or(Path::new("out/live-page"));
-        let write = |path: &Path, source| Error::Write { path: path.into(), source };
-        std::fs::create_dir_all(out).map_err(|e| write(out, e))?;
+        let folder = OutputFolder::open(out)?;
         eprintln!("binding and packing the page: some seconds");
-        run(Command::new(&bind).arg(&module).arg(out), "binding the page")?;
+        run(Command::new(&bind).arg(&module).arg(folder.draft()), "binding the page")?;
         for name in ["index.html", "page.js", "worker.js"] {
-            let to = out.join(name);
-            std::fs::copy(tools.package.join("web").join(name), &to).map_err(|e| write(&to, e))?;
+            let from = tools.package.join("web").join(name);
+            let bytes = std::fs::read(&from).map_err(|source| Error::Read { path: from, source })?;
+            folder.write(name, &bytes)?;
         }
+        folder.publish()?;
         println!(
             "wrote {}: {:.2} MB, static files: any web server shows them, without a network",
             out.display(),

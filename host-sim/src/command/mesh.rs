@@ -110,13 +110,14 @@ fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), 
             machine.name
         )));
     }
-    let folder = OutputFolder::open(&common.folder("mesh-pack"))?;
+    let folder = OutputFolder::add_to(&common.folder("mesh-pack"))?;
     let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
     let name = format!("{}-{}.patch", scene.name, machine.name);
     folder.write(&name, &bytes)?;
+    let out = folder.publish()?;
     println!(
         "{}: {} nodes, {} springs, {} tets, {touched} triangles in reach, {} bytes; about {:.0} of {:.0} {} a tick on {} (estimate)",
-        folder.path().join(name).display(),
+        out.join(name).display(),
         model.nodes.len(),
         model.springs.len(),
         model.tets.len(),

@@ -98,7 +98,7 @@ impl FarArgs {
                 errors.disc_rms_pct
             )));
         }
-        write(&folder, &scene, &prepared, &fitted, &session, machine, &cost)
+        write(folder, &scene, &prepared, &fitted, &session, machine, &cost)
     }
 }
 
@@ -180,7 +180,7 @@ struct Summary<'a> {
 }
 
 fn write(
-    folder: &OutputFolder,
+    folder: OutputFolder,
     scene: &Scene,
     prepared: &Prepared,
     fitted: &Fitted,
@@ -226,9 +226,10 @@ fn write(
             machine: crate::summary::machine(),
         },
     )?;
+    let out = folder.publish()?;
     println!(
         "{}: {} nodes, {} springs, {} tets, {} rim nodes and {} rim edges for {} elements outside, {} bytes",
-        folder.path().join(&name).display(),
+        out.join(&name).display(),
         model.nodes.len(),
         model.springs.len(),
         model.tets.len(),

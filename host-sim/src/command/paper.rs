@@ -28,7 +28,7 @@ pub(super) struct LocalCompressionArgs {
     /// Few forces, few trials at each temperature, coarse organs: under a minute.
     #[arg(long)]
     quick: bool,
-    /// Output folder, made if it is not there [default: out/paper-local-compression].
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done [default: out/paper-local-compression].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -44,7 +44,7 @@ pub(super) struct PaperArgs {
     /// Solve the finite elements of the full resolution anew instead of taking the shipped answer: some 15 minutes more.
     #[arg(long)]
     solve: bool,
-    /// Output folder, made if it is not there [default: out/paper-NAME].
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done [default: out/paper-NAME].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }

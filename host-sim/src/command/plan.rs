@@ -33,11 +33,11 @@ impl PlanArgs {
         let machine = machine(&self.board)?;
         let asked = self.tolerance_pct;
         let scene = Scene::load(&self.common.scene)?;
+        let mut folder = OutputFolder::open(&self.common.folder("plan"))?;
+        // an earlier plan's patch must not be taken for this one's
+        folder.drop_earlier(&format!("{}-{}.patch", scene.name, machine.name));
         let bar = bar();
         let known = Known::of(&scene, asked, |what| bar.set_message(what.to_owned()))?;
-        let folder = OutputFolder::open(&self.common.folder("plan"))?;
-        // an earlier plan's patch must not be taken for this one's; there may be none
-        let _ = std::fs::remove_file(folder.path().join(format!("{}-{}.patch", scene.name, machine.name)));
         let progress = |what: &str| bar.set_message(what.to_owned());
         let bench = Bench {
             scene: &scene,
@@ -50,7 +50,7 @@ impl PlanArgs {
         };
         let outcome = search(&bench, &mut Supply::of(&scene, machine, self.quick))?;
         bar.finish_and_clear();
-        report::write(&folder, &bench, &outcome)?;
+        report::write(folder, &bench, &outcome)?;
         outcome.check(machine, asked).map(|_| ())
     }
 }

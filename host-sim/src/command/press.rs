@@ -40,7 +40,8 @@ impl PressArgs {
         let press = with_progress(|progress| press::run(&scene, &session, progress))?;
         summary::write(&folder, &scene, &session, &press, self.vtu)?;
         print_holds(&scene, &press);
-        println!("\nwrote {}: summary.json, trace.csv, surface_*.csv, pictures as SVG and PNG", folder.path().display());
+        let out = folder.publish()?;
+        println!("\nwrote {}: summary.json, trace.csv, surface_*.csv, pictures as SVG and PNG", out.display());
         press.check(&scene.drive)
     }
 }

@@ -31,24 +31,21 @@ pub(super) struct ReferenceArgs {
 impl ReferenceArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         if self.shipped {
-            return ship(&OutputFolder::open(&self.common.folder("reference"))?);
+            return ship(OutputFolder::add_to(&self.common.folder("reference"))?);
         }
         let scene = Scene::load(&self.common.scene)?;
+        let folder = OutputFolder::open(&self.common.folder("reference"))?;
         let started = std::time::Instant::now();
         let mut bar = Bar::new();
-        // a bad scene leaves nothing behind: the folder comes when there is something to write
         let study = study(&scene, self.quick, |level, depth_m| {
             bar.say(started, || format!("mesh {} of 3, {:.2} mm deep", level + 1, depth_m * 1e3));
         })?;
         bar.clear();
-        let folder = OutputFolder::open(&self.common.folder("reference"))?;
         let report = Report::new(&scene, &study);
         report.print();
         write(&folder, &scene, &study, &report)?;
-        println!(
-            "\nwrote {}: answer.json, summary.json, forces.csv, surface_*.csv, picture as SVG and PNG",
-            folder.path().display()
-        );
+        let out = folder.publish()?;
+        println!("\nwrote {}: answer.json, summary.json, forces.csv, surface_*.csv, picture as SVG and PNG", out.display());
         match study.levels.iter().find_map(|level| level.stopped.map(|s| (level, s))) {
             None => Ok(()),
             Some((level, stalled)) => Err(Error::Check(format!(
@@ -63,7 +60,7 @@ impl ReferenceArgs {
     }
 }
 
-fn ship(folder: &OutputFolder) -> Result<(), Error> {
+fn ship(folder: OutputFolder) -> Result<(), Error> {
     for shipped in &SHIPPED {
         let started = std::time::Instant::now();
         let mut bar = Bar::new();
@@ -73,9 +70,10 @@ fn ship(folder: &OutputFolder) -> Result<(), Error> {
             });
         })?;
         bar.clear();
-        answer.save(folder, shipped.file)?;
-        println!("{}: {} holds", folder.path().join(shipped.file).display(), answer.holds.len());
+        answer.save(&folder, shipped.file)?;
+        println!("{}: {} holds", shipped.file, answer.holds.len());
     }
+    println!("wrote {}", folder.publish()?.display());
     Ok(())
 }
 
@@ -273,7 +271,7 @@ fn write(folder: &OutputFolder, scene: &Scene, study: &Study, report: &Report) -
         .collect();
     if levels.iter().any(|level| !level.holds.is_empty()) {
         let caption = report.caption();
-        charts::refinement(folder.path(), "refinement", &Refinement { scene: &scene.name, caption: &caption, levels: &levels })?;
+        charts::refinement(folder.draft(), "refinement", &Refinement { scene: &scene.name, caption: &caption, levels: &levels })?;
     }
     Ok(())
 }

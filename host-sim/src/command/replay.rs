@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
+use crate::closed_loop::watch::Broken;
 use crate::emulate::one_core::OneCore;
 use crate::emulate::{Machine, live_trace};
 use crate::error::Error;
@@ -17,7 +18,7 @@ pub(super) struct ReplayArgs {
     /// Trace that `palpate live` recorded, in the window or in the page.
     #[arg(value_name = "TRACE")]
     file: PathBuf,
-    /// Output folder, made if it is not there.
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done.
     #[arg(long, value_name = "FOLDER", default_value = "out/replay")]
     out: PathBuf,
     /// Also on the emulated board, in lock-step: every tick must have the trace's bits.
@@ -27,7 +28,7 @@ pub(super) struct ReplayArgs {
     #[arg(long, value_name = "FILE", requires = "emulated")]
     image: Option<PathBuf>,
     /// The emulated board.
-    #[arg(long, value_enum, default_value = "m4f", requires = "emulated")]
+    #[arg(long, value_enum, default_value = "m7", requires = "emulated")]
     board: Machine,
 }
 
@@ -45,12 +46,15 @@ struct Summary<'a> {
     emulated_board: Option<String>,
     differs_at_tick: Option<u32>,
     differs_in: Option<&'static str>,
+    /// Invariants of the loop that the trace breaks.
+    invariants_broken: Vec<&'static str>,
 }
 
 impl ReplayArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let bytes = std::fs::read(&self.file).map_err(|source| Error::Read { path: self.file.clone(), source })?;
         let trace = Trace::read(&bytes).map_err(|cause| Error::Trace { path: self.file.clone(), cause })?;
+        let folder = OutputFolder::open(&self.out)?;
         let again = match self.emulated {
             true => {
                 let turns = OneCore::stay();
@@ -60,7 +64,6 @@ impl ReplayArgs {
             }
             false => replay::replay(&trace)?,
         };
-        let folder = OutputFolder::open(&self.out)?;
         let peak_force_n = again.told.iter().map(|t| t.applied_n.norm()).fold(0.0, f32::max);
         let deepest_m = again.told.iter().map(|t| t.output.depth_m).fold(0.0, f32::max);
         let summary = Summary {
@@ -74,13 +77,18 @@ impl ReplayArgs {
             emulated_board: self.emulated.then(|| format!("{:?}", self.board)),
             differs_at_tick: again.differs.map(|d| d.0),
             differs_in: again.differs.map(|d| d.1),
+            invariants_broken: again.broken.iter().map(|(_, b)| b.id).collect(),
         };
         folder.write_json("summary.json", &summary)?;
         folder.write("trace.csv", replay::table(&again).as_bytes())?;
         let seconds = f64::from(trace.ticks) * 1e-3;
         println!("{}: {} with {}, {seconds:.1} s", self.file.display(), trace.head.scene, trace.head.device);
         println!("  strongest {peak_force_n:.3} N, deepest {:.2} mm; nodes {:016x}", deepest_m * 1e3, again.hash);
-        println!("\nwrote {}: summary.json, trace.csv", self.out.display());
+        println!("\nwrote {}: summary.json, trace.csv", folder.publish()?.display());
+        if let Some((tick, broken)) = again.broken.first() {
+            let Broken { id, what } = broken;
+            return Err(Error::Check(format!("{}: tick {tick} breaks {id}: {what}", self.file.display())));
+        }
         match again.differs {
             None if self.emulated => {
                 println!("every bit the same, on this machine and on the emulated board");

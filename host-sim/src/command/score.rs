@@ -21,7 +21,7 @@ pub(super) struct ScoreArgs {
     /// Instead of a file: check the equation against the 40 values printed in Table 1 of paper 004.
     #[arg(long = "table-1")]
     table_1: bool,
-    /// Output folder, made if it is not there.
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done.
     #[arg(long, value_name = "FOLDER", default_value = "out/score")]
     out: PathBuf,
 }
@@ -77,9 +77,10 @@ impl ScoreArgs {
         let found = Analysis::of(values);
         let [chief, associate, attending] = weights.shares();
         let below = format!("bars are means; weights {chief}, {associate}, {attending}; {source}");
-        charts::before_after(folder.path(), "scores", &below, values, &found)?;
+        charts::before_after(folder.draft(), "scores", &below, values, &found)?;
         folder.write("scores.csv", csv(values).as_bytes())?;
         folder.write_json("summary.json", &Summary { source, weights, test: TEST, found: &found, table_1: check })?;
+        folder.publish()?;
         Ok(found)
     }
 }

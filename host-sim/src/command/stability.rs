@@ -26,7 +26,7 @@ pub(super) struct StabilityArgs {
     /// The loop on every shipped device too, at its own delay.
     #[arg(long, conflicts_with_all = ["quick", "model"])]
     full: bool,
-    /// Output folder, made if it is not there.
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done.
     #[arg(long, value_name = "FOLDER", default_value = "out/stability")]
     out: PathBuf,
 }
@@ -50,7 +50,7 @@ impl StabilityArgs {
             summary.of_loop = Some(run_loop(&folder, self.quick, self.full)?);
         }
         folder.write_json("summary.json", &summary)?;
-        println!("\nwrote {}: summary.json, tables as CSV, pictures as SVG and PNG", folder.path().display());
+        println!("\nwrote {}: summary.json, tables as CSV, pictures as SVG and PNG", folder.publish()?.display());
         if let Some(model) = &summary.model
             && let [first, ..] = model.broken.as_slice()
         {

@@ -8,11 +8,12 @@
 //! * may fail: a board that crashes, refuses the patch or the device, or differs from the desktop
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use palpate::haptic::cycle::{Ask, Command, Renderer, Settings, Telemetry};
 use palpate::haptic::device::{DeviceLimits, Sensed, SensorStatus};
 use palpate::path::probe::ProbePose;
-use palpate::{Output, Vector3};
+use palpate::{Output, PatchFile, Probe, Vector3};
 use palpate_firmware::config::Profile;
 use palpate_firmware::edge::Drive;
 use palpate_firmware::force_out;
@@ -25,6 +26,7 @@ use crate::closed_loop::prepared::Prepared;
 use crate::closed_loop::run::{Beside, Run, Setup, run_beside};
 use crate::closed_loop::stimulus::{Change, Site, Stimulus};
 use crate::closed_loop::surface::Surface;
+use crate::closed_loop::watch::{Placed, RestShape, RestSolid};
 use crate::stable_step::StableStep;
 
 /// Ticks from power-on to `Idle`.
@@ -78,7 +80,8 @@ impl InLoop {
     }
 
     fn surface<'a>(&'a self, memory: &'a mut Memory) -> Result<PatchSurface<'a>, EmulateError> {
-        Ok(PatchSurface { patch: Patch::open(self.patch(), memory, None)?, youngs_modulus_pa: self.youngs_modulus_pa })
+        let probe = PatchFile::open(self.patch())?.params.probe;
+        Ok(PatchSurface { patch: Patch::open(self.patch(), memory, None)?, probe, youngs_modulus_pa: self.youngs_modulus_pa })
     }
 
     /// One run, on a board that has just been started; in the device's frame, whose centre is the site.
@@ -209,9 +212,18 @@ impl Beside for There {
     }
 }
 
+/// Geometry at rest of a patch under the device, in the device's frame.
+pub(super) fn rest_shape(patch: &Patch, probe: &Probe) -> Arc<dyn RestShape> {
+    let placement = patch.placement();
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| placement.turn_to_patch(axis).cast());
+    let shape = Arc::new(RestSolid::of(patch.model(), probe));
+    Arc::new(Placed { shape, turn: nalgebra::Matrix3::from_columns(&axes), shift_m: placement.to_patch(Vector3::zeros()).cast() })
+}
+
 /// The patch as the board has it, in the device's frame.
 struct PatchSurface<'a> {
     patch: Patch<'a>,
+    probe: Probe,
     youngs_modulus_pa: f32,
 }
 
@@ -228,6 +240,10 @@ impl Renderer for PatchSurface<'_> {
 impl Surface for PatchSurface<'_> {
     fn site(&self) -> Site {
         Site::new(Vector3::zeros(), Vector3::z())
+    }
+
+    fn rest_shape(&self) -> Arc<dyn RestShape> {
+        rest_shape(&self.patch, &self.probe)
     }
 
     fn change(&mut self, change: Change) {

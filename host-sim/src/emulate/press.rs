@@ -93,6 +93,7 @@ fn row(record: &Record, twin: &Twin<'_>, position_m: Vector3<f32>, n: usize) -> 
             active_nodes: record.active_nodes,
             limiters: limiters(record.patch_limiters),
             fault: record.fault(),
+            ..Output::NONE
         },
         tick_us: estimated_us(instructions, twin.machine()),
     }

@@ -12,7 +12,9 @@ use palpate_firmware::link::message::HostAsk;
 use palpate_firmware::link::{FromBoard, Record, ToBoard};
 use palpate_firmware::patch::{Memory, Patch};
 
+use super::in_loop::rest_shape;
 use super::{Board, EmulateError, Machine};
+use crate::closed_loop::watch::{Broken, ByGeometry};
 
 /// Ticks within which a board that nobody disturbs must reach full gain.
 const START_UP_TICKS: u32 = 2_000;
@@ -39,6 +41,9 @@ pub struct Twin<'a> {
     readings: u32,
     /// The first difference; the run goes on, to say how far it leads.
     pub difference: Option<Difference>,
+    /// The first tick in which the board's force broke an invariant of geometry; see [`ByGeometry`].
+    pub broken: Option<(u32, Broken)>,
+    watch: ByGeometry,
     /// Instructions of every tick so far, sensors to converters.
     pub instructions: Vec<u64>,
     /// Faults that were met, in order, each once a time it began.
@@ -88,7 +93,10 @@ impl<'a> Twin<'a> {
             board.receive()?;
         }
         board.upload(patch)?;
+        let params = PatchFile::open(patch)?.params;
         Ok(Self {
+            watch: ByGeometry::over(rest_shape(&patch_here, &params.probe)),
+            broken: None,
             machine: board.machine(),
             board,
             controller,
@@ -100,7 +108,7 @@ impl<'a> Twin<'a> {
             instructions: Vec::new(),
             faults: Vec::new(),
             last_fault: None,
-            packed_pa: PatchFile::open(patch)?.params.youngs_modulus_pa,
+            packed_pa: params.youngs_modulus_pa,
         })
     }
 
@@ -153,6 +161,10 @@ impl<'a> Twin<'a> {
             && let Some((what, values)) = there.first_difference(&here)
         {
             self.difference = Some(Difference { tick: here.tick, what, values });
+        }
+        let force_n = if there.enabled { there.applied_n.into() } else { Vector3::zeros() };
+        if let Err(broken) = self.watch.check(&self.newest, force_n) {
+            self.broken = self.broken.or(Some((there.tick, broken)));
         }
         self.instructions.push(super::board::instructions(there.spent_counts));
         let fault = there.fault();

@@ -9,6 +9,7 @@ use super::choice::{Choice, axis};
 use super::device::{Holding, Port};
 use super::tissue::LiveTissue;
 use super::trace::{Head, Recorder};
+use crate::closed_loop::watch::{Broken, Tick, Watch};
 use crate::error::Error;
 use crate::session::TICK_S;
 
@@ -37,6 +38,8 @@ pub struct Told {
     pub at_m: Vector3<f64>,
     /// What the loop told.
     pub telemetry: Telemetry,
+    /// The invariant of the loop that this tick broke.
+    pub broken: Option<Broken>,
 }
 
 /// A loop.
@@ -48,6 +51,7 @@ pub struct Live {
     port: Port,
     settings: Settings,
     cycle: Cycle,
+    watch: Watch,
     target_m: Vector3<f64>,
     /// What waits until nothing is touched.
     waiting: Option<Params>,
@@ -71,6 +75,7 @@ impl Live {
         let mut settings = Settings::safe(&port.limits());
         settings.limits.max_force_n = max_force_n;
         let cycle = Cycle::build(&settings, &port.limits())?;
+        let watch = Watch::of(&settings, &port.limits()).over(tissue.rest_shape());
         Ok(Self {
             choice,
             holding: holding.clone(),
@@ -78,6 +83,7 @@ impl Live {
             port,
             settings,
             cycle,
+            watch,
             target_m: start_m,
             waiting: None,
             asked: None,
@@ -207,9 +213,14 @@ impl Live {
             _ => None,
         });
         let command = Command { heard, asked, ..Command::default() };
-        let mut listened = Listened { port: &mut self.port, reading: None };
-        let telemetry = self.cycle.run(&mut listened, &mut self.tissue, command);
-        if let (Some(recorder), Some(reading)) = (&mut self.recorder, listened.reading) {
+        let limits = *self.cycle.limits();
+        let mut listened = Listened { port: &mut self.port, reading: None, got_n: None };
+        let told = self.cycle.run(&mut listened, &mut self.tissue, command);
+        let Listened { reading, got_n, .. } = listened;
+        let seen = reading.map(|reading| Tick { command, reading, limits, told, got_n, unsound: None });
+        let broken = seen.and_then(|tick| self.watch.check(&tick).err());
+        let telemetry = told;
+        if let (Some(recorder), Some(reading)) = (&mut self.recorder, reading) {
             recorder.row(&reading, &command, &telemetry);
             if recorder.hash_due() {
                 recorder.hash(self.tissue.hash());
@@ -219,7 +230,7 @@ impl Live {
         self.target_m += way_m;
         let touched = telemetry.output.depth_m > 0.0 || telemetry.applied_n != Vector3::zeros();
         self.port.step(self.target_m, way_m / TICK_S, touched);
-        Told { at_m: self.port.at_m(), telemetry }
+        Told { at_m: self.port.at_m(), telemetry, broken }
     }
 }
 
@@ -227,6 +238,7 @@ impl Live {
 struct Listened<'a> {
     port: &'a mut Port,
     reading: Option<Sensed>,
+    got_n: Option<Vector3<f32>>,
 }
 
 impl HapticDevice for Listened<'_> {
@@ -241,10 +253,12 @@ impl HapticDevice for Listened<'_> {
     }
 
     fn actuate(&mut self, force_n: Vector3<f32>) {
+        self.got_n = Some(force_n);
         self.port.actuate(force_n);
     }
 
     fn release(&mut self) {
+        self.got_n = None;
         self.port.release();
     }
 }

@@ -6,6 +6,7 @@ use palpate::{Params, PatchFile, Vector3};
 
 use super::tissue::LiveTissue;
 use super::trace::{Piece, Trace, digest};
+use crate::closed_loop::watch::{Broken, Tick, Watch};
 use crate::error::Error;
 use crate::patch::Patch;
 
@@ -18,6 +19,8 @@ pub struct Replayed {
     pub hash: u64,
     /// The first thing that differs: its tick, and what.
     pub differs: Option<(u32, &'static str)>,
+    /// Invariants of the loop that a tick broke, each once, with its tick.
+    pub broken: Vec<(u32, Broken)>,
 }
 
 /// A controller that is given the same beside this one.
@@ -53,10 +56,15 @@ pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replay
     let mut device = Replay { limits: trace.device, reading: UNREAD, got_n: None };
     let mut tissue: Option<LiveTissue> = None;
     let mut told = Vec::with_capacity(trace.ticks as usize);
-    let mut replayed = Replayed { told: Vec::new(), hash: 0, differs: None };
+    let mut replayed = Replayed { told: Vec::new(), hash: 0, differs: None, broken: Vec::new() };
+    let mut watch = Watch::of(&trace.settings, &trace.device);
     for (n, piece) in trace.pieces.iter().enumerate() {
         match piece {
-            Piece::Tissue(bytes) => tissue = Some(unpack(bytes)?),
+            Piece::Tissue(bytes) => {
+                let unpacked = unpack(bytes)?;
+                watch = watch.over(unpacked.rest_shape());
+                tissue = Some(unpacked);
+            }
             Piece::Retuned([youngs_modulus_pa, node_damping_per_s]) => {
                 let tissue = tissue.as_mut().ok_or(palpate::BuildError::Empty)?;
                 let (youngs_modulus_pa, node_damping_per_s) = (*youngs_modulus_pa, *node_damping_per_s);
@@ -77,7 +85,14 @@ pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replay
                     }
                     device.reading.position_m = row.position_m;
                     device.reading.sequence = device.reading.sequence.wrapping_add(1);
+                    let limits = *cycle.limits();
                     let now = cycle.run(&mut device, tissue, row.command);
+                    let (command, reading, got_n) = (row.command, device.reading, device.got_n);
+                    if let Err(broken) = watch.check(&Tick { command, reading, limits, told: now, got_n, unsound: None })
+                        && !replayed.broken.iter().any(|(_, b)| *b == broken)
+                    {
+                        replayed.broken.push((now.tick, broken));
+                    }
                     witness.tick(device.reading, row.command, &now, device.got_n);
                     let same_force = now.applied_n.map(f32::to_bits) == row.applied_n.map(f32::to_bits);
                     if !same_force && replayed.differs.is_none() {

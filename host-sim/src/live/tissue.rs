@@ -1,8 +1,11 @@
 //! A patch that owns its memory, so that it lives as long as a window does.
 
+use std::sync::Arc;
+
 use palpate::haptic::cycle::Renderer;
 use palpate::{BuildError, Fault, Held, Node, Output, Params, ProbePose, State, TetShapes, tick};
 
+use crate::closed_loop::watch::{RestShape, RestSolid};
 use crate::patch::Patch;
 
 /// Patch, parameters and state, with every array of its own.
@@ -56,6 +59,12 @@ impl LiveTissue {
     #[must_use]
     pub fn params(&self) -> &Params {
         &self.params
+    }
+
+    /// Its geometry at rest, for the watch.
+    #[must_use]
+    pub fn rest_shape(&self) -> Arc<dyn RestShape> {
+        Arc::new(RestSolid::of(&self.patch.model(), &self.params.probe))
     }
 
     /// Its nodes, in the patch's order.

@@ -4,18 +4,18 @@
 const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
 /// One tet's side of a face.
-pub(super) struct FaceSide {
+pub(crate) struct FaceSide {
     /// Its nodes in rising order: the same for both sides of a face.
     pub key: [u32; 3],
     pub tet: usize,
-    /// Place among the tet's faces.
-    face: usize,
+    /// Place among the tet's faces: that of the corner opposite.
+    pub face: usize,
     /// Its nodes, counter-clockwise seen from outside the tet.
     pub corners: [u32; 3],
 }
 
 /// All sides of all faces, those of one face next to each other, in the order of their tets.
-pub(super) fn face_sides(tets: &[[u32; 4]]) -> Vec<FaceSide> {
+pub(crate) fn face_sides(tets: &[[u32; 4]]) -> Vec<FaceSide> {
     let mut sides = Vec::with_capacity(4 * tets.len());
     for (tet, nodes) in tets.iter().enumerate() {
         for (face, corners) in FACES.iter().enumerate() {

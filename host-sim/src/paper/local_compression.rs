@@ -29,7 +29,7 @@ use crate::output::OutputFolder;
 use crate::paper::report::{Report, print_claims};
 use scene::{PRESETS, PressScene};
 use site::Site;
-use study::{Size, forget, on_block, on_organ};
+use study::{Size, on_block, on_organ};
 
 /// What is run.
 #[derive(Clone, Debug, Default)]
@@ -50,14 +50,14 @@ pub fn run(options: &Options, out: &Path) -> Result<(), Error> {
     // all that can be refused is refused before anything is computed
     let scenes = names.iter().map(|name| PressScene::load(name)).collect::<Result<Vec<_>, _>>()?;
     let sites = scenes.iter().map(|scene| Site::of(scene, size.coarser)).collect::<Result<Vec<_>, _>>()?;
-    let folder = &OutputFolder::open(out)?;
+    let folder = OutputFolder::open(out)?;
     let trials = 2 * size.trials[0] + scenes.len() * size.trials[1];
     let style = ProgressStyle::with_template("{bar:30} {percent} % of the annealing, {elapsed}, {msg}");
     let bar = ProgressBar::new(trials as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    let block = on_block(folder, &size, &bar)?;
+    let block = on_block(&folder, &size, &bar)?;
     let mut organs = Vec::new();
     for (scene, site) in scenes.into_iter().zip(sites) {
-        organs.push(on_organ(folder, scene, site, &size, &bar)?);
+        organs.push(on_organ(&folder, scene, site, &size, &bar)?);
     }
     bar.finish_and_clear();
 
@@ -71,15 +71,14 @@ pub fn run(options: &Options, out: &Path) -> Result<(), Error> {
         names.join(", "),
         if options.quick { "Quick run: few forces, few trials at each temperature, coarse organs. " } else { "" },
     ));
-    tell::pictures(&mut report, folder, &organs)?;
-    tell::annealing(&mut report, folder, &block, &organs)?;
-    tell::sweeps(&mut report, folder, &machine, &block, &organs)?;
-    tell::failures(&mut report, folder, &block)?;
-    summary::write(folder, &machine, options.quick, &block, &organs, report.claims())?;
+    tell::pictures(&mut report, &folder, &organs)?;
+    tell::annealing(&mut report, &folder, &block, &organs)?;
+    tell::sweeps(&mut report, &folder, &machine, &block, &organs)?;
+    tell::failures(&mut report, &folder, &block)?;
+    summary::write(&folder, &machine, options.quick, &block, &organs, report.claims())?;
     let claims = report.claims().to_vec();
     folder.write("report.md", report.finish().as_bytes())?;
     summary::print(&block, &organs);
-    print_claims(&claims, folder);
-    forget(folder, &organs);
+    print_claims(&claims, &folder.publish()?);
     Ok(())
 }

@@ -1,8 +1,7 @@
 //! A report: Markdown with tables and pictures, and the verdict on each printed claim.
 
 use std::fmt::{Display, Write};
-
-use crate::output::OutputFolder;
+use std::path::Path;
 
 /// Text in the making.
 #[derive(Clone, Debug, Default)]
@@ -83,11 +82,11 @@ impl Report {
 }
 
 /// Says on the terminal which claims held, and where the report is.
-pub fn print_claims(claims: &[Claim], folder: &OutputFolder) {
+pub fn print_claims(claims: &[Claim], out: &Path) {
     println!();
     for claim in claims {
         let verdict = claim.held.map_or("cannot be tried", |held| if held { "held" } else { "did not hold" });
         println!("{verdict:>15}: {} - here: {}", claim.printed, claim.found);
     }
-    println!("\nwrote {}: report.md, summary.json, tables as CSV, pictures as SVG and PNG", folder.path().display());
+    println!("\nwrote {}: report.md, summary.json, tables as CSV, pictures as SVG and PNG", out.display());
 }

@@ -82,7 +82,7 @@ pub fn run(options: &Options, out: &Path) -> Result<(), Error> {
     let scene = HangingScene::load(&options.scene)?;
     let sizes: &[usize] = if options.quick { &[1] } else { &[0, 1] };
     let assemblies = sizes.iter().map(|at| assemble(&scene, *at)).collect::<Result<Vec<_>, _>>()?;
-    let folder = &OutputFolder::open(out)?;
+    let folder = OutputFolder::open(out)?;
     let started = Instant::now();
     let bar = ProgressBar::new_spinner();
     bar.enable_steady_tick(std::time::Duration::from_millis(200));

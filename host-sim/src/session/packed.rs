@@ -23,7 +23,7 @@ pub(super) fn open(scene: &Scene, path: &Path) -> Result<(Patch, Params), Error>
 }
 
 /// The same of bytes that came with the program.
-pub(super) fn unpack(bytes: &[u8]) -> Result<(Patch, Params), BuildError> {
+pub(crate) fn unpack(bytes: &[u8]) -> Result<(Patch, Params), BuildError> {
     let words = words(bytes);
     let file = PatchFile::open(&bytemuck::cast_slice(&words)[..bytes.len()])?;
     file.model.check()?;

@@ -5,12 +5,11 @@ use crate::fault::Limiters;
 use crate::haptic::deadline;
 use crate::haptic::length;
 use crate::haptic::mode::Mode;
-use crate::planted::{Defect, planted};
 
 impl Cycle {
     /// Product of all gains (1).
     pub(super) fn gain(&mut self, record: &mut Telemetry) -> f32 {
-        if !self.touched || planted(Defect::RampInRisesInContact) {
+        if !self.touched {
             let ramp = self.ramp + self.arming.ramp_in_per_tick;
             self.ramp = if ramp < 1.0 { ramp } else { 1.0 };
             self.relief = 1.0;
@@ -18,20 +17,20 @@ impl Cycle {
             let relief = self.relief - self.arming.relief_per_tick;
             self.relief = if relief > self.arming.least_relief { relief } else { self.arming.least_relief };
         }
-        if self.ramp * self.relief < 1.0 {
+        let gain = self.ramp * self.relief * self.stillness.gain();
+        if gain < 1.0 {
             record.limiters.set(Limiters::GAIN);
         }
         if self.observer.gain() < 1.0 {
             record.limiters.set(Limiters::ENERGY);
         }
-        self.ramp * self.relief * self.observer.gain()
+        gain * self.observer.gain()
     }
 
     /// Longest force that the mode allows [N]. In `SafeRamp` it falls to zero in a fixed time and never rises.
     pub(super) fn cap_n(&self) -> f32 {
         match self.mode() {
             Mode::Active | Mode::Degraded => self.limits.values().max_force_n,
-            Mode::SafeRamp if planted(Defect::RampDoesNotFall) => length(&self.limiter.last_n()) * 1.001,
             Mode::SafeRamp => {
                 let ticks_left = u32::from(self.arming.ramp_ticks).saturating_sub(self.machine.ticks());
                 let falling_n = self.ramp_from_n * (ticks_left as f32 * self.per_ramp);
@@ -46,6 +45,6 @@ impl Cycle {
     pub(super) fn half_n(&self, record: &mut Telemetry) -> f32 {
         let (half_n, cap_n) = (deadline::KEPT * length(&self.limiter.last_n()), self.cap_n());
         record.limiters.set(Limiters::GAIN);
-        if half_n < cap_n && !planted(Defect::LateNotHalved) { half_n } else { cap_n }
+        if half_n < cap_n { half_n } else { cap_n }
     }
 }

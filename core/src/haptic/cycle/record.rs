@@ -33,11 +33,14 @@ pub struct Command {
     pub found: Option<Fault>,
     /// Periods that went by without a new force since the last cycle: 0 if it was in time.
     pub late_ticks: u16,
+    /// The hand switch is open or the pedal is up: no force, and no arming. Stays false on a board
+    /// whose profile names no such switch.
+    pub operator_absent: bool,
 }
 
 impl Command {
     /// A sign of life, nothing else.
-    pub const HEARD: Self = Self { heard: true, asked: None, found: None, late_ticks: 0 };
+    pub const HEARD: Self = Self { heard: true, asked: None, found: None, late_ticks: 0, operator_absent: false };
 }
 
 /// What a cycle did.

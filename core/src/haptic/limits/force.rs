@@ -14,7 +14,6 @@ use nalgebra::Vector3;
 use super::Limits;
 use crate::fault::{Fault, Limiters};
 use crate::haptic::length;
-use crate::planted::{Defect, planted};
 
 /// A force that may leave.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,7 +39,7 @@ impl ForceLimiter {
     /// [`Fault::ForceNotFinite`] at once, [`Fault::ForceImplausible`] when it stays far too long.
     pub fn judge(&mut self, limits: &Limits, model_n: &Vector3<f32>) -> Result<(), Fault> {
         let square = model_n.dot(model_n);
-        if !square.is_finite() && !planted(Defect::NanForcePasses) {
+        if !square.is_finite() {
             return Err(Fault::ForceNotFinite);
         }
         let most_n = limits.values.max_force_n;
@@ -48,7 +47,7 @@ impl ForceLimiter {
         self.implausible = if square > implausible_n * implausible_n { self.implausible.saturating_add(1) } else { 0 };
         // a model that ends at the same force as we do is at its end too
         self.saturated = if square >= 0.998 * (most_n * most_n) { self.saturated.saturating_add(1) } else { 0 };
-        match self.implausible >= limits.values.implausible_ticks && !planted(Defect::ImplausibleBorne) {
+        match self.implausible >= limits.values.implausible_ticks {
             true => Err(Fault::ForceImplausible),
             false => Ok(()),
         }
@@ -59,7 +58,7 @@ impl ForceLimiter {
     #[must_use]
     pub fn shorten(limits: &Limits, model_n: &Vector3<f32>) -> (Vector3<f32>, bool) {
         let (square, most_n) = (model_n.dot(model_n), limits.values.max_force_n);
-        match square > most_n * most_n && !planted(Defect::NoForceLimit) && !planted(Defect::LimitPerAxis) {
+        match square > most_n * most_n {
             true => (model_n * (most_n / length(model_n)), true),
             false => (*model_n, false),
         }
@@ -72,14 +71,12 @@ impl ForceLimiter {
     pub fn limit(&mut self, limits: &Limits, wanted_n: Vector3<f32>, cap_n: f32) -> Result<Limited, Fault> {
         let mut limiters = Limiters::default();
         let square = wanted_n.dot(&wanted_n);
-        if !(square.is_finite() && cap_n.is_finite() || planted(Defect::NanForcePasses)) {
+        if !(square.is_finite() && cap_n.is_finite()) {
             return Err(Fault::ForceNotFinite);
         }
         let most_n = if cap_n < limits.values.max_force_n { cap_n } else { limits.values.max_force_n };
         let mut aim_n = wanted_n;
-        if planted(Defect::LimitPerAxis) {
-            aim_n = aim_n.map(|c| c.clamp(-0.57 * most_n, 0.57 * most_n));
-        } else if square > most_n * most_n && !planted(Defect::NoForceLimit) {
+        if square > most_n * most_n {
             aim_n *= most_n / length(&wanted_n);
             limiters.set(Limiters::FORCE);
         }
@@ -88,15 +85,9 @@ impl ForceLimiter {
         let share = if square > 0.0 { (aim_n.dot(&self.last_n) / square).clamp(0.0, 1.0) } else { 0.0 };
         let kept_n = self.last_n * share;
         let growth_n = aim_n - kept_n;
-        if planted(Defect::SlewHoldsBack) {
-            let step_n = aim_n - self.last_n;
-            let over = length(&step_n) / limits.slew_n;
-            aim_n = if over > 1.0 { self.last_n + step_n * (1.0 / over) } else { aim_n };
-        }
-        let slew_n = if planted(Defect::SlewDoubled) { 2.0 * limits.slew_n } else { limits.slew_n };
         // by squares: the root is taken only where it is needed
-        if growth_n.dot(&growth_n) > slew_n * slew_n && !planted(Defect::NoSlewLimit) {
-            aim_n = kept_n + (aim_n - kept_n) * (slew_n / length(&growth_n));
+        if growth_n.dot(&growth_n) > limits.slew_n * limits.slew_n {
+            aim_n = kept_n + (aim_n - kept_n) * (limits.slew_n / length(&growth_n));
             limiters.set(Limiters::SLEW);
         }
         self.last_n = aim_n;
@@ -117,7 +108,7 @@ impl ForceLimiter {
     /// At the limit for longer than `saturated_ticks`.
     #[must_use]
     pub fn strained(&self, limits: &Limits) -> bool {
-        self.saturated > limits.values.saturated_ticks && !planted(Defect::SaturationUnrelieved)
+        self.saturated > limits.values.saturated_ticks
     }
 }
 
@@ -174,5 +165,25 @@ mod tests {
         assert!(limiter.strained(&limits));
         limiter.judge(&limits, &Vector3::new(0.0, 2.0, 0.0)).unwrap();
         assert!(!limiter.strained(&limits));
+    }
+
+    #[test]
+    fn implausible_forces_are_a_fault_only_in_a_row() {
+        let (limits, mut limiter) = (limits(), ForceLimiter::default());
+        for n in 0..1_000 {
+            let force_n = if n % 10 == 9 { 1.0 } else { 15.1 };
+            assert_eq!(limiter.judge(&limits, &Vector3::new(0.0, 0.0, force_n)), Ok(()), "tick {n}");
+        }
+    }
+
+    #[test]
+    fn after_a_release_the_force_grows_from_zero() {
+        let mut limiter = ForceLimiter::default();
+        for _ in 0..10 {
+            run(&mut limiter, [0.0, 0.0, 3.0]);
+        }
+        limiter.release();
+        assert_eq!(limiter.last_n(), Vector3::zeros());
+        assert!((run(&mut limiter, [0.0, 0.0, 3.0]).z - 0.5).abs() < 1e-6);
     }
 }

@@ -13,7 +13,6 @@ use nalgebra::Vector3;
 
 use super::Limits;
 use crate::fault::Fault;
-use crate::planted::{Defect, planted};
 
 /// Speed along an axis that does not end within a tick [m/s].
 const FAST_M_PER_S: f32 = 0.2;
@@ -78,11 +77,11 @@ impl Freeze {
                 -1
             };
             // a reading that was equal in between ended the motion
-            let goes_on = *equal == 0 && sense * *moving > 0;
+            let goes_on = *equal == 0 && sense != 0 && sense == moving.signum();
             *moving = if goes_on { moving.saturating_add(sense) } else { sense };
             *equal = 0;
         }
-        match frozen && force_acts && !planted(Defect::FrozenBelieved) {
+        match frozen && force_acts {
             true => Err(Fault::SensorFault),
             false => Ok(()),
         }
@@ -113,6 +112,36 @@ mod tests {
         assert_eq!(stops_from(0.21, 0.0595), None, "the hard stop");
         let mut freeze = Freeze::default();
         for way_m in [0.3e-3, 0.3e-3, 0.3e-3, 0.1e-3, 0.0, 0.0, 0.0, 0.0, 1e-3, -1e-3, 0.0, 0.0, 0.0, 0.0] {
+            freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, way_m, 0.0), 1, true).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_stop_is_seen_after_any_number_of_fast_readings_in_either_direction() {
+        for m_per_s in [0.3, -0.3] {
+            for fast in 3..400_u16 {
+                let mut freeze = Freeze::default();
+                let mut judge = |way_m: f32| freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, 0.0, way_m), 1, true);
+                assert!((0..fast).all(|_| judge(1e-3 * m_per_s).is_ok()), "{fast} fast readings at {m_per_s} m/s");
+                let stopped = [judge(0.0), judge(0.0), judge(0.0)];
+                let right = [Ok(()), Ok(()), Err(Fault::SensorFault)];
+                assert_eq!(stopped, right, "{fast} fast readings at {m_per_s} m/s");
+            }
+        }
+    }
+
+    #[test]
+    fn the_margin_of_the_hard_stop_is_two_millimetres() {
+        for side in [1.0, -1.0] {
+            assert_eq!(stops_from(0.21, side * 0.0581), None);
+            assert_eq!(stops_from(0.21, side * 0.0579), Some(3));
+        }
+    }
+
+    #[test]
+    fn a_reading_that_was_equal_ends_the_motion_before_it() {
+        let mut freeze = Freeze::default();
+        for way_m in [0.3e-3, 0.3e-3, 0.0, 0.3e-3, 0.0, 0.0, 0.0, 0.0] {
             freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, way_m, 0.0), 1, true).unwrap();
         }
     }

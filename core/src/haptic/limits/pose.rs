@@ -3,6 +3,10 @@
 //! One reading that no hand can have caused is a glitch: the last good pose is held, so that the force does not see it. Two in a row are a
 //! hand out of control or a broken sensor. The way is measured from the last *believed* pose, so a jump there and back counts once.
 //!
+//! Bad readings between good ones are counted as well: more than one in twenty missing, or more than
+//! one in twenty jumping while a force acts, is a broken cable or encoder, whatever the readings
+//! between them say.
+//!
 //! * in: a reading, whether a force acts on the hand
 //! * out: position [m], whether it is new
 //! * cost: up to 145 instructions of a Cortex-M4F
@@ -15,7 +19,6 @@ use super::freeze::Freeze;
 use crate::fault::Fault;
 use crate::haptic::device::{Sensed, SensorStatus};
 use crate::haptic::length;
-use crate::planted::{Defect, planted};
 
 /// A believed pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +40,31 @@ pub struct PoseGate {
     since_ticks: u16,
     /// Unbelievable readings in a row.
     odd: u16,
+    /// Readings that are missing, and readings that jumped while a force acted.
+    missing: Share,
+    jumps: Share,
     freeze: Freeze,
+}
+
+/// Ticks that one bad reading counts for: more than one bad reading in so many is too many.
+const TICKS_PER_BAD: u16 = 20;
+/// Ticks counted above which the share is too large: 25 bad readings at once, or every third
+/// reading for a tenth of a second.
+const TOO_MANY: u16 = 500;
+
+/// How often something happens, forgotten at the rate at which it may happen.
+#[derive(Clone, Copy, Debug, Default)]
+struct Share(u16);
+
+impl Share {
+    /// One tick; true if it happened too often of late.
+    fn count(&mut self, bad: bool) -> bool {
+        self.0 = self.0.saturating_sub(1);
+        if bad && self.0 <= TOO_MANY {
+            self.0 += TICKS_PER_BAD;
+        }
+        self.0 > TOO_MANY
+    }
 }
 
 impl PoseGate {
@@ -60,27 +87,23 @@ impl PoseGate {
     }
 
     fn judge(&mut self, limits: &Limits, sensed: &Sensed, force_acts: bool) -> Result<Pose, Fault> {
-        if sensed.status != SensorStatus::Good && !planted(Defect::SensorUnheard) {
+        if sensed.status != SensorStatus::Good {
             return Err(Fault::SensorFault);
         }
-        if !sensed.position_m.iter().all(|c| c.is_finite()) && !planted(Defect::NanPoseRendered) {
+        if !sensed.position_m.iter().all(|c| c.is_finite()) {
             return Err(Fault::PoseNotFinite);
         }
         self.since_ticks = self.since_ticks.saturating_add(1);
         // signed distance: a number that went back is old, and the count may wrap
-        let newer = self.sequence.is_none_or(|last| match planted(Defect::SequenceDoesNotWrap) {
-            true => sensed.sequence > last,
-            false => sensed.sequence.wrapping_sub(last).cast_signed() > 0_i32,
-        });
+        let newer = self.sequence.is_none_or(|last| sensed.sequence.wrapping_sub(last).cast_signed() > 0_i32);
+        let seldom = self.missing.count(!newer);
+        if seldom && force_acts {
+            return Err(Fault::PoseStale);
+        }
         if !newer {
             self.age_ticks = self.age_ticks.saturating_add(1);
             return match self.believed_m {
-                Some(position_m)
-                    if self.age_ticks <= limits.values.max_age_ticks + u16::from(planted(Defect::StaleOneMore))
-                        || planted(Defect::StaleRendered) =>
-                {
-                    Ok(Pose { position_m, held: true })
-                }
+                Some(position_m) if self.age_ticks <= limits.values.max_age_ticks => Ok(Pose { position_m, held: true }),
                 _ => Err(Fault::PoseStale),
             };
         }
@@ -88,9 +111,13 @@ impl PoseGate {
 
         if let Some(position_m) = self.believed_m {
             let most_m = limits.way_m * f32::from(self.since_ticks) + limits.counts_m;
-            let way_m = length(&(sensed.position_m - position_m));
-            if way_m > most_m && !(planted(Defect::GlitchRendered) && self.odd == 0) {
-                self.odd = if planted(Defect::SpeedForgiven) { 0 } else { self.odd.saturating_add(1) };
+            let jumped = length(&(sensed.position_m - position_m)) > most_m;
+            // a hand in free space may be faster than any that feels a force
+            if self.jumps.count(jumped && force_acts) && force_acts {
+                return Err(Fault::SensorFault);
+            }
+            if jumped {
+                self.odd = self.odd.saturating_add(1);
                 if self.odd < limits.values.odd_poses {
                     return Ok(Pose { position_m, held: true });
                 }
@@ -102,7 +129,7 @@ impl PoseGate {
             self.freeze.judge(limits, &sensed.position_m, &way_m, self.since_ticks, force_acts)?;
         }
         let inside = (0..3).all(|k| limits.low_m[k] <= sensed.position_m[k] && sensed.position_m[k] <= limits.high_m[k]);
-        if !inside && !planted(Defect::WorkspaceEndless) {
+        if !inside {
             return Err(Fault::OutOfWorkspace);
         }
         self.believed_m = Some(sensed.position_m);
@@ -168,5 +195,73 @@ mod tests {
         let failed = Sensed { status: SensorStatus::Failed, ..at(0.0, 3) };
         assert_eq!(gate.admit(&limits, &failed, false), Err(Fault::SensorFault));
         assert!(!gate.admit(&limits, &at(0.03, 4), true).unwrap().held, "believed anew after a fault");
+    }
+
+    /// Ticks up to the fault of a gate at rest under force, where these readings are bad.
+    fn fault_at(force_acts: bool, bad: impl Fn(u32) -> bool, spoil: fn(&mut Sensed)) -> Option<(u32, Fault)> {
+        let (limits, mut gate) = (limits(), gate());
+        (1..5_000).find_map(|n| {
+            let mut reading = at(0.0, n);
+            if bad(n) {
+                spoil(&mut reading);
+            }
+            gate.admit(&limits, &reading, force_acts).err().map(|fault| (n, fault))
+        })
+    }
+
+    #[test]
+    fn readings_that_are_missing_or_jump_too_often_are_a_fault_and_now_and_then_they_are_not() {
+        type Spoil = fn(&mut Sensed);
+        let kinds: [(Spoil, Fault); 2] =
+            [(|r| r.sequence -= 1, Fault::PoseStale), (|r| r.position_m.x = 5e-3, Fault::SensorFault)];
+        for (spoil, fault) in kinds {
+            for (every, latest) in [(2, 60), (3, 100), (5, 180), (10, 510)] {
+                let found = fault_at(true, |n| n.is_multiple_of(every), spoil);
+                assert!(found.is_some_and(|(n, f)| f == fault && n > 40 && n <= latest), "every {every}th: {found:?}");
+                assert_eq!(fault_at(false, |n| n.is_multiple_of(every), spoil), None, "nobody feels it");
+            }
+            assert_eq!(fault_at(true, |n| n.is_multiple_of(20), spoil), None, "one in twenty is borne");
+            // twenty bad readings within 40 ticks, once a second
+            assert_eq!(fault_at(true, |n| n % 1000 < 40 && n.is_multiple_of(2), spoil), None);
+        }
+    }
+
+    #[test]
+    fn a_fast_hand_in_free_space_does_not_use_up_what_a_touch_may_suffer() {
+        for comes_to_rest in 1_000..1_040 {
+            let (limits, mut gate) = (limits(), gate());
+            let mut z_m = 0.0;
+            for n in 1..comes_to_rest {
+                z_m = if n % 20 < 10 { z_m + 4e-3 } else { z_m - 4e-3 };
+                gate.admit(&limits, &at(z_m, n), false).unwrap();
+            }
+            for n in comes_to_rest..comes_to_rest + 100 {
+                assert!(gate.admit(&limits, &at(z_m, n), n > comes_to_rest + 3).is_ok(), "tick {n}");
+            }
+        }
+    }
+
+    #[test]
+    fn late_ticks_widen_what_a_hand_may_have_travelled() {
+        for (late, believed) in [(0, false), (3, true)] {
+            let (limits, mut gate) = (limits(), gate());
+            gate.skip(late);
+            assert_eq!(!gate.admit(&limits, &at(5e-3, 1), true).unwrap().held, believed, "{late} periods late");
+        }
+    }
+
+    #[test]
+    fn every_side_of_the_workspace_is_a_bound() {
+        let limits = limits();
+        for (axis, half_m) in [(0, 0.096), (1, 0.072), (2, 0.072)] {
+            for side in [1.0, -1.0] {
+                for (share, inside) in [(0.999, true), (1.001, false)] {
+                    let mut reading = at(0.0, 0);
+                    reading.position_m[axis] = side * share * half_m;
+                    let answer = PoseGate::default().admit(&limits, &reading, false);
+                    assert_eq!(answer.is_ok(), inside, "axis {axis}: {}", reading.position_m);
+                }
+            }
+        }
     }
 }

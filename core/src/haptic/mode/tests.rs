@@ -73,9 +73,9 @@ fn a_fault_takes_every_mode_and_only_clearing_ends_it() {
 }
 
 #[test]
-fn stop_and_silence_take_the_force_away_everywhere() {
+fn stop_silence_and_an_absent_operator_take_the_force_away_everywhere() {
     for mode in Mode::ALL.into_iter().filter(|m| m.runs_patch()) {
-        for event in [Event::StopAsked, Event::HostLost] {
+        for event in [Event::StopAsked, Event::HostLost, Event::OperatorLeft] {
             let to = next(mode, event).unwrap_or(mode);
             assert!(matches!(to, Mode::SafeRamp | Mode::Idle), "{mode:?} {event:?} {to:?}");
         }

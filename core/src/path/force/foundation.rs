@@ -61,11 +61,13 @@ pub struct Load {
     pub point: Vector3<f32>,
     /// Push-weighted sum of contact points, at rest [N/Pa m].
     pub rest: Vector3<f32>,
+    /// Largest push on one surface triangle over E [N/Pa], and that triangle.
+    pub strongest: (f32, u16),
 }
 
 impl Load {
     /// Nothing touched.
-    pub const NONE: Self = Self { force: ZERO, push: 0.0, point: ZERO, rest: ZERO };
+    pub const NONE: Self = Self { force: ZERO, push: 0.0, point: ZERO, rest: ZERO, strongest: (0.0, 0) };
 
     /// Sums the loads of a tick's substeps.
     #[inline(always)]
@@ -74,6 +76,9 @@ impl Load {
         self.push += other.push;
         self.point += other.point;
         self.rest += other.rest;
+        if other.strongest.0 > self.strongest.0 {
+            self.strongest = other.strongest;
+        }
     }
 }
 
@@ -100,8 +105,9 @@ fn press_points<P: Points<Q>, const Q: usize>(
     velocity_m_per_s: Vector3<f32>,
 ) -> Load {
     let laws = model.foundation.as_chunks::<Q>().0;
-    let probe = &tuned.probe;
+    let (probe, shaft) = (&tuned.probe, state.shaft);
     let centre = centre_m(probe, tip_m);
+    let lift = tip_m + probe.axis * probe.radius_m - centre;
     let mut load = Load::NONE;
     for &index in state.candidates.iter().take(state.near) {
         let index = usize::from(index);
@@ -115,14 +121,14 @@ fn press_points<P: Points<Q>, const Q: usize>(
         let corners = [vector(&na.x) - centre, vector(&nb.x) - centre, vector(&nc.x) - centre];
         // twice asked for, penetration costs less than nine kept ones
         let points = P::at(corners);
-        if !points.iter().any(|d| penetration(probe, *d).is_some()) {
+        if !points.iter().any(|d| penetration(probe, shaft, *d).is_some()) || turned_away(corners, lift, probe) {
             continue;
         }
         let moving = [&na.v, &nb.v, &nc.v].map(|v| vector(v) - velocity_m_per_s);
         let speeds = P::at(moving);
         // made, not filled: what is cleared first costs 800 instructions a tick
         let pushed = core::array::from_fn::<_, Q, _>(|n| {
-            let Some((pen, out)) = penetration(probe, points[n]) else { return (0.0, ZERO) };
+            let Some((pen, out)) = penetration(probe, shaft, points[n]) else { return (0.0, ZERO) };
             let point = &points_law[n];
             let cap = if cap > point.k { cap } else { point.k };
             let knee = (cap - point.k) * point.bend;
@@ -136,7 +142,11 @@ fn press_points<P: Points<Q>, const Q: usize>(
         let on = P::shared(force);
         let weight = P::shared(push);
         load.force += on[0] + on[1] + on[2];
-        load.push += weight[0] + weight[1] + weight[2];
+        let carried = weight[0] + weight[1] + weight[2];
+        load.push += carried;
+        if carried > load.strongest.0 {
+            load.strongest = (carried, index as u16);
+        }
         for (((&n, x), f), w) in triangle.node.iter().zip(&corners).zip(&on).zip(weight) {
             load.point += x * w;
             if let (Some(node), Some(rest)) = (state.nodes.get_mut(usize::from(n)), model.nodes.get(usize::from(n))) {
@@ -150,12 +160,24 @@ fn press_points<P: Points<Q>, const Q: usize>(
     load
 }
 
+/// Whether a triangle cannot be pressed from where the probe is: the point one radius above the tip, at `lift` from the probe's
+/// centre, is behind it, or it faces away from the handle by more than 30 degrees. A probe that entered elsewhere would push such
+/// a surface out of the tissue and be pulled into it. A full sphere has no handle.
+#[inline(always)]
+fn turned_away([a, b, c]: [Vector3<f32>; 3], lift: Vector3<f32>, probe: &Probe) -> bool {
+    let normal = (b - a).cross(&(c - a));
+    let up = normal.dot(&probe.axis);
+    let down = up < 0.0 && 4.0 * (up * up) > normal.dot(&normal) && probe.shape != ProbeShape::Sphere;
+    down || (a - lift).dot(&normal) > 0.0
+}
+
 /// Whether any foundation point is inside the probe.
 pub(crate) fn touches(model: &Model, tuned: &Tuned, state: &State, tip_m: Vector3<f32>) -> bool {
-    let centre = centre_m(&tuned.probe, tip_m);
+    let (probe, shaft) = (&tuned.probe, state.shaft);
+    let centre = centre_m(probe, tip_m);
     let near = state.candidates.iter().take(state.near).filter_map(|&index| model.triangles.get(usize::from(index)));
     let mut corners = near.map(|triangle| triangle.node.map(|n| vector(&node(state.nodes, n).x) - centre));
-    let inside = |d| penetration(&tuned.probe, d).is_some();
+    let inside = |d| penetration(probe, shaft, d).is_some();
     match model.points_per_triangle() == NINE.len() {
         true => corners.any(|c| Nine::at(c).into_iter().any(inside)),
         false => corners.any(|c| Four::at(c).into_iter().any(inside)),
@@ -213,9 +235,9 @@ fn centre_m(probe: &Probe, tip_m: Vector3<f32>) -> Vector3<f32> {
     }
 }
 
-/// How far a point is inside the probe [m] and the unit vector that leads it out; `d` is the point relative to the probe's centre [m].
+/// Depth of a point inside the probe [m] and the unit vector that leads it out; `d` is the point relative to the probe's centre [m].
 #[inline(always)]
-fn penetration(probe: &Probe, mut d: Vector3<f32>) -> Option<(f32, Vector3<f32>)> {
+fn penetration(probe: &Probe, shaft: bool, mut d: Vector3<f32>) -> Option<(f32, Vector3<f32>)> {
     let r = probe.radius_m;
     let along = d.dot(&probe.axis);
     match probe.shape {
@@ -237,8 +259,8 @@ fn penetration(probe: &Probe, mut d: Vector3<f32>) -> Option<(f32, Vector3<f32>)
             let length = sqrt(arm.dot(&arm));
             return (length < edge).then(|| (edge - length, if length > 0.0 { arm * (1.0 / length) } else { -probe.axis }));
         }
-        // above the half-sphere stands a cylinder
-        ProbeShape::Hemisphere if along > 0.0 => d -= probe.axis * along,
+        // above the half-sphere stands a cylinder where the tip went in; elsewhere the ball alone touches
+        ProbeShape::Hemisphere if along > 0.0 && shaft => d -= probe.axis * along,
         ProbeShape::Hemisphere | ProbeShape::Sphere => {}
     }
     let square = d.dot(&d);

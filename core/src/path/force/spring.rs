@@ -130,6 +130,8 @@ mod tests {
             springs: &springs,
             tets: &[],
             triangles: &[],
+            neighbours: &[],
+            owners: &[],
             foundation: &[],
             rim_nodes: &[],
             rim_edges: &[],

@@ -96,7 +96,8 @@ impl<'a> Bed<'a> {
         let limits = device.limits(site.at_m.cast());
         let settings = Settings { limits: device.limit_values(), ..Settings::safe(&limits) };
         let mut plant = Plant::new(device, HANDS[0], site.at_m.cast(), site.normal.cast(), site.point_m(-CLEAR_M, 0.0, 0.0));
-        let mut armed = Armed { cycle: Cycle::build(&settings, &limits)?, watched: Watched::of(&settings, &limits), readings: 0 };
+        let mut armed =
+            Armed { cycle: Cycle::build(&settings, &limits)?, watched: Watched::of(&settings, &limits, surface), readings: 0 };
         let mut fresh = armed.clone();
         for n in 0..ARMING_TICKS {
             let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(n as usize).copied();
@@ -121,7 +122,7 @@ impl<'a> Bed<'a> {
             Opening::RampingIn => self.fresh.clone(),
             Opening::Inside | Opening::Waving => Armed {
                 cycle: Cycle::build(&self.settings, &limits)?,
-                watched: Watched::of(&self.settings, &limits),
+                watched: Watched::of(&self.settings, &limits, surface),
                 readings: 0,
             },
         };

@@ -19,7 +19,8 @@ const AWAY: &[Fault] = &[Fault::Runaway];
 /// A light handle is too fast before it is far.
 const AWAY_FAST: &[Fault] = &[Fault::Runaway, Fault::OverSpeed];
 /// What a wrong sign or a stuck reading may end in, if it can be told.
-const WRONG_WAY: &[Fault] = &[Fault::Runaway, Fault::OverSpeed, Fault::SensorFault, Fault::OutOfWorkspace, Fault::EnergyCreated];
+const WRONG_WAY: &[Fault] =
+    &[Fault::Runaway, Fault::OverSpeed, Fault::SensorFault, Fault::OutOfWorkspace, Fault::EnergyCreated, Fault::TipApart];
 
 const fn with(
     id: &'static str,
@@ -126,7 +127,8 @@ pub const FAULTS: &[FaultType] = &[
         Injection::Drive(Drive::Scaled(-0.33)),
         FOR_EVER,
         Needs::NobodysForce,
-        Expected::Fault(AWAY, 200),
+        // it may be through the tissue, and the force gone, before a runaway is certain
+        Expected::Bounded(AWAY),
     ),
     drive("A7-1ms", "amplifier lag of 1 ms", Drive::Lag(1e-3), FOR_EVER, Expected::Ridden),
     drive("A7-5ms", "amplifier lag of 5 ms", Drive::Lag(5e-3), FOR_EVER, Expected::Bounded(WRONG_WAY)),

@@ -1,5 +1,7 @@
 //! A tissue that something is wrong with.
 
+use std::sync::Arc;
+
 use palpate::haptic::cycle::Renderer;
 use palpate::path::probe::ProbePose;
 use palpate::{Output, Vector3};
@@ -7,6 +9,7 @@ use palpate::{Output, Vector3};
 use super::Tissue;
 use crate::closed_loop::stimulus::{Change, Site};
 use crate::closed_loop::surface::Surface;
+use crate::closed_loop::watch::RestShape;
 
 /// Any surface, with a fault in it.
 #[derive(Debug)]
@@ -66,6 +69,10 @@ impl<S: Surface> Renderer for FaultyTissue<'_, S> {
 impl<S: Surface> Surface for FaultyTissue<'_, S> {
     fn site(&self) -> Site {
         self.surface.site()
+    }
+
+    fn rest_shape(&self) -> Arc<dyn RestShape> {
+        self.surface.rest_shape()
     }
 
     fn change(&mut self, change: Change) {

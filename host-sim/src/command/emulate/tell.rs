@@ -51,7 +51,7 @@ pub fn write_timing(
     let tick_us: Vec<f32> = seen.iter().map(|n| emulate::press::estimated_us(*n, machine)).collect();
     let (node_count, machine) = (session.report.nodes, machine.timed_on());
     let times = TickTimes { scene: &scene.name, node_count, machine, tick_us: &tick_us };
-    charts::tick_time(folder.path(), "tick_time_all", &times)?;
+    charts::tick_time(folder.draft(), "tick_time_all", &times)?;
     folder.write("board.log", told.in_time.as_ref().map_or("", |run| &run.log).as_bytes())?;
     let head = ["shift", "tick_over_period", "ticks", "late_ticks", "missed_periods", "uncounted_periods", "watchdog_us"];
     let number = |told: Option<u64>| told.map_or(f64::NAN, |n| n as f64);

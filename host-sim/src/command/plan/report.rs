@@ -1,5 +1,7 @@
 //! What `plan` writes and prints.
 
+use std::path::Path;
+
 use palpate::Terms;
 use serde::Serialize;
 
@@ -44,7 +46,7 @@ struct Summary<'a> {
     machine: String,
 }
 
-pub(super) fn write(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), Error> {
+pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), Error> {
     let (scene, machine) = (bench.scene, bench.machine);
     let mut patch = None;
     if let Some(session) = outcome.chosen.as_ref().and_then(|t| t.session.as_ref()) {
@@ -99,8 +101,8 @@ pub(super) fn write(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> 
         ]
     };
     folder.write_csv("searched.csv", header, outcome.trials.iter().map(row))?;
-    draw(folder, bench, outcome)?;
-    print(folder, bench, outcome, summary.patch.as_deref());
+    draw(&folder, bench, outcome)?;
+    print(&folder.publish()?, bench, outcome, summary.patch.as_deref());
     Ok(())
 }
 
@@ -162,7 +164,7 @@ fn draw(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), E
     );
     let names: Vec<&str> = kinds.iter().map(String::as_str).collect();
     plan(
-        folder.path(),
+        folder.draft(),
         "plan",
         &PlanChart {
             title: &title,
@@ -178,7 +180,7 @@ fn draw(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), E
     Ok(())
 }
 
-fn print(folder: &OutputFolder, bench: &Bench, outcome: &Outcome, patch: Option<&str>) {
+fn print(out: &Path, bench: &Bench, outcome: &Outcome, patch: Option<&str>) {
     let (name, per) = unit(bench.machine);
     println!(
         "{:<26} {:>5} {:>6} {:>8} {:>6} {:>5} {:>9} {:>9} {:>7} {:>8} {:>8} {:>8}",
@@ -251,7 +253,7 @@ fn print(folder: &OutputFolder, bench: &Bench, outcome: &Outcome, patch: Option<
     );
     println!(
         "wrote {}: {}summary.json, searched.csv, plan.svg, plan.png",
-        folder.path().display(),
+        out.display(),
         patch.map_or_else(String::new, |name| format!("{name}, "))
     );
 }

@@ -79,7 +79,7 @@ pub(super) fn tables(folder: &OutputFolder, sliding: &Sliding, reference: &impl 
 
 /// Draws `sliding_force`, `sliding_error` and `sliding_speed`.
 pub(super) fn pictures(folder: &OutputFolder, sliding: &Sliding, reference: &impl Reference) -> Result<(), Error> {
-    let path = folder.path();
+    let path = folder.draft();
     let below = format!(
         "{} mm forth at {} mm/s, {} mm deep, block 80 x 80 x 40 mm, {YOUNGS_MODULUS_PA} Pa",
         sliding.stroke_mm, sliding.speed_mm_per_s, sliding.depth_mm

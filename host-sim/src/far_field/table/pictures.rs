@@ -136,7 +136,7 @@ fn over_radius(
         series: &series,
         levels: if curve.promised { &level } else { &[] },
     };
-    lines(folder.path(), name, &chart)?;
+    lines(folder.draft(), name, &chart)?;
     Ok(true)
 }
 
@@ -176,7 +176,7 @@ fn over_cycles(folder: &OutputFolder, name: &str, table: &Table, fine_m: f64, sc
         methods: &methods,
         front: &front,
     };
-    speed_accuracy(folder.path(), name, &chart)?;
+    speed_accuracy(folder.draft(), name, &chart)?;
     Ok(true)
 }
 
@@ -202,7 +202,7 @@ fn over_time(folder: &OutputFolder, name: &str, table: &Table, fine_m: f64, titl
         series: &series,
         levels: &[],
     };
-    lines(folder.path(), name, &chart)?;
+    lines(folder.draft(), name, &chart)?;
     Ok(true)
 }
 
@@ -244,6 +244,6 @@ fn over_share(
         series: &series,
         levels: &[Level { name: "2 %", y: 2.0 }],
     };
-    lines(folder.path(), name, &chart)?;
+    lines(folder.draft(), name, &chart)?;
     Ok(())
 }

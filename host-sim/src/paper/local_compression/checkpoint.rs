@@ -19,7 +19,7 @@ struct Checkpoint {
 /// Reads a walk of the same fit, if there is one; whatever cannot be read is begun again.
 #[must_use]
 pub fn read(folder: &OutputFolder, name: &str, of: &str, fresh: &Walk) -> Option<(Walk, Vec<Step>)> {
-    let text = std::fs::read_to_string(folder.path().join(name)).ok()?;
+    let text = folder.read_note(name)?;
     let found: Checkpoint = serde_json::from_str(&text).ok()?;
     let steps = found.steps.iter().map(|[temperature_mm, k, d, distance_mm]| Step {
         temperature_mm: *temperature_mm,
@@ -36,11 +36,5 @@ pub fn read(folder: &OutputFolder, name: &str, of: &str, fresh: &Walk) -> Option
 /// The folder cannot be written.
 pub fn write(folder: &OutputFolder, name: &str, of: &str, walk: &Walk, steps: &[Step]) -> Result<(), Error> {
     let steps = steps.iter().map(|s| [s.temperature_mm, s.stiffness_n_per_m, s.damping_n_s_per_m, s.distance_mm]).collect();
-    folder.write_json(name, &Checkpoint { of: of.into(), walk: walk.clone(), steps })
-}
-
-/// Removes it: the fit is done and its result written.
-pub fn remove(folder: &OutputFolder, name: &str) {
-    // one that is left over is only ever read by the same fit
-    let _ = std::fs::remove_file(folder.path().join(name));
+    folder.write_note(name, &Checkpoint { of: of.into(), walk: walk.clone(), steps })
 }

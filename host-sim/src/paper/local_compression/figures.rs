@@ -46,7 +46,7 @@ pub fn curves(
     let axis = |(title, scale)| ScaledAxis { title, scale };
     let chart =
         Lines { title: words.title, below: words.below, x: axis(words.x), y: axis(words.y), series: &series, levels: &levels };
-    charts::lines(folder.path(), words.name, &chart)?;
+    charts::lines(folder.draft(), words.name, &chart)?;
     let column = |title: &str| title.replace([' ', '[', ']', '(', ')'], "_").replace("__", "_").trim_matches('_').to_lowercase();
     let mut text = format!("curve,{},{}\n", column(words.x.0), column(words.y.0));
     for (name, points) in curves {
@@ -151,5 +151,5 @@ pub fn pressed(
         triangles: &shown,
         probe: Probe { shape: ProbeShape::Hemisphere, radius_m: probe_radius_m, tip_m: tip.into(), axis: axis.into() },
     };
-    Ok(charts::surface(folder.path(), name, &picture)?)
+    Ok(charts::surface(folder.draft(), name, &picture)?)
 }

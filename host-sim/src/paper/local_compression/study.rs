@@ -125,7 +125,7 @@ fn anneal(
     let mut simulator = target.simulator();
     let no_start = || Error::Usage(format!("{name}: no start for the annealing found: press less or use a finer step"));
     let fresh = simulator.start(Schedule::PAPER, trials, seed).ok_or_else(no_start)?;
-    let file = format!("{name}.walk.json");
+    let file = format!("{name}.json");
     let of = format!("{name} {:016x} {} N {:?}", fingerprint(&target.block), target.force_n, target.block.params);
     let (walk, steps) = checkpoint::read(folder, &file, &of, &fresh).unwrap_or((fresh, Vec::new()));
     let (mut done, mut failed) = (walk.trials().0, None);
@@ -136,14 +136,6 @@ fn anneal(
         failed = checkpoint::write(folder, &file, &of, walk, steps).err().or(failed.take());
     });
     failed.map_or(Ok(found), Err)
-}
-
-/// Removes what the fits wrote down.
-pub fn forget(folder: &OutputFolder, scenes: &[OnOrgan]) {
-    let organs = scenes.iter().map(|s| s.scene.name.clone());
-    for name in ["block-1".to_owned(), "block-2".to_owned()].into_iter().chain(organs) {
-        checkpoint::remove(folder, &format!("{name}.walk.json"));
-    }
 }
 
 fn block() -> Result<Block, Error> {

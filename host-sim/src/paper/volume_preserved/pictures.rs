@@ -85,7 +85,7 @@ fn draw(resolution: &Resolution, measured: &Measured, title: &str, folder: &Outp
     let below = format!("{} tets", assembly.quadratic.tets.len());
     let picture =
         Superposed { title, below: &below, layers: &layers, landmarks: &landmarks, eye: [1.0, -0.45, 0.5], up: [0.0, 0.0, 1.0] };
-    Ok(superposed(folder.path(), file, &picture)?)
+    Ok(superposed(folder.draft(), file, &picture)?)
 }
 
 /// Surface errors as boxes (Fig. 3).
@@ -115,7 +115,7 @@ pub fn fig_3(scene: &HangingScene, resolution: &Resolution, folder: &OutputFolde
     let title = format!("{}: surface error of {points} points, {} resolution", scene.name, resolution.name);
     let below = "distance to finite elements of the same scene (13)";
     let file = format!("fig3_{}", resolution.name);
-    box_plot(folder.path(), &file, &BoxPlot { title: &title, below, quantity: "error [mm]", clusters: &clusters })?;
+    box_plot(folder.draft(), &file, &BoxPlot { title: &title, below, quantity: "error [mm]", clusters: &clusters })?;
     report.say(format!("Fig. 3: surface error of {points} points of the lifted part's upper surface."));
     report.picture(&file, &title);
     debug_assert_eq!(SHORT.len(), METHODS.len());
@@ -144,7 +144,7 @@ pub fn force_against_step(steps: &Steps, folder: &OutputFolder, report: &mut Rep
         series: &series,
         levels: &[crate::charts::Level { name: "finite elements", y: 49.2 }],
     };
-    lines(folder.path(), "force_against_step", &chart)?;
+    lines(folder.draft(), "force_against_step", &chart)?;
     report.picture("force_against_step", title);
     Ok(())
 }
@@ -167,7 +167,7 @@ pub fn stable_step(steps: &Steps, folder: &OutputFolder, report: &mut Report) ->
         series: &series,
         levels: &levels,
     };
-    lines(folder.path(), "stable_step", &chart)?;
+    lines(folder.draft(), "stable_step", &chart)?;
     report.picture("stable_step", title);
     Ok(())
 }

@@ -1,5 +1,7 @@
 //! The report: tables of the paper with its numbers beside ours, pictures, CSV, summary.
 
+use std::path::Path;
+
 use nalgebra::Vector3;
 use palpate::Fault;
 use serde_json::{Value, json};
@@ -38,7 +40,7 @@ pub struct Findings<'a> {
 ///
 /// # Errors
 /// A folder that cannot be written; a promise of the product that did not hold.
-pub fn write(findings: &Findings, folder: &OutputFolder) -> Result<(), Error> {
+pub fn write(findings: &Findings, folder: OutputFolder) -> Result<(), Error> {
     let scene = findings.scene;
     let mut report = Report::new("Paper 000: a liver and its gallbladder, hung by a thread");
     introduce(findings, &mut report);
@@ -52,21 +54,21 @@ pub fn write(findings: &Findings, folder: &OutputFolder) -> Result<(), Error> {
         for (n, name) in scene.attachment.names.iter().enumerate() {
             markers(resolution, n, name, &mut report);
         }
-        pictures::fig_2(scene, resolution, folder, &mut report)?;
-        pictures::fig_3(scene, resolution, folder, &mut report)?;
+        pictures::fig_2(scene, resolution, &folder, &mut report)?;
+        pictures::fig_3(scene, resolution, &folder, &mut report)?;
     }
     report.section("Sections 3.3 and 3.4: mean errors, volume, speed");
     means(findings, &mut report);
     frames(findings, &mut report);
-    failures(findings, folder, &mut report)?;
+    failures(findings, &folder, &mut report)?;
     claims(findings, &mut report);
     let broken = broken_promises(findings);
     let summary = summary(findings, &report, &broken);
     folder.write_json("summary.json", &summary)?;
-    csv(findings, folder)?;
+    csv(findings, &folder)?;
     let claims = report.claims().to_vec();
     folder.write("report.md", report.finish().as_bytes())?;
-    print(findings, &claims, folder);
+    print(findings, &claims, &folder.publish()?);
     if broken.is_empty() { Ok(()) } else { Err(Error::Check(broken.join("; "))) }
 }
 
@@ -454,7 +456,7 @@ fn csv(findings: &Findings, folder: &OutputFolder) -> Result<(), Error> {
     folder.write_csv("force_against_step.csv", ["curve_0_tau0_1_tau0.1_2_energy", "step_s", "force_n"], rows)
 }
 
-fn print(findings: &Findings, claims: &[Claim], folder: &OutputFolder) {
+fn print(findings: &Findings, claims: &[Claim], out: &Path) {
     println!("{:<60} {:>7} {:>17} {:>15} {:>11}", "method", "mesh", "landmarks mm", "surface mm", "min J");
     for r in rows(findings).into_iter().chain(weighed_rows(findings)) {
         println!(
@@ -471,5 +473,5 @@ fn print(findings: &Findings, claims: &[Claim], folder: &OutputFolder) {
         joined(&FULL.landmarks_mm, 2),
         joined(&SPARSE.landmarks_mm, 2)
     );
-    print_claims(claims, folder);
+    print_claims(claims, out);
 }

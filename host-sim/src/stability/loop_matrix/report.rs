@@ -205,7 +205,7 @@ fn swept(folder: &OutputFolder, summary: &LoopSummary, device: &str) -> Result<(
         stiffest_n_per_m: summary.stiffest_tried_n_per_m,
         notes: &notes,
     };
-    Ok(stiffness_matrix(folder.path(), &format!("stiffness_{device}"), &matrix)?)
+    Ok(stiffness_matrix(folder.draft(), &format!("stiffness_{device}"), &matrix)?)
 }
 
 /// Every profile at its own delay, its worst hand.
@@ -249,7 +249,7 @@ fn profiles(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> {
         stiffest_n_per_m: summary.stiffest_tried_n_per_m,
         notes: &notes,
     };
-    Ok(stiffness_matrix(folder.path(), "stiffness_profiles", &matrix)?)
+    Ok(stiffness_matrix(folder.draft(), "stiffness_profiles", &matrix)?)
 }
 
 fn energy(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> {
@@ -274,7 +274,7 @@ fn energy(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> {
         rows: &rows,
         promised_j: MOST_CREATED_J,
     };
-    Ok(created_energy(folder.path(), "created_energy", &bars)?)
+    Ok(created_energy(folder.draft(), "created_energy", &bars)?)
 }
 
 const _: () = assert!(STEP == 1.12, "captions say 12 %");

@@ -120,7 +120,7 @@ fn verdicts(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
         key: &key,
         foot: "stiffness [kPa]",
     };
-    Ok(heat_matrix(folder.path(), "stability_model", &drawn)?)
+    Ok(heat_matrix(folder.draft(), "stability_model", &drawn)?)
 }
 
 fn margins(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
@@ -162,7 +162,7 @@ fn margins(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
         key: &key,
         foot: "",
     };
-    Ok(heat_matrix(folder.path(), "stability_margins", &drawn)?)
+    Ok(heat_matrix(folder.draft(), "stability_margins", &drawn)?)
 }
 
 fn margin_look(axis: Axis, youngs_modulus_pa: f64, margin: &Margin) -> HeatCell {

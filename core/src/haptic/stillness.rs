@@ -1,0 +1,146 @@
+//! Takes away a strong force whose encoder no longer counts.
+//!
+//! An encoder that dies while the hand rests cannot be told at once from a hand that rests, and the
+//! force would stay as it was for ever. But nobody holds a strong force without moving: the force
+//! of a holding hand fluctuates by some 3 % and, without a display to follow, drifts by 5 to 10 %
+//! within seconds, and muscles tremble at 8 to 12 Hz. What hides this is the device's friction, 1 to
+//! 4 % of its longest force on desktop devices. So above half of the longest force, and above 1 N,
+//! five seconds without one count on any axis fade the force to zero within one second. Weaker
+//! forces stay: friction may hide their fluctuation.
+//!
+//! A count that comes ends the fading, and the force stays as faded as it is, as after saturation.
+//! It returns with the next contact, after the probe has moved outside the tissue.
+//!
+//! * in: displacement of the tick [m], force sent last and longest force [N], whether the patch is
+//!   touched
+//! * out: gain (1)
+//! * cost: 20 instructions of a Cortex-M4F, estimated
+//! * may fail: never; the mode becomes `Degraded`, the limiter says `GAIN`
+
+use nalgebra::Vector3;
+
+/// Force that no hand holds without moving [N] ...
+pub const STRONG_N: f32 = 1.0;
+/// ... and the same as a share of the longest force, for devices with more friction (1).
+pub const STRONG_SHARE: f32 = 0.5;
+/// Time without a count after which it fades [s].
+pub const STILL_S: f32 = 5.0;
+/// Time in which it fades [s].
+pub const FADE_S: f32 = 1.0;
+
+/// Watches the counts of a contact.
+#[derive(Clone, Copy, Debug)]
+pub struct Stillness {
+    /// Ticks after which the force fades.
+    most_ticks: f32,
+    fade_per_tick: f32,
+    /// Ticks without a count under a strong force.
+    still_ticks: f32,
+    gain: f32,
+}
+
+impl Stillness {
+    /// Of a loop with this tick [s].
+    #[must_use]
+    pub fn build(tick_s: f32) -> Self {
+        Self { most_ticks: STILL_S / tick_s, fade_per_tick: tick_s / FADE_S, still_ticks: 0.0, gain: 1.0 }
+    }
+
+    /// One tick.
+    pub fn judge(&mut self, way_m: &Vector3<f32>, applied_n: &Vector3<f32>, max_force_n: f32, touched: bool) {
+        if *way_m != Vector3::zeros() {
+            self.still_ticks = 0.0;
+            if !touched {
+                self.gain = 1.0;
+            }
+            return;
+        }
+        // a force that has begun to fade goes on fading below the threshold
+        let strong_n = STRONG_SHARE * max_force_n;
+        let strong_n = if strong_n > STRONG_N { strong_n } else { STRONG_N };
+        if applied_n.dot(applied_n) > strong_n * strong_n || self.gain < 1.0 {
+            if self.still_ticks >= self.most_ticks {
+                let gain = self.gain - self.fade_per_tick;
+                self.gain = if gain > 0.0 { gain } else { 0.0 };
+            } else {
+                self.still_ticks += 1.0;
+            }
+        } else {
+            self.still_ticks = 0.0;
+        }
+    }
+
+    /// Gain on the force (1).
+    #[must_use]
+    pub fn gain(&self) -> f32 {
+        self.gain
+    }
+
+    /// As built.
+    pub fn reset(&mut self) {
+        (self.still_ticks, self.gain) = (0.0, 1.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COUNT: Vector3<f32> = Vector3::new(0.0, 55e-6, 0.0);
+
+    fn hold(still: &mut Stillness, ticks: u16, push_n: f32, every: u16, touched: bool) {
+        for n in 1..=ticks {
+            let way_m = if every > 0 && n.is_multiple_of(every) { COUNT } else { Vector3::zeros() };
+            let applied_n = Vector3::new(0.0, 0.0, push_n * still.gain());
+            still.judge(&way_m, &applied_n, 2.0, touched);
+        }
+    }
+
+    #[test]
+    fn a_strong_force_without_a_count_is_gone_after_six_seconds() {
+        for push_n in [1.01, 3.0, 20.0] {
+            let mut still = Stillness::build(1e-3);
+            hold(&mut still, 5_000, push_n, 0, true);
+            assert_eq!(still.gain(), 1.0, "{push_n} N");
+            hold(&mut still, 500, push_n, 0, true);
+            assert!((still.gain() - 0.5).abs() < 1e-3, "{push_n} N: {}", still.gain());
+            hold(&mut still, 501, push_n, 0, true);
+            assert_eq!(still.gain(), 0.0, "{push_n} N");
+        }
+    }
+
+    #[test]
+    fn a_weak_force_and_one_count_in_five_seconds_stay() {
+        for (push_n, every) in [(0.99, 0), (3.0, 4_999), (3.0, 10)] {
+            let mut still = Stillness::build(1e-3);
+            hold(&mut still, 60_000, push_n, every, true);
+            assert_eq!(still.gain(), 1.0, "{push_n} N, every {every}");
+        }
+    }
+
+    #[test]
+    fn a_faded_force_comes_back_only_after_motion_outside() {
+        let mut still = Stillness::build(1e-3);
+        hold(&mut still, 5_300, 3.0, 0, true);
+        let faded = still.gain();
+        assert!(faded < 0.8);
+        hold(&mut still, 1, 3.0, 1, true);
+        hold(&mut still, 3_000, 3.0, 100, true);
+        assert_eq!(still.gain(), faded, "a count ends the fading and brings nothing back");
+        hold(&mut still, 3_000, 0.0, 0, false);
+        assert_eq!(still.gain(), faded, "out of contact without a motion: the patch moved, not the probe");
+        hold(&mut still, 1, 0.0, 1, false);
+        assert_eq!(still.gain(), 1.0);
+    }
+
+    #[test]
+    fn a_strong_device_may_hide_more_in_its_friction() {
+        for (push_n, gain) in [(3.9, 1.0), (4.1, 0.0)] {
+            let mut still = Stillness::build(1e-3);
+            for _ in 0..7_000 {
+                still.judge(&Vector3::zeros(), &Vector3::new(0.0, 0.0, push_n), 8.0, true);
+            }
+            assert_eq!(still.gain(), gain, "{push_n} N of 8 N");
+        }
+    }
+}

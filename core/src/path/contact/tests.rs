@@ -1,0 +1,114 @@
+//! The candidates against every triangle's box, on a shipped patch, for every shape of probe.
+
+extern crate std;
+
+use std::vec;
+use std::vec::Vec;
+
+use super::*;
+use crate::lanes::vector;
+use crate::path::probe::{ProbePose, admit};
+use crate::state::Node;
+use crate::{PatchFile, TetShapes};
+
+#[repr(align(4))]
+struct Words<Bytes: ?Sized>(Bytes);
+static BLOCK: &Words<[u8]> = &Words(*include_bytes!("../../../../firmware/patches/block-m4f-168.patch"));
+
+/// Numbers from -1 to 1, always the same ones.
+struct Numbers(u32);
+
+impl Numbers {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (self.0 >> 8) as f32 / 8_388_608.0 - 1.0
+    }
+
+    fn vector(&mut self) -> Vector3<f32> {
+        Vector3::new(self.next(), self.next(), self.next())
+    }
+}
+
+/// Calls `check` with a state that has been outside, a motion to change, and a source of numbers, for every shape and several axes.
+fn with_probes(mut check: impl FnMut(&Model, &Tuned, &mut State, Motion, &mut Numbers)) {
+    let file = PatchFile::open(&BLOCK.0).unwrap();
+    let model = &file.model;
+    let mut numbers = Numbers(7);
+    for shape in [ProbeShape::Sphere, ProbeShape::Hemisphere, ProbeShape::Flat] {
+        for axis in [Vector3::z(), Vector3::new(0.6, 0.0, 0.8), Vector3::new(-0.48, 0.64, -0.6), -Vector3::x(), Vector3::y()] {
+            let params = crate::Params { probe: Probe { shape, axis, radius_m: 4e-3 }, ..file.params };
+            let (mut node_step, mut cap_m) = (vec![0.0; model.nodes.len()], vec![0.0; model.triangles.len()]);
+            let tuned = params.build(model, &mut node_step, &mut cap_m).unwrap();
+            let (mut nodes, mut candidates) = (vec![Node::ZERO; model.nodes.len()], vec![0; model.triangles.len()]);
+            let mut shapes = vec![TetShapes::ZERO; TetShapes::count(model)];
+            let mut state = State::new(model, &mut nodes, &mut candidates, &mut shapes).unwrap();
+            let clear_m = file.site_m + Vector3::new(0.0, 0.0, 30e-3);
+            let motion = admit(model, &tuned, &mut state, ProbePose { tip_m: clear_m }).unwrap();
+            let motion = Motion { from_m: file.site_m, to_m: file.site_m, ..motion };
+            state.been_outside = true;
+            check(model, &tuned, &mut state, motion, &mut numbers);
+        }
+    }
+}
+
+fn found(state: &State) -> Vec<u16> {
+    state.candidates.iter().take(state.near).copied().collect()
+}
+
+#[test]
+fn candidates_are_the_triangles_whose_box_meets_that_of_the_probe() {
+    let (mut met, mut missed) = (0, 0);
+    with_probes(|model, tuned, state, motion, numbers| {
+        for _ in 0..60 {
+            let from_m = motion.from_m + numbers.vector() * 15e-3;
+            let mut motion = Motion { from_m, to_m: from_m + numbers.vector() * 3e-3, ..motion };
+            find(model, tuned, state, &mut motion);
+            // a capsule or cylinder from the tip along the axis, at both ends of the motion
+            let probe = &tuned.probe;
+            let beyond_m = if probe.shape == ProbeShape::Sphere { 0.0 } else { model.depth_limit_m };
+            let far = probe.axis * (2.0 * probe.radius_m + beyond_m);
+            let ends = [motion.from_m, motion.to_m, motion.from_m + far, motion.to_m + far];
+            let expected: Vec<u16> = (0..model.triangles.len())
+                .filter(|n| {
+                    let corners = model.triangles[*n].node.map(|c| vector(&state.nodes[usize::from(c)].x));
+                    (0..3).all(|k| {
+                        let low = ends.iter().map(|e| e[k]).fold(f32::INFINITY, f32::min) - probe.radius_m;
+                        let high = ends.iter().map(|e| e[k]).fold(f32::NEG_INFINITY, f32::max) + probe.radius_m;
+                        corners.iter().any(|c| c[k] >= low) && corners.iter().any(|c| c[k] <= high)
+                    })
+                })
+                .map(|n| n as u16)
+                .collect();
+            met += expected.len();
+            missed += model.triangles.len() - expected.len();
+            let found = found(state);
+            // rounding may decide about a box that ends exactly where the other begins
+            let differ =
+                expected.iter().filter(|n| !found.contains(n)).count() + found.iter().filter(|n| !expected.contains(n)).count();
+            assert!(differ == 0, "{:?}: {found:?} instead of {expected:?}", probe.shape);
+        }
+    });
+    assert!(met > 1_000 && missed > 1_000, "{met} triangles met, {missed} not: the poses prove nothing");
+}
+
+#[test]
+fn a_probe_that_starts_inside_presses_nothing_until_a_tick_after_it_was_outside() {
+    with_probes(|model, tuned, state, motion, _| {
+        state.been_outside = false;
+        let out = tuned.probe.axis * 30e-3;
+        let deep_m = motion.from_m - tuned.probe.axis * 2e-3;
+        if tuned.probe.axis != Vector3::z() {
+            return;
+        }
+        let at = |tip_m| Motion { from_m: tip_m, to_m: tip_m, limiters: Limiters::default(), ..motion };
+        let mut inside = at(deep_m);
+        find(model, tuned, state, &mut inside);
+        assert!(state.near == 0 && !state.been_outside && inside.limiters.contains(Limiters::BURIED));
+        let mut clear = at(deep_m + out);
+        find(model, tuned, state, &mut clear);
+        assert!(state.near == 0 && state.been_outside && !clear.limiters.contains(Limiters::BURIED));
+        let mut again = at(deep_m);
+        find(model, tuned, state, &mut again);
+        assert!(state.near > 0 && state.been_outside && !again.limiters.contains(Limiters::BURIED));
+    });
+}

@@ -1,0 +1,224 @@
+//! Presence: whether the *sensed* tip is at the tissue at all, by geometry alone.
+//!
+//! The guard of [`super::probe`] shows the patch a tip that it holds inside the tissue. A hand that
+//! goes on through the side, the underside or past the patch's edge would leave a force behind, and
+//! the shown tip would chase it. So every sensed tip is located first, in the rest shape:
+//!
+//! | sensed tip | contact |
+//! |---|---|
+//! | inside a tet | yes, if it came in through the surface that a probe can touch |
+//! | outside, at the triangle that carried most of the last tick's push | yes |
+//! | elsewhere | no: the patch is shown the tip where it is, and contact begins with a fresh approach |
+//!
+//! Location is a walk from tet to tet through their faces (Devillers, Pion, Teillaud, Walking in a
+//! triangulation, 2002). It starts where the last tick's ended, so one or two tets are tested per tick.
+//!
+//! * in: sensed tip [m], rest positions, `Model::neighbours`, the triangle touched last
+//! * out: [`Presence`]; the tet that the next walk starts from
+//! * cost: about 110 instructions of a Cortex-M4F per tet, one or two of them per tick
+//! * may fail: never; a tip that the walk does not reach in time counts as outside
+
+use nalgebra::Vector3;
+
+use crate::lanes::sqrt;
+use crate::model::{Model, NodeRest};
+use crate::params::{Probe, ProbeShape, Tuned};
+use crate::state::State;
+
+/// Height over the touched triangle, and depth below it, at which contact is still possible [m].
+const SURFACE_M: f32 = 1e-3;
+/// Tets tested per tick: 1.5 mm of motion crosses one or two.
+const STEPS: u16 = 8;
+/// Tets tested in the first tick after a reset, when the tip may be anywhere.
+const FIRST_STEPS: u16 = 512;
+
+/// Where the sensed tip is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Presence {
+    /// In the rest volume, entered through the touchable surface.
+    Inside,
+    /// Outside the rest volume, within a millimetre of contact with the triangle touched last.
+    AtSurface,
+    /// No contact is possible.
+    Outside,
+}
+
+/// The walk's memory from tick to tick.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Seat {
+    /// Tet in which the last walk ended.
+    tet: u32,
+    /// The tip was inside that tet.
+    inside: bool,
+    /// The tip was outside, over a face of that tet which a probe can touch and which faces its handle.
+    above: bool,
+    /// Steps taken, wrapping: varies which of several faces is left by, so that no walk cycles.
+    steps: u8,
+}
+
+impl Seat {
+    /// Whether the tip was located inside the rest volume.
+    pub(crate) fn inside(self) -> bool {
+        self.inside
+    }
+}
+
+/// Rest plane of a surface triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct Plane {
+    /// A point of it: the triangle's middle [m].
+    pub middle_m: Vector3<f32>,
+    /// Outward unit normal.
+    pub normal: Vector3<f32>,
+    /// Corners [m].
+    corners_m: [Vector3<f32>; 3],
+}
+
+impl Plane {
+    /// The plane of the triangle with this index.
+    fn of(model: &Model, triangle: u16) -> Option<Self> {
+        let triangle = model.triangles.get(usize::from(triangle))?;
+        let [a, b, c] = triangle.node.map(|n| rest_m(model.nodes, n));
+        let middle_m = (a + b + c) * (1.0 / 3.0);
+        let area = (b - a).cross(&(c - a));
+        Some(Self { middle_m, normal: area * (1.0 / sqrt(area.dot(&area))), corners_m: [a, b, c] })
+    }
+
+    /// The plane is so steep that a tip below it says nothing of the probe's body.
+    pub fn steep(&self, axis: Vector3<f32>) -> bool {
+        self.normal.dot(&axis) < 0.7
+    }
+
+    /// Depth of a point below the plane [m].
+    pub fn depth_m(&self, point_m: Vector3<f32>) -> f32 {
+        (self.middle_m - point_m).dot(&self.normal)
+    }
+
+    /// Depth of the probe's end, ball or disc, below the plane [m]: that of the tip where the plane is normal to the axis.
+    pub fn probe_depth_m(&self, probe: &Probe, tip_m: Vector3<f32>) -> f32 {
+        match probe.shape {
+            ProbeShape::Flat => self.depth_m(tip_m),
+            ProbeShape::Hemisphere | ProbeShape::Sphere => {
+                self.depth_m(tip_m) + probe.radius_m * (1.0 - probe.axis.dot(&self.normal))
+            }
+        }
+    }
+
+    /// Whether the probe at this tip is at the plane and near the triangle, with the tip on the outer side.
+    fn holds(&self, probe: &Probe, tip_m: Vector3<f32>) -> bool {
+        let lift_m = if probe.shape == ProbeShape::Flat { 0.0 } else { probe.radius_m };
+        let off_m = tip_m + probe.axis * lift_m - self.middle_m;
+        let mut longest = 0.0;
+        for arm_m in self.corners_m.map(|corner_m| corner_m - self.middle_m) {
+            let square = arm_m.dot(&arm_m);
+            longest = if square > longest { square } else { longest };
+        }
+        let near_m = sqrt(longest) + probe.radius_m + SURFACE_M;
+        self.depth_m(tip_m) <= SURFACE_M && self.probe_depth_m(probe, tip_m) >= -SURFACE_M && off_m.dot(&off_m) <= near_m * near_m
+    }
+}
+
+/// Locates the sensed tip and decides whether there can be contact; with the rest plane of the triangle touched last.
+#[cfg_attr(feature = "stage-cost", inline(never))]
+pub fn locate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> (Presence, Option<Plane>) {
+    let before = state.seat;
+    if !before.inside
+        && let Some(&tet) = state.over.and_then(|triangle| model.owners.get(usize::from(triangle)))
+    {
+        state.seat.tet = tet;
+    }
+    let most = if state.tip_m.is_none() { FIRST_STEPS } else { STEPS };
+    walk(model, &mut state.seat, tip_m, tuned.probe.axis, most);
+    let plane = state.over.and_then(|triangle| Plane::of(model, triangle));
+    state.shaft = state.seat.inside;
+    if state.seat.inside {
+        if !before.inside && !before.above && plane.is_none() {
+            // it came in by the side or from below: the surface is to be touched from outside
+            state.been_outside = false;
+        }
+        return (Presence::Inside, plane);
+    }
+    if plane.is_some_and(|plane| plane.holds(&tuned.probe, tip_m)) {
+        return (Presence::AtSurface, plane);
+    }
+    if before.inside || state.apart || state.touch.is_some() {
+        // it left by another way than it came
+        state.been_outside = false;
+    }
+    state.over = None;
+    (Presence::Outside, None)
+}
+
+/// Whether the probe's body is in the tissue at this tip: the point above the tip that no press brings below the surface, one
+/// radius or the depth limit and a millimetre, is inside the rest volume. Such a probe came in elsewhere.
+#[cfg_attr(feature = "stage-cost", inline(never))]
+pub fn buried(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> bool {
+    let probe = &tuned.probe;
+    let deepest_m = model.depth_limit_m + SURFACE_M;
+    let above_m = if probe.radius_m > deepest_m { probe.radius_m } else { deepest_m };
+    if state.seat.inside && !state.body.inside {
+        state.body.tet = state.seat.tet;
+    }
+    walk(model, &mut state.body, tip_m + probe.axis * above_m, probe.axis, STEPS);
+    state.body.inside
+}
+
+/// Walks towards the tip; ends inside a tet, or at one whose faces towards the tip are all boundary.
+fn walk(model: &Model, seat: &mut Seat, tip_m: Vector3<f32>, axis: Vector3<f32>, most: u16) {
+    (seat.inside, seat.above) = (false, false);
+    for _ in 0..most {
+        let index = seat.tet as usize;
+        let (Some(tet), Some(across)) = (model.tets.get(index), model.neighbours.get(index)) else {
+            seat.tet = 0;
+            return;
+        };
+        let [a, b, c, d] = tet.node.map(|n| rest_m(model.nodes, n) - tip_m);
+        let (ab, cd) = (a.cross(&b), c.cross(&d));
+        // six times the signed volumes of the tip with each face, the face opposite node k at place k
+        let volumes = [b.dot(&cd), -a.dot(&cd), d.dot(&ab), -c.dot(&ab)];
+        if volumes.iter().all(|volume| *volume >= 0.0) {
+            seat.inside = true;
+            return;
+        }
+        seat.steps = seat.steps.wrapping_add(1);
+        let (mut above, mut next) = (false, None);
+        for k in 0..4 {
+            let k = (k + usize::from(seat.steps)) % 4;
+            // a tip that is no number is beyond every face
+            if let (Some(volume), Some(&tet)) = (volumes.get(k), across.get(k))
+                && (*volume < 0.0 || volume.is_nan())
+            {
+                match tet {
+                    Model::HIDDEN => {}
+                    Model::TOUCHABLE => above |= outward([a, b, c, d], k).dot(&axis) > 0.0,
+                    _ => next = Some(tet),
+                }
+            }
+        }
+        match next {
+            Some(tet) => seat.tet = tet,
+            None => {
+                seat.above = above;
+                return;
+            }
+        }
+    }
+}
+
+/// Outward normal, of any length, of the face opposite corner `k` of a tet.
+#[inline(always)]
+fn outward([a, b, c, d]: [Vector3<f32>; 4], k: usize) -> Vector3<f32> {
+    let [p, q, r] = match k {
+        0 => [b, c, d],
+        1 => [a, d, c],
+        2 => [a, b, d],
+        _ => [a, c, b],
+    };
+    (q - p).cross(&(r - p))
+}
+
+/// Rest position of a node [m]; past the end, which no checked model reaches, the origin.
+#[inline(always)]
+fn rest_m(nodes: &[NodeRest], index: u16) -> Vector3<f32> {
+    nodes.get(usize::from(index)).map_or(Vector3::new(0.0, 0.0, 0.0), |node| node.rest_m.into())
+}

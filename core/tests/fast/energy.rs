@@ -1,0 +1,178 @@
+//! The energy given to the hand, and what follows from too much of it.
+
+use palpate::haptic::device::DeviceLimits;
+use palpate::haptic::passivity::{Energy, PassivityObserver, PassivitySettings};
+use palpate::{Fault, Vector3};
+
+use crate::bench::stylus;
+
+fn observer(delay_ticks: u8, count_m: f32) -> PassivityObserver {
+    PassivityObserver::build(&PassivitySettings::DEFAULT, &DeviceLimits { delay_ticks, count_m, ..stylus() }).unwrap()
+}
+
+fn z(length: f32) -> Vector3<f32> {
+    Vector3::new(0.0, 0.0, length)
+}
+
+/// A tick: the probe moves, then a force is sent [m, N].
+fn step(observer: &mut PassivityObserver, moved_m: f32, touched: bool, force_n: f32) -> Result<(), Fault> {
+    let answer = observer.observe(&z(moved_m), touched);
+    observer.sent(z(force_n));
+    answer
+}
+
+/// A contact in which 1 N pushes the probe this far out [m], or in where it is negative; then free space.
+fn contact(observer: &mut PassivityObserver, moved_m: f32) -> Result<(), Fault> {
+    step(observer, 0.0, true, 1.0)?;
+    let answer = step(observer, moved_m, true, 0.0);
+    for _ in 0..4 {
+        step(observer, 0.0, false, 0.0)?;
+    }
+    answer
+}
+
+#[test]
+fn energy_is_force_times_motion_with_the_force_that_acts() {
+    for delay in 0..=7_u8 {
+        let mut observer = observer(delay, 0.0);
+        for n in 0..=delay {
+            assert_eq!(observer.observe(&z(0.1e-3), true), Ok(()));
+            observer.sent(Vector3::new(0.5, 0.0, 2.0));
+            assert_eq!(observer.energy().given_j, 0.0, "tick {n}: nothing sent has arrived");
+        }
+        observer.observe(&Vector3::new(0.2e-3, 9.0, -0.1e-3), true).unwrap();
+        assert!((observer.energy().given_j - (0.1e-3 - 0.2e-3)).abs() < 1e-9, "delay {delay}: {:?}", observer.energy());
+        assert_eq!(observer.energy().created_j, 0.0, "what the tissue holds is not created");
+    }
+}
+
+#[test]
+fn the_ring_of_forces_outlasts_its_index() {
+    let mut observer = observer(7, 0.0);
+    for n in 0..700_u16 {
+        step(&mut observer, 0.0, true, f32::from(n)).unwrap();
+    }
+    observer.observe(&z(-1e-3), true).unwrap();
+    assert!((observer.energy().given_j + 0.692).abs() < 1e-5, "the force sent eight ticks ago: {:?}", observer.energy());
+}
+
+#[test]
+fn created_is_the_most_that_was_given_beyond_what_was_taken() {
+    let mut observer = observer(0, 0.0);
+    step(&mut observer, 0.0, true, 1.0).unwrap();
+    for (moved_m, given_j, created_j) in [(-0.3e-3, -0.3e-3, 0.0), (0.7e-3, 0.4e-3, 0.4e-3), (-0.2e-3, 0.2e-3, 0.4e-3)] {
+        step(&mut observer, moved_m, true, 1.0).unwrap();
+        let energy = observer.energy();
+        assert!((energy.given_j - given_j).abs() < 1e-8 && (energy.created_j - created_j).abs() < 1e-8, "{energy:?}");
+    }
+    assert_eq!(observer.gain(), 1.0, "below the alarm");
+    // free space: the contact is over once its last force has acted
+    step(&mut observer, 0.0, false, 0.0).unwrap();
+    step(&mut observer, 0.0, false, 0.0).unwrap();
+    step(&mut observer, 0.0, false, 0.0).unwrap();
+    let energy = observer.energy();
+    assert!((energy.total_created_j - 0.4e-3).abs() < 1e-8, "{energy:?}");
+    assert_eq!((energy.given_j, energy.created_j), (0.0, 0.0));
+}
+
+#[test]
+fn a_contact_lasts_until_its_last_force_has_acted() {
+    let mut observer = observer(3, 0.0);
+    step(&mut observer, 0.0, true, 1.0).unwrap();
+    // the probe has left, the force is on its way: what it gives belongs to this contact
+    for n in 0..3 {
+        step(&mut observer, 0.0, false, 0.0).unwrap();
+        assert_eq!(observer.energy(), Energy::default(), "tick {n}");
+    }
+    step(&mut observer, 0.3e-3, false, 0.0).unwrap();
+    assert!((observer.energy().total_created_j + observer.energy().created_j - 0.3e-3).abs() < 1e-8, "{:?}", observer.energy());
+    // a force sent and taken back: three ticks later the contact is still the same
+    let mut observer = self::observer(3, 0.0);
+    step(&mut observer, 0.0, true, 1.0).unwrap();
+    (0..3).for_each(|_| step(&mut observer, 0.0, true, 1.0).unwrap());
+    step(&mut observer, 0.2e-3, true, 0.0).unwrap();
+    for n in 0..3 {
+        step(&mut observer, 0.0, false, 0.0).unwrap();
+        assert!((observer.energy().created_j - 0.2e-3).abs() < 1e-8, "tick {n}: forces are on their way");
+    }
+    step(&mut observer, 0.0, false, 0.0).unwrap();
+    assert_eq!(observer.energy().created_j, 0.0);
+}
+
+#[test]
+fn one_count_of_play_is_no_motion_and_three_counts_are() {
+    let count_m = 50e-6;
+    // each round trip of two counts beyond the play gives two counts' worth of the force's difference
+    let round_trips = |counts: f32| {
+        let mut observer = observer(0, count_m);
+        step(&mut observer, 0.0, true, 0.5).unwrap();
+        for _ in 0..5 {
+            step(&mut observer, counts * count_m, true, 0.5).unwrap();
+            observer.sent(z(0.5));
+            step(&mut observer, -counts * count_m, true, 1.0).unwrap();
+        }
+        observer.energy().created_j
+    };
+    assert!(round_trips(1.0) < 0.02 * count_m, "{}", round_trips(1.0));
+    let beyond = round_trips(3.0) / count_m;
+    assert!(beyond > 1.9, "{beyond} N counts");
+}
+
+#[test]
+fn the_alarm_fades_the_force_to_nothing_in_twenty_ticks() {
+    let mut observer = observer(0, 0.0);
+    step(&mut observer, 0.0, true, 1.0).unwrap();
+    step(&mut observer, 0.5e-3, true, 1.0).unwrap();
+    assert_eq!(observer.gain(), 1.0, "at the alarm, not beyond it");
+    step(&mut observer, 0.1e-3, true, 1.0).unwrap();
+    assert!((observer.gain() - 0.8).abs() < 1e-6);
+    let ticks = (1..100).find(|_| {
+        step(&mut observer, 0.0, true, 1.0).unwrap();
+        observer.gain() == 0.0
+    });
+    assert_eq!(ticks, Some(20), "a hundredth is left after 20 ticks, then nothing");
+}
+
+#[test]
+fn contacts_after_an_alarm_are_half_as_strong_until_a_good_one() {
+    let mut observer = observer(0, 0.0);
+    for gain in [0.5, 0.25, 0.125, 0.0625] {
+        assert_eq!(contact(&mut observer, 1e-3), Ok(()));
+        assert_eq!(observer.gain(), gain);
+    }
+    for gain in [0.125, 0.25, 0.5, 1.0, 1.0] {
+        assert_eq!(contact(&mut observer, -1e-3), Ok(()));
+        assert_eq!(observer.gain(), gain);
+    }
+}
+
+#[test]
+fn five_alarms_in_a_row_are_a_fault_and_one_good_contact_breaks_the_row() {
+    let mut observer = observer(0, 0.0);
+    (0..4).for_each(|_| contact(&mut observer, 1e-3).unwrap());
+    contact(&mut observer, -1e-3).unwrap();
+    (0..4).for_each(|_| contact(&mut observer, 1e-3).unwrap());
+    assert_eq!(contact(&mut observer, 1e-3), Err(Fault::EnergyCreated));
+}
+
+#[test]
+fn one_long_contact_raises_one_alarm() {
+    let mut observer = observer(0, 0.0);
+    step(&mut observer, 0.0, true, 1.0).unwrap();
+    assert!((0..50).all(|_| step(&mut observer, 1e-3, true, 1.0).is_ok()));
+}
+
+#[test]
+fn clearing_forgets_the_alarms_and_keeps_the_total() {
+    let mut observer = observer(0, 0.0);
+    (0..4).for_each(|_| contact(&mut observer, 1e-3).unwrap());
+    let total_j = observer.energy().total_created_j;
+    assert!((total_j - 4e-3).abs() < 1e-6, "{total_j}");
+    step(&mut observer, 0.0, true, 1.0).unwrap();
+    step(&mut observer, 0.2e-3, true, 0.0).unwrap();
+    observer.clear();
+    let energy = observer.energy();
+    assert_eq!((observer.gain(), energy.given_j, energy.created_j), (1.0, 0.0, 0.0));
+    assert!((energy.total_created_j - 4.2e-3).abs() < 1e-6, "{energy:?}");
+    (0..4).for_each(|_| assert_eq!(contact(&mut observer, 1e-3), Ok(())));
+}

@@ -1,0 +1,180 @@
+//! The guard of a patch, on one that is shipped: how deep and how fast it is pressed, and which force leaves it.
+
+use palpate::path::probe;
+use palpate::{Fault, Limiters, Node, Output, Params, PatchFile, ProbePose, State, TetShapes, Tuned, Vector3, tick};
+
+/// Bytes of a patch on a word boundary.
+#[repr(align(4))]
+struct Words<Bytes: ?Sized>(Bytes);
+
+static BLOCK: &Words<[u8]> = &Words(*include_bytes!("../../../firmware/patches/block-m4f-168.patch"));
+static FINE_BLOCK: &Words<[u8]> = &Words(*include_bytes!("../../../firmware/patches/block-m7-480.patch"));
+static LIVER: &Words<[u8]> = &Words(*include_bytes!("../../../firmware/patches/liver-m4f-168.patch"));
+
+/// A block of tissue that is pressed along its normal at its site.
+pub struct Tissue {
+    pub file: PatchFile<'static>,
+    pub tuned: Tuned<'static>,
+    pub state: State<'static>,
+}
+
+impl Tissue {
+    /// At rest, not yet touched.
+    pub fn new() -> Self {
+        Self::with(|_| ())
+    }
+
+    /// Starts the patch with other parameters.
+    pub fn with(change: impl Fn(&mut Params)) -> Self {
+        Self::of(&BLOCK.0, change)
+    }
+
+    /// A piece that was cut out of a liver: its sides are no surface.
+    pub fn cut() -> Self {
+        Self::of(&LIVER.0, |_| ())
+    }
+
+    /// A block of smaller tets.
+    pub fn fine() -> Self {
+        Self::of(&FINE_BLOCK.0, |_| ())
+    }
+
+    fn of(bytes: &'static [u8], change: impl Fn(&mut Params)) -> Self {
+        let mut file = PatchFile::open(bytes).unwrap();
+        change(&mut file.params);
+        let (nodes, triangles) = (file.model.nodes.len(), file.model.triangles.len());
+        let tuned = file.params.build(&file.model, vec![0.0; nodes].leak(), vec![0.0; triangles].leak()).unwrap();
+        let shapes = vec![TetShapes::ZERO; TetShapes::count(&file.model)].leak();
+        let state = State::new(&file.model, vec![Node::ZERO; nodes].leak(), vec![0; triangles].leak(), shapes).unwrap();
+        Self { file, tuned, state }
+    }
+
+    /// One tick with the tip at this place above the site [m].
+    pub fn at(&mut self, above_m: Vector3<f32>) -> Output {
+        tick(&self.file.model, &self.tuned, &mut self.state, ProbePose { tip_m: self.file.site_m + above_m })
+    }
+
+    /// One tick with the tip this high above the site [m].
+    pub fn high(&mut self, z_m: f32) -> Output {
+        self.at(Vector3::new(0.0, 0.0, z_m))
+    }
+
+    /// Approaches from free space and presses this deep at 40 mm/s, then waits [m].
+    pub fn press(&mut self, depth_m: f32) -> Output {
+        self.high(5e-3);
+        let ticks = ((5e-3 + depth_m) / 40e-6) as usize;
+        (0..ticks).for_each(|n| _ = self.high(5e-3 - 40e-6 * n as f32));
+        (0..200).map(|_| self.high(-depth_m)).last().expect("at least one")
+    }
+}
+
+#[test]
+fn a_press_is_answered_along_the_normal_and_ends_with_the_contact() {
+    let mut tissue = Tissue::new();
+    let free = tissue.high(5e-3);
+    assert_eq!((free.force_n, free.depth_m, free.normal, free.fault), (Vector3::zeros(), 0.0, Vector3::zeros(), None));
+    let pressed = tissue.press(3e-3);
+    assert!(pressed.force_n.z > 0.05 && pressed.normal.z > 0.99, "{pressed:?}");
+    assert!((pressed.depth_m - 3e-3).abs() < 0.2e-3, "{pressed:?}");
+    assert!((pressed.force_n - pressed.normal * pressed.force_n.norm()).norm() < 1e-5);
+    assert!(pressed.active_nodes > 20 && pressed.limiters == Limiters::default());
+    let gone = (0..50).map(|n| tissue.high(1e-3 * f32::from(n as u8))).last().expect("ticks");
+    assert_eq!((gone.force_n, gone.depth_m), (Vector3::zeros(), 0.0));
+}
+
+#[test]
+fn the_patch_is_never_shown_deeper_than_it_answers() {
+    let mut tissue = Tissue::new();
+    let limit_m = tissue.file.model.depth_limit_m;
+    tissue.press(limit_m - 0.1e-3);
+    let mut held = false;
+    (0..60_u8).for_each(|n| held |= tissue.high(0.1e-3 - limit_m - 40e-6 * f32::from(n)).limiters.contains(Limiters::DEPTH));
+    assert!(held, "and it says so");
+    let pressed = tissue.high(-limit_m - 2.3e-3);
+    assert!(pressed.depth_m < 1.02 * limit_m && pressed.depth_m > 0.9 * limit_m, "{} of {limit_m} m", pressed.depth_m);
+    assert_eq!(pressed.fault, None);
+}
+
+#[test]
+fn the_patch_sinks_no_faster_than_its_limit() {
+    let mut tissue = Tissue::new();
+    tissue.press(1e-3);
+    let most_m = tissue.file.params.limits.max_sink_m_per_s * 1e-3;
+    let before_m = tissue.high(-1e-3).depth_m;
+    let output = tissue.high(-1e-3 - 5.0 * most_m);
+    assert!(output.limiters.contains(Limiters::SPEED));
+    assert!(output.depth_m - before_m < 1.05 * most_m, "{} m in a tick, limit {most_m}", output.depth_m - before_m);
+    let output = tissue.high(-1e-3 - 5.0 * most_m);
+    assert!((output.depth_m - before_m - 2.0 * most_m).abs() < 0.15 * most_m, "and it follows");
+}
+
+#[test]
+fn a_probe_that_starts_inside_gets_no_force_until_it_has_been_outside() {
+    let mut tissue = Tissue::new();
+    for _ in 0..50 {
+        let output = tissue.high(-3e-3);
+        assert_eq!((output.force_n, output.fault), (Vector3::zeros(), None));
+        assert!(output.limiters.contains(Limiters::BURIED));
+    }
+    (0..80).for_each(|n| _ = tissue.high(-3e-3 + 0.2e-3 * n as f32));
+    let pressed = tissue.press(2e-3);
+    assert!(pressed.force_n.z > 0.02 && !pressed.limiters.contains(Limiters::BURIED));
+}
+
+#[test]
+fn a_pose_that_is_not_finite_is_a_latched_fault() {
+    for axis in 0..3 {
+        for bad in [f32::NAN, f32::INFINITY] {
+            let mut tissue = Tissue::new();
+            tissue.press(1e-3);
+            let mut above_m = Vector3::new(0.0, 0.0, -1e-3);
+            above_m[axis] = bad;
+            let output = tissue.at(above_m);
+            assert_eq!((output.fault, output.force_n), (Some(Fault::PoseNotFinite), Vector3::zeros()));
+            assert_eq!(tissue.high(-1e-3).fault, Some(Fault::PoseNotFinite), "latched");
+            assert_eq!(tissue.state.fault(), Some(Fault::PoseNotFinite));
+            tissue.state.reset(&tissue.file.model);
+            assert_eq!(tissue.high(5e-3).fault, None);
+        }
+    }
+}
+
+#[test]
+fn a_node_faster_than_a_hundred_metres_per_second_is_a_fault() {
+    let node = |tissue: &Tissue| {
+        tissue
+            .file
+            .model
+            .nodes
+            .iter()
+            .enumerate()
+            .find(|(n, _)| tissue.tuned.mass_kg(*n).is_some_and(f32::is_finite))
+            .map(|(n, _)| n)
+    };
+    for (m_per_s, fault) in
+        [(50.0, None), (160.0, Some(Fault::Diverged)), (f32::NAN, Some(Fault::Diverged)), (1e5, Some(Fault::Diverged))]
+    {
+        let mut tissue = Tissue::new();
+        tissue.high(30e-3);
+        let n = node(&tissue).unwrap();
+        let at_m = tissue.state.nodes()[n].position_m();
+        tissue.state.place(n, at_m, Vector3::new(m_per_s, 0.0, 0.0));
+        let output = tissue.high(30e-3);
+        assert_eq!((output.fault, output.force_n), (fault, Vector3::zeros()), "{m_per_s} m/s");
+        assert_eq!(tissue.high(30e-3).fault, fault, "latched");
+    }
+}
+
+#[test]
+fn pressed_along_the_surface_the_patch_is_shown_no_faster_than_its_limit() {
+    for out in [Vector3::x(), -Vector3::x(), Vector3::y(), -Vector3::y()] {
+        let mut tissue = Tissue::new();
+        tissue.press(2e-3);
+        let longest_m = tissue.file.params.limits.max_speed_m_per_s * tissue.file.params.tick_s;
+        let tip_m = tissue.file.site_m + out * (3.0 * longest_m) - Vector3::new(0.0, 0.0, 2e-3);
+        let motion = probe::admit(&tissue.file.model, &tissue.tuned, &mut tissue.state, ProbePose { tip_m }).unwrap();
+        let moved_m = motion.to_m - motion.from_m;
+        assert!((moved_m - out * longest_m).norm() < 0.05 * longest_m, "{moved_m} of {longest_m} m");
+        assert!((motion.velocity_m_per_s - moved_m * 1e3).norm() < 1e-3 && motion.limiters.contains(Limiters::SPEED));
+    }
+}

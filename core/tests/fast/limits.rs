@@ -1,0 +1,170 @@
+//! Limits are numbers in a range: they bind where they say, and they can only be lowered.
+
+use palpate::BuildError;
+use palpate::haptic::cycle::ArmingSettings;
+use palpate::haptic::damping::{Damping, DampingSettings, MOST_N_S_PER_M};
+use palpate::haptic::device::DeviceLimits;
+use palpate::haptic::limits::{LimitValues, Limits};
+use palpate::haptic::passivity::{PassivityObserver, PassivitySettings};
+
+use crate::bench::{TICK_S, limits, stylus};
+
+/// The parameter that an error names.
+fn named<T>(answer: Result<T, BuildError>) -> Option<&'static str> {
+    match answer {
+        Ok(_) => None,
+        Err(BuildError::OutOfRange { parameter, .. }) => Some(parameter),
+        Err(other) => panic!("{other}"),
+    }
+}
+
+/// Fails unless `check` accepts `low` and `high`, refuses what lies just outside, and names the parameter.
+fn bounds(name: &str, low: f32, high: f32, check: impl Fn(f32) -> Option<&'static str>) {
+    let out = 1e-4 * (high - low);
+    for inside in [low, high, 0.5 * (low + high)] {
+        assert_eq!(check(inside), None, "{name} = {inside}");
+    }
+    for outside in [low - out, high + out, f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        assert_eq!(check(outside), Some(name), "{name} = {outside}");
+    }
+}
+
+#[test]
+fn every_number_of_a_device_has_its_range() {
+    let check = |change: &dyn Fn(&mut DeviceLimits)| {
+        let mut device = stylus();
+        change(&mut device);
+        named(device.check())
+    };
+    bounds("device.max_force_n", 0.01, 20.0, |x| check(&|d| d.max_force_n = x));
+    bounds("device.count_m", 0.0, 1e-3, |x| check(&|d| d.count_m = x));
+    bounds("device.lag_s", 0.0, 0.02, |x| check(&|d| d.lag_s = x));
+    for axis in 0..3 {
+        let corner = ["device.workspace_low_m[0]", "device.workspace_low_m[1]", "device.workspace_low_m[2]"][axis];
+        bounds(corner, -2.0, 2.0, |x| {
+            check(&|d| {
+                d.workspace_low_m[axis] = x;
+                d.workspace_high_m[axis] = x + 0.1;
+            })
+        });
+        let size = ["device.workspace size x in m", "device.workspace size y in m", "device.workspace size z in m"][axis];
+        bounds(size, 1e-3, 2.0, |x| {
+            check(&|d| {
+                d.workspace_low_m[axis] = 0.0;
+                d.workspace_high_m[axis] = x;
+            })
+        });
+    }
+    assert_eq!(check(&|d| d.delay_ticks = 7), None);
+    assert_eq!(check(&|d| d.delay_ticks = 8), Some("device.delay_ticks"));
+}
+
+#[test]
+fn the_delay_is_whole_ticks_and_the_lag() {
+    let device = DeviceLimits { delay_ticks: 3, lag_s: 0.5e-3, ..stylus() };
+    assert!((device.delay_s(2e-3) - 6.5e-3).abs() < 1e-9);
+}
+
+#[test]
+fn no_limit_is_higher_than_the_highest() {
+    let highest = LimitValues { max_force_n: 3.3, ..LimitValues::HIGHEST };
+    let built = Limits::build(&highest, &stylus(), TICK_S).unwrap();
+    assert_eq!(built.values(), &highest);
+    let strong = DeviceLimits { max_force_n: 20.0, ..stylus() };
+    assert!(Limits::build(&LimitValues::HIGHEST, &strong, TICK_S).is_ok());
+    let check = |change: &dyn Fn(&mut LimitValues)| {
+        let mut values = highest;
+        change(&mut values);
+        named(Limits::build(&values, &stylus(), TICK_S))
+    };
+    bounds("limits.max_force_n", 1e-6, 3.3, |x| check(&|v| v.max_force_n = x));
+    bounds("limits.max_slew_n_per_s", 1e-6, 5_000.0, |x| check(&|v| v.max_slew_n_per_s = x));
+    bounds("limits.max_speed_m_per_s", 1e-6, 3.0, |x| check(&|v| v.max_speed_m_per_s = x));
+    bounds("limits.workspace_margin", 0.0, 0.25, |x| check(&|v| v.workspace_margin = x));
+    bounds("limits.implausible_ratio", 1.0, 10.0, |x| check(&|v| v.implausible_ratio = x));
+    let counts: [(&str, u16, fn(&mut LimitValues) -> &mut u16); 4] = [
+        ("limits.odd_poses", 3, |v| &mut v.odd_poses),
+        ("limits.max_age_ticks", 5, |v| &mut v.max_age_ticks),
+        ("limits.implausible_ticks", 20, |v| &mut v.implausible_ticks),
+        ("limits.saturated_ticks", 1_000, |v| &mut v.saturated_ticks),
+    ];
+    for (name, most, pick) in counts {
+        for (count, refused) in [(0, true), (1, false), (most, false), (most + 1, true)] {
+            assert_eq!(check(&|v| *pick(v) = count), refused.then_some(name), "{count}");
+        }
+    }
+    bounds("tick_s", 1e-4, 1e-2, |x| named(Limits::build(&LimitValues::DESKTOP, &stylus(), x)));
+    let no_device = DeviceLimits { lag_s: -1.0, ..stylus() };
+    assert_eq!(named(Limits::build(&LimitValues::DESKTOP, &no_device, TICK_S)), Some("device.lag_s"));
+}
+
+#[test]
+fn lowered_limits_keep_the_device_and_the_tick() {
+    let lower = LimitValues { max_force_n: 1.0, workspace_margin: 0.0, ..LimitValues::DESKTOP };
+    let limits = Limits::build(&LimitValues::DESKTOP, &stylus(), 2e-3).unwrap();
+    let lowered = limits.lowered(&lower).unwrap();
+    assert_eq!((lowered.values(), lowered.tick_s()), (&lower, 2e-3));
+    assert!((lowered.ticks_per_s() - 500.0).abs() < 1e-3);
+    assert_eq!(named(lowered.lowered(&LimitValues::DESKTOP)), Some("limits.max_force_n"));
+    assert_eq!(LimitValues::default(), LimitValues::DESKTOP);
+}
+
+#[test]
+fn every_number_of_the_damping_has_its_range() {
+    let check = |change: &dyn Fn(&mut DampingSettings)| {
+        let mut settings = DampingSettings::safe(1e-3, TICK_S);
+        change(&mut settings);
+        named(settings.check()).or(named(Damping::build(&settings, TICK_S, 0.0)))
+    };
+    bounds("damping.tau_s", 0.0, 0.05, |x| check(&|s| s.tau_s = x));
+    bounds("damping.constant_n_s_per_m", 0.0, MOST_N_S_PER_M, |x| check(&|s| s.constant_n_s_per_m = x));
+    bounds("damping.velocity_share", 1e-3, 1.0, |x| check(&|s| s.velocity_share = x));
+    bounds("tick_s", 1e-4, 1e-2, |x| named(Damping::build(&DampingSettings::NONE, x, 0.0)));
+    bounds("device.count_m", 0.0, 1e-3, |x| named(Damping::build(&DampingSettings::NONE, TICK_S, x)));
+}
+
+#[test]
+fn every_number_of_the_energy_watch_has_its_range() {
+    let check = |settings: PassivitySettings| named(PassivityObserver::build(&settings, &stylus()));
+    bounds("passivity.alarm_j", 1e-6, 0.1, |x| check(PassivitySettings { alarm_j: x, ..PassivitySettings::DEFAULT }));
+    for (alarms, refused) in [(0, true), (1, false), (100, false), (101, true)] {
+        assert_eq!(check(PassivitySettings { alarms, ..PassivitySettings::DEFAULT }), refused.then_some("passivity.alarms"));
+    }
+    let slow = DeviceLimits { delay_ticks: 8, ..stylus() };
+    assert_eq!(named(PassivityObserver::build(&PassivitySettings::DEFAULT, &slow)), Some("device.delay_ticks"));
+}
+
+#[test]
+fn every_number_of_arming_has_its_range() {
+    let check = |change: &dyn Fn(&mut ArmingSettings)| {
+        let mut settings = ArmingSettings::default();
+        change(&mut settings);
+        named(settings.check())
+    };
+    bounds("arming.weak_n", f32::MIN_POSITIVE, 0.5, |x| check(&|s| s.weak_n = x));
+    bounds("arming.slow_m_per_s", f32::MIN_POSITIVE, 0.5, |x| check(&|s| s.slow_m_per_s = x));
+    bounds("arming.ramp_in_per_tick", 1e-5, 0.02, |x| check(&|s| s.ramp_in_per_tick = x));
+    bounds("arming.relief_per_tick", 1e-5, 0.02, |x| check(&|s| s.relief_per_tick = x));
+    bounds("arming.least_relief", 0.0, 0.9, |x| check(&|s| s.least_relief = x));
+    let counts: [(&str, [u16; 2], fn(&mut ArmingSettings) -> &mut u16); 3] = [
+        ("arming.calm_ticks", [4, 10_000], |s| &mut s.calm_ticks),
+        ("arming.silence_ticks", [1, 20], |s| &mut s.silence_ticks),
+        ("arming.ramp_ticks", [1, 125], |s| &mut s.ramp_ticks),
+    ];
+    for (name, [least, most], pick) in counts {
+        for (count, refused) in [(least - 1, true), (least, false), (most, false), (most + 1, true)] {
+            assert_eq!(check(&|s| *pick(s) = count), refused.then_some(name), "{count}");
+        }
+    }
+}
+
+#[test]
+fn an_error_carries_the_value_and_the_range() {
+    let values = LimitValues { max_force_n: 9.0, ..LimitValues::DESKTOP };
+    let least = match limits().lowered(&values) {
+        Err(BuildError::OutOfRange { parameter: "limits.max_force_n", value: 9.0, min, max: 3.0 }) => min,
+        other => panic!("{other:?}"),
+    };
+    assert!(least > 0.0 && least < 1e-3);
+    assert_eq!(limits().values().max_force_n, 3.0, "nothing has changed");
+}

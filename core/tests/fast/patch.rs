@@ -1,0 +1,62 @@
+//! The whole line from a reading to a force, on a shipped patch.
+
+use palpate::haptic::cycle::{Ask, Command, Cycle, PatchRenderer, Renderer, Settings, Telemetry};
+use palpate::haptic::device::{Sensed, SensorStatus};
+use palpate::haptic::mode::Mode;
+use palpate::{ProbePose, Vector3};
+
+use crate::bench::{Bench, Device, pushing, stylus};
+use crate::guard::Tissue;
+
+/// One cycle with the tip this high above the patch's site [m].
+fn run(cycle: &mut Cycle, device: &mut Device, tissue: &mut Tissue, z_m: f32, asked: Option<Ask>) -> Telemetry {
+    device.sensed.position_m = tissue.file.site_m + Vector3::new(0.0, 0.0, z_m);
+    device.sensed.sequence += 1;
+    let mut renderer = PatchRenderer { model: &tissue.file.model, tuned: &tissue.tuned, state: &mut tissue.state };
+    cycle.run(device, &mut renderer, Command { asked, ..Command::HEARD })
+}
+
+#[test]
+fn a_press_is_felt_and_over_when_the_probe_has_left() {
+    let mut tissue = Tissue::new();
+    let mut device = Device {
+        limits: stylus(),
+        sensed: Sensed { position_m: Vector3::zeros(), sequence: 0, status: SensorStatus::Good },
+        drive_n: None,
+    };
+    let mut cycle = Cycle::build(&Settings::safe(&stylus()), &stylus()).unwrap();
+    for asked in [Ask::Booted, Ask::TestPassed, Ask::Arm] {
+        run(&mut cycle, &mut device, &mut tissue, 5e-3, Some(asked));
+    }
+    let mut at = |z_m: f32| run(&mut cycle, &mut device, &mut tissue, z_m, None);
+    (0..700).for_each(|_| _ = at(5e-3));
+    assert_eq!(at(5e-3).mode, Mode::Active);
+    (0..200).for_each(|n| _ = at(5e-3 - 40e-6 * n as f32));
+    let held = (0..200).map(|_| at(-3e-3)).last().expect("ticks");
+    assert!(held.applied_n.z > 0.05 && held.output.depth_m > 2.5e-3, "{held:?}");
+    assert!((held.applied_n - held.output.force_n).norm() < 1e-3, "at rest nothing is added");
+    let left = (0..100).map(|n| at(-3e-3 + 0.1e-3 * f32::from(n as u8))).last().expect("ticks");
+    assert_eq!((left.applied_n, left.fault), (Vector3::zeros(), None));
+}
+
+#[test]
+fn reset_puts_the_patch_to_rest() {
+    let mut tissue = Tissue::new();
+    tissue.press(3e-3);
+    let pressed = tissue.state.hash();
+    let mut renderer = PatchRenderer { model: &tissue.file.model, tuned: &tissue.tuned, state: &mut tissue.state };
+    renderer.reset();
+    assert_eq!(renderer.state.hash(), Tissue::new().state.hash(), "as it was built");
+    let output = renderer.render(ProbePose { tip_m: tissue.file.site_m + Vector3::new(0.0, 0.0, 5e-3) });
+    assert_eq!(output.force_n, Vector3::zeros());
+    assert!(tissue.state.hash() != pressed);
+}
+
+#[test]
+fn damping_follows_the_slope_of_the_contact() {
+    let mut bench = Bench::new(400.0).active();
+    bench.wall.answer = Some(pushing(2e-3, 1.0));
+    let wanted_n = (0..60).map(|_| bench.at(bench.device.sensed.position_m.z - 0.05e-3).wanted_n.z).last().expect("ticks");
+    // 1.5 F / depth = 750 N/m for 3 ms, and 0.3 N s/m, at 50 mm/s
+    assert!((wanted_n - (1.0 + (750.0 * 3e-3 + 0.3) * 0.05)).abs() < 1e-3, "{wanted_n}");
+}

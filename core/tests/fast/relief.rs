@@ -1,0 +1,100 @@
+//! Strain: saturation, created energy, and what is felt until the contact is over.
+
+use palpate::haptic::mode::Mode;
+use palpate::{Limiters, Vector3};
+
+use crate::bench::{Bench, CLEAR_M, pushing, set};
+
+#[test]
+fn a_force_at_its_limit_is_relieved_to_a_half_and_comes_back_with_the_next_contact() {
+    let mut bench = Bench::new(400.0).active();
+    bench.move_to(-8e-3, 0.05);
+    let at_limit = bench.tick();
+    assert!((at_limit.applied_n.z - 3.0).abs() < 1e-3 && set(&at_limit, Limiters::FORCE), "{}", at_limit.applied_n);
+    let degraded = (0..300).find(|_| bench.tick().mode == Mode::Degraded);
+    assert!(degraded.is_some_and(|ticks| ticks < 201), "{degraded:?}");
+    let mut last_n = bench.tick().applied_n.z;
+    assert!(last_n > 2.98, "{last_n}");
+    for _ in 0..600 {
+        let record = bench.tick();
+        assert!(record.applied_n.z <= last_n, "{} after {last_n}", record.applied_n.z);
+        assert!(last_n - record.applied_n.z < 3.1e-3 + 1e-5, "evenly, a thousandth per tick");
+        last_n = record.applied_n.z;
+    }
+    assert!((last_n - 1.5).abs() < 1e-3, "{last_n}");
+    // less force does not bring the gain back: the contact began with it
+    bench.move_to(-2e-3, 0.05);
+    let record = bench.ticks(300);
+    assert!((record.applied_n.z - 0.4).abs() < 1e-3 && record.mode == Mode::Degraded, "{}", record.applied_n);
+    assert!(set(&record, Limiters::GAIN));
+    bench.move_to(CLEAR_M, 0.05);
+    assert_eq!(bench.tick().mode, Mode::Active);
+    let record = bench.press_n(1.0);
+    assert!((record.applied_n.z - 1.0).abs() < 1e-3 && !set(&record, Limiters::GAIN));
+}
+
+#[test]
+fn relief_begins_after_two_hundred_ticks_and_not_below_the_limit() {
+    let mut bench = Bench::new(400.0).active();
+    bench.wall.answer = Some(pushing(5e-3, 2.9));
+    let record = bench.ticks(500);
+    assert_eq!((record.mode, set(&record, Limiters::GAIN)), (Mode::Active, false));
+    bench.wall.answer = Some(pushing(5e-3, 3.1));
+    assert!(!set(&bench.ticks(200), Limiters::GAIN));
+    assert!(set(&bench.tick(), Limiters::GAIN), "from the next tick on");
+}
+
+/// A contact that gives this much energy to the hand beyond what it took, with 1 N [J].
+fn contact(bench: &mut Bench, given_j: f32) {
+    let step_m = 0.1e-3_f32.copysign(given_j);
+    bench.wall.answer = Some(pushing(1e-3, 1.0));
+    bench.ticks(5);
+    let start_m = bench.device.sensed.position_m.z;
+    let gain = bench.tick().applied_n.z;
+    assert!(gain > 0.1, "{gain}");
+    for _ in 0..(given_j.abs() / (gain * step_m.abs())) as usize {
+        bench.at(bench.device.sensed.position_m.z + step_m);
+    }
+    bench.wall.answer = Some(palpate::Output::NONE);
+    bench.ticks(5);
+    bench.move_to(start_m, 0.1);
+}
+
+#[test]
+fn created_energy_fades_the_force_and_degrades_until_a_good_contact() {
+    let mut bench = Bench::new(400.0).active();
+    contact(&mut bench, 0.9e-3);
+    let record = bench.tick();
+    assert!(record.energy.total_created_j > 0.5e-3, "{:?}", record.energy);
+    assert_eq!(record.mode, Mode::Degraded, "free space, and the next contact is to be half as strong");
+    assert!(set(&record, Limiters::ENERGY));
+    bench.wall.answer = Some(pushing(1e-3, 1.0));
+    let force_n = bench.ticks(10).applied_n;
+    assert!((force_n - Vector3::new(0.0, 0.0, 0.5)).norm() < 1e-5, "{force_n}");
+    bench.wall.answer = Some(palpate::Output::NONE);
+    bench.ticks(5);
+    contact(&mut bench, -0.3e-3);
+    let record = bench.ticks(5);
+    assert_eq!((record.mode, set(&record, Limiters::ENERGY)), (Mode::Active, false));
+}
+
+#[test]
+fn a_strong_force_without_any_motion_of_the_encoder_is_gone_after_six_seconds() {
+    let mut bench = Bench::new(400.0).active();
+    let still_n = bench.press_n(2.0).applied_n.z;
+    let record = bench.ticks(4_800);
+    assert_eq!((record.applied_n.z, record.mode), (still_n, Mode::Active));
+    let mut last_n = still_n;
+    for _ in 0..1_200 {
+        let record = bench.tick();
+        assert!(record.applied_n.z <= last_n);
+        last_n = record.applied_n.z;
+    }
+    assert_eq!((last_n, bench.cycle.mode()), (0.0, Mode::Degraded));
+    // motion in contact does not bring it back, a new contact does
+    bench.move_to(-4e-3, 0.05);
+    assert_eq!(bench.tick().applied_n.z, 0.0);
+    bench.move_to(CLEAR_M, 0.05);
+    assert_eq!(bench.cycle.mode(), Mode::Active);
+    assert!((bench.press_n(1.0).applied_n.z - 1.0).abs() < 1e-3);
+}

@@ -1,0 +1,97 @@
+//! A probe that speeds up against the force: what is a fault, and what a hand does.
+
+use palpate::haptic::cycle::Command;
+use palpate::haptic::runaway::Runaway;
+use palpate::{Fault, Vector3};
+
+use crate::bench::{Bench, TICK_S, pushing};
+
+/// Pushed outwards along `normal` with so much force [N] while it goes in at these speeds [m/s], tick after tick.
+fn pushed(normal: Vector3<f32>, force_n: f32, speeds: impl Iterator<Item = f32>) -> Option<usize> {
+    let mut runaway = Runaway::default();
+    let mut judge = |inward: f32| runaway.judge(&(normal * (-inward * TICK_S)), 1.0 / TICK_S, &normal, &(normal * force_n));
+    speeds.enumerate().find(|(_, inward)| judge(*inward) == Err(Fault::Runaway)).map(|(tick, _)| tick)
+}
+
+/// From one speed to another within 50 ticks, and on [m/s].
+fn gains(from: f32, to: f32) -> impl Iterator<Item = f32> {
+    (0..250_u8).map(move |n| from + (to - from) * (f32::from(n) / 50.0).min(1.0))
+}
+
+#[test]
+fn half_a_metre_per_second_gained_against_half_a_newton_is_a_fault() {
+    for normal in [Vector3::x(), -Vector3::y(), Vector3::new(0.6, 0.0, 0.8)] {
+        for (from, to, fault) in [(0.0, 0.55, true), (0.0, 0.45, false), (0.3, 0.9, true), (0.3, 0.75, false), (0.9, 0.1, false)]
+        {
+            assert_eq!(pushed(normal, 1.0, gains(from, to)).is_some(), fault, "{from} to {to} m/s");
+        }
+        for (force_n, fault) in [(0.51, true), (0.49, false), (-1.0, false), (-3.0, false)] {
+            assert_eq!(pushed(normal, force_n, gains(0.0, 0.8)).is_some(), fault, "{force_n} N");
+        }
+    }
+}
+
+#[test]
+fn a_hand_that_comes_to_rest_within_twenty_five_millimetres_is_no_runaway() {
+    // 1 m/s and more is gained; the travel decides
+    for (ticks, fault) in [(18_usize, false), (24, true)] {
+        let speeds = (0..200).map(|n| {
+            if n < 5 {
+                0.0
+            } else if n < 5 + ticks {
+                1.2
+            } else {
+                0.0
+            }
+        });
+        assert_eq!(pushed(Vector3::z(), 2.0, speeds).is_some(), fault, "{} mm", 1.2 * ticks as f32);
+    }
+}
+
+#[test]
+fn a_force_that_was_interrupted_starts_the_count_anew() {
+    let mut runaway = Runaway::default();
+    for n in 0..400 {
+        // 0.8 m/s are gained, but the force is gone for a tick whenever 20 mm are
+        let inward = if n % 25 < 5 { 0.0 } else { 1.0 };
+        let force_n = if n % 25 == 24 { 0.0 } else { 1.0 };
+        let answer =
+            runaway.judge(&Vector3::new(0.0, 0.0, -inward * TICK_S), 1e3, &Vector3::z(), &Vector3::new(0.0, 0.0, force_n));
+        assert_eq!(answer, Ok(()), "tick {n}");
+    }
+}
+
+#[test]
+fn what_a_late_tick_catches_up_with_is_no_speed_that_is_gained() {
+    let mut bench = Bench::new(100.0).idle();
+    bench.device.sensed.position_m.z = 0.05;
+    bench.ticks(3);
+    bench.arm();
+    bench.ticks(600);
+    let step = |bench: &mut Bench, m_per_s: f32, late_ticks: u16| {
+        bench.device.sensed.position_m.z -= m_per_s * TICK_S * f32::from(late_ticks + 1);
+        bench.run(Command { late_ticks, ..Command::HEARD })
+    };
+    (0..8).for_each(|_| _ = step(&mut bench, 1.40, 0));
+    bench.wall.answer = Some(pushing(1e-3, 1.0));
+    (0..4).for_each(|_| _ = step(&mut bench, 1.40, 0));
+    (0..22).for_each(|_| assert_eq!(step(&mut bench, 1.45, 0).fault, None));
+    for n in 0..8 {
+        assert_eq!(step(&mut bench, 1.45, u16::from(n % 2 == 0)).fault, None, "tick {n}");
+        // half of the force after each late tick is still one that the probe is not to speed up against
+        assert!(bench.device.drive_n.is_some_and(|force_n| force_n.z > 0.5), "tick {n}: {:?}", bench.device.drive_n);
+    }
+}
+
+#[test]
+fn speed_gained_in_a_slide_is_no_runaway() {
+    // 0.8 m/s are gained along the normal; how far aside the probe goes with it decides
+    for (aside, fault) in [(0.0, true), (0.3, true), (0.7, false), (2.0, false)] {
+        let mut runaway = Runaway::default();
+        let found = gains(0.0, 0.8).any(|inward| {
+            let moved_m = Vector3::new(aside * inward, 0.0, -inward) * TICK_S;
+            runaway.judge(&moved_m, 1.0 / TICK_S, &Vector3::z(), &Vector3::z()).is_err()
+        });
+        assert_eq!(found, fault, "{aside} aside of one into the tissue");
+    }
+}

@@ -1,0 +1,6 @@
+//! Honest motions over the shipped patches, with overflow checks and debug assertions: no fault may
+//! stop them, and the same motions with a wrong sign must still be stopped.
+
+mod readings;
+mod rig;
+mod slides;

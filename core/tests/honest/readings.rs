@@ -1,0 +1,128 @@
+//! Readings that are missing or jump between good ones, and an encoder that dies under a force.
+
+use palpate::haptic::cycle::{Ask, Command};
+use palpate::haptic::mode::Mode;
+use palpate::{Fault, Limiters, Vector3};
+
+use crate::rig::{CLEAR_M, Rig};
+
+const PATCH: &str = "firmware/patches/block-m4f-168.patch";
+
+/// Pressed to 3 mm at this stiffness.
+fn pressed(youngs_modulus_pa: f32) -> (Rig, Vector3<f32>) {
+    let mut rig = Rig::armed(PATCH, youngs_modulus_pa, 55e-6);
+    let at_m = rig.site_m - rig.normal * 3e-3;
+    rig.go(at_m, 0.1).unwrap();
+    (rig, at_m)
+}
+
+#[test]
+fn a_bad_reading_in_three_is_a_fault_under_force_and_one_in_fifty_is_not() {
+    for (jump_m, fault) in [(None, Fault::PoseStale), (Some(8e-3), Fault::SensorFault)] {
+        for (every, latest) in [(2, Some(60)), (3, Some(100)), (50, None)] {
+            let (mut rig, at_m) = pressed(20e3);
+            let mut found = None;
+            for n in 0..3_000 {
+                if n % every == every - 1 {
+                    match jump_m {
+                        Some(jump_m) => rig.device.shift_m = Some(rig.along * jump_m),
+                        None => rig.device.missing = true,
+                    }
+                }
+                let told = rig.tremble(at_m, n);
+                if let Some(fault) = told.fault {
+                    found = Some((n, fault));
+                    assert_eq!(rig.device.got_n, Vector3::zeros());
+                    break;
+                }
+            }
+            match latest {
+                Some(latest) => assert!(found.is_some_and(|(n, f)| f == fault && n <= latest), "{every}: {found:?}"),
+                None => assert_eq!(found, None, "every {every}th"),
+            }
+        }
+    }
+}
+
+#[test]
+fn an_encoder_that_dies_under_a_strong_force_gives_none_after_six_seconds() {
+    let (mut rig, _) = pressed(100e3);
+    let first = rig.tick(Command::HEARD);
+    assert!(first.applied_n.norm() > 1.6, "{}", first.applied_n);
+    let mut last_n = first.applied_n.norm();
+    for n in 0..6_100 {
+        let told = rig.tick(Command::HEARD);
+        let force_n = told.applied_n.norm();
+        if (5_100..5_900).contains(&n) {
+            assert!(told.mode == Mode::Degraded && told.limiters.contains(Limiters::GAIN), "tick {n}: {told:?}");
+            assert!(force_n < last_n && last_n - force_n < 0.01, "smoothly: tick {n}, {last_n} N, {force_n} N");
+        }
+        last_n = force_n;
+    }
+    assert_eq!(last_n, 0.0);
+    // the encoder works again: nothing comes back before the probe has been outside
+    let (site_m, normal) = (rig.site_m, rig.normal);
+    for out_m in [-2e-3, -3e-3, -1.5e-3] {
+        assert_eq!(rig.go(site_m + normal * out_m, 0.05), Ok(0.0));
+    }
+    rig.go(site_m + normal * CLEAR_M, 0.05).unwrap();
+    assert!(rig.go(site_m - normal * 3e-3, 0.05).unwrap() > 1.5, "the next contact is whole");
+}
+
+#[test]
+fn a_strong_force_on_a_hand_that_trembles_stays_for_a_minute() {
+    let (mut rig, at_m) = pressed(100e3);
+    let first_n = rig.tremble(at_m, 0).applied_n.norm();
+    for n in 1..60_000 {
+        let told = rig.tremble(at_m, n);
+        assert!(told.mode == Mode::Active && told.applied_n.norm() > 0.75 * first_n, "tick {n}: {told:?}");
+    }
+}
+
+#[test]
+fn an_operator_who_leaves_ends_every_force_and_nothing_arms_until_asked_again() {
+    let (mut rig, at_m) = pressed(20e3);
+    let absent = Command { operator_absent: true, ..Command::HEARD };
+    let first_n = rig.tick(Command::HEARD).applied_n.norm();
+    assert!(first_n > 0.3);
+    let mut last_n = first_n;
+    for n in 0..130 {
+        // gone for a moment is gone
+        let told = rig.tick(if n == 0 { absent } else { Command::HEARD });
+        assert!(told.applied_n.norm() <= last_n + 1e-6 && matches!(told.mode, Mode::SafeRamp | Mode::Idle), "tick {n}");
+        last_n = told.applied_n.norm();
+    }
+    assert_eq!((rig.cycle.mode(), last_n), (Mode::Idle, 0.0));
+    rig.go(at_m + rig.normal * (3e-3 + CLEAR_M), 0.05).unwrap();
+    let arm = Command { asked: Some(Ask::Arm), ..absent };
+    assert!(rig.tick(arm).refused && rig.cycle.mode() == Mode::Idle);
+    assert!(!rig.tick(Command { operator_absent: false, ..arm }).refused);
+    assert_eq!(rig.cycle.mode(), Mode::Arming);
+    rig.tick(absent);
+    assert_eq!(rig.cycle.mode(), Mode::Idle, "left while arming");
+}
+
+#[test]
+fn readings_in_another_unit_are_told_before_any_force() {
+    for ratio in [1e3, 100.0, 10.0, 0.1, 1e-2, 1e-3] {
+        for count_m in [10e-6, 23e-6, 60e-6] {
+            let mut rig = Rig::powered(PATCH, 20e3, count_m);
+            rig.device.scale = ratio;
+            let fault = rig.arm(3_000);
+            let right = matches!(fault, Some(Fault::UnitMismatch | Fault::OutOfWorkspace));
+            assert!(right, "{ratio}, {count_m} m: {fault:?}");
+            assert_eq!(rig.device.got_n, Vector3::zeros());
+        }
+    }
+}
+
+#[test]
+fn every_count_of_a_shipped_device_fits_its_profile() {
+    for count_m in [0.0, 10e-6, 20e-6, 23e-6, 55e-6, 60e-6] {
+        for ratio in [0.5, 1.0, 2.0] {
+            let mut rig = Rig::powered(PATCH, 20e3, count_m);
+            rig.device.scale = ratio;
+            assert_eq!(rig.arm(20_000), None, "{ratio}, {count_m} m");
+        }
+    }
+}

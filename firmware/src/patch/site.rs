@@ -1,0 +1,50 @@
+//! Whether the place that a patch names for the press lies on its surface, faces the probe, and is
+//! as deep as the patch answers.
+
+use palpate::{BuildError, Model, PatchFile, Vector3};
+
+/// Parameter of [`BuildError::OutOfRange`] for a site from which no surface triangle is in reach.
+pub const SITE: &str = "surface triangles in reach of the patch's site";
+/// Parameter of [`BuildError::OutOfRange`] for a depth limit beyond the patch's own nodes.
+pub const DEPTH: &str = "depth_limit_m of the patch";
+/// Parameter of [`BuildError::OutOfRange`] for an axis that does not point out of the surface.
+pub const AXIS: &str = "probe.axis along the outward normal";
+/// Parameter of [`BuildError::OutOfRange`] for an axis that is no unit vector.
+pub const AXIS_LENGTH: &str = "square of the length of probe.axis";
+/// Difference from a unit vector that rounding explains (1).
+const UNIT: f32 = 1e-5;
+
+/// Surface triangles that a press to the depth limit can touch.
+///
+/// # Errors
+/// [`BuildError::OutOfRange`] with [`SITE`], [`DEPTH`], [`AXIS`] or [`AXIS_LENGTH`].
+pub fn check(file: &PatchFile<'_>) -> Result<usize, BuildError> {
+    let (model, axis) = (&file.model, file.params.probe.axis);
+    // a longer axis would stretch forces on their way to the device
+    super::within(AXIS_LENGTH, axis.dot(&axis), 1.0 - UNIT, 1.0 + UNIT)?;
+    let (mut touched, mut outward_m2) = (0_usize, Vector3::zeros());
+    for corners in in_reach(file) {
+        touched += 1;
+        let [a, b, c] = corners;
+        outward_m2 += (b - a).cross(&(c - a));
+    }
+    super::within(SITE, touched as f32, 1.0, f32::MAX)?;
+    super::within(AXIS, if outward_m2.dot(&axis) > 0.0 { 1.0 } else { 0.0 }, 1.0, 1.0)?;
+    let below_m = |node: &palpate::NodeRest| (file.site_m - Vector3::from(node.rest_m)).dot(&axis);
+    let deepest_m = model.nodes.iter().map(below_m).fold(0.0, |most: f32, depth| if depth > most { depth } else { most });
+    super::within(DEPTH, model.depth_limit_m, 0.0, deepest_m)?;
+    Ok(touched)
+}
+
+/// Corners of the surface triangles of which one is within the probe's radius of the site.
+fn in_reach<'f>(file: &'f PatchFile<'_>) -> impl Iterator<Item = [Vector3<f32>; 3]> + 'f {
+    let radius_m = file.params.probe.radius_m;
+    let near = move |corner: &Vector3<f32>| {
+        let way_m = corner - file.site_m;
+        way_m.dot(&way_m) <= radius_m * radius_m
+    };
+    let corners = |model: &Model<'_>, nodes: [u16; 3]| {
+        nodes.map(|node| model.nodes.get(usize::from(node)).map_or_else(|| Vector3::repeat(f32::MAX), |node| node.rest_m.into()))
+    };
+    file.model.triangles.iter().map(move |triangle| corners(&file.model, triangle.node)).filter(move |c| c.iter().any(near))
+}

@@ -1,0 +1,163 @@
+//! The runs of a path campaign, counted by kind of path and by patch.
+
+use std::collections::BTreeMap;
+
+use palpate::Fault;
+
+use super::case::{KINDS, PathCase};
+use super::ground::PathGround;
+use super::run::PathOutcome;
+
+/// Bad runs that are remembered.
+const SHOWN: usize = 40;
+/// Energy that a contact may create [J].
+pub const CREATED_J: f64 = 0.01e-3;
+
+/// Runs of one kind.
+#[derive(Clone, Debug, Default)]
+pub struct PathRow {
+    /// Runs, and ticks along their paths.
+    pub runs: u64,
+    /// Ticks along the paths.
+    pub ticks: u64,
+    /// Ticks with a force.
+    pub ticks_with_force: u64,
+    /// Farthest that the sensed tip was outside the tissue with a force [m].
+    pub outside_m: f64,
+    /// Most ticks in a row of a force with the tip more than 1 mm outside.
+    pub outside_ticks: u32,
+    /// Largest force into the tissue [N].
+    pub into_n: f64,
+    /// Most ticks in a row in which the force turned round at rest.
+    pub chatter_ticks: u32,
+    /// Runs that broke an invariant, by its id.
+    pub broken: BTreeMap<&'static str, u64>,
+    /// Runs ended by a fault, by its number; and those among them with the tip no faster than honest motion.
+    pub faults: BTreeMap<u8, u64>,
+    /// Of these, runs with honest motion.
+    pub honest_faults: BTreeMap<u8, u64>,
+    /// Energy created by the worst contact [J].
+    pub created_j: f64,
+    /// Runs in which a contact created more than is allowed.
+    pub creating: u64,
+    /// Strongest force [N].
+    pub peak_n: f32,
+}
+
+/// One row for each kind of path.
+#[derive(Clone, Debug)]
+pub struct PathTable {
+    /// The rows, in the order of [`KINDS`].
+    pub rows: Vec<PathRow>,
+    /// Runs on each patch.
+    pub patches: BTreeMap<&'static str, u64>,
+    /// The first bad runs, as text.
+    pub examples: Vec<String>,
+}
+
+impl Default for PathTable {
+    fn default() -> Self {
+        Self { rows: vec![PathRow::default(); KINDS.len()], patches: BTreeMap::new(), examples: Vec::new() }
+    }
+}
+
+impl PathRow {
+    fn add(&mut self, other: &Self) {
+        self.runs += other.runs;
+        self.ticks += other.ticks;
+        self.ticks_with_force += other.ticks_with_force;
+        self.outside_m = self.outside_m.max(other.outside_m);
+        self.outside_ticks = self.outside_ticks.max(other.outside_ticks);
+        self.into_n = self.into_n.max(other.into_n);
+        self.chatter_ticks = self.chatter_ticks.max(other.chatter_ticks);
+        self.created_j = self.created_j.max(other.created_j);
+        self.creating += other.creating;
+        self.peak_n = self.peak_n.max(other.peak_n);
+        for (mine, theirs) in [(&mut self.faults, &other.faults), (&mut self.honest_faults, &other.honest_faults)] {
+            theirs.iter().for_each(|(fault, count)| *mine.entry(*fault).or_default() += count);
+        }
+        other.broken.iter().for_each(|(id, count)| *self.broken.entry(id).or_default() += count);
+    }
+
+    /// Runs that broke an invariant, counted once for each invariant.
+    #[must_use]
+    pub fn broke(&self) -> u64 {
+        self.broken.values().sum()
+    }
+}
+
+impl PathTable {
+    /// Counts one run.
+    pub fn count(&mut self, ground: &PathGround, case: &PathCase, outcome: &PathOutcome) {
+        let seen = &outcome.seen;
+        let mut row = PathRow {
+            runs: 1,
+            ticks: outcome.ticks,
+            ticks_with_force: seen.ticks_with_force,
+            outside_m: seen.outside_m,
+            outside_ticks: seen.outside_ticks,
+            into_n: seen.into_n,
+            chatter_ticks: seen.chatter_ticks,
+            created_j: outcome.created_j,
+            creating: u64::from(outcome.created_j > CREATED_J),
+            peak_n: outcome.peak_n,
+            ..PathRow::default()
+        };
+        for (broken, _) in &outcome.broken {
+            row.broken.insert(broken.id, 1);
+        }
+        let number = |fault: Fault| BTreeMap::from([(fault as u8, 1)]);
+        row.faults = outcome.fault.map(number).unwrap_or_default();
+        row.honest_faults = outcome.fault.filter(|_| outcome.honest).map(number).unwrap_or_default();
+        let bad = !outcome.broken.is_empty() || !row.honest_faults.is_empty() || row.creating > 0;
+        if bad && self.examples.len() < SHOWN {
+            self.examples.push(case.told(ground, outcome));
+        }
+        *self.patches.entry(ground.patches[case.patch].name).or_default() += 1;
+        if let Some(mine) = self.rows.get_mut(case.kind) {
+            mine.add(&row);
+        }
+    }
+
+    /// Adds another table.
+    pub fn add(&mut self, other: &Self) {
+        self.rows.iter_mut().zip(&other.rows).for_each(|(mine, theirs)| mine.add(theirs));
+        other.patches.iter().for_each(|(name, count)| *self.patches.entry(name).or_default() += count);
+        self.examples.extend(other.examples.iter().cloned());
+        self.examples.truncate(SHOWN);
+    }
+
+    /// All kinds together.
+    #[must_use]
+    pub fn total(&self) -> PathRow {
+        let mut total = PathRow::default();
+        self.rows.iter().for_each(|row| total.add(row));
+        total
+    }
+}
+
+impl PathCase {
+    /// The run in a line: what it was, and what was bad.
+    #[must_use]
+    pub fn told(&self, ground: &PathGround, outcome: &PathOutcome) -> String {
+        format!(
+            "path {} of seed {}: {}, {}, {:.1} kPa, {}{}: {:?}, fault {:?}{}, {:.1} mm outside, {} ticks, chatter {}, into {:.3} N, peak {:.2} N, created {:.4} mJ",
+            self.number,
+            self.seed,
+            KINDS[self.kind].1,
+            ground.patches[self.patch].name,
+            self.youngs_modulus_pa * 1e-3,
+            ground.devices[self.device].name,
+            if self.guarded { ", guarded" } else { "" },
+            outcome.broken,
+            outcome.fault,
+            if outcome.honest { " (honest)" } else { "" },
+            outcome.seen.outside_m * 1e3,
+            outcome.seen.outside_ticks,
+            outcome.seen.chatter_ticks,
+            outcome.seen.into_n,
+            outcome.peak_n,
+            outcome.created_j * 1e3
+        )
+    }
+}

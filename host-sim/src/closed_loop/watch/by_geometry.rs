@@ -1,0 +1,125 @@
+//! Invariants from the sensed tip and geometry at rest: I12 force without contact, I13 force into the tissue, I14 chatter at rest.
+//!
+//! Nothing that the loop or the patch says is read here: the reading went in, the force came out.
+
+use std::sync::Arc;
+
+use palpate::Vector3;
+use palpate::haptic::device::{Sensed, SensorStatus};
+
+use super::Broken;
+use super::rest_shape::RestShape;
+
+/// How far the sensed tip may be outside the tissue at rest while a force acts [m] ...
+const OUTSIDE_M: f64 = 1e-3;
+/// ... for more than so many ticks in a row.
+const OUTSIDE_TICKS: u32 = 5;
+/// Largest share of the force that may point into the tissue [N].
+const INTO_N: f64 = 0.02;
+/// Ticks with the same reading after which the tip counts as at rest.
+const REST_TICKS: u32 = 50;
+/// Change of the force from tick to tick that counts [N] ...
+const CHATTER_N: f32 = 0.02;
+/// ... when it turns round so many ticks in a row.
+const CHATTER_TICKS: u32 = 10;
+
+/// What was seen, broken or not.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Seen {
+    /// Ticks with a force.
+    pub ticks_with_force: u64,
+    /// Farthest that the sensed tip was outside the tissue while a force acted [m].
+    pub outside_m: f64,
+    /// Most ticks in a row with a force and the tip more than 1 mm outside.
+    pub outside_ticks: u32,
+    /// Largest force into the tissue [N].
+    pub into_n: f64,
+    /// Most ticks in a row in which the force turned round at rest.
+    pub chatter_ticks: u32,
+}
+
+/// Judges tick after tick; [`super::Watch::over`] asks it among all else, and it stands alone where only readings and forces are seen.
+#[derive(Clone, Debug)]
+pub struct ByGeometry {
+    shape: Arc<dyn RestShape>,
+    /// Outward normals of the surface by which the tip came in, several at an edge; they only change while the tip is outside, or at a
+    /// first touch.
+    entry: Vec<Vector3<f64>>,
+    outside: u32,
+    rest: u32,
+    turns: u32,
+    last_m: Vector3<f32>,
+    last_n: Vector3<f32>,
+    last_change_n: Vector3<f32>,
+    seen: Seen,
+}
+
+impl ByGeometry {
+    /// Nothing seen yet, on this shape.
+    #[must_use]
+    pub fn over(shape: Arc<dyn RestShape>) -> Self {
+        let zero = Vector3::zeros();
+        let (last_m, last_n, last_change_n, seen) = (zero, zero, zero, Seen::default());
+        Self { shape, entry: Vec::new(), outside: 0, rest: 0, turns: 0, last_m, last_n, last_change_n, seen }
+    }
+
+    /// What was seen so far.
+    #[must_use]
+    pub fn seen(&self) -> Seen {
+        self.seen
+    }
+
+    /// Judges a tick by its reading and the force on the device [N].
+    ///
+    /// # Errors
+    /// The first invariant that it breaks.
+    pub fn check(&mut self, reading: &Sensed, force_n: Vector3<f32>) -> Result<(), Broken> {
+        let chatter = self.chatters(reading.position_m, force_n);
+        if force_n == Vector3::zeros() {
+            self.outside = 0;
+            // a tip that stays inside without a force has not come in anew
+            if !self.entry.is_empty() && !self.shape.inside(&reading.position_m.cast()) {
+                self.entry.clear();
+            }
+            return Ok(());
+        }
+        self.seen.ticks_with_force += 1;
+        let readable = reading.position_m.iter().all(|c| c.is_finite()) && reading.status == SensorStatus::Good;
+        if !readable || !force_n.iter().all(|c| c.is_finite()) {
+            // I1 and I7 judge these
+            return Ok(());
+        }
+        let tip_m = reading.position_m.cast::<f64>();
+        let outside_m = self.shape.outside_m(&tip_m);
+        self.outside = if outside_m > OUTSIDE_M { self.outside + 1 } else { 0 };
+        let inside = self.shape.inside(&tip_m);
+        if !inside || self.entry.is_empty() {
+            self.entry = self.shape.normals(&tip_m);
+        }
+        // a ball at an edge presses several faces: a force out of any of them is no force into the tissue
+        let into_n = self.entry.iter().map(|normal| -normal.dot(&force_n.cast())).fold(f64::INFINITY, f64::min);
+        let into_n = if inside && into_n.is_finite() { into_n } else { 0.0 };
+        let seen = &mut self.seen;
+        seen.outside_m = seen.outside_m.max(outside_m);
+        seen.outside_ticks = seen.outside_ticks.max(self.outside);
+        seen.into_n = seen.into_n.max(into_n);
+        match () {
+            () if self.outside > OUTSIDE_TICKS => Err(Broken { id: "I12", what: "force without contact" }),
+            () if into_n > INTO_N => Err(Broken { id: "I13", what: "force into the tissue" }),
+            () if chatter => Err(Broken { id: "I14", what: "chatter at rest" }),
+            () => Ok(()),
+        }
+    }
+
+    /// Whether the force has turned round from tick to tick for too long while the tip rests.
+    fn chatters(&mut self, at_m: Vector3<f32>, force_n: Vector3<f32>) -> bool {
+        let change_n = force_n - self.last_n;
+        self.rest = if at_m == self.last_m { self.rest + 1 } else { 0 };
+        let (before, now) = (self.last_change_n.norm(), change_n.norm());
+        let turned = change_n.dot(&self.last_change_n) < 0.0 && before > CHATTER_N && now > CHATTER_N;
+        self.turns = if turned && self.rest > REST_TICKS { self.turns + 1 } else { 0 };
+        (self.last_m, self.last_n, self.last_change_n) = (at_m, force_n, change_n);
+        self.seen.chatter_ticks = self.seen.chatter_ticks.max(self.turns);
+        self.turns >= CHATTER_TICKS
+    }
+}

@@ -1,0 +1,141 @@
+//! `palpate faults --paths`.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::progress::Progress;
+use crate::closed_loop::paths::{KINDS, PathGround, PathRow, PathTable, paths};
+use crate::error::Error;
+use crate::output::OutputFolder;
+
+/// Most paths with `--quick`.
+pub(super) const QUICK: u64 = 4_000;
+/// Bad paths that are printed.
+const PRINTED: usize = 10;
+
+/// `summary.json`.
+#[derive(Serialize)]
+struct Summary<'a> {
+    paths: u64,
+    seed: u64,
+    ticks: u64,
+    ticks_with_force: u64,
+    /// Runs by the invariant that they broke.
+    invariants_broken: BTreeMap<&'static str, u64>,
+    /// Runs by the number of the fault that ended them, with the tip no faster than 1.5 m/s.
+    faults_on_honest_motion: BTreeMap<u8, u64>,
+    /// The same of every run.
+    faults: BTreeMap<u8, u64>,
+    outside_with_force_m: f64,
+    outside_with_force_ticks: u32,
+    force_into_tissue_n: f64,
+    chatter_ticks: u32,
+    energy_created_mj: f64,
+    runs_that_create_energy: u64,
+    peak_force_n: f32,
+    patches: &'a BTreeMap<&'static str, u64>,
+    bad: &'a [String],
+}
+
+pub(super) fn run(runs: u64, seed: u64, out: &Path) -> Result<(), Error> {
+    let folder = OutputFolder::open(out)?;
+    let ground = PathGround::load()?;
+    let progress = Progress::new(runs, "paths");
+    let table = paths(&ground, runs, seed, |n| progress.inc(n))?;
+    progress.finish();
+    let total = table.total();
+    folder.write("paths.csv", csv(&table).as_bytes())?;
+    folder.write_json(
+        "summary.json",
+        &Summary {
+            paths: runs,
+            seed,
+            ticks: total.ticks,
+            ticks_with_force: total.ticks_with_force,
+            invariants_broken: total.broken.clone(),
+            faults_on_honest_motion: total.honest_faults.clone(),
+            faults: total.faults.clone(),
+            outside_with_force_m: total.outside_m,
+            outside_with_force_ticks: total.outside_ticks,
+            force_into_tissue_n: total.into_n,
+            chatter_ticks: total.chatter_ticks,
+            energy_created_mj: total.created_j * 1e3,
+            runs_that_create_energy: total.creating,
+            peak_force_n: total.peak_n,
+            patches: &table.patches,
+            bad: &table.examples,
+        },
+    )?;
+    print(&table, &total);
+    println!("\nwrote {}: summary.json, paths.csv", folder.publish()?.display());
+    let honest: u64 = total.honest_faults.values().sum();
+    match total.broke() + honest {
+        0 => Ok(()),
+        _ => Err(Error::Check(format!(
+            "{} paths broke an invariant, {honest} of honest motion ended in a fault; the first: {}",
+            total.broke(),
+            table.examples.first().map_or("", String::as_str)
+        ))),
+    }
+}
+
+fn counted<K: std::fmt::Display>(counts: &BTreeMap<K, u64>) -> String {
+    counts.iter().map(|(key, count)| format!("{key}:{count}")).collect::<Vec<_>>().join(" ")
+}
+
+fn csv(table: &PathTable) -> String {
+    let mut text = String::from(
+        "kind,paths,ticks,ticks_with_force,outside_m,outside_ticks,into_tissue_n,chatter_ticks,created_mj,creating,peak_force_n,broken,honest_faults,faults\n",
+    );
+    for ((_, name), row) in KINDS.iter().zip(&table.rows) {
+        let PathRow { runs, ticks, ticks_with_force, outside_m, outside_ticks, into_n, chatter_ticks, creating, peak_n, .. } =
+            row;
+        // writing to a string cannot fail
+        let _ = writeln!(
+            text,
+            "{name},{runs},{ticks},{ticks_with_force},{outside_m},{outside_ticks},{into_n},{chatter_ticks},{},{creating},{peak_n},{},{},{}",
+            row.created_j * 1e3,
+            counted(&row.broken),
+            counted(&row.honest_faults),
+            counted(&row.faults)
+        );
+    }
+    text
+}
+
+fn print(table: &PathTable, total: &PathRow) {
+    println!(
+        "{:<16} {:>7} {:>11} {:>11} {:>8} {:>6} {:>7} {:>7} {:>10} {:>7}  broken; faults of honest motion; all faults",
+        "path", "paths", "ticks", "with force", "out mm", "ticks", "in N", "chatter", "created mJ", "peak N"
+    );
+    let names = KINDS.iter().map(|(_, name)| *name).chain(["all"]);
+    for (name, row) in names.zip(table.rows.iter().chain([total])) {
+        println!(
+            "{name:<16} {:>7} {:>11} {:>11} {:>8.3} {:>6} {:>7.3} {:>7} {:>10.5} {:>7.3}  {}; {}; {}",
+            row.runs,
+            row.ticks,
+            row.ticks_with_force,
+            row.outside_m * 1e3,
+            row.outside_ticks,
+            row.into_n,
+            row.chatter_ticks,
+            row.created_j * 1e3,
+            row.peak_n,
+            counted(&row.broken),
+            counted(&row.honest_faults),
+            counted(&row.faults)
+        );
+    }
+    println!("\nout: farthest that the sensed tip was outside the tissue with a force, and ticks in a row over 1 mm (5 allowed)");
+    println!(
+        "in: largest force into the tissue. chatter: ticks in a row in which the force turned round at rest (under 10 allowed)"
+    );
+    println!("created: by the worst contact, from true positions; {} paths over 0.01 mJ", total.creating);
+    println!("paths on each patch: {}", counted(&table.patches));
+    for bad in table.examples.iter().take(PRINTED) {
+        println!("bad: {bad}");
+    }
+}

@@ -1,0 +1,58 @@
+//! One run at a time per output folder.
+
+use std::fs::{File, TryLockError};
+use std::io;
+use std::path::PathBuf;
+
+/// A file that is locked while a run writes, and removed after it. The system releases the lock of a run that was
+/// killed.
+#[derive(Debug)]
+pub(super) struct Lock {
+    path: PathBuf,
+    /// Folders made for this run, innermost first: they go again if the run leaves nothing in them.
+    made: Vec<PathBuf>,
+    _file: File,
+}
+
+impl Lock {
+    /// Takes the lock; `None` if another run holds it.
+    pub(super) fn take(path: PathBuf, made: Vec<PathBuf>) -> io::Result<Option<Self>> {
+        loop {
+            let file = File::options().create(true).truncate(false).write(true).open(&path)?;
+            match file.try_lock() {
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => return Ok(None),
+                Err(TryLockError::Error(error)) => return Err(error),
+            }
+            // between opening and locking, the run that held it may have removed it
+            if is_at(&file, &path) {
+                return Ok(Some(Self { path, made, _file: file }));
+            }
+        }
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // while it is still locked: a run that opened it before sees that it has gone
+        let _ = std::fs::remove_file(&self.path);
+        for folder in &self.made {
+            // keeps what is not empty
+            let _ = std::fs::remove_dir(folder);
+        }
+    }
+}
+
+#[cfg(unix)]
+fn is_at(file: &File, path: &std::path::Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let id = |meta: std::fs::Metadata| (meta.dev(), meta.ino());
+    let (held, there) = (file.metadata().map(id), path.metadata().map(id));
+    held.is_ok_and(|held| there.is_ok_and(|there| held == there))
+}
+
+/// Elsewhere a file that is open cannot be removed.
+#[cfg(not(unix))]
+fn is_at(_: &File, _: &std::path::Path) -> bool {
+    true
+}

@@ -1,0 +1,218 @@
+//! Where a result lies, where its draft does, and how the one becomes the other.
+
+use std::collections::BTreeSet;
+use std::ffi::OsString;
+use std::fs;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+use super::Record;
+use super::record::RECORD;
+use crate::error::Error;
+
+/// The folder of a result and its neighbours, as absolute paths without links.
+#[derive(Debug)]
+pub(super) struct Place {
+    folder: PathBuf,
+    draft: PathBuf,
+}
+
+impl Place {
+    /// Resolves a path and makes its parents; returns those that were made, innermost first.
+    pub(super) fn of(path: &Path) -> io::Result<(Self, Vec<PathBuf>)> {
+        let mut made = Vec::new();
+        let folder = if path.symlink_metadata().is_ok() {
+            let folder = path.canonicalize()?;
+            if !folder.is_dir() {
+                return Err(ErrorKind::NotADirectory.into());
+            }
+            folder
+        } else {
+            let (parent, name) =
+                (path.parent().ok_or(ErrorKind::InvalidInput)?, path.file_name().ok_or(ErrorKind::InvalidInput)?);
+            let parent = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
+            made.extend(parent.ancestors().take_while(|p| !p.as_os_str().is_empty() && !p.exists()).map(Path::to_owned));
+            fs::create_dir_all(parent)?;
+            parent.canonicalize()?.join(name)
+        };
+        if folder.file_name().is_none() {
+            return Err(ErrorKind::InvalidInput.into());
+        }
+        let mut place = Self { folder, draft: PathBuf::new() };
+        place.draft = place.beside("draft");
+        Ok((place, made))
+    }
+
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    pub(super) fn draft(&self) -> &Path {
+        &self.draft
+    }
+
+    pub(super) fn lock(&self) -> PathBuf {
+        self.beside("lock")
+    }
+
+    pub(super) fn notes(&self) -> PathBuf {
+        self.beside("notes")
+    }
+
+    fn old(&self) -> PathBuf {
+        self.beside("old")
+    }
+
+    /// Hidden, and on the same file system, so that a rename can exchange them.
+    fn beside(&self, role: &str) -> PathBuf {
+        let mut name = OsString::from(".");
+        name.push(self.folder.file_name().unwrap_or_default());
+        name.push(format!(".{role}"));
+        self.folder.with_file_name(name)
+    }
+
+    /// Refuses to replace a folder that cannot be, or must not be for what it holds.
+    pub(super) fn refuse_foreign(&self, shown: &Path) -> Result<(), Error> {
+        if !self.folder.exists() {
+            return Ok(());
+        }
+        let refuse = |source| Error::Write { path: shown.into(), source };
+        let shown = shown.display();
+        if std::env::current_dir().is_ok_and(|here| here == self.folder) || is_mount(&self.folder).map_err(refuse)? {
+            return Err(Error::Usage(format!(
+                "--out {shown}: a result replaces its folder, which the current folder and a mounted one do not allow: give a new folder inside it"
+            )));
+        }
+        if Record::read(&self.folder).is_none()
+            && let Some(first) = fs::read_dir(&self.folder).map_err(refuse)?.next().transpose().map_err(refuse)?
+        {
+            return Err(Error::Usage(format!(
+                "--out {shown}: it holds {:?} but no result of palpate, whose folder may be replaced: choose a new or an empty folder",
+                first.file_name()
+            )));
+        }
+        Ok(())
+    }
+
+    /// Clears what a run left that was killed, at whichever step.
+    pub(super) fn recover(&self) -> io::Result<()> {
+        let old = self.old();
+        if old.exists() {
+            // killed between the two renames: the earlier result goes back
+            if self.folder.exists() { self.settle(&old)? } else { fs::rename(&old, &self.folder)? }
+        }
+        if self.draft.exists() {
+            // only a whole result has a record
+            if Record::read(&self.draft).is_some() { self.settle(&self.draft)? } else { fs::remove_dir_all(&self.draft)? }
+        }
+        Ok(())
+    }
+
+    /// Exchanges draft and folder, then moves over what outlives the earlier result.
+    pub(super) fn replace(&self, dropped: &[String]) -> io::Result<()> {
+        let earlier = Record::read(&self.folder).unwrap_or_default();
+        let mut record = Record { run: earlier.run + 1, names: flushed(&self.draft)? };
+        for name in &record.names {
+            if self.folder.join(name).is_dir() {
+                return Err(io::Error::new(ErrorKind::IsADirectory, format!("{name} is a folder")));
+            }
+        }
+        let patch = |name: &&String| name.ends_with(".patch") && !dropped.contains(name);
+        record.names.extend(earlier.names.iter().filter(patch).cloned());
+        record.write(&self.draft)?;
+        if !self.folder.join(RECORD).exists() {
+            // there is nothing yet, or an empty folder
+            return fs::rename(&self.draft, &self.folder);
+        }
+        // a private folder stays private
+        fs::set_permissions(&self.draft, self.folder.metadata()?.permissions())?;
+        if exchange(&self.draft, &self.folder).is_ok() {
+            return self.settle(&self.draft);
+        }
+        fs::rename(&self.folder, self.old())?;
+        fs::rename(&self.draft, &self.folder)?;
+        self.settle(&self.old())
+    }
+
+    /// Moves each file of the draft into the folder.
+    pub(super) fn add(&self) -> io::Result<()> {
+        fs::create_dir_all(&self.folder)?;
+        let names = flushed(&self.draft)?;
+        let earlier = Record::read(&self.folder);
+        // a folder with files of others never becomes one that may be replaced
+        if earlier.is_some() || fs::read_dir(&self.folder)?.next().is_none() {
+            let mut record = earlier.unwrap_or_default();
+            record.names.extend(names.iter().cloned());
+            record.write(&self.folder)?;
+        }
+        names.iter().try_for_each(|name| fs::rename(self.draft.join(name), self.folder.join(name)))
+    }
+
+    /// Empties a result that is none any more: its files go, those of others and the patches that are kept move to the folder.
+    /// `from` is the earlier result after an exchange, or a newer one that never got into place, which has nothing to keep.
+    fn settle(&self, from: &Path) -> io::Result<()> {
+        let ours = Record::read(from).unwrap_or_default();
+        let kept = Record::read(&self.folder).filter(|now| now.run > ours.run).unwrap_or_default();
+        for entry in fs::read_dir(from)? {
+            let entry = entry?;
+            let name = entry.file_name();
+            let listed = |names: &BTreeSet<String>| name.to_str().is_some_and(|name| names.contains(name));
+            let to = self.folder.join(&name);
+            if name == RECORD {
+                continue;
+            } else if listed(&ours.names) && !listed(&kept.names) || to.symlink_metadata().is_ok() {
+                fs::remove_file(entry.path())?;
+            } else {
+                fs::create_dir_all(&self.folder)?;
+                fs::rename(entry.path(), to)?;
+            }
+        }
+        match fs::remove_file(from.join(RECORD)) {
+            Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+        fs::remove_dir(from)
+    }
+}
+
+/// Where a file of a draft will lie; `None` if its folder is no draft.
+pub(super) fn published(file: &Path) -> Option<PathBuf> {
+    let draft = file.parent()?;
+    let name = draft.file_name()?.to_str()?.strip_prefix('.')?.strip_suffix(".draft")?;
+    Some(draft.with_file_name(name).join(file.file_name()?))
+}
+
+/// Names of the files in a draft, once they are on the disk: one that is full may say so only now.
+fn flushed(draft: &Path) -> io::Result<BTreeSet<String>> {
+    let mut names = BTreeSet::new();
+    for entry in fs::read_dir(draft)? {
+        let entry = entry?;
+        fs::File::options().write(true).open(entry.path())?.sync_all()?;
+        names.insert(entry.file_name().into_string().map_err(|_| ErrorKind::InvalidFilename)?);
+    }
+    Ok(names)
+}
+
+/// Exchanges two folders in one step.
+#[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
+fn exchange(one: &Path, other: &Path) -> io::Result<()> {
+    use rustix::fs::{CWD, RenameFlags, renameat_with};
+    Ok(renameat_with(CWD, one, CWD, other, RenameFlags::EXCHANGE)?)
+}
+
+#[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple")))]
+fn exchange(_: &Path, _: &Path) -> io::Result<()> {
+    Err(ErrorKind::Unsupported.into())
+}
+
+#[cfg(unix)]
+fn is_mount(folder: &Path) -> io::Result<bool> {
+    use std::os::unix::fs::MetadataExt;
+    let Some(parent) = folder.parent() else { return Ok(true) };
+    Ok(folder.metadata()?.dev() != parent.metadata()?.dev())
+}
+
+#[cfg(not(unix))]
+fn is_mount(folder: &Path) -> io::Result<bool> {
+    Ok(folder.parent().is_none())
+}

@@ -1,0 +1,108 @@
+//! The list of mistakes: each an exact text in a file that is replaced by another.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use serde::Deserialize;
+
+/// Where the list lies in the repository.
+const LIST: &str = "tests/mutants/list.toml";
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct List {
+    mutant: Vec<Mutant>,
+}
+
+/// One mistake.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Mutant {
+    /// The mistake in a few words.
+    pub name: String,
+    /// Replacements that make it.
+    pub edit: Vec<Edit>,
+    /// Why no test can notice it; without a reason it must be noticed.
+    pub equivalent: Option<String>,
+}
+
+/// One replacement.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Edit {
+    /// File, from the root of the repository.
+    pub file: String,
+    /// Text that stands in it once.
+    pub find: String,
+    /// Text that takes its place.
+    pub replace: String,
+}
+
+impl Mutant {
+    /// The files that it changes.
+    pub fn files(&self) -> String {
+        let files: BTreeSet<_> = self.edit.iter().map(|edit| edit.file.as_str()).collect();
+        files.into_iter().collect::<Vec<_>>().join(" ")
+    }
+
+    /// The package whose tests are to notice it.
+    pub fn package(&self) -> &'static str {
+        if self.edit.iter().all(|edit| edit.file.starts_with("core/")) { "palpate" } else { "palpate-firmware" }
+    }
+}
+
+impl Edit {
+    /// The file's content with the mistake in it.
+    ///
+    /// # Errors
+    /// The text does not stand in the file exactly once.
+    pub fn apply(&self, content: &str) -> Result<String, String> {
+        match content.matches(&self.find).count() {
+            1 => Ok(content.replacen(&self.find, &self.replace, 1)),
+            count => Err(format!("{} has {count} times, not once: {}", self.file, self.find)),
+        }
+    }
+}
+
+/// Reads the list.
+///
+/// # Errors
+/// It is not readable, or two mistakes have one name.
+pub fn read(root: &Path) -> Result<Vec<Mutant>, String> {
+    let text = fs::read_to_string(root.join(LIST)).map_err(|error| format!("{LIST}: {error}"))?;
+    let list: List = toml::from_str(&text).map_err(|error| format!("{LIST}: {error}"))?;
+    let mut names = BTreeSet::new();
+    match list.mutant.iter().find(|mutant| !names.insert(mutant.name.clone())) {
+        Some(mutant) => Err(format!("{LIST}: two mistakes are named {}", mutant.name)),
+        None => Ok(list.mutant),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_mistake_still_applies_to_the_source_exactly_once() {
+        let root = crate::repository();
+        let mutants = read(&root).unwrap();
+        let mut rotten = Vec::new();
+        for mutant in &mutants {
+            for edit in &mutant.edit {
+                let content = fs::read_to_string(root.join(&edit.file)).unwrap_or_default();
+                let applied = edit.apply(&content);
+                rotten.extend(applied.as_ref().err().map(|error| format!("{}: {error}", mutant.name)));
+                rotten.extend(applied.ok().filter(|to| *to == content).map(|_| format!("{}: changes nothing", mutant.name)));
+            }
+        }
+        assert!(mutants.len() >= 80 && rotten.is_empty(), "{} mistakes\n{}", mutants.len(), rotten.join("\n"));
+    }
+
+    #[test]
+    fn a_text_that_is_missing_or_stands_twice_is_refused() {
+        let edit = Edit { file: "a.rs".into(), find: "x > 0".into(), replace: "x >= 0".into() };
+        assert_eq!(edit.apply("if x > 0 {}").unwrap(), "if x >= 0 {}");
+        assert!(edit.apply("if x > 1 {}").is_err() && edit.apply("x > 0 && x > 0").is_err());
+    }
+}

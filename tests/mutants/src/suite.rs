@@ -1,0 +1,78 @@
+//! The fast tests of a package, run in the copy.
+
+use std::fmt;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::copy::Copy;
+use crate::list::Mutant;
+
+/// How a mistake fared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// A test failed.
+    Noticed,
+    /// The tests did not end.
+    Endless,
+    /// Every test passed.
+    Survived,
+    /// The compiler refused it: it proves nothing.
+    Unbuilt,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Noticed => "noticed",
+            Self::Endless => "noticed: the tests did not end",
+            Self::Survived => "survived",
+            Self::Unbuilt => "does not build",
+        })
+    }
+}
+
+/// The packages that these mistakes are in.
+pub fn packages(mutants: &[Mutant]) -> Vec<&'static str> {
+    ["palpate", "palpate-firmware"].into_iter().filter(|package| mutants.iter().any(|m| m.package() == *package)).collect()
+}
+
+/// Builds the package's tests and runs them.
+///
+/// # Errors
+/// Cargo cannot be started.
+pub fn judge(copy: &Copy, package: &str, longest: Duration) -> Result<Verdict, String> {
+    if !end(cargo(copy, package, &["--no-run"])?, Duration::MAX)?.unwrap_or(false) {
+        return Ok(Verdict::Unbuilt);
+    }
+    Ok(match end(cargo(copy, package, &[])?, longest)? {
+        Some(true) => Verdict::Survived,
+        Some(false) => Verdict::Noticed,
+        None => Verdict::Endless,
+    })
+}
+
+fn cargo(copy: &Copy, package: &str, options: &[&str]) -> Result<Child, String> {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.args(["test", "--quiet", "--profile", "mutants", "--package", package, "--lib", "--tests"]).args(options);
+    command.current_dir(&copy.root).env("CARGO_TARGET_DIR", copy.root.join("../build")).env("RUST_BACKTRACE", "0");
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    // a group of its own, so that a test program without end goes with its cargo
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    command.spawn().map_err(|error| format!("cargo: {error}"))
+}
+
+/// Whether it ended well; `None` if it took too long and was stopped.
+fn end(mut child: Child, longest: Duration) -> Result<Option<bool>, String> {
+    let started = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().map_err(|error| format!("cargo: {error}"))? {
+            return Ok(Some(status.success()));
+        }
+        if started.elapsed() > longest {
+            _ = Command::new("kill").args(["-KILL", "--", &format!("-{}", child.id())]).status();
+            _ = child.wait();
+            return Ok(None);
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}

@@ -1,0 +1,120 @@
+//! Mutants that may survive `cargo-mutants`, each with its reason, and the comparison with a run.
+
+use std::fs;
+use std::path::Path;
+
+use serde::Deserialize;
+
+/// Where the list lies in the repository.
+const SURVIVORS: &str = "tests/mutants/survivors.toml";
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct List {
+    survivor: Vec<Survivor>,
+}
+
+/// A mutant, or several that read alike.
+#[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
+#[serde(deny_unknown_fields)]
+pub struct Survivor {
+    /// File, from the root of the repository.
+    pub file: String,
+    /// The mistake, in the words of cargo-mutants.
+    pub mutant: String,
+    /// The line of source that it changes.
+    pub line: String,
+    /// Why no fast test notices it.
+    #[serde(default)]
+    pub reason: String,
+}
+
+impl Survivor {
+    /// Reads a line of cargo-mutants, `file:line:column: mistake`; the source line is looked up below `tree`.
+    fn parse(text: &str, tree: &Path) -> Option<Self> {
+        let (place, mutant) = text.split_once(": ")?;
+        let mut place = place.splitn(3, ':');
+        let (file, number) = (place.next()?, place.next()?.parse::<usize>().ok()?);
+        let source = fs::read_to_string(tree.join(file)).ok()?;
+        let line = source.lines().nth(number.checked_sub(1)?)?.trim();
+        Some(Self { file: file.into(), mutant: mutant.into(), line: line.into(), reason: String::new() })
+    }
+
+    fn same(&self, other: &Self) -> bool {
+        (&self.file, &self.mutant, &self.line) == (&other.file, &other.mutant, &other.line)
+    }
+}
+
+/// Reads the list.
+///
+/// # Errors
+/// It is not readable, or an entry has no reason.
+pub fn read(root: &Path) -> Result<Vec<Survivor>, String> {
+    let text = fs::read_to_string(root.join(SURVIVORS)).map_err(|error| format!("{SURVIVORS}: {error}"))?;
+    let list: List = toml::from_str(&text).map_err(|error| format!("{SURVIVORS}: {error}"))?;
+    match list.survivor.iter().find(|survivor| survivor.reason.trim().is_empty()) {
+        Some(survivor) => Err(format!("{SURVIVORS}: no reason for: {}: {}", survivor.file, survivor.mutant)),
+        None => Ok(list.survivor),
+    }
+}
+
+/// Compares a run with the list and prints what it amounts to; true if every survivor has a reason.
+///
+/// # Errors
+/// The run's output cannot be read.
+pub fn compare(root: &Path, tree: &Path, out: &Path) -> Result<bool, String> {
+    let lines = |name: &str| -> Result<Vec<String>, String> {
+        let path = out.join(name);
+        let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        Ok(text.lines().map(str::to_owned).collect())
+    };
+    let known = read(root)?;
+    let missed = lines("missed.txt")?;
+    let (mut explained, mut fresh) = (0, Vec::new());
+    for text in &missed {
+        let survivor = Survivor::parse(text, tree).ok_or(format!("not a mutant of this source: {text}"))?;
+        match known.iter().any(|k| k.same(&survivor)) {
+            true => explained += 1,
+            false => fresh.push(survivor),
+        }
+    }
+    let noticed = lines("caught.txt")?.len() + lines("timeout.txt")?.len();
+    let unbuilt = lines("unviable.txt")?.len();
+    let all = noticed + missed.len();
+    println!(
+        "{noticed} of {all} noticed, {:.1} %; {explained} survivors have a reason, {} have none; {unbuilt} did not build",
+        100.0 * noticed as f32 / all.max(1) as f32,
+        fresh.len()
+    );
+    for survivor in &fresh {
+        println!("\n[[survivor]]\nfile = {:?}\nmutant = {:?}\nline = {:?}", survivor.file, survivor.mutant, survivor.line);
+    }
+    Ok(fresh.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_survivor_has_a_reason_and_its_line_still_stands_in_its_file() {
+        let root = crate::repository();
+        for survivor in read(&root).unwrap() {
+            let source = fs::read_to_string(root.join(&survivor.file)).unwrap_or_default();
+            let stands = source.lines().any(|line| line.trim() == survivor.line);
+            assert!(stands, "{} has no such line: {}", survivor.file, survivor.line);
+        }
+    }
+
+    #[test]
+    fn a_mutant_is_known_by_its_file_its_words_and_its_line() {
+        let root = crate::repository();
+        let text = "core/src/lib.rs:1:1: replace a with b in c";
+        let survivor = Survivor::parse(text, &root).unwrap();
+        assert_eq!((survivor.file.as_str(), survivor.mutant.as_str()), ("core/src/lib.rs", "replace a with b in c"));
+        assert!(survivor.line.starts_with("//!"));
+        let moved = Survivor { line: "x".into(), ..survivor.clone() };
+        assert!(survivor.same(&survivor) && !survivor.same(&moved));
+        assert!(Survivor::parse("core/src/lib.rs:99999:1: x", &root).is_none());
+    }
+}
