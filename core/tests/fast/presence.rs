@@ -148,7 +148,7 @@ fn a_tip_that_wanders_through_the_tissue_is_located_in_every_tick() {
 }
 
 #[test]
-fn a_press_beyond_the_depth_limit_comes_back_as_far_as_the_hand_does() {
+fn a_straight_press_beyond_the_depth_limit_comes_back_the_way_it_went_in() {
     let mut tissue = Tissue::new();
     let limit_m = tissue.file.model.depth_limit_m;
     let pressed = tissue.press(limit_m + 3e-3);
@@ -156,8 +156,28 @@ fn a_press_beyond_the_depth_limit_comes_back_as_far_as_the_hand_does() {
     let end_m = Vector3::new(0.0, 0.0, -limit_m - 3e-3);
     go(&mut tissue, end_m, end_m + Vector3::new(0.0, 0.0, 2e-3), 0.04e-3, |_, output| assert!(!output.outside));
     let back = tissue.high(-limit_m - 1e-3);
-    assert!((pressed.depth_m - back.depth_m - 2e-3).abs() < 0.3e-3, "{} m deep, then {}", pressed.depth_m, back.depth_m);
-    assert!(back.force_n.z > 0.0);
+    assert!((pressed.depth_m - back.depth_m).abs() < 0.05e-3, "{} m deep, then {}", pressed.depth_m, back.depth_m);
+    assert!((pressed.force_n.z - back.force_n.z).abs() < 0.05 * pressed.force_n.z, "{} then {}", pressed.force_n, back.force_n);
+}
+
+#[test]
+fn a_hand_that_slid_beyond_the_depth_limit_comes_back_as_far_as_it_moves() {
+    let mut tissue = Tissue::new();
+    let limit_m = tissue.file.model.depth_limit_m;
+    tissue.press(limit_m + 3e-3);
+    let mut at_m = Vector3::new(0.0, 0.0, -limit_m - 3e-3);
+    let mut leg = |tissue: &mut Tissue, way_m: Vector3<f32>| {
+        let mut depth_m = 0.0;
+        go(tissue, at_m, at_m + way_m, 0.04e-3, |_, output| {
+            assert!(!output.outside);
+            depth_m = output.depth_m;
+        });
+        at_m += way_m;
+        depth_m
+    };
+    let slid_m = leg(&mut tissue, Vector3::new(2e-3, 0.0, 0.0));
+    let back_m = leg(&mut tissue, Vector3::new(0.0, 0.0, 2e-3));
+    assert!((slid_m - back_m - 2e-3).abs() < 0.3e-3, "{slid_m} m deep, then {back_m}");
 }
 
 #[test]
