@@ -21,11 +21,12 @@ fn twenty_thousand_paths_break_no_invariant_and_honest_motion_trips_nothing() {
     assert!(total.ticks >= 2_000 * PATHS || !total.faults.is_empty(), "{} ticks", total.ticks);
     assert!(total.ticks_with_force > PATHS * 100, "{} ticks with a force", total.ticks_with_force);
     assert_eq!(table.patches.len(), ground.patches.len(), "every shipped patch: {:?}", table.patches);
-    // Open: three of these paths break I13, each deep beside an edge of a coarse block (ARCHITECTURE, "What does not hold yet").
-    let into = total.broken.get("I13").copied().unwrap_or(0);
-    let others = total.broken.iter().filter(|(id, _)| **id != "I13").count();
-    assert!(others == 0 && into <= 3, "{:?}\n{}", total.broken, table.examples.join("\n"));
+    assert!(total.broken.is_empty(), "{:?}\n{}", total.broken, table.examples.join("\n"));
     assert!(total.honest_faults.is_empty(), "{:?}\n{}", total.honest_faults, table.examples.join("\n"));
+    // What is left is the lag of amplifiers and of whole ticks (ARCHITECTURE, "What does not hold yet"): it must not grow.
+    let (runs, creating) = (total.by_hand, total.creating_by_hand);
+    assert!(runs > PATHS / 2 && creating * 200 < runs, "{creating} of {runs}\n{}", table.creating.join("\n"));
+    assert!(total.created_by_hand_j < 2e-3, "{} J\n{}", total.created_by_hand_j, table.creating.join("\n"));
 }
 
 #[test]

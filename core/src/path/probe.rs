@@ -20,9 +20,11 @@ use crate::path::presence::{self, Presence};
 use crate::state::State;
 
 /// Radii of the probe between the shown and the sensed tip beyond which the hand has pushed through: the
-/// force at the shown tip says nothing of the tissue there, so there is none before a fresh approach. A probe that is
-/// driven in by a wrong sign is told as [`Fault::Runaway`] before that.
-const THROUGH_RADII: f32 = 3.0;
+/// force at the shown tip says nothing of the tissue there, so there is none before a fresh approach. A hand that
+/// goes on speeds up against the force as a wrong sign would; with three radii it was taken for [`Fault::Runaway`].
+const THROUGH_RADII: f32 = 2.0;
+/// The same before the first touch: a tip that outran the speed limit into the tissue has passed its surface [radii].
+const OUTRAN_RADII: f32 = 1.0;
 /// Way aside at the depth limit after which the depth beyond it is kept [m].
 const SLID_M: f32 = 1e-3;
 /// Rounding of a position in a workspace of metres [m]: a press to the very limit is not beyond it.
@@ -133,9 +135,12 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
     let off_m = pose.tip_m - to_m;
     let apart_m = if state.apart { sqrt(off_m.dot(&off_m)) } else { 0.0 };
     let steep = plane.is_some_and(|plane| plane.steep(tuned.probe.axis));
-    let through = apart_m > THROUGH_RADII * tuned.probe.radius_m;
-    if through || (state.apart || steep) && presence::buried(model, tuned, state, to_m) {
-        state.been_outside = false;
+    if state.apart || steep {
+        let most_radii = if state.pressed.is_none() { OUTRAN_RADII } else { THROUGH_RADII };
+        let through = apart_m > most_radii * tuned.probe.radius_m;
+        if through || presence::buried(model, tuned, state, to_m) {
+            state.been_outside = false;
+        }
     }
     let velocity_m_per_s = (to_m - from_m) * tuned.ticks_per_s;
     Ok(Motion { from_m, to_m, velocity_m_per_s, apart_m, outside, limiters })

@@ -181,6 +181,35 @@ fn a_hand_that_slid_beyond_the_depth_limit_comes_back_as_far_as_it_moves() {
 }
 
 #[test]
+fn a_hand_two_radii_beyond_the_shown_tip_has_pushed_through() {
+    let mut tissue = Tissue::new();
+    let (limit_m, radius_m) = (tissue.file.model.depth_limit_m, tissue.file.params.probe.radius_m);
+    tissue.press(limit_m);
+    let mut ends_m = None;
+    let below = |beyond_m: f32| Vector3::new(0.0, 0.0, -limit_m - beyond_m);
+    go(&mut tissue, below(0.0), below(2.5 * radius_m), 0.2e-3, |at_m, output| {
+        if output.force_n == Vector3::zeros() && ends_m.is_none() {
+            ends_m = Some(-at_m.z - limit_m);
+        }
+        assert!(ends_m.is_none() || output.force_n == Vector3::zeros(), "{at_m}: {output:?}");
+    });
+    let ends_m = ends_m.expect("no force far below");
+    assert!((ends_m - 2.0 * radius_m).abs() < 0.5e-3, "{ends_m} m beyond, radius {radius_m} m");
+}
+
+#[test]
+fn a_tip_that_outran_the_speed_limit_before_the_first_touch_feels_nothing() {
+    let mut tissue = Tissue::new();
+    let radius_m = tissue.file.params.probe.radius_m;
+    tissue.high(1.2 * radius_m);
+    for tick in 0..40 {
+        let output = tissue.high(-2e-3);
+        assert_eq!(output.force_n, Vector3::zeros(), "tick {tick}: {output:?}");
+    }
+    assert!(tissue.press(2e-3).force_n.z > 0.0, "a fresh approach is answered");
+}
+
+#[test]
 fn a_force_outside_is_dropped_in_the_same_tick_and_a_fault_if_it_goes_on() {
     let mut bench = Bench::new(400.0).active();
     bench.press_n(2.0);

@@ -215,7 +215,9 @@ impl<S: Surface> Renderer for Controlled<S> {
         if force_n == model_n {
             return output;
         }
-        Output { force_n: output.force_n + self.normal * (force_n - model_n), normal: self.normal, ..output }
+        // a force that lingers outside is part of what is compared: the product's rule does not cut it off
+        let force_n = output.force_n + self.normal * (force_n - model_n);
+        Output { force_n, normal: self.normal, outside: false, ..output }
     }
 
     fn reset(&mut self) {

@@ -91,7 +91,7 @@ pub enum Tissue {
     Denormal(f32),
     /// The force is this long along the normal [N], touched or not.
     Force(f32),
-    /// A sideways component of the force is this [N].
+    /// A sideways component of the force is this [N], and the normal goes with it.
     Aside(f32),
     /// The force is so many times what it was (1).
     Scaled(f32),

@@ -35,9 +35,14 @@ struct Summary<'a> {
     chatter_ticks: u32,
     energy_created_mj: f64,
     runs_that_create_energy: u64,
+    /// The same of motion that a hand can make, and how many runs those are.
+    runs_by_hand: u64,
+    energy_created_by_hand_mj: f64,
+    runs_by_hand_that_create_energy: u64,
     peak_force_n: f32,
     patches: &'a BTreeMap<&'static str, u64>,
     bad: &'a [String],
+    creating: &'a [String],
 }
 
 pub(super) fn run(runs: u64, seed: u64, out: &Path) -> Result<(), Error> {
@@ -64,9 +69,13 @@ pub(super) fn run(runs: u64, seed: u64, out: &Path) -> Result<(), Error> {
             chatter_ticks: total.chatter_ticks,
             energy_created_mj: total.created_j * 1e3,
             runs_that_create_energy: total.creating,
+            runs_by_hand: total.by_hand,
+            energy_created_by_hand_mj: total.created_by_hand_j * 1e3,
+            runs_by_hand_that_create_energy: total.creating_by_hand,
             peak_force_n: total.peak_n,
             patches: &table.patches,
             bad: &table.examples,
+            creating: &table.creating,
         },
     )?;
     print(&table, &total);
@@ -88,7 +97,7 @@ fn counted<K: std::fmt::Display>(counts: &BTreeMap<K, u64>) -> String {
 
 fn csv(table: &PathTable) -> String {
     let mut text = String::from(
-        "kind,paths,ticks,ticks_with_force,outside_m,outside_ticks,into_tissue_n,chatter_ticks,created_mj,creating,peak_force_n,broken,honest_faults,faults\n",
+        "kind,paths,ticks,ticks_with_force,outside_m,outside_ticks,into_tissue_n,chatter_ticks,created_mj,creating,by_hand,created_by_hand_mj,creating_by_hand,peak_force_n,broken,honest_faults,faults\n",
     );
     for ((_, name), row) in KINDS.iter().zip(&table.rows) {
         let PathRow { runs, ticks, ticks_with_force, outside_m, outside_ticks, into_n, chatter_ticks, creating, peak_n, .. } =
@@ -96,8 +105,11 @@ fn csv(table: &PathTable) -> String {
         // writing to a string cannot fail
         let _ = writeln!(
             text,
-            "{name},{runs},{ticks},{ticks_with_force},{outside_m},{outside_ticks},{into_n},{chatter_ticks},{},{creating},{peak_n},{},{},{}",
+            "{name},{runs},{ticks},{ticks_with_force},{outside_m},{outside_ticks},{into_n},{chatter_ticks},{},{creating},{},{},{},{peak_n},{},{},{}",
             row.created_j * 1e3,
+            row.by_hand,
+            row.created_by_hand_j * 1e3,
+            row.creating_by_hand,
             counted(&row.broken),
             counted(&row.honest_faults),
             counted(&row.faults)
@@ -134,6 +146,12 @@ fn print(table: &PathTable, total: &PathRow) {
         "in: largest force into the tissue. chatter: ticks in a row in which the force turned round at rest (under 10 allowed)"
     );
     println!("created: by the worst contact, from true positions; {} paths over 0.01 mJ", total.creating);
+    println!(
+        "of the {} paths that a hand can make (to 1.5 m/s and 200 m/s^2) {} are over 0.01 mJ, the worst {:.3} mJ",
+        total.by_hand,
+        total.creating_by_hand,
+        total.created_by_hand_j * 1e3
+    );
     println!("paths on each patch: {}", counted(&table.patches));
     for bad in table.examples.iter().take(PRINTED) {
         println!("bad: {bad}");

@@ -1,7 +1,7 @@
 //! A reading that stops dead: an encoder that is stuck, or one axis of it.
 //!
 //! What moves at 0.2 m/s for three ticks and then reads the same count again and again was stopped within a tick: 200 m/s^2, nine newtons on a stylus,
-//! which no tissue gives. One fast reading alone is a glitch. An encoder that sticks while the hand rests cannot be told from a hand that rests, friction holds it as still. Then the
+//! which no tissue gives. A hand slows down first: a last displacement so much shorter than the one before it that the next would be slow is no dead stop. One fast reading alone is a glitch. An encoder that sticks while the hand rests cannot be told from a hand that rests, friction holds it as still. Then the
 //! force stays what it was; the first way beyond a hand's, once the encoder works again, is a fault of [`super::pose`].
 //!
 //! * in: the way between two readings [m], the place
@@ -32,6 +32,8 @@ pub struct Freeze {
     moving: [i8; 3],
     /// Equal readings since then.
     equal: [u8; 3],
+    /// The two last displacements of each axis that were not zero, the newest first [m].
+    last_m: [[f32; 2]; 3],
 }
 
 impl Freeze {
@@ -57,15 +59,19 @@ impl Freeze {
         }
         let device = &limits.device;
         let mut frozen = false;
-        let watched = self.moving.iter_mut().zip(&mut self.equal);
+        // a hand that was slowing down would have come to less than this by now [m]
+        let slowed_m = fast_m - 0.5 * limits.counts_m;
+        let watched = self.moving.iter_mut().zip(&mut self.equal).zip(&mut self.last_m);
         let read = way_m.iter().zip(at_m.iter()).zip(device.workspace_low_m.iter().zip(device.workspace_high_m.iter()));
-        for ((moving, equal), ((&way_m, at_m), (low_m, high_m))) in watched.zip(read) {
+        for (((moving, equal), last_m), ((&way_m, at_m), (low_m, high_m))) in watched.zip(read) {
             if way_m == 0.0 {
                 // an axis that did not move before may rest
                 if *moving != 0 {
                     *equal = equal.saturating_add(1);
                     let stopped = *at_m < low_m + STOP_M || *at_m > high_m - STOP_M;
-                    frozen |= *equal == EQUAL && moving.unsigned_abs() >= MOVING && !stopped;
+                    let [newest_m, before_m] = last_m.map(f32::abs);
+                    let slowing = newest_m + newest_m - before_m < slowed_m;
+                    frozen |= *equal == EQUAL && moving.unsigned_abs() >= MOVING && !stopped && !slowing;
                 }
                 continue;
             }
@@ -76,6 +82,7 @@ impl Freeze {
             } else {
                 -1
             };
+            *last_m = [way_m, last_m[0]];
             // a reading that was equal in between ended the motion
             let goes_on = *equal == 0 && sense != 0 && sense == moving.signum();
             *moving = if goes_on { moving.saturating_add(sense) } else { sense };
@@ -128,6 +135,19 @@ mod tests {
                 assert_eq!(stopped, right, "{fast} fast readings at {m_per_s} m/s");
             }
         }
+    }
+
+    #[test]
+    fn a_hand_that_brakes_within_the_last_ticks_is_no_stuck_encoder_and_an_even_motion_that_ends_is() {
+        let ends = |ways_m: [f32; 4]| {
+            let mut freeze = Freeze::default();
+            let mut judge = |way_m: f32| freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, 0.0, way_m), 1, true);
+            ways_m.into_iter().chain([0.0; 3]).try_for_each(|way_m| judge(-way_m))
+        };
+        assert_eq!(ends([0.55e-3, 0.5e-3, 0.36e-3, 0.21e-3]), Ok(()));
+        assert_eq!(ends([0.3e-3, 0.3e-3, 0.3e-3, 0.3e-3]), Err(Fault::SensorFault));
+        // one count less than before is still even
+        assert_eq!(ends([0.33e-3, 0.33e-3, 0.33e-3, 0.275e-3]), Err(Fault::SensorFault));
     }
 
     #[test]

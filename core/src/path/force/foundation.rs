@@ -61,7 +61,7 @@ pub struct Load {
     pub point: Vector3<f32>,
     /// Push-weighted sum of contact points, at rest [N/Pa m].
     pub rest: Vector3<f32>,
-    /// Largest push on one surface triangle over E [N/Pa], and that triangle.
+    /// Largest push on one surface triangle over E [N/Pa], and that triangle; the last tick's counts [`KEPT`] times.
     pub strongest: (f32, u16),
 }
 
@@ -82,6 +82,9 @@ impl Load {
     }
 }
 
+/// How much stronger another triangle has to be before it replaces the last tick's (1): two equal ones took turns, and the depth limit
+/// with them.
+const KEPT: f32 = 1.25;
 const THIRD: f32 = 1.0 / 3.0;
 const SIXTH: f32 = 1.0 / 6.0;
 const NINTH: f32 = 1.0 / 9.0;
@@ -105,7 +108,7 @@ fn press_points<P: Points<Q>, const Q: usize>(
     velocity_m_per_s: Vector3<f32>,
 ) -> Load {
     let laws = model.foundation.as_chunks::<Q>().0;
-    let (probe, shaft) = (&tuned.probe, state.shaft);
+    let (probe, shaft, over) = (&tuned.probe, state.shaft, state.over);
     let centre = centre_m(probe, tip_m);
     let lift = tip_m + probe.axis * probe.radius_m - centre;
     let mut load = Load::NONE;
@@ -144,8 +147,9 @@ fn press_points<P: Points<Q>, const Q: usize>(
         load.force += on[0] + on[1] + on[2];
         let carried = weight[0] + weight[1] + weight[2];
         load.push += carried;
-        if carried > load.strongest.0 {
-            load.strongest = (carried, index as u16);
+        let weight_over = if over == Some(index as u16) { carried * KEPT } else { carried };
+        if weight_over > load.strongest.0 {
+            load.strongest = (weight_over, index as u16);
         }
         for (((&n, x), f), w) in triangle.node.iter().zip(&corners).zip(&on).zip(weight) {
             load.point += x * w;

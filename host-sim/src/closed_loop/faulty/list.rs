@@ -13,7 +13,8 @@ const FAST: &[Fault] = &[Fault::OverSpeed];
 const FAR: &[Fault] = &[Fault::OverSpeed, Fault::OutOfWorkspace];
 const LATE: &[Fault] = &[Fault::DeadlineMissed];
 const NAN_FORCE: &[Fault] = &[Fault::ForceNotFinite];
-const LONG_FORCE: &[Fault] = &[Fault::ForceImplausible];
+/// Ten ticks of it, or it has pushed the probe out before and asks for five more there: none of it acts.
+const LONG_FORCE: &[Fault] = &[Fault::ForceImplausible, Fault::TipApart];
 const NODE: &[Fault] = &[Fault::Diverged, Fault::ForceNotFinite];
 const AWAY: &[Fault] = &[Fault::Runaway];
 /// A light handle is too fast before it is far.
@@ -119,7 +120,8 @@ pub const FAULTS: &[FaultType] = &[
         Injection::Drive(Drive::Scaled(-1.0)),
         FOR_EVER,
         Needs::NobodysForce,
-        Expected::Fault(AWAY_FAST, 100),
+        // it may be through the tissue, and the force gone, before it is too fast
+        Expected::Bounded(AWAY_FAST),
     ),
     with(
         "A3-weak",
@@ -172,9 +174,9 @@ pub const FAULTS: &[FaultType] = &[
     tissue("N3", "force 1e30 N", Tissue::Force(1e30), FOR_EVER, Expected::Fault(NAN_FORCE, 1)),
     tissue("N3-nan", "force NaN", Tissue::Aside(f32::NAN), FOR_EVER, Expected::Fault(NAN_FORCE, 1)),
     tissue("N3-inf", "force infinite", Tissue::Force(f32::INFINITY), 1, Expected::Fault(NAN_FORCE, 1)),
-    tissue("N3-20", "force 20 N", Tissue::Force(20.0), FOR_EVER, Expected::Fault(LONG_FORCE, 10)),
+    tissue("N3-20", "force 20 N", Tissue::Force(20.0), FOR_EVER, Expected::Fault(LONG_FORCE, 16)),
     tissue("N3-short", "force 20 N for 9 ticks", Tissue::Force(20.0), 9, Expected::Bounded(WRONG_WAY)),
-    tissue("N3-12", "force 12 N, on and on", Tissue::Force(12.0), FOR_EVER, Expected::Degraded(202)),
+    tissue("N3-12", "force 12 N, on and on", Tissue::Force(12.0), FOR_EVER, Expected::Degraded(208)), // a pushed-out probe takes five more
     tissue("N4", "every speed denormal", Tissue::Denormal(1e-41), 1, Expected::Ridden),
     tissue("N5", "force turned aside by 2 N", Tissue::Aside(2.0), FOR_EVER, Expected::Bounded(WRONG_WAY)),
     tissue("C9-x3", "tissue three times as stiff in contact", Tissue::Scaled(3.0), FOR_EVER, Expected::Bounded(WRONG_WAY)),

@@ -47,7 +47,10 @@ impl<S: Surface> Renderer for FaultyTissue<'_, S> {
                 output.force_n = normal * force_n;
                 output.normal = normal;
             }
-            Some(Tissue::Aside(force_n)) => output.force_n += self.surface.site().along.cast() * force_n,
+            Some(Tissue::Aside(force_n)) => {
+                output.force_n += self.surface.site().along.cast() * force_n;
+                output.normal = output.force_n.normalize();
+            }
             Some(Tissue::Scaled(ratio)) => output.force_n *= ratio,
             Some(Tissue::Active(force_n)) if output.depth_m > 0.0 && way_m.dot(&normal) > 0.0 => {
                 output.force_n += normal * force_n;

@@ -41,6 +41,8 @@ pub struct PathOutcome {
     pub fault: Option<Fault>,
     /// The tip was no faster than honest motion until it ended, and no corner so sharp that the fault is right to call the encoder stuck.
     pub honest: bool,
+    /// No hand is faster, nor turns more sharply, than this motion.
+    pub by_hand: bool,
     /// Energy created by the worst contact, from true positions and the force that acted [J].
     pub created_j: f64,
     /// Strongest force [N].
@@ -126,8 +128,11 @@ impl PathCase {
                 }
             }
         }
-        let stuck = outcome.fault == Some(Fault::SensorFault) && sharpest_m > SHARPEST_M_PER_S2 * TICK_S * TICK_S;
+        // no hand stops dead, nor starts by several counts at once: an encoder that sticks or has another unit does
+        let stuck = matches!(outcome.fault, Some(Fault::SensorFault | Fault::UnitMismatch))
+            && sharpest_m > SHARPEST_M_PER_S2 * TICK_S * TICK_S;
         outcome.honest &= !stuck;
+        outcome.by_hand = outcome.honest && sharpest_m <= SHARPEST_M_PER_S2 * TICK_S * TICK_S;
         outcome.seen = watch.seen();
         outcome.created_j = device.energy.worst_j;
         Ok(outcome)

@@ -40,6 +40,12 @@ pub struct PathRow {
     pub created_j: f64,
     /// Runs in which a contact created more than is allowed.
     pub creating: u64,
+    /// Runs with motion that a hand can make.
+    pub by_hand: u64,
+    /// Energy created by the worst contact of these [J].
+    pub created_by_hand_j: f64,
+    /// Runs of these in which a contact created more than is allowed.
+    pub creating_by_hand: u64,
     /// Strongest force [N].
     pub peak_n: f32,
 }
@@ -51,13 +57,16 @@ pub struct PathTable {
     pub rows: Vec<PathRow>,
     /// Runs on each patch.
     pub patches: BTreeMap<&'static str, u64>,
-    /// The first bad runs, as text.
+    /// The first runs that broke an invariant or ended honest motion, as text.
     pub examples: Vec<String>,
+    /// The first runs by hand in which a contact created more than is allowed, as text.
+    pub creating: Vec<String>,
 }
 
 impl Default for PathTable {
     fn default() -> Self {
-        Self { rows: vec![PathRow::default(); KINDS.len()], patches: BTreeMap::new(), examples: Vec::new() }
+        let rows = vec![PathRow::default(); KINDS.len()];
+        Self { rows, patches: BTreeMap::new(), examples: Vec::new(), creating: Vec::new() }
     }
 }
 
@@ -72,6 +81,9 @@ impl PathRow {
         self.chatter_ticks = self.chatter_ticks.max(other.chatter_ticks);
         self.created_j = self.created_j.max(other.created_j);
         self.creating += other.creating;
+        self.by_hand += other.by_hand;
+        self.created_by_hand_j = self.created_by_hand_j.max(other.created_by_hand_j);
+        self.creating_by_hand += other.creating_by_hand;
         self.peak_n = self.peak_n.max(other.peak_n);
         for (mine, theirs) in [(&mut self.faults, &other.faults), (&mut self.honest_faults, &other.honest_faults)] {
             theirs.iter().for_each(|(fault, count)| *mine.entry(*fault).or_default() += count);
@@ -100,6 +112,9 @@ impl PathTable {
             chatter_ticks: seen.chatter_ticks,
             created_j: outcome.created_j,
             creating: u64::from(outcome.created_j > CREATED_J),
+            by_hand: u64::from(outcome.by_hand),
+            created_by_hand_j: if outcome.by_hand { outcome.created_j } else { 0.0 },
+            creating_by_hand: u64::from(outcome.by_hand && outcome.created_j > CREATED_J),
             peak_n: outcome.peak_n,
             ..PathRow::default()
         };
@@ -109,9 +124,11 @@ impl PathTable {
         let number = |fault: Fault| BTreeMap::from([(fault as u8, 1)]);
         row.faults = outcome.fault.map(number).unwrap_or_default();
         row.honest_faults = outcome.fault.filter(|_| outcome.honest).map(number).unwrap_or_default();
-        let bad = !outcome.broken.is_empty() || !row.honest_faults.is_empty() || row.creating > 0;
-        if bad && self.examples.len() < SHOWN {
-            self.examples.push(case.told(ground, outcome));
+        let bad = !outcome.broken.is_empty() || !row.honest_faults.is_empty();
+        for (examples, shows) in [(&mut self.examples, bad), (&mut self.creating, row.creating_by_hand > 0)] {
+            if shows && examples.len() < SHOWN {
+                examples.push(case.told(ground, outcome));
+            }
         }
         *self.patches.entry(ground.patches[case.patch].name).or_default() += 1;
         if let Some(mine) = self.rows.get_mut(case.kind) {
@@ -123,8 +140,10 @@ impl PathTable {
     pub fn add(&mut self, other: &Self) {
         self.rows.iter_mut().zip(&other.rows).for_each(|(mine, theirs)| mine.add(theirs));
         other.patches.iter().for_each(|(name, count)| *self.patches.entry(name).or_default() += count);
-        self.examples.extend(other.examples.iter().cloned());
-        self.examples.truncate(SHOWN);
+        for (mine, theirs) in [(&mut self.examples, &other.examples), (&mut self.creating, &other.creating)] {
+            mine.extend(theirs.iter().cloned());
+            mine.truncate(SHOWN);
+        }
     }
 
     /// All kinds together.

@@ -2,6 +2,7 @@
 //!
 //! Nothing that the loop or the patch says is read here: the reading went in, the force came out.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use palpate::Vector3;
@@ -16,6 +17,8 @@ const OUTSIDE_M: f64 = 1e-3;
 const OUTSIDE_TICKS: u32 = 5;
 /// Largest share of the force that may point into the tissue [N].
 const INTO_N: f64 = 0.02;
+/// Readings that are kept, to find where the tip came in when a force comes late.
+const TRAIL_TICKS: usize = 64;
 /// Ticks with the same reading after which the tip counts as at rest.
 const REST_TICKS: u32 = 50;
 /// Change of the force from tick to tick that counts [N] ...
@@ -45,6 +48,8 @@ pub struct ByGeometry {
     /// Outward normals of the surface by which the tip came in, several at an edge; they only change while the tip is outside, or at a
     /// first touch.
     entry: Vec<Vector3<f64>>,
+    /// The last readings, the newest at the back.
+    trail_m: VecDeque<Vector3<f64>>,
     outside: u32,
     rest: u32,
     turns: u32,
@@ -60,7 +65,8 @@ impl ByGeometry {
     pub fn over(shape: Arc<dyn RestShape>) -> Self {
         let zero = Vector3::zeros();
         let (last_m, last_n, last_change_n, seen) = (zero, zero, zero, Seen::default());
-        Self { shape, entry: Vec::new(), outside: 0, rest: 0, turns: 0, last_m, last_n, last_change_n, seen }
+        let trail_m = VecDeque::with_capacity(TRAIL_TICKS);
+        Self { shape, entry: Vec::new(), trail_m, outside: 0, rest: 0, turns: 0, last_m, last_n, last_change_n, seen }
     }
 
     /// What was seen so far.
@@ -75,6 +81,10 @@ impl ByGeometry {
     /// The first invariant that it breaks.
     pub fn check(&mut self, reading: &Sensed, force_n: Vector3<f32>) -> Result<(), Broken> {
         let chatter = self.chatters(reading.position_m, force_n);
+        if self.trail_m.len() == TRAIL_TICKS {
+            self.trail_m.pop_front();
+        }
+        self.trail_m.push_back(reading.position_m.cast());
         if force_n == Vector3::zeros() {
             self.outside = 0;
             // a tip that stays inside without a force has not come in anew
@@ -93,8 +103,10 @@ impl ByGeometry {
         let outside_m = self.shape.outside_m(&tip_m);
         self.outside = if outside_m > OUTSIDE_M { self.outside + 1 } else { 0 };
         let inside = self.shape.inside(&tip_m);
-        if !inside || self.entry.is_empty() {
-            self.entry = self.shape.normals(&tip_m);
+        // one reading outside may be a glitch: the tip is where two in a row say
+        let before_m = self.trail_m.iter().rev().nth(1).copied().unwrap_or(tip_m);
+        if self.entry.is_empty() || !inside && !self.shape.inside(&before_m) {
+            self.entry = self.shape.normals(&if inside { self.came_in_m() } else { tip_m });
         }
         // a ball at an edge presses several faces: a force out of any of them is no force into the tissue
         let into_n = self.entry.iter().map(|normal| -normal.dot(&force_n.cast())).fold(f64::INFINITY, f64::min);
@@ -109,6 +121,20 @@ impl ByGeometry {
             () if chatter => Err(Broken { id: "I14", what: "chatter at rest" }),
             () => Ok(()),
         }
+    }
+
+    /// Where the tip was outside last, for two readings in a row, or else the newest reading [m].
+    fn came_in_m(&self) -> Vector3<f64> {
+        let mut newest = self.trail_m.iter().rev();
+        let mut later = newest.next().copied().unwrap_or_default();
+        let end_m = later;
+        for at_m in newest {
+            if !self.shape.inside(at_m) && !self.shape.inside(&later) {
+                return later;
+            }
+            later = *at_m;
+        }
+        end_m
     }
 
     /// Whether the force has turned round from tick to tick for too long while the tip rests.

@@ -188,12 +188,12 @@ impl RestSolid {
         tip_m + self.probe.axis.cast::<f64>() * arm_m
     }
 
-    /// Whether a tip is on the outer side, or at most [`BELOW_M`] below, of a touchable triangle nearest to the probe's end. Triangles that meet
-    /// at an edge are equally near to a ball outside it: it is enough to be above one of them.
+    /// Whether a tip is on the outer side, or at most [`BELOW_M`] below, of a touchable triangle that the probe's end overlaps, or else of
+    /// the nearest. Triangles that meet at an edge are equally near to a ball outside it: it is enough to be above one of them.
     fn above_skin(&self, tip_m: &Vector3<f64>) -> bool {
         let end_m = self.end_m(tip_m);
         let Some((foot_m, _)) = self.skin_near(&end_m) else { return false };
-        let near_m = (foot_m - end_m).norm() + EQUALLY_NEAR_M;
+        let near_m = f64::from(self.probe.radius_m).max((foot_m - end_m).norm() + EQUALLY_NEAR_M);
         self.skin_tree.any(&end_m.into(), near_m, |n| {
             let [a, b, c] = self.skin[n].map(|v| self.nodes_m[v as usize]);
             let normal = (b - a).cross(&(c - a)).normalize();
