@@ -61,7 +61,7 @@ pub struct Load {
     pub point: Vector3<f32>,
     /// Push-weighted sum of contact points, at rest [N/Pa m].
     pub rest: Vector3<f32>,
-    /// Largest push on one surface triangle over E [N/Pa], and that triangle; the last tick's counts [`KEPT`] times.
+    /// Largest push on one surface triangle over E [N/Pa], and that triangle; the last tick's counts a quarter more.
     pub strongest: (f32, u16),
 }
 
