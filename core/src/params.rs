@@ -105,7 +105,7 @@ pub struct Params {
 }
 
 impl Default for Params {
-    /// Liver-like tissue under a fingertip. Scalars of the model: measured, see ARCHITECTURE.md.
+    /// Liver-like tissue under a fingertip. Scalars of the model: measured, see DECISIONS.md.
     fn default() -> Self {
         Self {
             youngs_modulus_pa: 3500.0,

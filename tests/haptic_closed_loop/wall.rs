@@ -50,7 +50,7 @@ fn a_raw_spring_shakes_a_released_hand_far_below_400() {
 #[test]
 fn damped_by_the_tangent_400_n_per_m_is_quiet_in_every_hand() {
     let mut failed = Vec::new();
-    // two ticks late without any friction a few runs shake: ARCHITECTURE.md says which
+    // two ticks late without any friction a few runs shake: LIMITS.md says which
     for (name, delays) in [("touch", [0, 1, 2].as_slice()), ("frictionless", &[0, 1])] {
         for &delay in delays {
             let device = device(name, delay);

@@ -23,7 +23,7 @@ fn twenty_thousand_paths_break_no_invariant_and_honest_motion_trips_nothing() {
     assert_eq!(table.patches.len(), ground.patches.len(), "every shipped patch: {:?}", table.patches);
     assert!(total.broken.is_empty(), "{:?}\n{}", total.broken, table.examples.join("\n"));
     assert!(total.honest_faults.is_empty(), "{:?}\n{}", total.honest_faults, table.examples.join("\n"));
-    // What is left is the lag of amplifiers and of whole ticks (ARCHITECTURE, "What does not hold yet"): it must not grow.
+    // What is left is the lag of amplifiers and of whole ticks (LIMITS.md): it must not grow.
     let (runs, creating) = (total.by_hand, total.creating_by_hand);
     assert!(runs > PATHS / 2 && creating * 200 < runs, "{creating} of {runs}\n{}", table.creating.join("\n"));
     assert!(total.created_by_hand_j < 2e-3, "{} J\n{}", total.created_by_hand_j, table.creating.join("\n"));
