@@ -18,7 +18,8 @@ fn twenty_thousand_paths_break_no_invariant_and_honest_motion_trips_nothing() {
     let table = run(&ground, PATHS, 1);
     let total = table.total();
     println!("{total:#?}");
-    assert!(total.ticks >= 2_000 * PATHS || !total.faults.is_empty(), "{} ticks", total.ticks);
+    let ended: u64 = total.faults.values().sum();
+    assert!(ended * 5 < PATHS && total.ticks >= 2_000 * (PATHS - ended), "{} ticks, {ended} ended by a fault", total.ticks);
     assert!(total.ticks_with_force > PATHS * 100, "{} ticks with a force", total.ticks_with_force);
     assert_eq!(table.patches.len(), ground.patches.len(), "every shipped patch: {:?}", table.patches);
     assert!(total.broken.is_empty(), "{:?}\n{}", total.broken, table.examples.join("\n"));

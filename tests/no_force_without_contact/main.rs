@@ -4,3 +4,4 @@
 mod campaign;
 mod named;
 mod shapes;
+mod watch;

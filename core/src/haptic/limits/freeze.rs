@@ -32,7 +32,7 @@ pub struct Freeze {
     moving: [i8; 3],
     /// Equal readings since then.
     equal: [u8; 3],
-    /// The two last displacements of each axis that were not zero, the newest first [m].
+    /// The two last displacements per tick of each axis that were not zero, the newest first [m].
     last_m: [[f32; 2]; 3],
 }
 
@@ -60,7 +60,8 @@ impl Freeze {
         let device = &limits.device;
         let mut frozen = false;
         // a hand that was slowing down would have come to less than this by now [m]
-        let slowed_m = fast_m - 0.5 * limits.counts_m;
+        let per_tick = 1.0 / f32::from(ticks);
+        let slowed_m = fast_m * per_tick - 0.5 * limits.counts_m;
         let watched = self.moving.iter_mut().zip(&mut self.equal).zip(&mut self.last_m);
         let read = way_m.iter().zip(at_m.iter()).zip(device.workspace_low_m.iter().zip(device.workspace_high_m.iter()));
         for (((moving, equal), last_m), ((&way_m, at_m), (low_m, high_m))) in watched.zip(read) {
@@ -82,7 +83,7 @@ impl Freeze {
             } else {
                 -1
             };
-            *last_m = [way_m, last_m[0]];
+            *last_m = [way_m * per_tick, last_m[0]];
             // a reading that was equal in between ended the motion
             let goes_on = *equal == 0 && sense != 0 && sense == moving.signum();
             *moving = if goes_on { moving.saturating_add(sense) } else { sense };
@@ -146,6 +147,14 @@ mod tests {
         };
         assert_eq!(ends([0.55e-3, 0.5e-3, 0.36e-3, 0.21e-3]), Ok(()));
         assert_eq!(ends([0.3e-3, 0.3e-3, 0.3e-3, 0.3e-3]), Err(Fault::SensorFault));
+        // a reading that was missing is made up for by the next
+        let mut freeze = Freeze::default();
+        let mut judge =
+            |way_m: f32, ticks| freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, 0.0, way_m), ticks, true);
+        for (way_m, ticks) in [(0.3e-3, 1), (0.3e-3, 1), (0.3e-3, 1), (0.6e-3, 2), (0.3e-3, 1), (0.0, 1), (0.0, 1)] {
+            assert_eq!(judge(way_m, ticks), Ok(()));
+        }
+        assert_eq!(judge(0.0, 1), Err(Fault::SensorFault));
         // one count less than before is still even
         assert_eq!(ends([0.33e-3, 0.33e-3, 0.33e-3, 0.275e-3]), Err(Fault::SensorFault));
     }

@@ -13,7 +13,7 @@ use super::rest_shape::RestShape;
 
 /// How far the sensed tip may be outside the tissue at rest while a force acts [m] ...
 const OUTSIDE_M: f64 = 1e-3;
-/// ... for more than so many ticks in a row.
+/// ... for more than so many ticks before it is back.
 const OUTSIDE_TICKS: u32 = 5;
 /// Largest share of the force that may point into the tissue [N].
 const INTO_N: f64 = 0.02;
@@ -86,7 +86,10 @@ impl ByGeometry {
         }
         self.trail_m.push_back(reading.position_m.cast());
         if force_n == Vector3::zeros() {
-            self.outside = 0;
+            // a force that comes and goes outside is counted on until the tip is back
+            if self.outside > 0 && self.shape.outside_m(&reading.position_m.cast()) <= OUTSIDE_M {
+                self.outside = 0;
+            }
             // a tip that stays inside without a force has not come in anew
             if !self.entry.is_empty() && !self.shape.inside(&reading.position_m.cast()) {
                 self.entry.clear();

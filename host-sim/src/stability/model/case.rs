@@ -22,6 +22,8 @@ pub enum Promise {
     Pass,
     /// It refuses the depth and holds.
     Hold,
+    /// It refuses the depth, and two radii of the probe beyond it lets the hand through without a force.
+    LetThrough,
     /// Nothing.
     None,
 }
@@ -67,7 +69,7 @@ pub const CASES: [Case; 11] = [
     case("press-20", ["press", "20 %"], PRESS, false, Promise::Pass),
     case("press-40", ["press", "40 %"], deep(0.016), false, Promise::Hold),
     case("press-60", ["press", "60 %"], deep(0.024), false, Promise::Hold),
-    case("press-80", ["press", "80 %"], deep(0.032), false, Promise::Hold),
+    case("press-80", ["press", "80 %"], deep(0.032), false, Promise::LetThrough),
     case("tap-0.5", ["tap", "0.5 m/s"], TAP, false, Promise::Pass),
     case("tap-1", ["tap", "1 m/s"], Stimulus { in_m_per_s: 1.0, out_m_per_s: 1.0, ..PRESS }, false, Promise::None),
     case("jitter-press", ["press,", "jitter"], Stimulus { jitter: 0.5, ..PRESS }, false, Promise::Pass),

@@ -25,7 +25,11 @@ pub fn is_promised(cell: &Cell) -> bool {
 
 fn broken(cell: &Cell) -> Option<String> {
     let figures = &cell.figures;
-    let wanted = if cell.case.promise == Promise::Hold { Verdict::Held } else { Verdict::Pass };
+    let wanted = match cell.case.promise {
+        Promise::Hold => Verdict::Held,
+        Promise::LetThrough => Verdict::Pierced,
+        Promise::Pass | Promise::None => Verdict::Pass,
+    };
     let kept = figures.verdict == wanted && figures.lowest_j > LEAST_J;
     let told = || {
         format!(
