@@ -217,7 +217,7 @@ fn with_field(bytes: &[u8], from: f32, to: f32) -> Vec<u8> {
     changed
 }
 
-/// What the link answers to an upload, frame by frame as it comes over the wire.
+/// Answers of the link to an upload that is sent frame by frame.
 fn upload_by_frames(bytes: &[u8], memory: &mut Memory) -> Result<usize, Refusal> {
     let mut controller = Controller::build(&Settings::safe(&Edge::DESKTOP.limits()), Edge::DESKTOP, Arming::OnRequest).unwrap();
     for sequence in 0..9 {

@@ -1,4 +1,4 @@
-//! What SAFETY.md names is there: files, tests, faults, commands, and third-party software in the versions that are built.
+//! Everything that SAFETY.md names exists: files, tests, faults, commands, and third-party software in the versions that are built.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -19,7 +19,7 @@ fn rows(text: &str, heading: &str) -> Vec<Vec<String>> {
     lines.skip(2).map(cells).collect()
 }
 
-/// What stands in backquotes.
+/// The texts in backquotes.
 fn quoted(text: &str) -> impl Iterator<Item = &str> {
     text.split('`').skip(1).step_by(2)
 }

@@ -87,7 +87,7 @@ impl<'a> Patch<'a> {
     /// [`Patch::open_within`] for the largest board: what the desktop opens.
     ///
     /// # Errors
-    /// The same.
+    /// As [`Patch::open_within`].
     pub fn open(bytes: &'a [u8], memory: &'a mut Memory, youngs_modulus_pa: Option<f32>) -> Result<Self, BuildError> {
         Self::open_within(&Budget::M7_480, bytes, memory, youngs_modulus_pa)
     }

@@ -23,7 +23,7 @@ use crate::state::State;
 /// force at the shown tip says nothing of the tissue there, so there is none before a fresh approach. A hand that
 /// goes on speeds up against the force as a wrong sign would; with three radii it was taken for [`Fault::Runaway`].
 const THROUGH_RADII: f32 = 2.0;
-/// The same before the first touch: a tip that outran the speed limit into the tissue has passed its surface [radii].
+/// Radii between the two tips beyond which a tip that outran the speed limit has passed the surface untouched.
 const OUTRAN_RADII: f32 = 1.0;
 /// Way aside at the depth limit after which the depth beyond it is kept [m].
 const SLID_M: f32 = 1e-3;

@@ -104,7 +104,7 @@ pub struct StopCircuit {
 }
 
 impl StopCircuit {
-    /// What the tick is told. The loop latches it: it is cleared by request only, and not while the
+    /// Fault that the tick receives. The loop latches it: it is cleared by request only, and not while the
     /// circuit is open.
     #[must_use]
     pub fn fault(self) -> Option<Fault> {

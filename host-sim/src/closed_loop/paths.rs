@@ -25,7 +25,7 @@ const BATCH: u64 = 16;
 /// Runs `runs` paths of this seed; `done` is told of every batch.
 ///
 /// # Errors
-/// What the loop or a patch refuses.
+/// The loop or a patch refuses its settings.
 pub fn paths(ground: &PathGround, runs: u64, seed: u64, done: impl Fn(u64) + Sync) -> Result<PathTable, BuildError> {
     let batches: Vec<u64> = (0..runs.div_ceil(BATCH)).collect();
     let part = |batch: &u64| {

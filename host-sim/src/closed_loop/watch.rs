@@ -145,7 +145,7 @@ impl Watch {
         Self { by_geometry: Some(ByGeometry::over(shape)), ..self }
     }
 
-    /// What geometry showed so far; nothing without a shape.
+    /// Extremes seen by the geometric watch so far; zeros without a shape.
     #[must_use]
     pub fn seen(&self) -> Seen {
         self.by_geometry.as_ref().map(ByGeometry::seen).unwrap_or_default()

@@ -27,7 +27,7 @@ struct Summary<'a> {
     invariants_broken: BTreeMap<&'static str, u64>,
     /// Runs by the number of the fault that ended them, with the tip no faster than 1.5 m/s.
     faults_on_honest_motion: BTreeMap<u8, u64>,
-    /// The same of every run.
+    /// Runs by the number of the fault that ended them, at any speed.
     faults: BTreeMap<u8, u64>,
     outside_with_force_m: f64,
     outside_with_force_ticks: u32,
@@ -35,7 +35,7 @@ struct Summary<'a> {
     chatter_ticks: u32,
     energy_created_mj: f64,
     runs_that_create_energy: u64,
-    /// The same of motion that a hand can make, and how many runs those are.
+    /// Runs with motion that a hand can make; the two fields below count among these.
     runs_by_hand: u64,
     energy_created_by_hand_mj: f64,
     runs_by_hand_that_create_energy: u64,

@@ -1,4 +1,4 @@
-//! What the paths run on: every shipped patch with its geometry at rest, and every device.
+//! Every shipped patch with its geometry at rest, and every device, for the paths to run on.
 
 use std::sync::Arc;
 

@@ -28,12 +28,12 @@ const HONEST_M_PER_S: f64 = 1.5;
 /// Sharpest corner or stop that cannot be taken for an encoder that sticks [m/s^2]: more than this no hand gives a stylus.
 const SHARPEST_M_PER_S2: f64 = 200.0;
 
-/// What a run showed.
+/// Result of one path.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PathOutcome {
     /// Ticks along the path.
     pub ticks: u64,
-    /// What geometry showed.
+    /// Extremes seen by the geometric watch.
     pub seen: Seen,
     /// Invariants broken, each once, with the tick along the path.
     pub broken: Vec<(Broken, u32)>,
@@ -54,7 +54,7 @@ pub struct PathOutcome {
 pub struct Track {
     /// True position [m].
     pub at_m: Vector3<f64>,
-    /// What the loop told.
+    /// The loop's record of this tick.
     pub told: Telemetry,
     /// Created by the contact so far [J].
     pub created_j: f64,
@@ -63,7 +63,7 @@ pub struct Track {
 /// Runs a case.
 ///
 /// # Errors
-/// What the loop or the patch refuses.
+/// The loop or the patch refuses its settings.
 pub(super) fn run(ground: &PathGround, case: &PathCase) -> Result<PathOutcome, BuildError> {
     case.follow(ground, |_| ())
 }
@@ -72,7 +72,7 @@ impl PathCase {
     /// Runs the case; `see` is shown every tick along the path.
     ///
     /// # Errors
-    /// What the loop or the patch refuses.
+    /// The loop or the patch refuses its settings.
     pub fn follow(&self, ground: &PathGround, mut see: impl FnMut(&Track)) -> Result<PathOutcome, BuildError> {
         let (on, profile) = (&ground.patches[self.patch], &ground.devices[self.device]);
         let e = self.youngs_modulus_pa;

@@ -26,7 +26,7 @@ const CHATTER_N: f32 = 0.02;
 /// ... when it turns round so many ticks in a row.
 const CHATTER_TICKS: u32 = 10;
 
-/// What was seen, broken or not.
+/// Extremes over a run, whether or not they break an invariant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Seen {
     /// Ticks with a force.
@@ -69,7 +69,7 @@ impl ByGeometry {
         Self { shape, entry: Vec::new(), trail_m, outside: 0, rest: 0, turns: 0, last_m, last_n, last_change_n, seen }
     }
 
-    /// What was seen so far.
+    /// The extremes so far.
     #[must_use]
     pub fn seen(&self) -> Seen {
         self.seen
