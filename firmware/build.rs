@@ -39,9 +39,8 @@ fn take_patch(out: &Path) -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-env-changed={PATCH}");
     let file = Path::new("..").join(env::var(PATCH).unwrap_or_else(|_| DEFAULT_PATCH.into()));
     println!("cargo:rerun-if-changed={}", file.display());
-    let bytes = fs::read(&file).map_err(|cause| {
-        format!("{PATCH}: {}: {cause}; pack one with `palpate mesh pack --out firmware/patches`", file.display())
-    })?;
+    let bytes = fs::read(&file)
+        .map_err(|cause| format!("{PATCH}: {}: {cause}; pack one with `palpate pack --out firmware/patches`", file.display()))?;
     fs::write(out.join("packed.patch"), bytes)?;
     Ok(())
 }

@@ -44,8 +44,7 @@ pub use model::{FoundationPoint, Model, NodeRest, RimEdge, RimNode, Spring, Tet,
 pub use nalgebra::Vector3;
 pub use params::{Limits, Params, Probe, ProbeShape, Terms, Tuned};
 pub use patch_file::PatchFile;
-pub use path::force::volume::TetShapes;
 pub use path::output::Output;
 pub use path::probe::ProbePose;
-pub use state::{Fnv, Held, Node, State};
+pub use state::{Fnv, Held, Node, State, TetShapes};
 pub use tick::{tick, tick_with};

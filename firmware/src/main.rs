@@ -1,4 +1,4 @@
-//! Haptic controller: a 1 kHz task renders the tissue patch, a task below it reports. Open `haptic_loop.rs` first.
+//! Haptic controller: a 1 kHz task renders the tissue patch, a task below it reports. Open `haptic_task.rs` first.
 //!
 //! Three priorities, by hardware preemption: tick timer > haptic loop > telemetry. Below all of them the core idles.
 #![no_std]
@@ -6,23 +6,22 @@
 #![deny(unsafe_code)]
 
 mod board;
-mod haptic_loop;
-#[cfg(feature = "planted-crash")]
-mod plant;
+mod flash_patch;
+mod haptic_task;
 mod safety;
-mod serve;
 mod telemetry;
 
 use core::fmt;
 
-use board::Duty;
+use board::{Duty, ThisBoard};
 use cortex_m_rt::entry;
-use haptic_loop::HapticLoop;
-use palpate_firmware::config::{self, Profile};
-use palpate_firmware::controller::{Arming, Controller};
-use palpate_firmware::link::{Refusal, Upload};
-use palpate_firmware::patch::{self, Memory, Patch, Tissue};
-use serve::Pace;
+use palpate_controller::board::Board;
+use palpate_controller::config::{self, Profile};
+use palpate_controller::controller::{Arming, Controller};
+use palpate_controller::haptic_loop::HapticLoop;
+use palpate_controller::link::{Refusal, Upload};
+use palpate_controller::patch::{Memory, Patch, PatchSlot};
+use palpate_controller::serve::Pace;
 use static_cell::ConstStaticCell;
 
 static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::RESERVED);
@@ -38,19 +37,22 @@ fn main() -> ! {
         Duty::Script(_) => Arming::ByItself,
         Duty::Serve(_) => Arming::OnRequest,
     };
-    let (settings, edge) = config::load(&board::ProfileMemory).map_or_else(Profile::desktop, |kept| kept.0).split();
+    let mut this = ThisBoard::default();
+    let (settings, edge) = config::load(this.profile_memory()).map_or_else(Profile::desktop, |kept| kept.0).split();
     let controller = or_stop(Controller::build(&settings, edge, arming).map_err(Refusal::from), "no controller");
-    let controller = HapticLoop::new(controller);
+    let controller = HapticLoop::new(this, controller);
     match duty {
         Duty::Script(script) => {
-            let patch =
-                or_stop(Patch::open_within(&board::budget(), patch::in_flash(), memory, None).map_err(Refusal::from), "no patch");
+            let patch = or_stop(
+                Patch::open_within(&board::budget(), flash_patch::in_flash(), memory, None).map_err(Refusal::from),
+                "no patch",
+            );
             background.spawn(or_stop(telemetry::report(), "telemetry"));
-            haptic.spawn(or_stop(haptic_loop::run_script(controller, Tissue(Some(patch)), script), "haptic loop"));
+            haptic.spawn(or_stop(haptic_task::run_script(controller, PatchSlot(Some(patch)), script), "haptic loop"));
             board::start_tick_timer();
         }
         Duty::Serve(pace) => {
-            haptic.spawn(or_stop(serve::run(controller, memory, UPLOAD.take(), pace), "haptic loop"));
+            haptic.spawn(or_stop(haptic_task::serve_host(controller, memory, UPLOAD.take(), pace), "haptic loop"));
             if pace == Pace::Timed {
                 board::start_tick_timer();
             }
@@ -58,8 +60,6 @@ fn main() -> ! {
     }
     loop {
         board::idle(&duty);
-        #[cfg(feature = "planted-crash")]
-        plant::pass(plant::Place::Thread);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use core::{fmt, panic::PanicInfo};
 
-use palpate_firmware::force_out::Outputs;
+use palpate_controller::force_out::Outputs;
 
 use crate::board;
 

@@ -1,24 +1,41 @@
 //! The command line.
 
+#[cfg(not(feature = "full"))]
+mod absent;
+#[cfg(feature = "full")]
 mod calibrate;
+#[cfg(feature = "full")]
 mod chart;
 mod closed_loop;
+#[cfg(feature = "full")]
+mod cut;
+#[cfg(feature = "full")]
 mod emulate;
+#[cfg(feature = "full")]
 mod far_field;
 mod fault_paths;
 mod faults;
+mod hardware_in_loop;
 mod live;
 mod mesh;
+mod on_demand;
 mod pack;
+#[cfg(feature = "full")]
 mod paper;
+#[cfg(feature = "full")]
 mod plan;
 mod press;
 mod progress;
+#[cfg(feature = "full")]
 mod reference;
 mod replay;
+#[cfg(feature = "full")]
 mod score;
+#[cfg(feature = "full")]
 mod stability;
+#[cfg(feature = "full")]
 mod stability_loop;
+mod tools;
 
 use std::path::PathBuf;
 
@@ -26,11 +43,21 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::error::Error;
 
+#[cfg(not(feature = "full"))]
+use self::absent::{
+    CalibrateArgs, ChartArgs, CutArgs, EmulateArgs, FarFieldArgs, PaperCommand, PlanArgs, ReferenceArgs, ScoreArgs, StabilityArgs,
+};
+#[cfg(feature = "full")]
+use self::{
+    calibrate::CalibrateArgs, chart::ChartArgs, cut::CutArgs, emulate::EmulateArgs, far_field::FarFieldArgs, paper::PaperCommand,
+    plan::PlanArgs, reference::ReferenceArgs, score::ScoreArgs, stability::StabilityArgs,
+};
+
 /// Soft tissue for haptic devices: press it, measure it, pack it for a board.
 ///
 /// Without a command, presses the default block and writes the results to out/press.
 #[derive(Debug, Parser)]
-#[command(name = "palpate", version, max_term_width = 110, after_help = AFTER_HELP)]
+#[command(name = "palpate", bin_name = "palpate", version, max_term_width = 110, after_help = AFTER_HELP)]
 pub struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -47,24 +74,38 @@ enum Command {
     ///
     /// Neo-Hookean, quasi-static, on three meshes, each finer than the one before. Writes answer.json, summary.json, forces.csv, surface_<k>.csv
     /// and a picture as SVG and PNG. Fails (exit code 1) if a hold does not converge; what converged is written all the same.
-    Reference(reference::ReferenceArgs),
+    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
+    Reference(ReferenceArgs),
     /// Fit a block's patch to a finite-element answer and write it as a patch file.
     ///
     /// Every spring, node and foundation point gets a positive multiplier, from static solutions of the model at several depths and many places. Writes
     /// <scene>-<nodes>.patch, summary.json, convergence.csv, accuracy.csv (held-out depths and random places) and a picture as SVG and PNG. Fails
     /// (exit code 1) if the fit does not improve the patch.
-    Calibrate(calibrate::CalibrateArgs),
-    /// Check a mesh file, or pack a scene's patch for a board.
+    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
+    Calibrate(CalibrateArgs),
+    /// Check a mesh file.
     #[command(subcommand)]
     Mesh(mesh::MeshCommand),
+    /// Build a scene's patch and write it as a patch file for a board.
+    ///
+    /// Writes <scene>-<board>.patch. The firmware takes it in, and a scene presses it with patch = "FILE" under [solver].
+    Pack(pack::PackArgs),
+    /// Cut a patch out of a whole organ, with rim springs for the rest, and calibrate it.
+    ///
+    /// Only the tissue around the site is meshed into the patch, graded to the organ's surface, and calibrated against finite elements of the whole
+    /// organ. Writes <scene>-<board>.patch, summary.json and accuracy.csv, which say how right it came out.
+    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
+    Cut(CutArgs),
     /// Regenerate the tables and figures of a paper this project implements, and say which of its claims held.
-    #[command(subcommand)]
-    Paper(paper::PaperCommand),
+    #[cfg_attr(feature = "full", command(subcommand))]
+    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
+    Paper(PaperCommand),
     /// Chart speed against accuracy: all methods at four sizes and two stiffnesses, under the same press.
     ///
     /// Writes chart.csv (one row a run), summary.json (with the Pareto fronts) and pictures as SVG and PNG. A method that does not survive the
     /// press is a row that says how.
-    Chart(chart::ChartArgs),
+    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
+    Chart(ChartArgs),
     /// Close the loop over an emulated hand and device: what a person would feel besides the tissue.
     ///
     /// Every hand with every stimulus, every tick watched against the invariants; limit cycles, energy, buzz, static error. Writes summary.json, runs.csv, and
@@ -76,7 +117,8 @@ enum Command {
     /// Fixed edge, Winkler springs, cut-off S, rim springs, modes, low rank, dense S and the whole organ on a block, and how much of it must be awake if
     /// the rest stands still. Writes summary.json, its tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if rim
     /// springs are further than 0.5 % from dense S on a patch of two probe radii or more, or not positive.
-    FarField(far_field::FarFieldArgs),
+    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
+    FarField(FarFieldArgs),
     /// Inject every kind of fault into the haptic loop, in every hand, at every moment of a touch, and check what follows.
     ///
     /// Writes faults.csv (one row a kind of fault), summary.json and a picture as SVG and PNG. Fails (exit code 1) if a run breaks an invariant
@@ -87,13 +129,15 @@ enum Command {
     /// Searches patch radius, element size, foundation, substeps and terms. Prints the model, the next smaller one that misses the tolerance and the next
     /// larger one that keeps it or leaves the budget. Writes <scene>-<board>.patch, summary.json (with the promise), searched.csv and the chart of the search as
     /// SVG and PNG. Fails (exit code 1) if nothing fits, and says what would. A scene that is not the standard block is solved by finite elements first.
-    Plan(plan::PlanArgs),
+    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
+    Plan(PlanArgs),
     /// Run the firmware's image in the emulator, driven in lock-step by the scene's finger, and compare it with this machine bit for bit.
     ///
     /// The board takes the scene's patch over its link, presses it, then meets random presses, faults and recovery. Writes what `press` writes, with the
     /// force on the device and estimated times of a Cortex-M4F, and emulated.json. Fails (exit code 1) at the first bit that differs, and where
     /// `press` fails. Needs qemu-system-arm, and the repository unless --image and --patch are given.
-    Emulate(emulate::EmulateArgs),
+    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
+    Emulate(EmulateArgs),
     /// Press tissue with the mouse: in a window, or in a browser.
     ///
     /// Shows the tissue giving way, the force, and what the loop does; stiffness, a nodule, device and hand can be changed, a hidden nodule found and
@@ -106,22 +150,27 @@ enum Command {
     /// Score a training: what three physicians' marks say of interns before and after it (paper 004, equation 14).
     ///
     /// Writes summary.json, scores.csv (one row an intern and phase) and a picture as SVG and PNG. Groups are compared by a permutation test.
-    Score(score::ScoreArgs),
+    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
+    Score(ScoreArgs),
     /// Find where methods and loops fail, and the margin to failure.
     ///
     /// Models: every method at stiffnesses from 1 to 200 kPa, pressed, tapped, jittered, with an inclusion, let go. Loops: hand by delay by device, the
     /// largest stiffness that ours and nine rivals hold, and what the encoder allows. Writes summary.json, its tables as CSV and pictures as SVG
     /// and PNG. Fails (exit code 1) if the product does not stand 8 mm, a tap of 0.5 m/s, jitter, a ten times stiffer inclusion and a release from 3.5 to
     /// 100 kPa, or if our loop does not hold 400 N/m in every hand.
-    Stability(stability::StabilityArgs),
+    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
+    Stability(StabilityArgs),
 }
 
 const AFTER_HELP: &str = "\
+Built when first used, which takes some minutes: reference, calibrate, cut, plan, emulate, chart, far-field, stability, paper, score, and the
+options --emulated.
+
 Exit code: 0 if what the command promises held, 1 if a check failed, 2 on bad input.
 
 Output: a result appears in its folder whole, in place of an earlier one, when the run is done, also if a check failed. A run that is stopped, or
 meets a full disk, leaves the earlier result as it was. A second run into the same folder is refused, and so is a folder with files but without
-a result (mesh pack and calibrate --check add their files to any folder). Patches, and files that you put beside a result, stay.";
+a result (pack and calibrate --check add their files to any folder). Patches, and files that you put beside a result, stay.";
 
 /// What most commands take.
 #[derive(Args, Clone, Debug)]
@@ -129,7 +178,7 @@ struct Common {
     /// A preset (block, block-deep, block-20kpa, nodule, abdomen, foot, organ-liver, liver) or the path of a scene file (.toml, see host-sim/scenes).
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     scene: String,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done [default: out/press, out/reference, out/calibrate, out/mesh-pack, out/loop, out/far-field, out/plan, out/emulate].
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done [default: out/press, out/reference, out/calibrate, out/pack, out/cut, out/loop, out/far-field, out/plan, out/emulate].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -152,6 +201,8 @@ impl Cli {
             Some(Command::Reference(args)) => args.run(),
             Some(Command::Calibrate(args)) => args.run(),
             Some(Command::Mesh(command)) => command.run(),
+            Some(Command::Pack(args)) => args.run(),
+            Some(Command::Cut(args)) => args.run(),
             Some(Command::Chart(args)) => args.run(),
             Some(Command::Loop(args)) => args.run(),
             Some(Command::FarField(args)) => args.run(),

@@ -1,79 +1,35 @@
-//! Bad input and failed checks: one line that says what, where, and how to fix it.
+//! Why a command did not do what it promises: one line that says what, where, and how to fix it.
 
 use std::path::PathBuf;
 
-use crate::charts::ChartError;
-use crate::mesh::MeshError;
+use palpate_charts::ChartError;
+use palpate_tissue::Error as TissueError;
 
 /// Why a command did not do what it promises.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A scene that cannot be read.
+    /// A scene, patch, file or check.
     #[error("{0}")]
-    Scene(#[from] crate::scene::SceneError),
-    /// A mesh that cannot be used.
-    #[error("{0}")]
-    Mesh(#[from] MeshError),
+    Tissue(#[from] TissueError),
     /// A live trace that cannot be repeated.
     #[error("{path}: {cause}")]
     Trace {
         /// The file.
         path: PathBuf,
         /// Why not.
-        cause: crate::live::trace::TraceError,
-    },
-    /// Marks that cannot be used.
-    #[error("{0}")]
-    Score(#[from] crate::score::ScoreError),
-    /// Parameters or a model that the core refuses.
-    #[error("{0}")]
-    Build(#[from] palpate::BuildError),
-    /// A patch file that cannot be used.
-    #[error("{path}: {cause}")]
-    Patch {
-        /// The file.
-        path: PathBuf,
-        /// Why not.
-        cause: palpate::BuildError,
+        cause: palpate_loop::live::trace::TraceError,
     },
     /// A picture that cannot be drawn.
     #[error("{0}")]
     Chart(ChartError),
-    /// A file that cannot be written.
-    #[error("cannot write {path}: {source}: choose a folder that can be written with --out")]
-    Write {
-        /// What was to be written.
-        path: PathBuf,
-        /// Why not.
-        source: std::io::Error,
-    },
-    /// An output folder that another run writes.
-    #[error("{path}: another run of palpate writes there: wait until it is done or choose another folder with --out")]
-    InUse {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// A file that cannot be read.
-    #[error("cannot read {path}: {source}: check the path")]
-    Read {
-        /// What was to be read.
-        path: PathBuf,
-        /// Why not.
-        source: std::io::Error,
-    },
+    /// Marks that cannot be used.
+    #[cfg(feature = "full")]
+    #[error("{0}")]
+    Score(#[from] palpate_lab::score::ScoreError),
     /// An emulated board that cannot be run.
-    #[cfg(not(target_family = "wasm"))]
+    #[cfg(feature = "full")]
     #[error("{0}")]
-    Emulate(#[from] crate::emulate::EmulateError),
-    /// Options that do not fit together.
-    #[error("{0}")]
-    Usage(String),
-    /// A model that cannot keep 1 kHz.
-    #[error("{0}")]
-    TooSlow(String),
-    /// What was promised did not hold; the files are written all the same.
-    #[error("check failed: {0}")]
-    Check(String),
+    Emulate(#[from] palpate_board::EmulateError),
 }
 
 impl Error {
@@ -81,7 +37,7 @@ impl Error {
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Check(_) => 1,
+            Self::Tissue(TissueError::Check(_)) => 1,
             _ => 2,
         }
     }
@@ -91,8 +47,33 @@ impl From<ChartError> for Error {
     fn from(error: ChartError) -> Self {
         match error {
             // a picture is drawn into a draft; its folder is what can be chosen
-            ChartError::Write { path, source } => Self::Write { path: crate::output::published(&path), source },
+            ChartError::Write { path, source } => {
+                Self::Tissue(TissueError::Write { path: palpate_tissue::output::published(&path), source })
+            }
             other => Self::Chart(other),
         }
     }
 }
+
+#[cfg(feature = "full")]
+impl From<palpate_lab::Error> for Error {
+    fn from(error: palpate_lab::Error) -> Self {
+        match error {
+            palpate_lab::Error::Tissue(error) => Self::Tissue(error),
+            palpate_lab::Error::Chart(error) => Self::Chart(error),
+            palpate_lab::Error::Score(error) => Self::Score(error),
+        }
+    }
+}
+
+// what `?` meets in a command, in one step
+macro_rules! of_tissue {
+    ($($error:ty),*) => {
+        $(impl From<$error> for Error {
+            fn from(error: $error) -> Self {
+                Self::Tissue(error.into())
+            }
+        })*
+    };
+}
+of_tissue!(palpate_tissue::scene::SceneError, palpate_tissue::mesh::MeshError, palpate::BuildError);

@@ -1,43 +1,50 @@
-//! Palpate on the desktop: emulated finger, meshes, charts, command line.
+//! The command line `palpate`: it reads options, runs the crates below, writes results and prints verdicts.
 //!
-//! A scene ([`scene`]) becomes a tissue ([`tissue`], [`mesh`]), that a patch ([`patch`]) with its stable step ([`stable_step`]): a [`session`].
-//! [`press`] runs it tick by tick with a [`finger`]; [`summary`] writes what came out.
+//! ```text
+//! command ─ tissue, loop ─ summary, charts          fit, board, lab: with the feature `full`
+//! ```
 
-pub mod budget;
-pub mod calibrate;
-pub mod chart;
-pub mod charts;
-pub mod clock;
-pub mod closed_loop;
-#[cfg(not(target_family = "wasm"))]
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use self::command::Cli;
+
 pub mod command;
-#[cfg(not(target_family = "wasm"))]
-pub mod emulate;
 pub mod error;
-pub mod far_field;
-pub mod finger;
-pub mod live;
-pub mod measure;
-pub mod mesh;
-pub mod organ;
-pub mod output;
-#[cfg(not(target_family = "wasm"))]
-pub mod paper;
-pub mod patch;
-#[cfg(not(target_family = "wasm"))]
-pub mod plan;
-pub mod press;
-pub mod reference;
-pub mod reference_values;
-pub mod rivals;
-pub mod scene;
-pub mod score;
-pub mod session;
-#[cfg(not(target_family = "wasm"))]
-pub mod stability;
-pub mod stable_step;
-pub mod statics;
-pub mod summary;
-pub mod tissue;
-pub mod trace_file;
-pub mod vtu;
+mod loop_pictures;
+mod summary;
+mod vtu;
+
+/// Reads the command line, runs the command and says in one line what went wrong.
+#[must_use]
+pub fn run() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) if error.use_stderr() => {
+            tell(&one_line(&error.to_string()));
+            return ExitCode::from(2);
+        }
+        // help and version
+        Err(error) => error.exit(),
+    };
+    match cli.run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            tell(&error.to_string());
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+/// A name in the message may hold a line end; the message stays one line.
+fn tell(message: &str) {
+    eprintln!("palpate: {}", message.replace(char::is_control, "\u{fffd}"));
+}
+
+/// What is wrong and the tip, without the usage below it.
+fn one_line(message: &str) -> String {
+    let lines = message.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more information"));
+    let said: Vec<&str> = lines.filter(|l| !l.is_empty()).collect();
+    format!("{}: see --help", said.join(" ").trim_start_matches("error: "))
+}

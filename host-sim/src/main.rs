@@ -2,36 +2,6 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
-use palpate_sim::command::Cli;
-
 fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
-        Err(error) if error.use_stderr() => {
-            tell(&one_line(&error.to_string()));
-            return ExitCode::from(2);
-        }
-        // help and version
-        Err(error) => error.exit(),
-    };
-    match cli.run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            tell(&error.to_string());
-            ExitCode::from(error.exit_code())
-        }
-    }
-}
-
-/// A name in the message may hold a line end; the message stays one line.
-fn tell(message: &str) {
-    eprintln!("palpate: {}", message.replace(char::is_control, "\u{fffd}"));
-}
-
-/// What is wrong and the tip, without the usage below it.
-fn one_line(message: &str) -> String {
-    let lines = message.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more information"));
-    let said: Vec<&str> = lines.filter(|l| !l.is_empty()).collect();
-    format!("{}: see --help", said.join(" ").trim_start_matches("error: "))
+    palpate_sim::run()
 }

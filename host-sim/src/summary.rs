@@ -3,13 +3,14 @@
 use palpate::Limiters;
 use serde::Serialize;
 
-use crate::charts::{self, Probe, ProbeShape, Sample, Surface, TickTimes};
 use crate::error::Error;
-use crate::output::OutputFolder;
-use crate::press::{Hold, Press};
-use crate::scene::{Scene, Shape};
-use crate::session::{Report, Session};
-use crate::trace_file;
+use palpate_charts::{self as charts, Probe, ProbeShape, Sample, Surface, TickTimes};
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::press::{Hold, Press};
+use palpate_tissue::scene::{Scene, Shape};
+use palpate_tissue::session::{Report, Session};
+use palpate_tissue::trace_file;
 
 /// `summary.json`.
 #[derive(Debug, Serialize)]
@@ -93,8 +94,8 @@ pub fn write(folder: &OutputFolder, scene: &Scene, session: &Session, press: &Pr
         state_hash: format!("{:016x}", press.state_hash),
         report: &session.report,
     };
-    let json =
-        serde_json::to_string_pretty(&summary).map_err(|e| Error::Write { path: "summary.json".into(), source: e.into() })?;
+    let json = serde_json::to_string_pretty(&summary)
+        .map_err(|e| TissueError::Write { path: "summary.json".into(), source: e.into() })?;
     folder.write("summary.json", format!("{json}\n").as_bytes())?;
     draw(folder, scene, session, press)
 }
@@ -118,7 +119,7 @@ fn write_surface(folder: &OutputFolder, session: &Session, k: usize, hold: &Hold
         [x[0], x[1], x[2], u.x, u.y, u.z]
     });
     let header = ["rest_x_m", "rest_y_m", "rest_z_m", "displacement_x_m", "displacement_y_m", "displacement_z_m"];
-    folder.write_csv(&format!("surface_{k}.csv"), header, rows)
+    Ok(folder.write_csv(&format!("surface_{k}.csv"), header, rows)?)
 }
 
 fn draw(folder: &OutputFolder, scene: &Scene, session: &Session, press: &Press) -> Result<(), Error> {
@@ -131,7 +132,7 @@ fn draw(folder: &OutputFolder, scene: &Scene, session: &Session, press: &Press) 
     let holds: Vec<Sample> = press.holds.iter().map(|h| Sample { t_s: h.t_s, depth_m: h.depth_m, force_n: h.force_n }).collect();
     // reference points beyond the press would only squeeze the curve
     let deepest = trace.iter().map(|s| s.depth_m).fold(0.0, f64::max);
-    let mut reference = crate::reference_values::of(scene);
+    let mut reference = palpate_tissue::reference_values::of(scene);
     reference.retain(|(depth, _)| *depth <= 1.05 * deepest);
     let run = charts::Press {
         scene: &scene.name,
@@ -172,12 +173,4 @@ fn draw_surface(folder: &OutputFolder, scene: &Scene, session: &Session, hold: &
         Surface { scene: &scene.name, caption: &caption, rest_m: &rest_m, deformed_m: &deformed_m, triangles: &triangles, probe };
     charts::surface(folder.draft(), "surface", &surface)?;
     Ok(())
-}
-
-/// The processor, as the system names it.
-#[must_use]
-pub fn machine() -> String {
-    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name = info.lines().find_map(|l| l.strip_prefix("model name")?.split_once(':').map(|(_, n)| n.trim().to_string()));
-    name.unwrap_or_else(|| format!("{} {}", std::env::consts::OS, std::env::consts::ARCH))
 }

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use crate::error::Error;
-use crate::output::OutputFolder;
-use crate::press::Hold;
-use crate::session::Session;
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::press::Hold;
+use palpate_tissue::session::Session;
 
 /// Writes `press_<k>.vtu`; ParaView opens the numbered files as a series.
 ///
@@ -52,5 +52,5 @@ pub fn write(folder: &OutputFolder, session: &Session, k: usize, hold: &Hold) ->
         array("Float64", "surface_displacement_m", 3, &face),
         array("Float64", "volume_ratio", 1, &ratios),
     );
-    folder.write(&format!("press_{k}.vtu"), text.as_bytes())
+    Ok(folder.write(&format!("press_{k}.vtu"), text.as_bytes())?)
 }

@@ -9,9 +9,9 @@ use std::path::Path;
 use criterion::{Criterion, criterion_group};
 use palpate::path::{force, integrate, region::Region};
 use palpate::{Params, ProbePose, Terms, tick};
-use palpate_sim::patch::Memory;
-use palpate_sim::scene::Scene;
-use palpate_sim::session::Session;
+use palpate_tissue::patch::Memory;
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::Session;
 
 const SIZES: [usize; 4] = [57, 144, 410, 1023];
 /// Depth at which a tick is timed [m].
@@ -83,7 +83,7 @@ fn median_us(group: &str, nodes: usize) -> Option<f64> {
 }
 
 fn print_table() {
-    println!("\n{}, one thread, medians", palpate_sim::summary::machine());
+    println!("\n{}, one thread, medians", palpate_tissue::machine::processor());
     println!("{:>6} {:>9} {:>12} {:>18} {:>7}", "nodes", "substeps", "tick us", "plain springs us", "ratio");
     for nodes in SIZES {
         let substeps = session(nodes).params.substeps;

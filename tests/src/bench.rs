@@ -1,10 +1,11 @@
 //! Blocks of tissue under a probe, and states of them that no press would reach.
 
 use palpate::{Model, Params, Vector3};
-use palpate_sim::far_field::{FarField, Sizes};
-use palpate_sim::mesh::{BlockSpec, block};
-use palpate_sim::patch::{Material, Memory, Patch, Tissue};
-use palpate_sim::stable_step::limits;
+use palpate_fit::far_field::{FarField, Sizes};
+use palpate_tissue::mesh::{BlockSpec, block};
+use palpate_tissue::patch::{Material, Memory, Patch};
+use palpate_tissue::stable_step::limits;
+use palpate_tissue::tissue::Tissue;
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::{RngCore, SeedableRng};
 
@@ -46,7 +47,7 @@ impl Bench {
     /// There is none of this size.
     #[must_use]
     pub fn calibrated(nodes: usize) -> Self {
-        let (patch, packed) = palpate_sim::session::calibrated::sized(nodes).expect("a size that ships");
+        let (patch, packed) = palpate_tissue::session::calibrated::sized(nodes).expect("a size that ships");
         let params = Params { limits: limits(&patch, f64::from(packed.tick_s)), substeps: 1, ..packed };
         Self { patch, params }
     }

@@ -10,8 +10,11 @@ use std::{
     time::Instant,
 };
 
-use palpate_sim::emulate::defmt_log;
-use palpate_sim::emulate::firmware_image::FirmwareImage;
+use palpate_board::defmt_log;
+use palpate_board::firmware_image::FirmwareImage;
+
+use crate::crash::{self, Planned};
+use crate::debugger::Debugger;
 
 /// Longest run in real time. The runs here take seconds; one that hangs must not hang the tests.
 const TIMEOUT: Duration = Duration::from_secs(300);
@@ -33,6 +36,9 @@ pub enum EmulatorError {
     /// The firmware does not compile.
     #[error("the firmware was not built: {0}")]
     NotBuilt(String),
+    /// The debugger did not do its part.
+    #[error("the debugger could not make the crash: {0}")]
+    NotBroken(std::io::Error),
     /// The run was ended from outside.
     #[error("the firmware was still running after {} s; its last words: {last_words}", TIMEOUT.as_secs())]
     TimedOut {
@@ -64,8 +70,10 @@ pub struct Run<'a> {
     pub ticks: u32,
     /// Ticks that the scripted hand waits outside the tissue. A force is felt after some 600; without the force the patch runs from the third on.
     pub lead_ticks: u32,
-    /// Which planted crash the image meets, if it has the feature `planted-crash`.
-    pub planted: Option<usize>,
+    /// A crash that a debugger makes.
+    pub crash: Option<Planned>,
+    /// After a crash the board resets, as on hardware, in place of ending the run.
+    pub restart: bool,
     /// Where to log every executed instruction.
     pub exec_log: Option<&'a Path>,
 }
@@ -113,7 +121,7 @@ pub fn build_checked_firmware(target: &Path, features: &[&str]) -> Result<PathBu
 
 /// Links the image that holds a tick and nothing that may panic; with one panic planted it must not link. Shares the libraries of the default image.
 pub fn link_panic_proof(target: &Path, planted: bool) -> Result<PathBuf, EmulatorError> {
-    let features = if planted { &["panic-proof", "planted-crash"][..] } else { &["panic-proof"] };
+    let features = if planted { &["panic-proof-bites"][..] } else { &["panic-proof"] };
     build(target, features, None, "panic-proof")
 }
 
@@ -162,21 +170,26 @@ fn build_with(
 }
 
 impl Run<'_> {
-    fn command(&self, elf: &Path) -> Command {
+    fn command(&self, elf: &Path, socket: &Path) -> Command {
         let (machine, cpu) = match self.machine {
             Machine::An386 => ("mps2-an386", "cortex-m4"),
             Machine::An500 => ("mps2-an500", "cortex-m7"),
         };
         let mut command = Command::new("qemu-system-arm");
         command.args(["-machine", machine, "-cpu", cpu, "-nographic", "-monitor", "none", "-serial", "null"]);
-        let planted = self.planted.map_or(String::new(), |site| format!(",arg={site}"));
+        let restart = if self.restart { ",arg=restart" } else { "" };
+        if self.crash.is_some() {
+            command.arg("-S").arg("-gdb").arg(format!("unix:{},server=on,wait=off", socket.display()));
+        }
         command.arg("-semihosting-config");
-        command.arg(format!("enable=on,target=native,arg=palpate-firmware,arg={},arg={}{planted}", self.ticks, self.lead_ticks));
-        command.arg("-icount").arg(format!("shift={},sleep=off", self.shift));
+        command.arg(format!("enable=on,target=native,arg=palpate-firmware,arg={},arg={}{restart}", self.ticks, self.lead_ticks));
+        // without sleep the emulator's clock jumps when a debugger stops it; a script never sleeps
+        let sleep = if self.crash.is_some() { "on" } else { "off" };
+        command.arg("-icount").arg(format!("shift={},sleep={sleep}", self.shift));
         if let Some(log) = self.exec_log {
             command.args(["-singlestep", "-d", "exec,nochain", "-D"]).arg(log);
-            // a planted crash may lie in that loop
-            if let Some(ranges) = but_idling(elf).filter(|_| self.planted.is_none()) {
+            // a crash may lie in that loop
+            if let Some(ranges) = but_idling(elf).filter(|_| self.crash.is_none()) {
                 command.arg("-dfilter").arg(ranges);
             }
         }
@@ -188,8 +201,20 @@ impl Run<'_> {
     /// Runs an image until it exits.
     pub fn start(&self, elf: &Path) -> Result<Outcome, EmulatorError> {
         let not_started = |source| EmulatorError::NotStarted { program: "qemu-system-arm".into(), source };
-        let mut child = self.command(elf).spawn().map_err(not_started)?;
+        let folder = tempfile::tempdir().map_err(not_started)?;
+        let socket = folder.path().join("debugger");
+        let mut child = self.command(elf, &socket).spawn().map_err(not_started)?;
         let (frames, text) = (drain(child.stdout.take()), drain(child.stderr.take()));
+        if let Some(planned) = &self.crash {
+            let image = std::fs::read(elf).map_err(not_started)?;
+            let image = FirmwareImage::parse(&image).map_err(|cause| EmulatorError::NotBuilt(cause.to_string()))?;
+            let broken = Debugger::connect(&socket).and_then(|debugger| crash::plant(debugger, &image, planned));
+            if let Err(cause) = broken {
+                child.kill().map_err(not_started)?;
+                child.wait().map_err(not_started)?;
+                return Err(EmulatorError::NotBroken(cause));
+            }
+        }
         let begun = Instant::now();
         let status = loop {
             match child.try_wait().map_err(not_started)? {

@@ -1,11 +1,11 @@
 //! Calibrated patches with a far field, fitted on the spot, and the same patches in other organs.
 
 use palpate::Params;
-use palpate_sim::calibrate::{Fit, Settings};
-use palpate_sim::far_field::fitted::{Fitted, Prepared, Recipe, Truth};
-use palpate_sim::reference::answer::Answer;
-use palpate_sim::scene::{Inclusion, Scene};
-use palpate_sim::stable_step::limits;
+use palpate_fit::calibrate::{Fit, Settings};
+use palpate_fit::far_field::fitted::{Fitted, Prepared, Recipe, Truth};
+use palpate_tissue::answer::Answer;
+use palpate_tissue::scene::{Inclusion, Scene};
+use palpate_tissue::stable_step::limits;
 
 use crate::bench::Bench;
 

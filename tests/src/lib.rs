@@ -2,13 +2,16 @@
 //! counting what it executed. Physics: blocks of tissue, an oracle of their forces in double precision, and how far single precision may be off it.
 #![forbid(unsafe_code)]
 
-pub use palpate_sim::emulate::{exec_log, firmware_image, instruction_mix, thumb};
+pub use palpate_board::{exec_log, firmware_image, instruction_mix, thumb};
 
 pub mod bench;
+pub mod crash;
 pub mod cube_mesh;
+pub mod debugger;
 pub mod disassembly;
 pub mod emulator;
 pub mod far_patch;
+pub mod flash_patch;
 pub mod oracle;
 pub mod packed;
 pub mod palpate_command;

@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use palpate::{Model, PatchFile};
-use palpate_sim::far_field::condense::condense;
-use palpate_sim::far_field::fitted::{Prepared, Recipe};
-use palpate_sim::far_field::springs::rim_answers;
-use palpate_sim::far_field::{FarField, RimSprings};
-use palpate_sim::mesh::TetMesh;
-use palpate_sim::patch::Patch;
-use palpate_sim::scene::Scene;
-use palpate_sim::session::Session;
-use palpate_sim::statics::Statics;
+use palpate_fit::far_field::condense::condense;
+use palpate_fit::far_field::fitted::{Prepared, Recipe};
+use palpate_fit::far_field::springs::rim_answers;
+use palpate_fit::far_field::{FarField, springs};
+use palpate_fit::statics::Statics;
+use palpate_tissue::mesh::TetMesh;
+use palpate_tissue::patch::Patch;
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::Session;
 
 use crate::palpate_command::repository;
 
@@ -84,7 +84,7 @@ pub fn with_finer_outside(prepared: &Prepared, times: usize) -> Prepared {
     let free = Patch::build(&cut.patch, &prepared.material, None);
     let statics = Statics::of(&free.model(), &prepared.params).expect("a patch that could be built before");
     let answers_per_m = rim_answers(&statics, &cut, &exact_m, LOADED_M).expect("a patch that its outside holds");
-    let springs = RimSprings::fit(&cut, &exact_m, &answers_per_m);
+    let springs = springs::fit(&cut, &exact_m, &answers_per_m);
     Prepared { far: FarField { cut, exact_m, answers_per_m, springs }, ..prepared.clone() }
 }
 

@@ -1,4 +1,4 @@
-//! The built `palpate`, run as a stranger would: from some folder, by its command line, judged by what it prints and leaves behind.
+//! The built `palpate-full`, which has all commands, run as a stranger would: from some folder, by its command line, judged by what it prints and leaves behind.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -35,13 +35,23 @@ pub fn binary(scratch: &str) -> &'static Path {
         let target = Path::new(scratch).parent().expect("cargo keeps its scratch folder in the target directory");
         let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
         let build = Command::new(cargo)
-            .args(["build", "--release", "--package", "palpate-sim", "--bin", "palpate", "--target-dir"])
+            .args([
+                "build",
+                "--release",
+                "--package",
+                "palpate-sim",
+                "--features",
+                "full",
+                "--bin",
+                "palpate-full",
+                "--target-dir",
+            ])
             .arg(target)
             .current_dir(repository())
             .output()
             .expect("cargo runs this test, so it starts");
         assert!(build.status.success(), "palpate was not built:\n{}", String::from_utf8_lossy(&build.stderr));
-        target.join("release/palpate")
+        target.join("release/palpate-full")
     })
 }
 

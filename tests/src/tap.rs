@@ -2,7 +2,7 @@
 
 use palpate::path::probe::ProbePose;
 use palpate::{Params, Vector3, tick};
-use palpate_sim::measure;
+use palpate_tissue::measure;
 
 use crate::bench::{Bench, Noise};
 

@@ -23,7 +23,7 @@ use nalgebra::Vector3;
 use crate::lanes::sqrt;
 use crate::model::{Model, NodeRest};
 use crate::params::{Probe, ProbeShape, Tuned};
-use crate::state::State;
+use crate::state::{Seat, State};
 
 /// Height over the touched triangle, and depth below it, at which contact is still possible [m].
 const SURFACE_M: f32 = 1e-3;
@@ -41,26 +41,6 @@ pub enum Presence {
     AtSurface,
     /// No contact is possible.
     Outside,
-}
-
-/// The walk's memory from tick to tick.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Seat {
-    /// Tet in which the last walk ended.
-    tet: u32,
-    /// The tip was inside that tet.
-    inside: bool,
-    /// The tip was outside, over a face of that tet which a probe can touch and which faces its handle.
-    above: bool,
-    /// Steps taken, wrapping: varies which of several faces is left by, so that no walk cycles.
-    steps: u8,
-}
-
-impl Seat {
-    /// Whether the tip was located inside the rest volume.
-    pub(crate) fn inside(self) -> bool {
-        self.inside
-    }
 }
 
 /// Rest plane of a surface triangle.

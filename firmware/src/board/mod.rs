@@ -1,7 +1,7 @@
 //! The board port. A board file provides:
 //!
 //! * `start_executors() -> (haptic, background)`, the first preempting the second;
-//! * `start_tick_timer()`, which calls [`crate::haptic_loop::on_period`] from an interrupt above both, every millisecond, and arms the watchdog;
+//! * `start_tick_timer()`, which calls [`crate::haptic_task::on_period`] from an interrupt above both, every millisecond, and arms the watchdog;
 //! * `feed_watchdog()`, without which the board calls [`crate::safety::stop`] after some periods, above every interrupt;
 //! * `clock_counts() -> u32`, free running and wrapping, and `counts_to_ns`; `since_period_counts()`, the same since the tick timer's last edge;
 //! * `write_outputs(outputs)`, `outputs()` to read them back from the pins, and `outputs_off()`, fit for any context, a fault handler included;
@@ -9,9 +9,9 @@
 //!   if the board has a pin for one; `budget()`, the cycles that a patch may take per tick;
 //! * `healthy()`, the board's part of the self-test; `supply_low()`, whether the actuators' supply is too low now;
 //! * `stack_used_bytes()`, the deepest the stack has been, of `STACK_BYTES`;
-//! * `barred()`, whether the watchdog has reset the board too often ([`palpate_firmware::resets`]), `count_millisecond()` for its clock, and
+//! * `barred()`, whether the watchdog has reset the board too often ([`palpate_controller::resets`]), `count_millisecond()` for its clock, and
 //!   `after_crash() -> !`, what follows when the outputs are off and the reason is said;
-//! * `ProfileMemory`, the two slots of [`palpate_firmware::config`];
+//! * `ProfileMemory`, the two slots of [`palpate_controller::config`];
 //! * `duty()`, what the image is to do, and `exit(success) -> !`;
 //! * `link_read(bytes)` and `link_write(bytes)`, the link to the host: neither waits, but for a lock-step link's read;
 //! * `sense()`, what the board's own sensors say, if it has any;
@@ -21,12 +21,15 @@
 //!
 //! Nothing outside this folder is `unsafe`.
 
-use palpate_firmware::script::Script;
+use palpate::Fault;
+use palpate::haptic::device::Sensed;
+use palpate_controller::board::Board;
+use palpate_controller::force_out::Outputs;
+use palpate_controller::patch::Budget;
+use palpate_controller::script::Script;
+use palpate_controller::serve::Pace;
 
-use crate::serve::Pace;
-
-#[cfg(all(feature = "mps2", feature = "planted-crash"))]
-pub use mps2::{crash, planted_site};
+use crate::haptic_task;
 
 /// What an image does.
 #[derive(Clone, Copy)]
@@ -67,3 +70,93 @@ pub use mps2::{
     idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense, since_period_counts, start_executors,
     start_tick_timer, supply_low, write_outputs,
 };
+
+/// The board that the image is built for, as the controller asks it.
+#[derive(Default)]
+pub struct ThisBoard {
+    profile_memory: ProfileMemory,
+}
+
+impl Board for ThisBoard {
+    type ProfileMemory = ProfileMemory;
+
+    fn clock_counts(&self) -> u32 {
+        clock_counts()
+    }
+
+    fn since_period_counts(&self) -> u32 {
+        since_period_counts()
+    }
+
+    fn periods_begun(&self) -> u32 {
+        haptic_task::periods_begun()
+    }
+
+    async fn next_period(&mut self) -> u32 {
+        haptic_task::next_period().await
+    }
+
+    fn drop_period(&mut self) {
+        haptic_task::drop_period();
+    }
+
+    fn write_outputs(&mut self, outputs: Outputs) {
+        write_outputs(outputs);
+    }
+
+    fn outputs(&self) -> Outputs {
+        outputs()
+    }
+
+    fn outputs_off(&mut self) {
+        outputs_off();
+    }
+
+    fn feed_watchdog(&mut self) {
+        feed_watchdog();
+    }
+
+    fn count_millisecond(&mut self) {
+        count_millisecond();
+    }
+
+    fn healthy(&self) -> bool {
+        healthy()
+    }
+
+    fn supply_low(&self) -> bool {
+        supply_low()
+    }
+
+    fn emergency_stop(&mut self) -> Option<Fault> {
+        emergency_stop()
+    }
+
+    fn operator_absent(&self) -> Option<bool> {
+        operator_absent()
+    }
+
+    fn sense(&mut self) -> Option<Sensed> {
+        sense()
+    }
+
+    fn budget(&self) -> Budget {
+        budget()
+    }
+
+    fn stack_used_bytes(&self) -> usize {
+        stack_used_bytes()
+    }
+
+    fn profile_memory(&mut self) -> &mut ProfileMemory {
+        &mut self.profile_memory
+    }
+
+    fn link_read(&mut self, bytes: &mut [u8]) -> usize {
+        link_read(bytes)
+    }
+
+    fn link_write(&mut self, frame: &[u8]) {
+        link_write(frame);
+    }
+}

@@ -16,14 +16,12 @@ use defmt_semihosting as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use palpate::Fault;
 use palpate::haptic::device::Sensed;
-use palpate_firmware::force_out::{DacCode, Outputs};
-use palpate_firmware::patch::Budget;
+use palpate_controller::force_out::{DacCode, Outputs};
+use palpate_controller::patch::Budget;
 
 use super::Duty;
-use crate::{haptic_loop, safety};
+use crate::{haptic_task, safety};
 
-#[cfg(feature = "planted-crash")]
-pub mod crash;
 mod link;
 mod profile;
 mod uart;
@@ -108,7 +106,7 @@ static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
 extern "C" fn on_tick_timer() {
     // SAFETY: a write-one-to-clear register of timer 0, which nothing but this file touches.
     unsafe { TIMER0_INTCLEAR.write_volatile(1) };
-    haptic_loop::on_period();
+    haptic_task::on_period();
 }
 
 extern "C" fn on_haptic() {
@@ -283,29 +281,14 @@ pub fn sense() -> Option<Sensed> {
     None
 }
 
-/// On hardware the watchdog resets the board. An emulated run ends, for whoever waits for it.
+/// On hardware the watchdog resets the board. An emulated run ends, for whoever waits for it, unless its command line asks for the reset.
 pub fn after_crash() -> ! {
-    #[cfg(feature = "planted-crash")]
-    if planted_site().is_some_and(|site| site >= RESTARTING_SITE) {
-        super::resets::restart()
-    }
-    exit(false)
+    if link::restarts() { super::resets::restart() } else { exit(false) }
 }
-
-/// Planted sites from this one on end in a reset, as on hardware.
-#[cfg(feature = "planted-crash")]
-const RESTARTING_SITE: usize = 12;
 
 /// Whether crashes came too often.
 pub fn barred() -> bool {
     super::resets::barred(false) // a reset by this image says so itself
-}
-
-/// Which crash the command line asks for, behind `TICKS LEAD_TICKS`. None once the board is barred.
-#[cfg(feature = "planted-crash")]
-pub fn planted_site() -> Option<usize> {
-    let arguments = semihosting::experimental::env::args::<512>().ok()?;
-    (&arguments).filter_map(core::result::Result::ok).nth(3)?.parse().ok().filter(|_| !barred())
 }
 
 /// Ends the emulation with exit status 0 or 1.

@@ -47,15 +47,15 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use palpate::Fault;
 use palpate::haptic::device::{Sensed, SensorStatus};
-use palpate_firmware::config::{Flash, FlashError, SLOT_BYTES, Slot};
-use palpate_firmware::force_out::bridge::{AxisPins, Bridge, Line, Pins, StopCircuit};
-use palpate_firmware::force_out::{DacCode, Outputs};
-use palpate_firmware::patch::Budget;
-use palpate_firmware::probe_in::{self, EncoderCounts, extended};
+use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
+use palpate_controller::force_out::bridge::{AxisPins, Bridge, Line, Pins, StopCircuit};
+use palpate_controller::force_out::{DacCode, Outputs};
+use palpate_controller::patch::Budget;
+use palpate_controller::probe_in::{self, EncoderCounts, extended};
 
 use super::Duty;
-use crate::haptic_loop;
-use crate::serve::Pace;
+use crate::haptic_task;
+use palpate_controller::serve::Pace;
 
 /// Core clock [MHz].
 const CLOCK_MHZ: u32 = 480;
@@ -101,7 +101,7 @@ unsafe fn UART8() {
 #[interrupt]
 unsafe fn TIM7() {
     pac::TIM7.sr().write(|w| w.set_uif(false));
-    haptic_loop::on_period();
+    haptic_task::on_period();
 }
 
 /// Sets up clocks and pins, outputs off, and starts the executors.
@@ -331,7 +331,7 @@ pub fn budget() -> Budget {
     Budget::M7_480
 }
 
-/// Three encoders on orthogonal axes. A mechanism of [`palpate_firmware::kinematics`] goes here, and its torques into `force_out`.
+/// Three encoders on orthogonal axes. A mechanism of [`palpate_controller::kinematics`] goes here, and its torques into `force_out`.
 pub fn sense() -> Option<Sensed> {
     let read = [pac::TIM2.cnt().read() as u16, pac::TIM3.cnt().read().cnt(), pac::TIM4.cnt().read().cnt()];
     let [x, y, z] = &COUNTS;
@@ -408,6 +408,7 @@ pub fn after_crash() -> ! {
 
 /// No profile is kept on this board yet, the default one holds: erasing its flash takes longer than the watchdog bears, and what a power cut has
 /// left half written may read as a bus fault, which nobody has seen on a board.
+#[derive(Default)]
 pub struct ProfileMemory;
 
 impl Flash for ProfileMemory {

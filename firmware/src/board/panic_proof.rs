@@ -1,6 +1,6 @@
 //! An image that only links if no tick can panic: its panic handler calls a function that does not exist. Never run.
 //!
-//! It holds what a tick holds, from the message to the outputs: frame, desk, controller with its haptic cycle, patch, converter codes. Executors and
+//! It holds what a tick holds, from the message to the outputs: frame, inbox, controller with its haptic cycle, patch, converter codes. Executors and
 //! log are left out; they panic here and there, outside the tick.
 #![no_std]
 #![no_main]
@@ -12,12 +12,12 @@ use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use palpate::haptic::deadline::Deadline;
 use palpate::haptic::device::Sensed;
-use palpate_firmware::controller::Controller;
-use palpate_firmware::force_out;
-use palpate_firmware::link::desk::{Desk, Reply};
-use palpate_firmware::link::frame::FRAME_BYTES;
-use palpate_firmware::link::{FromBoard, Receiver, Record, ToBoard, Upload, encode};
-use palpate_firmware::patch::Tissue;
+use palpate_controller::controller::Controller;
+use palpate_controller::force_out;
+use palpate_controller::link::frame::FRAME_BYTES;
+use palpate_controller::link::inbox::{Inbox, Reply};
+use palpate_controller::link::{FromBoard, Receiver, Record, ToBoard, Upload, encode};
+use palpate_controller::patch::PatchSlot;
 
 unsafe extern "C" {
     fn a_tick_can_panic() -> !;
@@ -50,19 +50,19 @@ fn main() -> ! {
 #[inline(never)]
 fn tick(
     controller: &mut Controller,
-    tissue: &mut Tissue<'static>,
+    tissue: &mut PatchSlot<'static>,
     receiver: &mut Receiver,
-    desk: &mut Desk,
+    inbox: &mut Inbox,
     deadline: &mut Deadline,
 ) {
     if let Some(Ok(message)) = receiver.push::<ToBoard<'_>>(black_box(0)) {
-        if let Reply::Modulus(pascal) = black_box(desk.take(&message, controller, Some(unknown::<Upload>()))) {
+        if let Reply::Modulus(pascal) = black_box(inbox.take(&message, controller, Some(unknown::<Upload>()))) {
             black_box(tissue.ask_modulus(pascal).is_ok());
         }
     }
-    #[cfg(feature = "planted-crash")]
+    #[cfg(feature = "panic-proof-bites")]
     assert!(black_box(true), "shows that the proof bites");
-    let (sensed, command) = desk.clear();
+    let (sensed, command) = inbox.clear();
     let sensed: Sensed = sensed.unwrap_or(*unknown());
     let told = controller.step(tissue, sensed, command, black_box(true));
     let outputs = force_out::outputs(controller.drive());

@@ -3,7 +3,7 @@
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use palpate_firmware::resets::{Cause, Resets};
+use palpate_controller::resets::{Cause, Resets};
 
 /// Says that the reset was ours, not the power's.
 const CRASHED: u32 = 0xC4A5_4ED0;
@@ -37,7 +37,7 @@ pub fn count_millisecond() {
 }
 
 /// Resets the board as its watchdog would.
-#[cfg(feature = "planted-crash")]
+#[cfg(feature = "mps2")]
 pub fn restart() -> ! {
     // SAFETY: interrupts are off: nobody else is here.
     unsafe { (&raw mut CAUSE).cast::<u32>().write_volatile(CRASHED) };

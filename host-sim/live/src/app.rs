@@ -1,10 +1,12 @@
 //! The window and the page: what is seen, and what mouse and keys do.
 
+mod choices;
+
 use std::path::PathBuf;
 
 use eframe::egui::{self, CentralPanel, Color32, FontData, FontDefinitions, FontFamily, Panel, RichText, Ui};
 use palpate::Vector3;
-use palpate_sim::live::{Choice, Holding};
+use palpate_loop::live::{Choice, Holding};
 use web_time::{Duration, Instant};
 
 use crate::camera::Camera;

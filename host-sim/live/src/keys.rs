@@ -1,9 +1,9 @@
 //! Keys: everything that the panel does without a slider; Tab and arrows reach the sliders.
 
 use eframe::egui::{self, Key};
-use palpate_sim::closed_loop::device::PROFILES;
-use palpate_sim::closed_loop::hand::HANDS;
-use palpate_sim::live::{Choice, SIZES};
+use palpate_loop::closed_loop::device::PROFILES;
+use palpate_loop::closed_loop::hand::HANDS;
+use palpate_loop::live::{Choice, SIZES};
 
 use crate::app::App;
 use crate::controls::presets;

@@ -18,7 +18,7 @@ pub mod thread {
     use std::sync::mpsc::{Receiver, Sender, channel};
     use std::time::Duration;
 
-    use palpate_sim::live::{Choice, Holding};
+    use palpate_loop::live::{Choice, Holding};
     use web_time::Instant;
 
     use super::Link;

@@ -16,7 +16,7 @@ mod window {
     use eframe::egui;
     use palpate_live::app::App;
     use palpate_live::link::thread::Thread;
-    use palpate_sim::live::{Choice, Holding};
+    use palpate_loop::live::{Choice, Holding};
 
     /// Press tissue with the mouse.
     #[derive(Parser)]

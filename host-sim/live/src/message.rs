@@ -1,6 +1,6 @@
 //! What drawing and physics say to each other, through a channel or a worker's messages.
 
-use palpate_sim::live::{Choice, Holding};
+use palpate_loop::live::{Choice, Holding};
 use serde::{Deserialize, Serialize};
 
 /// Silence for this long means that nobody is there: the loop lets the force go, the screen shows none. Longer than a frame of a machine that is busy [s].

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use eframe::wasm_bindgen::{self, prelude::*};
-use palpate_sim::live::{Choice, Holding};
+use palpate_loop::live::{Choice, Holding};
 
 use crate::app::App;
 use crate::link::Link;

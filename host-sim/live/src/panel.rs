@@ -1,9 +1,9 @@
 //! The panel: presets, sliders, device and hand, view, exercise, recording.
 
 use eframe::egui::{ComboBox, RichText, Slider, SliderClamping, Ui};
-use palpate_sim::closed_loop::device::PROFILES;
-use palpate_sim::closed_loop::hand::HANDS;
-use palpate_sim::live::{Choice, Nodule, SIZES};
+use palpate_loop::closed_loop::device::PROFILES;
+use palpate_loop::closed_loop::hand::HANDS;
+use palpate_loop::live::{Choice, Nodule, SIZES};
 
 use crate::app::App;
 use crate::controls::{presets, short};

@@ -3,10 +3,10 @@
 use palpate::ProbeShape;
 use palpate::Vector3;
 use palpate::haptic::cycle::Ask;
-use palpate_sim::error::Error;
-use palpate_sim::live::replay::{Replayed, replay, table};
-use palpate_sim::live::trace::{MOST_TICKS, Trace};
-use palpate_sim::live::{CLEAR_M, Choice, Holding, Live};
+use palpate_loop::live::replay::{Replayed, replay, table};
+use palpate_loop::live::trace::{MOST_TICKS, Trace};
+use palpate_loop::live::{CLEAR_M, Choice, Holding, Live};
+use palpate_tissue::error::Error;
 
 use crate::message::{Answer, Body, Ended, Frame, Request, SILENCE_S, Sample};
 

@@ -2,7 +2,7 @@
 
 use eframe::egui::{Key, PointerButton, Response, Ui};
 use palpate::Vector3;
-use palpate_sim::live::CLEAR_M;
+use palpate_loop::live::CLEAR_M;
 
 use crate::camera::Camera;
 use crate::message::{Body, Frame};

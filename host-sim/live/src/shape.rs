@@ -1,7 +1,7 @@
 //! The body on the screen: its boundary, how far and how compressed its nodes are, and what a ray meets.
 
 use palpate::Vector3;
-use palpate_sim::mesh::surface;
+use palpate_tissue::mesh::surface;
 
 use crate::message::Body;
 

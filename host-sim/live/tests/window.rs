@@ -119,7 +119,7 @@ fn the_window_is_pressed_and_its_trace_repeats() {
     if let Some(folder) = std::env::var_os("PALPATE_LIVE_PICTURES") {
         std::fs::write(Path::new(&folder).join("window.trace"), &bytes).unwrap();
     }
-    let again = palpate_sim::live::replay::replay(&palpate_sim::live::trace::Trace::read(&bytes).unwrap()).unwrap();
+    let again = palpate_loop::live::replay::replay(&palpate_loop::live::trace::Trace::read(&bytes).unwrap()).unwrap();
     assert_eq!(again.differs, None);
     assert!(again.told.iter().any(|t| f64::from(t.applied_n.norm()) > number(&soft, "force_n")));
     println!(

@@ -7,20 +7,22 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::Common;
-use crate::calibrate::accuracy::{self, Accuracy, PLACES};
-use crate::calibrate::reference_map::ReferenceMap;
-use crate::calibrate::targets::DISC_RADII;
-use crate::calibrate::{Calibration, Fit, Round, Settings, Targets, annealing, calibrate};
-use crate::charts;
 use crate::error::Error;
-use crate::output::OutputFolder;
-use crate::patch::{Material, Tissue};
-use crate::reference::answer::Answer;
-use crate::scene::Scene;
-use crate::session::{Session, calibrated};
-use crate::stable_step::StableStep;
-use crate::statics::Vector;
-use crate::tissue::place_fine;
+use palpate_charts::{self as charts, ConvergencePoint};
+use palpate_fit::calibrate::accuracy::{self, Accuracy, PLACES};
+use palpate_fit::calibrate::reference_map::ReferenceMap;
+use palpate_fit::calibrate::targets::DISC_RADII;
+use palpate_fit::calibrate::{Calibration, Fit, Round, Settings, Targets, annealing, calibrate};
+use palpate_fit::statics::Vector;
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::answer::Answer;
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::patch::Material;
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::{Session, calibrated};
+use palpate_tissue::stable_step::StableStep;
+use palpate_tissue::tissue::Tissue;
+use palpate_tissue::tissue::place_fine;
 
 /// Elements under the probe are smallest this far around it [probe radii]: places up to 1.65 radii are fitted.
 const FINE_RADII: f64 = 1.25;
@@ -43,7 +45,7 @@ pub(super) struct CalibrateArgs {
     /// Places of the probe to fit over, beside the centre.
     #[arg(long, value_name = "COUNT", default_value_t = Settings::default().places)]
     places: usize,
-    /// Rounds of the fit at most (evaluations of the objective, for lbfgs and annealing).
+    /// Rounds of the fit at most (evaluations of the objective, for annealing).
     #[arg(long, value_name = "COUNT")]
     rounds: Option<usize>,
     /// Foundation points on a surface triangle, 4 or 9 [default: 9 where elements are larger than 0.4 of the probe's radius].
@@ -70,8 +72,6 @@ pub(super) struct CalibrateArgs {
 enum FitName {
     /// Gauss-Newton with adjoint slopes: what ships.
     GaussNewton,
-    /// L-BFGS with adjoint slopes.
-    Lbfgs,
     /// Simulated annealing of two scalars, the schedule of paper 004.
     Annealing,
 }
@@ -91,32 +91,36 @@ impl CalibrateArgs {
             false => (self.nodes, self.places, self.rounds.unwrap_or(self.default_rounds())),
         };
         if scene.tissue.block_m.is_none() || !scene.tissue.inclusion.is_empty() {
-            return Err(Error::Usage(format!(
+            return Err(TissueError::Usage(format!(
                 "scene {}: a patch is calibrated on a block without inclusions: use such a scene; inclusions are scaled into its patch when it is pressed",
                 scene.name
-            )));
+            )).into());
         }
         if !PLACES_RANGE.contains(&places) || rounds == 0 {
             let (first, last) = (PLACES_RANGE.start(), PLACES_RANGE.end());
-            return Err(Error::Usage(format!(
+            return Err(TissueError::Usage(format!(
                 "--places {places} --rounds {rounds}: take {first} to {last} places and at least one round"
-            )));
+            ))
+            .into());
         }
         scene.probe.position_m = None;
         if nodes.is_some() {
             scene.tissue.nodes = nodes;
         }
         if !answer.is_for(&scene) {
-            return Err(Error::Usage(format!(
+            return Err(TissueError::Usage(format!(
                 "scene {}: the reference answer is for another block, Poisson's ratio or probe: make one with palpate reference and give it with --reference",
                 scene.name
-            )));
+            )).into());
         }
         let (tissue, material, params) = self.prepare(&scene)?;
         let mut targets = targets(&scene, &tissue, &answer, places)?;
         if self.glued {
             if answer.glued.is_empty() {
-                return Err(Error::Usage("--glued: the reference answer has no glued discs: take the one that ships".into()));
+                return Err(TissueError::Usage(
+                    "--glued: the reference answer has no glued discs: take the one that ships".into(),
+                )
+                .into());
             }
             targets = targets.with_glued(&answer.glued);
         }
@@ -133,7 +137,7 @@ impl CalibrateArgs {
         let settings = Settings { places, rounds, fit: self.fit.into() };
         let bar = Bar::new();
         let calibration = calibrate(&tissue, &material, None, &params, &targets, &settings, &mut |r: &Round| bar.say(r))
-            .map_err(|cause| Error::Usage(format!("scene {}: {cause}", scene.name)))?;
+            .map_err(|cause| TissueError::Usage(format!("scene {}: {cause}", scene.name)))?;
         bar.0.finish_and_clear();
         self.write(folder, &scene, &answer, &calibration)
     }
@@ -141,7 +145,6 @@ impl CalibrateArgs {
     fn default_rounds(&self) -> usize {
         match self.fit {
             FitName::GaussNewton => Settings::default().rounds,
-            FitName::Lbfgs => 60,
             FitName::Annealing => annealing::SCHEDULE_EVALUATIONS,
         }
     }
@@ -150,11 +153,11 @@ impl CalibrateArgs {
         let placed = place_fine(scene, &[], FINE_RADII)?;
         let params = scene.params(placed.axis);
         let material = Material { poisson_ratio: scene.tissue.poisson_ratio, ..Material::default() };
-        let element_m = crate::patch::Patch::build(&placed.tissue, &material, None).element_m();
+        let element_m = palpate_tissue::patch::Patch::build(&placed.tissue, &material, None).element_m();
         let large = element_m > NINE_ABOVE * scene.probe.radius_m;
         let points_per_triangle = self.points.unwrap_or(if large { 9 } else { 4 });
         if ![4, 9].contains(&points_per_triangle) {
-            return Err(Error::Usage(format!("--points {points_per_triangle}: a triangle has 4 or 9 points")));
+            return Err(TissueError::Usage(format!("--points {points_per_triangle}: a triangle has 4 or 9 points")).into());
         }
         Ok((placed.tissue, Material { points_per_triangle, ..material }, params))
     }
@@ -162,9 +165,10 @@ impl CalibrateArgs {
     fn write(&self, folder: OutputFolder, scene: &Scene, answer: &Answer, calibration: &Calibration) -> Result<(), Error> {
         let Calibration { patch, params, rounds, .. } = calibration;
         if !matches!((rounds.first(), rounds.last()), (Some(first), Some(last)) if last.cost < first.cost) {
-            return Err(Error::Check(
+            return Err(TissueError::Check(
                 "the fit did not improve the patch, nothing is written: take more places or another node count".into(),
-            ));
+            )
+            .into());
         }
         let stable = StableStep::measure(&patch.wide_model(), params, patch.site_m())?;
         let stable_s = stable.map_or(0.0, |s| s.pressed_s);
@@ -173,10 +177,11 @@ impl CalibrateArgs {
         let header = ["evaluations", "cost", "force_rms_pct", "dent_mean_mm", "elapsed_s"];
         let rows = rounds.iter().map(|r| [r.evaluations as f64, r.cost, r.force_rms_pct, r.dent_mean_mm, r.elapsed_s]);
         folder.write_csv("convergence.csv", header, rows)?;
-        charts::convergence(folder.draft(), "convergence", &scene.name, rounds)?;
+        let points: Vec<ConvergencePoint> = rounds.iter().map(point).collect();
+        charts::convergence(folder.draft(), "convergence", &scene.name, &points)?;
         let map = ReferenceMap::of(answer).ok_or_else(|| too_few(scene))?;
-        let accuracy =
-            Accuracy::of(patch, params, &map, accuracy::DISC_RADII, PLACES).map_err(|cause| Error::Check(cause.to_string()))?;
+        let accuracy = Accuracy::of(patch, params, &map, accuracy::DISC_RADII, PLACES)
+            .map_err(|cause| TissueError::Check(cause.to_string()))?;
         print_accuracy(&name, &accuracy);
         write_accuracy(&folder, &accuracy)?;
         folder.write_json(
@@ -189,7 +194,7 @@ impl CalibrateArgs {
                 compensation_threshold: params.compensation_threshold,
                 stable_dt_s: stable_s,
                 annealing_schedule_evaluations: annealing::SCHEDULE_EVALUATIONS,
-                machine: crate::summary::machine(),
+                machine: palpate_tissue::machine::processor(),
                 rounds,
                 accuracy: &accuracy,
             },
@@ -208,14 +213,15 @@ impl CalibrateArgs {
             let mut scene = scene.clone();
             scene.tissue.nodes = Some(nodes);
             if !answer.is_for(&scene) {
-                return Err(Error::Usage(format!(
+                return Err(TissueError::Usage(format!(
                     "scene {}: the reference answer is for another scene: give one with --reference",
                     scene.name
-                )));
+                ))
+                .into());
             }
             let session = Session::prepare(&scene)?;
             let accuracy = Accuracy::of(&session.patch, &session.params, &map, accuracy::DISC_RADII, PLACES)
-                .map_err(|cause| Error::Check(cause.to_string()))?;
+                .map_err(|cause| TissueError::Check(cause.to_string()))?;
             let fitted = session.patch.fitted_places();
             print_accuracy(&format!("{} nodes, fitted over {fitted} places", session.report.nodes), &accuracy);
             folder.write_json(&format!("accuracy-{nodes}.json"), &accuracy)?;
@@ -226,7 +232,10 @@ impl CalibrateArgs {
 }
 
 fn too_few(scene: &Scene) -> Error {
-    Error::Usage(format!("scene {}: the reference answer has fewer than four centred presses: solve more depths", scene.name))
+    Error::Tissue(TissueError::Usage(format!(
+        "scene {}: the reference answer has fewer than four centred presses: solve more depths",
+        scene.name
+    )))
 }
 
 fn targets(scene: &Scene, tissue: &Tissue, answer: &Answer, places: usize) -> Result<Targets, Error> {
@@ -241,10 +250,10 @@ fn targets(scene: &Scene, tissue: &Tissue, answer: &Answer, places: usize) -> Re
 }
 
 fn lacking(scene: &Scene) -> Error {
-    Error::Usage(format!(
+    Error::Tissue(TissueError::Usage(format!(
         "scene {}: the reference answer lacks presses this fit needs (to a probe's radius at the centre, places off it, surfaces at a quarter and a half radius): solve them with palpate reference",
         scene.name
-    ))
+    )))
 }
 
 fn print_accuracy(name: &str, accuracy: &Accuracy) {
@@ -276,7 +285,7 @@ fn write_accuracy(folder: &OutputFolder, accuracy: &Accuracy) -> Result<(), Erro
         .forces
         .iter()
         .map(|f| [f.depth_mm, f.centred_pct, f.disc_rms_pct.unwrap_or(f64::NAN), f.disc_worst_pct.unwrap_or(f64::NAN)]);
-    folder.write_csv("accuracy.csv", ["depth_mm", "centred_pct", "disc_rms_pct", "disc_worst_pct"], rows)
+    Ok(folder.write_csv("accuracy.csv", ["depth_mm", "centred_pct", "disc_rms_pct", "disc_worst_pct"], rows)?)
 }
 
 #[derive(Serialize)]
@@ -320,8 +329,16 @@ impl From<FitName> for Fit {
     fn from(name: FitName) -> Self {
         match name {
             FitName::GaussNewton => Self::GaussNewton,
-            FitName::Lbfgs => Self::Descent,
             FitName::Annealing => Self::Annealing,
         }
+    }
+}
+
+fn point(round: &Round) -> ConvergencePoint {
+    ConvergencePoint {
+        evaluations: round.evaluations,
+        force_rms_pct: round.force_rms_pct,
+        dent_mean_mm: round.dent_mean_mm,
+        elapsed_s: round.elapsed_s,
     }
 }

@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::chart::{Plan, Reference, Run, Summary, measure, pictures, write};
 use crate::error::Error;
-use crate::output::OutputFolder;
-use crate::rivals::{Block, Method};
+use palpate_lab::chart::{Plan, Reference, Run, Summary, measure, pictures, write};
+use palpate_lab::rivals::{Block, Method};
+use palpate_tissue::output::OutputFolder;
 
 /// A progress bar appears on a terminal when a run takes longer than this.
 const QUIET: Duration = Duration::from_secs(2);

@@ -6,19 +6,20 @@ use clap::Args;
 use palpate::Vector3;
 
 use super::Common;
+use super::hardware_in_loop::HardwareInLoop;
 use super::progress::Progress;
-use crate::closed_loop::device::DeviceProfile;
-use crate::closed_loop::hand::{HANDS, Hand};
-use crate::closed_loop::prepared::{DEPTH_M, Prepared, fits};
-use crate::closed_loop::report::{Report, Row, Target, report};
-use crate::closed_loop::run::Run;
-use crate::closed_loop::stimulus::{STIMULI, Site, Stimulus};
-use crate::closed_loop::{pictures, trace};
-use crate::emulate::image;
-use crate::emulate::in_loop::InLoop;
 use crate::error::Error;
-use crate::output::OutputFolder;
-use crate::scene::Scene;
+use crate::loop_pictures;
+use palpate_loop::closed_loop::device::DeviceProfile;
+use palpate_loop::closed_loop::hand::{HANDS, Hand};
+use palpate_loop::closed_loop::prepared::{DEPTH_M, Prepared, fits};
+use palpate_loop::closed_loop::report::{Report, Row, Target, report};
+use palpate_loop::closed_loop::run::Run;
+use palpate_loop::closed_loop::stimulus::{STIMULI, Site, Stimulus};
+use palpate_loop::closed_loop::trace;
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::Scene;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct LoopArgs {
@@ -62,23 +63,27 @@ pub(super) struct LoopArgs {
 
 impl LoopArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
+        if self.emulated && cfg!(not(feature = "full")) {
+            return super::on_demand::build_and_run();
+        }
         let device = self.device()?;
         let hands = one_or_all("--hand", self.hand.as_deref(), &HANDS, Hand::named, |h| h.id)?;
         let stimuli = one_or_all("--stimulus", self.stimulus.as_deref(), &STIMULI, Stimulus::named, |s| s.id)?;
         let stimuli: Vec<Stimulus> = stimuli.into_iter().map(|s| if self.quick { s.short() } else { s }).collect();
         if device.axes == 1 && stimuli.iter().all(Stimulus::crosses_edges) {
-            return Err(Error::Usage(format!(
+            return Err(TissueError::Usage(format!(
                 "--stimulus {} goes along the surface, where {} has no axis: give another stimulus or device",
                 stimuli.first().map_or("-", |s| s.id),
                 device.name
-            )));
+            ))
+            .into());
         }
         let (name, target, board) = self.target(&device)?;
         if let Some(stimulus) = stimuli.iter().find(|s| board.as_ref().is_some_and(|board| board.cannot_follow(s))) {
-            return Err(Error::Usage(format!(
+            return Err(TissueError::Usage(format!(
                 "--stimulus {} swaps the far field, which a board takes with a patch alone: name another with --stimulus, or leave --emulated out",
                 stimulus.id
-            )));
+            )).into());
         }
         let make = |hand, stimulus| match &board {
             Some(board) => Ok::<Run, Error>(board.run(&target.setup(&device, hand, stimulus))?),
@@ -101,7 +106,7 @@ impl LoopArgs {
         if let Some((row, run)) = shown.map(|row| again(row, &stimuli, make)).transpose()?.flatten() {
             let below = format!("{name}, {}, {} {}: {}", device.name, row.hand, row.stimulus, row.verdict);
             trace::write(&folder, &run, &site)?;
-            pictures::draw(&folder, "loop", &below, &run, &site)?;
+            loop_pictures::draw(&folder, "loop", &below, &run, &site)?;
             print(&report, &hands, &stimuli);
             println!("\nshown in full: {} {}", row.hand, row.stimulus);
         }
@@ -121,7 +126,7 @@ impl LoopArgs {
             String::new()
         };
         let first: Vec<&str> = report.broken.iter().take(3).map(String::as_str).collect();
-        Err(Error::Check(format!("{}{more}", first.join("; "))))
+        Err(TissueError::Check(format!("{}{more}", first.join("; "))).into())
     }
 
     fn device(&self) -> Result<DeviceProfile, Error> {
@@ -139,23 +144,26 @@ impl LoopArgs {
     }
 
     /// What is felt, and the emulated board that answers for it, if one does.
-    fn target(&self, device: &DeviceProfile) -> Result<(String, Target, Option<InLoop>), Error> {
+    fn target(&self, device: &DeviceProfile) -> Result<(String, Target, Option<HardwareInLoop>), Error> {
         let Some(n_per_m) = self.wall else {
             let mut scene = Scene::load(&self.common.scene)?;
-            let patch = self.emulated.then(|| image::patch_for(&scene)).transpose()?;
+            let patch = self.emulated.then(|| HardwareInLoop::patch_for(&scene)).transpose()?;
             scene.solver.patch = patch.clone().or(scene.solver.patch);
             let mut prepared = if self.emulated { Prepared::as_packed(&scene, device)? } else { Prepared::of(&scene, device)? };
             if let Some(depth_m) = self.depth_m {
                 prepared.press_to(depth_m)?;
             }
             let board = match patch {
-                Some(patch) => Some(InLoop::new(image::find(self.image.as_deref())?, image::machine_for(&patch), &prepared)?),
+                Some(patch) => Some(HardwareInLoop::new(self.image.as_deref(), &patch, &prepared)?),
                 None => None,
             };
             return Ok((scene.name.clone(), Target::Tissue(Box::new(prepared), scene.tissue.youngs_modulus_pa), board));
         };
         if !(1.0..=1e5).contains(&n_per_m) {
-            return Err(Error::Usage(format!("--wall {n_per_m} is outside 1 .. 100000 N/m: give a stiffness in that range")));
+            return Err(TissueError::Usage(format!(
+                "--wall {n_per_m} is outside 1 .. 100000 N/m: give a stiffness in that range"
+            ))
+            .into());
         }
         // a soft wall is pressed no deeper than a stiff one; a hand swings twice as far
         fits(device, (device.force_limit_n / n_per_m).min(2.0 * DEPTH_M))?;
@@ -172,9 +180,9 @@ fn one_or_all<T: Copy>(
 ) -> Result<Vec<T>, Error> {
     let Some(name) = name.filter(|n| *n != "all") else { return Ok(all.to_vec()) };
     let ids: Vec<&str> = all.iter().map(id).collect();
-    named(name)
+    Ok(named(name)
         .map(|one| vec![one])
-        .ok_or_else(|| Error::Usage(format!("{option} {name} is unknown: give one of {}", ids.join(", "))))
+        .ok_or_else(|| TissueError::Usage(format!("{option} {name} is unknown: give one of {}", ids.join(", "))))?)
 }
 
 /// The run of a row once more, to show it.
@@ -189,12 +197,12 @@ fn again<'a>(
 }
 
 fn table(rows: &[Row]) -> Result<String, Error> {
-    let write = |e: csv::Error| Error::Write { path: "runs.csv".into(), source: std::io::Error::other(e) };
+    let write = |e: csv::Error| TissueError::Write { path: "runs.csv".into(), source: std::io::Error::other(e) };
     let mut csv = csv::Writer::from_writer(Vec::new());
     for row in rows {
         csv.serialize(row).map_err(write)?;
     }
-    let bytes = csv.into_inner().map_err(|e| Error::Write { path: "runs.csv".into(), source: e.into_error() })?;
+    let bytes = csv.into_inner().map_err(|e| TissueError::Write { path: "runs.csv".into(), source: e.into_error() })?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
@@ -266,7 +274,7 @@ fn mark(row: &Row) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::closed_loop::device::PROFILES;
+    use palpate_loop::closed_loop::device::PROFILES;
 
     #[test]
     fn the_help_names_every_profile() {

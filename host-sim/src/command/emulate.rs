@@ -6,18 +6,19 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use palpate_firmware::patch::Memory;
+use palpate_controller::patch::Memory;
 
 use self::tell::{Emulated, print, write_timing};
 use super::Common;
 use super::press::{print_holds, with_progress};
-use crate::emulate::one_core::OneCore;
-use crate::emulate::{self, Board, Machine, Twin, campaign, timed, timing};
 use crate::error::Error;
-use crate::output::OutputFolder;
-use crate::scene::Scene;
-use crate::session::Session;
 use crate::summary;
+use palpate_board::one_core::OneCore;
+use palpate_board::{self, Board, Machine, Twin, campaign, timed, timing};
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::Session;
 
 /// Ticks of contact, faults and recovery beside the press.
 const TICKS: u32 = 10_000;
@@ -59,15 +60,15 @@ impl EmulateArgs {
         let mut scene = Scene::load(&self.common.scene)?;
         let patch_file = match &self.patch {
             Some(path) => path.clone(),
-            None => emulate::image::patch_for(&scene)?,
+            None => palpate_board::image::patch_for(&scene)?,
         };
         scene.solver.patch = Some(patch_file.clone());
         let session = Session::prepare(&scene)?;
         let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
         let words = words(&bytes);
         let patch = &bytemuck::cast_slice(&words)[..bytes.len()];
-        let image = emulate::image::find(self.image.as_deref())?;
-        let machine = self.board.unwrap_or_else(|| emulate::image::machine_for(&patch_file));
+        let image = palpate_board::image::find(self.image.as_deref())?;
+        let machine = self.board.unwrap_or_else(|| palpate_board::image::machine_for(&patch_file));
         let turns = OneCore::stay();
         let board = Board::start(&image, machine, None)?;
         let mut memory = Box::new(Memory::RESERVED);
@@ -76,7 +77,7 @@ impl EmulateArgs {
         let folder = OutputFolder::open(&self.common.folder("emulate"))?;
 
         let started = Instant::now();
-        let press = with_progress(|progress| emulate::press::run(&scene, &session, &mut twin, progress))?;
+        let press = with_progress(|progress| palpate_board::press::run(&scene, &session, &mut twin, progress))?;
         let mut seen = twin.instructions.clone();
         let ticks = self.ticks.unwrap_or(if self.quick { QUICK_TICKS } else { TICKS });
         let deepest_m = DEEPEST * session.patch.model().depth_limit_m;
@@ -122,12 +123,12 @@ impl EmulateArgs {
         let out = folder.publish()?;
         println!("\nwrote {}: summary.json, emulated.json, trace.csv, surface_*.csv, pictures as SVG and PNG", out.display());
         if let Some(difference) = &told.first_difference {
-            return Err(Error::Check(format!("board and desktop part: {difference}")));
+            return Err(TissueError::Check(format!("board and desktop part: {difference}")).into());
         }
         if let Some((tick, broken)) = twin.broken {
-            return Err(Error::Check(format!("tick {tick} on the board breaks {}: {}", broken.id, broken.what)));
+            return Err(TissueError::Check(format!("tick {tick} on the board breaks {}: {}", broken.id, broken.what)).into());
         }
-        press.check(&scene.drive)
+        Ok(press.check(&scene.drive)?)
     }
 }
 

@@ -7,10 +7,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Common;
 use crate::error::Error;
-use crate::far_field::sliding::{Sliding, report};
-use crate::far_field::table::{Awake, Errors, Kind, Plan, Row, Setting, Summary, Table, awake, pictures, table, write};
-use crate::output::OutputFolder;
-use crate::scene::Scene;
+use palpate_lab::far_field::sliding::{Sliding, report};
+use palpate_lab::far_field::table::{Awake, Errors, Kind, Plan, Row, Setting, Summary, Table, awake, pictures, table, write};
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::Scene;
 
 /// A progress bar appears on a terminal when a run takes longer than this.
 const QUIET: Duration = Duration::from_secs(2);
@@ -47,7 +48,7 @@ impl FarFieldArgs {
         print_awake(&awake);
         let names = "summary.json, far_field.csv, awake.csv, stress_rule.csv, pictures as SVG and PNG";
         println!("\nwrote {}: {names}", folder.publish()?.display());
-        if summary.broken.is_empty() { Ok(()) } else { Err(Error::Check(summary.broken.join("; "))) }
+        if summary.broken.is_empty() { Ok(()) } else { Err(TissueError::Check(summary.broken.join("; ")).into()) }
     }
 }
 
@@ -55,7 +56,7 @@ impl FarFieldArgs {
     fn slide(&self) -> Result<(), Error> {
         if self.common.scene != "block" {
             let why = format!("--scene {}: sliding is measured on the default block: leave --scene out", self.common.scene);
-            return Err(Error::Usage(why));
+            return Err(TissueError::Usage(why).into());
         }
         let folder = OutputFolder::open(&self.common.folder("far-field"))?;
         let mut bar = Bar::default();
@@ -65,7 +66,7 @@ impl FarFieldArgs {
         print_sliding(&sliding);
         let out = folder.publish()?;
         println!("\nwrote {}: summary.json, sliding.csv, sliding_stroke.csv, traces, pictures as SVG and PNG", out.display());
-        sliding.check()
+        Ok(sliding.check()?)
     }
 }
 

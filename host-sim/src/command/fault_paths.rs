@@ -7,9 +7,10 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::progress::Progress;
-use crate::closed_loop::paths::{KINDS, PathGround, PathRow, PathTable, paths};
 use crate::error::Error;
-use crate::output::OutputFolder;
+use palpate_loop::closed_loop::paths::{KINDS, PathGround, PathRow, PathTable, paths};
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::output::OutputFolder;
 
 /// Most paths with `--quick`.
 pub(super) const QUICK: u64 = 4_000;
@@ -83,11 +84,12 @@ pub(super) fn run(runs: u64, seed: u64, out: &Path) -> Result<(), Error> {
     let honest: u64 = total.honest_faults.values().sum();
     match total.broke() + honest {
         0 => Ok(()),
-        _ => Err(Error::Check(format!(
+        _ => Err(TissueError::Check(format!(
             "{} paths broke an invariant, {honest} of honest motion ended in a fault; the first: {}",
             total.broke(),
             table.examples.first().map_or("", String::as_str)
-        ))),
+        ))
+        .into()),
     }
 }
 

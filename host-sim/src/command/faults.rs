@@ -8,14 +8,15 @@ use serde::Serialize;
 
 use super::fault_paths;
 use super::progress::Progress;
-use crate::charts::{self, ReactionBar, ReactionTimes};
-use crate::closed_loop::campaign::{Ground, LightPatch, Table, campaign};
-use crate::closed_loop::device::DeviceProfile;
-use crate::closed_loop::faulty::Expected;
-use crate::closed_loop::hand::HANDS;
-use crate::closed_loop::soak::{Soak, soak};
 use crate::error::Error;
-use crate::output::OutputFolder;
+use palpate_charts::{self as charts, ReactionBar, ReactionTimes};
+use palpate_loop::closed_loop::campaign::{Ground, LightPatch, Table, campaign};
+use palpate_loop::closed_loop::device::DeviceProfile;
+use palpate_loop::closed_loop::faulty::Expected;
+use palpate_loop::closed_loop::hand::HANDS;
+use palpate_loop::closed_loop::soak::{Soak, soak};
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::output::OutputFolder;
 
 /// Farthest that a node may be from its place after normal use [m].
 const DRIFT_M: f32 = 1e-6;
@@ -102,7 +103,7 @@ impl FaultsArgs {
     }
 
     fn summary(&self, runs: u64, table: &Table, soaked: Option<&Soak>) -> Summary {
-        let sum = |of: fn(&crate::closed_loop::campaign::Row) -> u64| table.rows.iter().map(of).sum();
+        let sum = |of: fn(&palpate_loop::closed_loop::campaign::Row) -> u64| table.rows.iter().map(of).sum();
         Summary {
             runs,
             seed: self.seed,
@@ -235,21 +236,24 @@ fn print(table: &Table, summary: &Summary) {
 fn judge(table: &Table, soaked: Option<&Soak>) -> Result<(), Error> {
     if table.bad() > 0 {
         let first = table.examples().first().copied().unwrap_or_default().to_owned();
-        return Err(Error::Check(format!("{} of the runs went wrong; the first: {first}", table.bad())));
+        return Err(TissueError::Check(format!("{} of the runs went wrong; the first: {first}", table.bad())).into());
     }
     let Some(s) = soaked else { return Ok(()) };
     if let Some((hand, what, fault)) = s.trips.first() {
-        return Err(Error::Check(format!("normal use tripped {} times; the first: {hand} {what}, {fault}", s.trips.len())));
+        return Err(
+            TissueError::Check(format!("normal use tripped {} times; the first: {hand} {what}, {fault}", s.trips.len())).into()
+        );
     }
     if let Some(broken) = s.broken.first() {
-        return Err(Error::Check(format!("normal use broke {}: {}", broken.id, broken.what)));
+        return Err(TissueError::Check(format!("normal use broke {}: {}", broken.id, broken.what)).into());
     }
     // written so that NaN fails
     if !(s.drift_m <= DRIFT_M && s.denormals == 0) {
-        return Err(Error::Check(format!(
+        return Err(TissueError::Check(format!(
             "after normal use the patch is {} m off, {} numbers are denormal",
             s.drift_m, s.denormals
-        )));
+        ))
+        .into());
     }
     Ok(())
 }

@@ -1,7 +1,6 @@
 //! `palpate live`: builds the window or the page, which are a package of their own, and starts it.
 
 mod serve;
-mod tools;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -9,10 +8,11 @@ use std::time::Instant;
 
 use clap::Args;
 
-use self::tools::{Tools, run};
+use super::tools::{Tools, ended, run};
 use crate::error::Error;
-use crate::output::OutputFolder;
-use crate::scene::Scene;
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::Scene;
 
 /// What the page is built for.
 const PAGE: &str = "wasm32-unknown-unknown";
@@ -39,9 +39,10 @@ impl LiveArgs {
         let package = Path::new(env!("CARGO_MANIFEST_DIR")).join("live");
         if !package.join("Cargo.toml").is_file() {
             let place = package.display();
-            return Err(Error::Usage(format!(
+            return Err(TissueError::Usage(format!(
                 "{place} is not there: `live` builds its window and page in the repository, start it from a build of it"
-            )));
+            ))
+            .into());
         }
         let tools = Tools::in_use(package);
         if self.page { self.page(&tools) } else { self.window(&tools) }
@@ -55,7 +56,8 @@ impl LiveArgs {
         let window = tools.build(&["--release"], "palpate-live")?;
         say_built(started);
         let out = self.out.as_deref().unwrap_or(Path::new("out/live"));
-        run(Command::new(&window).arg("--scene").arg(scene).arg("--out").arg(out), &window.display().to_string())
+        let name = window.display().to_string();
+        ended(run(Command::new(&window).arg("--scene").arg(scene).arg("--out").arg(out), &name)?, &name)
     }
 
     fn page(&self, tools: &Tools) -> Result<(), Error> {
@@ -68,10 +70,10 @@ impl LiveArgs {
         let out = self.out.as_deref().unwrap_or(Path::new("out/live-page"));
         let folder = OutputFolder::open(out)?;
         eprintln!("binding and packing the page: some seconds");
-        run(Command::new(&bind).arg(&module).arg(folder.draft()), "binding the page")?;
+        ended(run(Command::new(&bind).arg(&module).arg(folder.draft()), "binding the page")?, "binding the page")?;
         for name in ["index.html", "page.js", "worker.js"] {
             let from = tools.package.join("web").join(name);
-            let bytes = std::fs::read(&from).map_err(|source| Error::Read { path: from, source })?;
+            let bytes = std::fs::read(&from).map_err(|source| TissueError::Read { path: from, source })?;
             folder.write(name, &bytes)?;
         }
         folder.publish()?;

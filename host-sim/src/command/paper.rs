@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use crate::error::Error;
-use crate::paper::{local_compression, volume_preserved};
+use palpate_lab::paper::{local_compression, volume_preserved};
 
 #[derive(Clone, Debug, Subcommand)]
 pub(super) enum PaperCommand {
@@ -54,11 +54,11 @@ impl PaperCommand {
         match self {
             Self::VolumePreserved(args) => {
                 let options = volume_preserved::Options { scene: args.scene.clone(), quick: args.quick, solve: args.solve };
-                volume_preserved::run(&options, &folder(args.out.as_ref(), "volume-preserved"))
+                Ok(volume_preserved::run(&options, &folder(args.out.as_ref(), "volume-preserved"))?)
             }
             Self::LocalCompression(args) => {
                 let options = local_compression::Options { quick: args.quick, scene: args.scene.clone() };
-                local_compression::run(&options, &folder(args.out.as_ref(), "local-compression"))
+                Ok(local_compression::run(&options, &folder(args.out.as_ref(), "local-compression"))?)
             }
         }
     }

@@ -5,13 +5,13 @@ mod report;
 use clap::Args;
 
 use super::Common;
-use super::mesh::machine;
-use super::pack::bar;
-use crate::budget::Machine;
+use super::cut::bar;
+use super::pack::machine;
 use crate::error::Error;
-use crate::output::OutputFolder;
-use crate::plan::{Bench, Known, Supply, search};
-use crate::scene::Scene;
+use palpate_fit::plan::{Bench, Known, Supply, search};
+use palpate_tissue::budget::Machine;
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::Scene;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct PlanArgs {
@@ -51,7 +51,7 @@ impl PlanArgs {
         let outcome = search(&bench, &mut Supply::of(&scene, machine, self.quick))?;
         bar.finish_and_clear();
         report::write(folder, &bench, &outcome)?;
-        outcome.check(machine, asked).map(|_| ())
+        Ok(outcome.check(machine, asked).map(|_| ())?)
     }
 }
 

@@ -5,13 +5,14 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::Common;
-use crate::charts::{self, Refinement, RefinementLevel};
 use crate::error::Error;
-use crate::output::OutputFolder;
-use crate::reference::answer::{Answer, AnswerProbe, AnswerTissue, HoldAnswer};
-use crate::reference::shipped::SHIPPED;
-use crate::reference::study::{Estimate, Level, Study, extrapolate, study};
-use crate::scene::{Drive, Scene};
+use palpate_charts::{self as charts, Refinement, RefinementLevel};
+use palpate_fit::reference::shipped::SHIPPED;
+use palpate_fit::reference::study::{Estimate, Level, Study, extrapolate, study};
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::answer::{Answer, AnswerProbe, AnswerTissue, HoldAnswer};
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::{Drive, Scene};
 
 /// A progress bar appears on a terminal when a run takes longer than this [ms].
 const QUIET_MS: u128 = 2000;
@@ -48,14 +49,14 @@ impl ReferenceArgs {
         println!("\nwrote {}: answer.json, summary.json, forces.csv, surface_*.csv, picture as SVG and PNG", out.display());
         match study.levels.iter().find_map(|level| level.stopped.map(|s| (level, s))) {
             None => Ok(()),
-            Some((level, stalled)) => Err(Error::Check(format!(
+            Some((level, stalled)) => Err(TissueError::Check(format!(
                 "scene {}: on the mesh of {} nodes {} of {} holds converged, the deepest equilibrium is at {:.5} m; what converged is written: press less deep",
                 scene.name,
                 level.nodes,
                 level.holds.len(),
                 scene.drive.targets().len(),
                 stalled.reached_m
-            ))),
+            )).into()),
         }
     }
 }
@@ -146,7 +147,7 @@ impl<'a> Report<'a> {
         let holds = scene.drive.targets().iter().take(most).enumerate().map(|(k, target)| {
             let solved: Vec<_> = study.levels.iter().filter_map(|level| Some((level.nodes, level.holds.get(k)?))).collect();
             let value =
-                |h: &crate::reference::study::LevelHold| if by_force { h.depth_m } else { h.force_over_e_m2 * modulus_pa };
+                |h: &palpate_fit::reference::study::LevelHold| if by_force { h.depth_m } else { h.force_over_e_m2 * modulus_pa };
             let values: Vec<_> = solved.iter().map(|(nodes, h)| (*nodes, value(h))).collect();
             let estimate = extrapolate(&values);
             let share = |e: Estimate| 100.0 * e.error / values.last().map_or(f64::NAN, |v| v.1);
@@ -221,11 +222,11 @@ impl<'a> Report<'a> {
 
 fn write(folder: &OutputFolder, scene: &Scene, study: &Study, report: &Report) -> Result<(), Error> {
     let json =
-        serde_json::to_string_pretty(report).map_err(|e| Error::Write { path: "summary.json".into(), source: e.into() })?;
+        serde_json::to_string_pretty(report).map_err(|e| TissueError::Write { path: "summary.json".into(), source: e.into() })?;
     folder.write("summary.json", format!("{json}\n").as_bytes())?;
     let modulus_pa = scene.tissue.youngs_modulus_pa;
     let rows = study.levels.iter().enumerate().flat_map(|(n, level)| {
-        let row = move |(k, h): (usize, &crate::reference::study::LevelHold)| {
+        let row = move |(k, h): (usize, &palpate_fit::reference::study::LevelHold)| {
             let force_n = h.force_over_e_m2 * modulus_pa;
             [(n + 1) as f64, level.nodes as f64, k as f64, h.depth_m, force_n, h.force_over_e_m2, h.penetration_m]
         };

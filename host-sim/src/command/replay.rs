@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use crate::closed_loop::watch::Broken;
-use crate::emulate::one_core::OneCore;
-use crate::emulate::{Machine, live_trace};
 use crate::error::Error;
-use crate::live::replay;
-use crate::live::trace::{Head, Trace, VERSION};
-use crate::output::OutputFolder;
+#[cfg(feature = "full")]
+use palpate_board::{Machine, live_trace, one_core::OneCore};
+use palpate_loop::closed_loop::watch::Broken;
+use palpate_loop::live::replay::{self, Replayed};
+use palpate_loop::live::trace::{Head, Trace, VERSION};
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::output::OutputFolder;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct ReplayArgs {
@@ -28,9 +29,14 @@ pub(super) struct ReplayArgs {
     #[arg(long, value_name = "FILE", requires = "emulated")]
     image: Option<PathBuf>,
     /// The emulated board.
-    #[arg(long, value_enum, default_value = "m7", requires = "emulated")]
+    #[cfg_attr(feature = "full", arg(long, value_enum, default_value = "m7", requires = "emulated"))]
+    #[cfg_attr(not(feature = "full"), arg(long, default_value = "m7", requires = "emulated"))]
     board: Machine,
 }
+
+/// Read by the build that holds the emulated board.
+#[cfg(not(feature = "full"))]
+type Machine = String;
 
 /// `summary.json`.
 #[derive(Serialize)]
@@ -52,18 +58,13 @@ struct Summary<'a> {
 
 impl ReplayArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let bytes = std::fs::read(&self.file).map_err(|source| Error::Read { path: self.file.clone(), source })?;
+        if self.emulated && cfg!(not(feature = "full")) {
+            return super::on_demand::build_and_run();
+        }
+        let bytes = std::fs::read(&self.file).map_err(|source| TissueError::Read { path: self.file.clone(), source })?;
         let trace = Trace::read(&bytes).map_err(|cause| Error::Trace { path: self.file.clone(), cause })?;
         let folder = OutputFolder::open(&self.out)?;
-        let again = match self.emulated {
-            true => {
-                let turns = OneCore::stay();
-                let again = live_trace::replay(&trace, self.image.as_deref(), self.board)?;
-                drop(turns);
-                again
-            }
-            false => replay::replay(&trace)?,
-        };
+        let again = self.again(&trace)?;
         let peak_force_n = again.told.iter().map(|t| t.applied_n.norm()).fold(0.0, f32::max);
         let deepest_m = again.told.iter().map(|t| t.output.depth_m).fold(0.0, f32::max);
         let summary = Summary {
@@ -87,7 +88,7 @@ impl ReplayArgs {
         println!("\nwrote {}: summary.json, trace.csv", folder.publish()?.display());
         if let Some((tick, broken)) = again.broken.first() {
             let Broken { id, what } = broken;
-            return Err(Error::Check(format!("{}: tick {tick} breaks {id}: {what}", self.file.display())));
+            return Err(TissueError::Check(format!("{}: tick {tick} breaks {id}: {what}", self.file.display())).into());
         }
         match again.differs {
             None if self.emulated => {
@@ -98,7 +99,25 @@ impl ReplayArgs {
                 println!("every bit the same");
                 Ok(())
             }
-            Some((tick, what)) => Err(Error::Check(format!("{}: {what} differs at tick {tick}", self.file.display()))),
+            Some((tick, what)) => {
+                Err(TissueError::Check(format!("{}: {what} differs at tick {tick}", self.file.display())).into())
+            }
         }
+    }
+    #[cfg(feature = "full")]
+    fn again(&self, trace: &Trace) -> Result<Replayed, Error> {
+        if !self.emulated {
+            return Ok(replay::replay(trace)?);
+        }
+        let turns = OneCore::stay();
+        let again = live_trace::replay(trace, self.image.as_deref(), self.board)?;
+        drop(turns);
+        Ok(again)
+    }
+
+    #[cfg(not(feature = "full"))]
+    #[expect(clippy::unused_self, reason = "the build with a board asks it")]
+    fn again(&self, trace: &Trace) -> Result<Replayed, Error> {
+        Ok(replay::replay(trace)?)
     }
 }

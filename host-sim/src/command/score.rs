@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use crate::charts;
 use crate::error::Error;
-use crate::output::OutputFolder;
-use crate::score::{Analysis, Evaluation, Weights, evaluate, read, table_1};
+use palpate_charts::{self as charts, PersonValue};
+use palpate_lab::score::{Analysis, Evaluation, Phase, Weights, evaluate, read, table_1};
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::output::OutputFolder;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct ScoreArgs {
@@ -57,7 +58,7 @@ impl ScoreArgs {
         print_check(&check);
         self.say_where();
         match check.claims().iter().find(|(_, holds)| !holds) {
-            Some((claim, _)) => Err(Error::Check(format!("Table 1: {claim}"))),
+            Some((claim, _)) => Err(TissueError::Check(format!("Table 1: {claim}")).into()),
             None => Ok(()),
         }
     }
@@ -77,12 +78,21 @@ impl ScoreArgs {
         let found = Analysis::of(values);
         let [chief, associate, attending] = weights.shares();
         let below = format!("bars are means; weights {chief}, {associate}, {attending}; {source}");
-        charts::before_after(folder.draft(), "scores", &below, values, &found)?;
+        let drawn: Vec<PersonValue> = values.iter().map(drawn).collect();
+        charts::before_after(folder.draft(), "scores", &below, &drawn)?;
         folder.write("scores.csv", csv(values).as_bytes())?;
         folder.write_json("summary.json", &Summary { source, weights, test: TEST, found: &found, table_1: check })?;
         folder.publish()?;
         Ok(found)
     }
+}
+
+fn drawn(one: &Evaluation) -> PersonValue<'_> {
+    let phase = match one.phase {
+        Phase::Before => charts::Phase::Before,
+        Phase::After => charts::Phase::After,
+    };
+    PersonValue { group: &one.group, person: &one.intern, phase, value: one.value }
 }
 
 /// Labels may hold commas and quotes; they are quoted as they were.

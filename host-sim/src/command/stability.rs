@@ -8,9 +8,10 @@ use serde::Serialize;
 use super::progress::Progress;
 use super::stability_loop::run_loop;
 use crate::error::Error;
-use crate::output::OutputFolder;
-use crate::stability::loop_matrix::LoopSummary;
-use crate::stability::model;
+use palpate_lab::stability::loop_matrix::LoopSummary;
+use palpate_lab::stability::model;
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::output::OutputFolder;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct StabilityArgs {
@@ -55,11 +56,12 @@ impl StabilityArgs {
             && let [first, ..] = model.broken.as_slice()
         {
             let (broken, cells) = (model.broken.len(), model.product.cells);
-            return Err(Error::Check(format!(
+            return Err(TissueError::Check(format!(
                 "{broken} of {cells} promised cells of the product do not hold, the first: {first}"
-            )));
+            ))
+            .into());
         }
-        summary.of_loop.map_or(Ok(()), |of_loop| of_loop.check())
+        summary.of_loop.map_or(Ok(()), |of_loop| Ok(of_loop.check()?))
     }
 
     fn methods(&self, folder: &OutputFolder) -> Result<model::Summary, Error> {

@@ -2,8 +2,8 @@
 
 use super::progress::Progress;
 use crate::error::Error;
-use crate::output::OutputFolder;
-use crate::stability::loop_matrix::{LoopSummary, Plan, pictures, print, write};
+use palpate_lab::stability::loop_matrix::{LoopSummary, Plan, pictures, print, write};
+use palpate_tissue::output::OutputFolder;
 
 /// Measures the loop, writes its tables and pictures, prints the table.
 pub(super) fn run_loop(folder: &OutputFolder, quick: bool, full: bool) -> Result<LoopSummary, Error> {

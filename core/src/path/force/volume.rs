@@ -16,6 +16,8 @@ use super::compensation;
 use crate::lanes::{Lanes, subtract};
 use crate::model::{Model, NodeRest, Tet};
 use crate::params::Tuned;
+#[cfg(not(target_os = "none"))]
+use crate::state::TetShapes;
 use crate::state::{Node, State, node};
 
 /// Below this share of its rest volume a node's pressure goes on along its tangent. The formula would stiffen twentyfold until 0.3, where no
@@ -23,32 +25,6 @@ use crate::state::{Node, State, node};
 pub const STRAIGHT_BELOW: f32 = 0.8;
 /// Slope of `(J - 1) / (J (J + 1))` there: `(1 + 2 J - J^2) / (J (J + 1))^2`.
 const STRAIGHT_SLOPE: f32 = 0.945_216_05;
-
-/// What `measure` finds of four tets and `push` needs again. On a desktop keeping it beats computing it twice by a quarter of the tick; on the
-/// board RAM is dearer than arithmetic (117 k against 118 k cycles measured for 435 tets), so there it is empty.
-#[derive(Clone, Copy, Debug)]
-pub struct TetShapes {
-    #[cfg(not(target_os = "none"))]
-    gradients: [Vector3<wide::f32x4>; 3],
-    #[cfg(not(target_os = "none"))]
-    six_volume: wide::f32x4,
-}
-
-impl TetShapes {
-    /// What memory is reserved with.
-    pub const ZERO: Self = Self {
-        #[cfg(not(target_os = "none"))]
-        gradients: [Vector3::new(wide::f32x4::ZERO, wide::f32x4::ZERO, wide::f32x4::ZERO); 3],
-        #[cfg(not(target_os = "none"))]
-        six_volume: wide::f32x4::ZERO,
-    };
-
-    /// How many a model needs.
-    #[must_use]
-    pub fn count(model: &Model) -> usize {
-        if cfg!(target_os = "none") { 0 } else { model.tets.len() / 4 }
-    }
-}
 
 /// Adds the volume forces over E [N/Pa].
 #[inline(always)]

@@ -3,17 +3,23 @@
 use core::{cell::RefCell, ffi::CStr};
 
 use embassy_sync::blocking_mutex::{Mutex, raw::CriticalSectionRawMutex};
-use palpate_firmware::script::{LEAD_TICKS, Script};
+use palpate_controller::script::{LEAD_TICKS, Script};
 use semihosting::fs::File;
 use semihosting::io::{self, Read as _, Write as _};
 
 use super::uart;
 use crate::board::Duty;
 use crate::safety;
-use crate::serve::Pace;
+use palpate_controller::serve::Pace;
 
 /// The run when the emulator's command line names none.
 const DEFAULT_SCRIPT: Script = Script { ticks: 10_000, lead_ticks: LEAD_TICKS };
+
+/// Whether the command line asks for a reset after a crash, as on hardware: `TICKS LEAD_TICKS restart`.
+pub fn restarts() -> bool {
+    let arguments = semihosting::experimental::env::args::<512>();
+    arguments.is_ok_and(|words| (&words).filter_map(core::result::Result::ok).nth(3) == Some("restart"))
+}
 
 /// What the emulator's command line asks for: `TICKS`, `TICKS LEAD_TICKS`, `lock-step IN OUT` with the paths of two FIFOs, or `uart`.
 pub fn duty() -> Duty {

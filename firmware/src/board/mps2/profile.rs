@@ -2,13 +2,14 @@
 
 use core::mem::MaybeUninit;
 
-use palpate_firmware::config::{Flash, FlashError, SLOT_BYTES, Slot};
+use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
 
 // SAFETY: nothing else is put into this section; the name is no other.
 #[unsafe(link_section = ".uninit.slots")]
 static mut SLOTS: MaybeUninit<[[u8; SLOT_BYTES]; 2]> = MaybeUninit::uninit();
 
 /// Two slots of RAM in place of flash.
+#[derive(Default)]
 pub struct ProfileMemory;
 
 impl ProfileMemory {

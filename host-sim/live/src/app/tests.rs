@@ -208,7 +208,7 @@ fn a_recording_is_kept_whatever_ends_it() {
     screen.frames(40);
     eframe::App::on_exit(&mut screen.app, None);
     assert_eq!(file("live-1.trace").unwrap(), first);
-    assert!(palpate_sim::live::trace::Trace::read(&file("live-2.trace").unwrap()).unwrap().ticks > 700);
+    assert!(palpate_loop::live::trace::Trace::read(&file("live-2.trace").unwrap()).unwrap().ticks > 700);
 
     // its table, and the recording opened by its path
     screen.key(Key::X, Modifiers::NONE);

@@ -12,9 +12,9 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use driver::Browser;
-use palpate_sim::live::replay::{Replayed, replay};
-use palpate_sim::live::trace::Trace;
-use palpate_sim::live::{Choice, Holding, Live};
+use palpate_loop::live::replay::{Replayed, replay};
+use palpate_loop::live::trace::Trace;
+use palpate_loop::live::{Choice, Holding, Live};
 use serde_json::Value;
 
 /// The pixel over the site.

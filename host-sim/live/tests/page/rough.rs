@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use palpate_sim::live::trace::{MAGIC, VERSION};
+use palpate_loop::live::trace::{MAGIC, VERSION};
 use serde_json::json;
 
 use crate::{MIDDLE, active, let_go, number, page, press, recorded_here, repeated, says, until};

@@ -2,13 +2,13 @@
 
 use serde::Serialize;
 
-use crate::charts::{self, TickTimes};
-use crate::emulate::timed::{IN_TIME_SHIFT, Timed};
-use crate::emulate::{self, Machine, campaign, timing};
 use crate::error::Error;
-use crate::output::OutputFolder;
-use crate::scene::Scene;
-use crate::session::Session;
+use palpate_board::timed::{IN_TIME_SHIFT, Timed};
+use palpate_board::{self, Machine, campaign, timing};
+use palpate_charts::{self as charts, TickTimes};
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::Session;
 
 /// `emulated.json`: what `press` does not know.
 #[derive(Debug, Serialize)]
@@ -48,14 +48,14 @@ pub fn write_timing(
     told: &Emulated,
 ) -> Result<(), Error> {
     folder.write_csv("instructions.csv", ["instructions", "ticks"], timing::histogram(seen))?;
-    let tick_us: Vec<f32> = seen.iter().map(|n| emulate::press::estimated_us(*n, machine)).collect();
+    let tick_us: Vec<f32> = seen.iter().map(|n| palpate_board::press::estimated_us(*n, machine)).collect();
     let (node_count, machine) = (session.report.nodes, machine.timed_on());
     let times = TickTimes { scene: &scene.name, node_count, machine, tick_us: &tick_us };
     charts::tick_time(folder.draft(), "tick_time_all", &times)?;
     folder.write("board.log", told.in_time.as_ref().map_or("", |run| &run.log).as_bytes())?;
     let head = ["shift", "tick_over_period", "ticks", "late_ticks", "missed_periods", "uncounted_periods", "watchdog_us"];
     let number = |told: Option<u64>| told.map_or(f64::NAN, |n| n as f64);
-    folder.write_csv(
+    Ok(folder.write_csv(
         "overruns.csv",
         head,
         told.overruns.iter().map(|run| {
@@ -63,7 +63,7 @@ pub fn write_timing(
             let counts = [run.ticks, run.late_ticks, run.missed_periods, run.uncounted(), run.watchdog_us].map(number);
             [times[0], times[1], counts[0], counts[1], counts[2], counts[3], counts[4]]
         }),
-    )
+    )?)
 }
 
 pub fn print(told: &Emulated) {

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use crate::error::Error;
+use palpate_tissue::Error as TissueError;
 
 /// The files of the page, and what they are.
 const FILES: [(&str, &str); 5] = [
@@ -33,7 +34,7 @@ pub(super) fn bytes(folder: &Path) -> u64 {
 /// Until it is stopped.
 pub(super) fn serve(folder: &Path) -> Result<(), Error> {
     let listener = TcpListener::bind("127.0.0.1:8710").or_else(|_| TcpListener::bind("127.0.0.1:0"));
-    let unserved = |why: std::io::Error| Error::Usage(format!("cannot serve {}: {why}: take --no-serve", folder.display()));
+    let unserved = |why: std::io::Error| TissueError::Usage(format!("cannot serve {}: {why}: take --no-serve", folder.display()));
     let listener = listener.map_err(unserved)?;
     println!("open http://{}/ in a browser; Ctrl-C ends", listener.local_addr().map_err(unserved)?);
     answer(&listener, folder);

@@ -6,10 +6,10 @@ use palpate::Terms;
 use serde::Serialize;
 
 use super::unit;
-use crate::charts::{PlanChart, PlanDot, plan};
 use crate::error::Error;
-use crate::output::OutputFolder;
-use crate::plan::{Bench, Edge, Effort, Outcome, Trial, WORST_RATIO};
+use palpate_charts::{PlanChart, PlanDot, plan};
+use palpate_fit::plan::{Bench, Edge, Effort, Outcome, Trial, WORST_RATIO};
+use palpate_tissue::output::OutputFolder;
 
 #[derive(Serialize)]
 struct Promise<'a> {
@@ -57,7 +57,7 @@ pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome) -> R
     let promise = outcome.chosen.as_ref().map(|t| Promise {
         tolerance_pct: bench.tolerance_pct,
         worst_tolerance_pct: WORST_RATIO * bench.tolerance_pct,
-        radius_m: crate::far_field::fitted::JUDGED_RADII * scene.probe.radius_m,
+        radius_m: palpate_fit::far_field::fitted::JUDGED_RADII * scene.probe.radius_m,
         depths_m: &bench.judge.depths_m,
         rms_pct: t.judged.rms_pct,
         worst_pct: t.judged.worst_pct,
@@ -82,7 +82,7 @@ pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome) -> R
         elsewhere_board: outcome.elsewhere.as_ref().and_then(Trial::slowest_board).map(|m| m.name),
         tightest_here: outcome.tightest.as_ref(),
         trials: &outcome.trials,
-        machine: crate::summary::machine(),
+        machine: palpate_tissue::machine::processor(),
     };
     folder.write_json("summary.json", &summary)?;
     let header = ["nodes", "radius_radii", "element_radii", "points", "full_fit", "substeps", "units", "rms_pct", "worst_pct"];
@@ -160,7 +160,7 @@ fn draw(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), E
     let below = format!(
         "Budget {:.0} {name} a tick (estimate). Filled: fitted in full and judged at {} unseen places; hollow: tried with a short fit. R: probe radius",
         machine.budget() / per,
-        crate::far_field::fitted::JUDGED_PLACES * 4
+        palpate_fit::far_field::fitted::JUDGED_PLACES * 4
     );
     let names: Vec<&str> = kinds.iter().map(String::as_str).collect();
     plan(

@@ -1,0 +1,75 @@
+//! A board, as the controller needs it. `firmware/src/board/` implements it for real and emulated boards, tests for a board of their own.
+
+use palpate::Fault;
+use palpate::haptic::device::Sensed;
+
+use crate::config::Flash;
+use crate::force_out::Outputs;
+use crate::patch::Budget;
+
+/// Clock, pins, watchdog and link of a board. None of it waits, but for [`Board::next_period`] and a lock-step link's read.
+#[expect(async_fn_in_trait, reason = "each image has one board and one executor; no bound on the future is needed")]
+pub trait Board {
+    /// The two slots that hold device profiles.
+    type ProfileMemory: Flash;
+
+    /// A free-running, wrapping clock [counts].
+    fn clock_counts(&self) -> u32;
+
+    /// Time since the last edge of the tick timer [counts].
+    fn since_period_counts(&self) -> u32;
+
+    /// Periods that the tick timer has begun, wrapping. Counted above the loop, so that a tick that is still busy is seen as late.
+    fn periods_begun(&self) -> u32;
+
+    /// Waits for the next period; its number.
+    async fn next_period(&mut self) -> u32;
+
+    /// Drops a period that began while a tick was late: the next tick starts on an edge.
+    fn drop_period(&mut self);
+
+    /// Puts codes and enable line on the pins; off goes first, on last.
+    fn write_outputs(&mut self, outputs: Outputs);
+
+    /// The outputs, read back from the pins.
+    fn outputs(&self) -> Outputs;
+
+    /// Releases the force.
+    fn outputs_off(&mut self);
+
+    /// Keeps the watchdog from turning the outputs off and resetting the board.
+    fn feed_watchdog(&mut self);
+
+    /// Counts a millisecond of time under power, for [`crate::resets`].
+    fn count_millisecond(&mut self);
+
+    /// The board's part of the self-test.
+    fn healthy(&self) -> bool;
+
+    /// Whether the actuators' supply is too low now.
+    fn supply_low(&self) -> bool;
+
+    /// The fault while the stop circuit is open, or after it was.
+    fn emergency_stop(&mut self) -> Option<Fault>;
+
+    /// Whether the operator's switch is released; `None` on a board without a pin for one.
+    fn operator_absent(&self) -> Option<bool>;
+
+    /// Reading of the board's own sensors, if it has any.
+    fn sense(&mut self) -> Option<Sensed>;
+
+    /// Cycles that a patch may take per tick.
+    fn budget(&self) -> Budget;
+
+    /// The deepest that the stack has been [bytes].
+    fn stack_used_bytes(&self) -> usize;
+
+    /// The memory that keeps device profiles.
+    fn profile_memory(&mut self) -> &mut Self::ProfileMemory;
+
+    /// Reads bytes from the host; their count. In lock-step it waits, and 0 says that the host has gone.
+    fn link_read(&mut self, bytes: &mut [u8]) -> usize;
+
+    /// Writes a frame to the host, or drops it whole.
+    fn link_write(&mut self, frame: &[u8]);
+}

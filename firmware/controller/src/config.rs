@@ -1,0 +1,271 @@
+//! The profile that a board keeps over power-off: two slots of flash, written in turn.
+//!
+//! A slot is `magic, version, length, generation, profile as postcard, CRC-32`. Writing goes to the slot that is not in use:
+//! whenever the power fails, the other one still holds what was there before. What is damaged, of another version or out of range counts as empty.
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use palpate::BuildError;
+use palpate::haptic::cycle::{Cycle, Settings};
+use palpate::haptic::device::{DeviceLimits, HapticDevice};
+use serde::{Deserialize, Serialize};
+
+use crate::force_out::DacCode;
+use crate::link::wire_limits::WireLimits;
+use crate::port::Port;
+
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+const MAGIC: u32 = 0x5041_4C50;
+const VERSION: u16 = 3;
+const HEAD: usize = 12;
+const TAIL: usize = 4;
+/// Bytes of a slot that are used.
+pub const SLOT_BYTES: usize = 128;
+
+/// What a user sets once for a device.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Profile {
+    /// Limits of the loop.
+    pub limits: WireLimits,
+    /// Damping per tangent stiffness [s], constant damping [N s/m], share of the newest velocity (1).
+    pub damping: [f32; 3],
+    /// Longest force the actuators give [N].
+    pub max_force_n: f32,
+    /// Whole ticks between a force and its acting.
+    pub delay_ticks: u8,
+    /// Corners of the workspace with the smallest and the largest coordinates [m].
+    pub workspace_m: [[f32; 3]; 2],
+    /// One encoder count at the probe [m]; zero for an ideal sensor.
+    pub count_m: f32,
+    /// Time constant of amplifier and motor [s].
+    pub lag_s: f32,
+    /// Encoder counts at the device's centre.
+    pub centre_counts: [i32; 3],
+    /// A hand switch or pedal is fitted and must be held for any force.
+    pub operator_switch: bool,
+}
+
+impl Profile {
+    /// The desktop stylus with safe damping.
+    #[must_use]
+    pub fn desktop() -> Self {
+        let device = Port::DESKTOP.limits();
+        Self::of(&Settings::safe(&device), &device)
+    }
+
+    /// A device with settings that are [`Settings::safe`] but for limits and damping.
+    #[must_use]
+    pub fn of(settings: &Settings, device: &DeviceLimits) -> Self {
+        let damping = settings.damping;
+        Self {
+            limits: (&settings.limits).into(),
+            damping: [damping.tau_s, damping.constant_n_s_per_m, damping.velocity_share],
+            max_force_n: device.max_force_n,
+            delay_ticks: device.delay_ticks,
+            workspace_m: [device.workspace_low_m.into(), device.workspace_high_m.into()],
+            count_m: device.count_m,
+            lag_s: device.lag_s,
+            centre_counts: [0; 3],
+            operator_switch: false,
+        }
+    }
+
+    /// Settings of the loop, and the device.
+    #[must_use]
+    pub fn split(&self) -> (Settings, Port) {
+        let [low_m, high_m] = self.workspace_m.map(Into::into);
+        let limits = DeviceLimits {
+            max_force_n: self.max_force_n,
+            workspace_low_m: low_m,
+            workspace_high_m: high_m,
+            count_m: self.count_m,
+            delay_ticks: self.delay_ticks,
+            lag_s: self.lag_s,
+        };
+        let mut settings = Settings::safe(&limits);
+        settings.limits = (&self.limits).into();
+        let [tau_s, constant_n_s_per_m, velocity_share] = self.damping;
+        settings.damping.tau_s = tau_s;
+        settings.damping.constant_n_s_per_m = constant_n_s_per_m;
+        settings.damping.velocity_share = velocity_share;
+        (settings, Port::with_limits(limits).with_operator_switch(self.operator_switch))
+    }
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names it.
+    pub fn check(&self) -> Result<(), BuildError> {
+        let (settings, edge) = self.split();
+        let (value, max) = (self.max_force_n, DacCode::FULL_SCALE_N);
+        if value > max {
+            return Err(BuildError::OutOfRange { parameter: "max_force_n of the converters", value, min: 0.0, max });
+        }
+        Cycle::build(&settings, &edge.limits()).map(|_| ())
+    }
+}
+
+/// Two slots of flash. Erased bytes are 0xFF; a written byte stays until its slot is erased.
+pub trait Flash {
+    /// Copies a slot from its start.
+    fn read(&self, slot: Slot, bytes: &mut [u8; SLOT_BYTES]);
+
+    /// Erases a slot.
+    ///
+    /// # Errors
+    /// The flash says that it did not work.
+    fn erase(&mut self, slot: Slot) -> Result<(), FlashError>;
+
+    /// Writes an erased slot from its start on.
+    ///
+    /// # Errors
+    /// The flash says that it did not work.
+    fn write(&mut self, slot: Slot, bytes: &[u8; SLOT_BYTES]) -> Result<(), FlashError>;
+}
+
+/// Flash that did not do as told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FlashError;
+
+/// One of the two.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slot {
+    /// The first.
+    A,
+    /// The second.
+    B,
+}
+
+impl Slot {
+    fn other(self) -> Self {
+        match self {
+            Self::A => Self::B,
+            Self::B => Self::A,
+        }
+    }
+}
+
+/// The newest profile that is whole, in range, and where it lies; `None` if there is none.
+#[must_use]
+pub fn load(flash: &impl Flash) -> Option<(Profile, Slot, u32)> {
+    let good = |slot| {
+        let mut bytes = [0; SLOT_BYTES];
+        flash.read(slot, &mut bytes);
+        let (profile, generation) = parse(&bytes)?;
+        Some((profile, slot, generation))
+    };
+    match (good(Slot::A), good(Slot::B)) {
+        (Some(a), Some(b)) => Some(if a.2.wrapping_sub(b.2).cast_signed() > 0 { a } else { b }),
+        (a, b) => a.or(b),
+    }
+}
+
+/// Keeps a profile, in `Idle`. The one before stays until this one is whole.
+///
+/// # Errors
+/// [`StoreError`]; the profile before is still there.
+pub fn store(flash: &mut impl Flash, profile: &Profile) -> Result<u32, StoreError> {
+    profile.check().map_err(StoreError::Range)?;
+    let (slot, generation) = load(flash).map_or((Slot::A, 1), |(_, slot, last)| (slot.other(), last.wrapping_add(1)));
+    let mut bytes = [0xFF; SLOT_BYTES];
+    format(&mut bytes, profile, generation).ok_or(StoreError::Flash)?;
+    let failed = |FlashError| StoreError::Flash;
+    flash.erase(slot).map_err(failed)?;
+    flash.write(slot, &bytes).map_err(failed)?;
+    match load(flash) {
+        Some((read, _, found)) if (read, found) == (*profile, generation) => Ok(generation),
+        _ => Err(StoreError::Flash),
+    }
+}
+
+/// Why a profile was not kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StoreError {
+    /// A number is out of its range.
+    Range(BuildError),
+    /// The flash failed.
+    Flash,
+}
+
+/// Writes head, profile and checksum.
+fn format(bytes: &mut [u8; SLOT_BYTES], profile: &Profile, generation: u32) -> Option<()> {
+    let (head, body) = bytes.split_at_mut(HEAD);
+    let length = postcard::to_slice(profile, body).ok()?.len();
+    head.get_mut(..4)?.copy_from_slice(&MAGIC.to_le_bytes());
+    head.get_mut(4..6)?.copy_from_slice(&VERSION.to_le_bytes());
+    head.get_mut(6..8)?.copy_from_slice(&u16::try_from(length).ok()?.to_le_bytes());
+    head.get_mut(8..)?.copy_from_slice(&generation.to_le_bytes());
+    let end = HEAD + length;
+    let crc = CRC.checksum(bytes.get(..end)?);
+    bytes.get_mut(end..end + TAIL)?.copy_from_slice(&crc.to_le_bytes());
+    Some(())
+}
+
+fn parse(bytes: &[u8; SLOT_BYTES]) -> Option<(Profile, u32)> {
+    let (magic, rest) = bytes.split_first_chunk()?;
+    let (version, rest) = rest.split_first_chunk()?;
+    let (length, rest) = rest.split_first_chunk()?;
+    let (generation, rest) = rest.split_first_chunk()?;
+    if u32::from_le_bytes(*magic) != MAGIC || u16::from_le_bytes(*version) != VERSION {
+        return None;
+    }
+    let length = usize::from(u16::from_le_bytes(*length));
+    let crc = rest.get(length..)?.first_chunk()?;
+    if CRC.checksum(bytes.get(..HEAD + length)?) != u32::from_le_bytes(*crc) {
+        return None;
+    }
+    let (profile, rest): (Profile, _) = postcard::take_from_bytes(rest.get(..length)?).ok()?;
+    (rest.is_empty() && profile.check().is_ok()).then(|| (profile, u32::from_le_bytes(*generation)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Ram([[u8; SLOT_BYTES]; 2]);
+
+    impl Flash for Ram {
+        fn read(&self, slot: Slot, bytes: &mut [u8; SLOT_BYTES]) {
+            *bytes = self.0[slot as usize];
+        }
+
+        fn erase(&mut self, slot: Slot) -> Result<(), FlashError> {
+            self.0[slot as usize] = [0xFF; SLOT_BYTES];
+            Ok(())
+        }
+
+        fn write(&mut self, slot: Slot, bytes: &[u8; SLOT_BYTES]) -> Result<(), FlashError> {
+            self.0[slot as usize] = *bytes;
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_profile_out_of_range_is_neither_kept_nor_read_back() {
+        let spoil: [fn(&mut Profile); 4] = [
+            |profile| profile.max_force_n = 1e3,
+            |profile| profile.limits.scalars[0] = f32::NAN,
+            |profile| profile.limits.counts[0] = 0,
+            |profile| profile.damping[0] = -1.0,
+        ];
+        for (n, spoil) in spoil.into_iter().enumerate() {
+            let mut bad = Profile::desktop();
+            spoil(&mut bad);
+            let mut flash = Ram([[0xFF; SLOT_BYTES]; 2]);
+            assert!(matches!(store(&mut flash, &bad), Err(StoreError::Range(_))), "{n}");
+            // whole, with a good checksum, as an older program may have left it
+            format(&mut flash.0[0], &bad, 7).unwrap();
+            assert_eq!(load(&flash), None, "{n}");
+        }
+    }
+
+    #[test]
+    fn the_longest_profile_fits_its_slot_and_comes_back() {
+        let device = Port::DESKTOP.limits();
+        let mut profile = Profile::of(&Settings::safe(&device), &device);
+        (profile.centre_counts, profile.operator_switch) = ([i32::MIN; 3], true);
+        let mut flash = Ram([[0xFF; SLOT_BYTES]; 2]);
+        assert_eq!(store(&mut flash, &profile), Ok(1));
+        assert_eq!(load(&flash).map(|kept| kept.0), Some(profile));
+        assert!(profile.split().1.operator_switch());
+    }
+}

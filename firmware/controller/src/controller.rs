@@ -1,0 +1,277 @@
+//! One tick of the controller without its board: the haptic cycle, its device and what a board asks of it by itself. The desktop runs the same.
+//!
+//! * in: a reading, what the host and the board said since the last tick
+//! * out: what the actuators do, a telemetry record
+//! * cost: that of [`palpate::haptic::cycle`]
+//! * may fail: every [`palpate::Fault`]; the actuators are off then
+
+use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings, Telemetry};
+use palpate::haptic::device::{HapticDevice, Sensed};
+use palpate::haptic::limits::LimitValues;
+use palpate::haptic::mode::Mode;
+use palpate::{BuildError, Fault};
+
+use crate::force_out::Drive;
+use crate::port::Port;
+
+/// Whether anybody may arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Arming {
+    /// By the host's request.
+    OnRequest,
+    /// Once after power-on, when there is no host. After a stop, a lost host or a fault only by a fresh sign: the host's request, or the operator's
+    /// switch released and pressed again. With such a switch power-on is no sign: a jammed one would arm the board.
+    ByItself,
+    /// Not before somebody has looked at it: the board was reset by its watchdog again and again.
+    Barred,
+}
+
+/// The controller.
+#[derive(Clone, Copy, Debug)]
+pub struct Controller {
+    cycle: Cycle,
+    edge: Port,
+    arming: Arming,
+    /// A sign to arm was given and has not been used yet.
+    fresh: bool,
+    /// The operator's switch was released in the last tick.
+    was_absent: bool,
+}
+
+impl Controller {
+    /// In `Boot`.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names the setting.
+    pub fn build(settings: &Settings, edge: Port, arming: Arming) -> Result<Self, BuildError> {
+        let fresh = !edge.operator_switch();
+        Ok(Self { cycle: Cycle::build(settings, &edge.limits())?, edge, arming, fresh, was_absent: false })
+    }
+
+    /// The mode.
+    #[must_use]
+    pub fn mode(&self) -> Mode {
+        self.cycle.mode()
+    }
+
+    /// Starts up anew with other settings and another device; nobody feels anything until it is armed again.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names the setting; nothing changes then.
+    pub fn restart(&mut self, settings: &Settings, edge: Port) -> Result<(), BuildError> {
+        // a new profile is no fresh sign
+        *self = Self { fresh: false, ..Self::build(settings, edge, self.arming)? };
+        Ok(())
+    }
+
+    /// Whether the last pose touched the patch.
+    #[must_use]
+    pub fn in_contact(&self) -> bool {
+        self.cycle.in_contact()
+    }
+
+    /// The limits.
+    #[must_use]
+    pub fn limits(&self) -> &LimitValues {
+        self.cycle.limits()
+    }
+
+    /// What the actuators do after the last tick.
+    #[must_use]
+    pub fn drive(&self) -> Drive {
+        self.edge.drive()
+    }
+
+    /// Makes limits stricter, in any mode.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names the limit that would rise; nothing changes then.
+    pub fn lower_limits(&mut self, values: &LimitValues) -> Result<(), BuildError> {
+        self.cycle.lower_limits(values)
+    }
+
+    /// One tick. `healthy` is the board's own verdict on its outputs and memory; it decides the self-test.
+    pub fn step(&mut self, renderer: &mut impl Renderer, sensed: Sensed, command: Command, healthy: bool) -> Telemetry {
+        self.edge.put(sensed);
+        let command = self.present(command);
+        let command = self.asked(command, healthy);
+        let told = self.cycle.run(&mut self.edge, renderer, command);
+        // used up by arming, whatever ends it, and by every mode that follows
+        self.fresh &= matches!(told.mode, Mode::Boot | Mode::SelfTest | Mode::Idle);
+        told
+    }
+
+    /// Whether a tick may feed the watchdog: the actuators are off, or the mode allows a force and it is within the limit. Checked apart from the
+    /// code that made the force.
+    #[must_use]
+    pub fn sound(&self, record: &Telemetry) -> bool {
+        match self.edge.drive() {
+            Drive::Off => true,
+            Drive::Force(force_n) => {
+                let most_n = self.limits().max_force_n * 1.000_01; // the limiter rounds
+                record.mode.allows_force() && record.fault.is_none() && force_n.dot(&force_n) <= most_n * most_n
+            }
+        }
+    }
+
+    /// Follows the operator's switch, if the device has one: pressed again it is a fresh sign.
+    fn present(&mut self, command: Command) -> Command {
+        let operator_absent = self.edge.operator_switch() && command.operator_absent;
+        self.fresh |= self.was_absent && !operator_absent;
+        self.was_absent = operator_absent;
+        Command { operator_absent, ..command }
+    }
+
+    /// What a board asks by itself goes before what the host asks.
+    fn asked(&self, command: Command, healthy: bool) -> Command {
+        let (asked, found) = match self.mode() {
+            Mode::Boot => (Some(Ask::Booted), command.found),
+            Mode::SelfTest if healthy => (Some(Ask::TestPassed), command.found),
+            Mode::SelfTest => (None, command.found.or(Some(Fault::SelfTestFailed))),
+            Mode::Idle if self.arming == Arming::ByItself && self.fresh && !command.operator_absent => {
+                (command.asked.or(Some(Ask::Arm)), command.found)
+            }
+            Mode::Idle if self.arming == Arming::Barred => (command.asked.filter(|asked| *asked != Ask::Arm), command.found),
+            _ => (command.asked, command.found),
+        };
+        Command { asked, found, ..command }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use palpate::haptic::device::SensorStatus;
+    use palpate::{Output, ProbePose, Vector3};
+
+    use super::*;
+
+    /// PatchSlot that is never touched.
+    struct Air;
+
+    impl Renderer for Air {
+        fn render(&mut self, _: ProbePose) -> Output {
+            Output::NONE
+        }
+
+        fn reset(&mut self) {}
+    }
+
+    fn controller(arming: Arming, edge: Port) -> Controller {
+        Controller::build(&Settings::safe(&Port::DESKTOP.limits()), edge, arming).unwrap()
+    }
+
+    /// So many ticks of the same command in the air.
+    fn ticks(controller: &mut Controller, ticks: u32, command: Command, healthy: bool) -> Telemetry {
+        let mut told = None;
+        for _ in 0..ticks {
+            let sequence = controller.edge.sense().sequence.wrapping_add(1);
+            let sensed = Sensed { position_m: Vector3::zeros(), sequence, status: SensorStatus::Good };
+            told = Some(controller.step(&mut Air, sensed, command, healthy));
+        }
+        told.unwrap()
+    }
+
+    fn modes(arming: Arming, healthy: bool, ask: Option<Ask>) -> (Mode, Option<Fault>) {
+        let mut controller = controller(arming, Port::DESKTOP);
+        let told = ticks(&mut controller, 300, Command { asked: ask, ..Command::HEARD }, healthy);
+        (controller.mode(), told.fault)
+    }
+
+    #[test]
+    fn it_starts_up_by_itself_and_arms_when_it_may() {
+        assert_eq!(modes(Arming::OnRequest, true, None), (Mode::Idle, None));
+        assert_eq!(modes(Arming::OnRequest, true, Some(Ask::Arm)), (Mode::Active, None));
+        assert_eq!(modes(Arming::ByItself, true, None), (Mode::Active, None));
+    }
+
+    #[test]
+    fn a_barred_board_stays_idle_whatever_the_host_asks() {
+        assert_eq!(modes(Arming::Barred, true, Some(Ask::Arm)), (Mode::Idle, None));
+    }
+
+    #[test]
+    fn an_unhealthy_board_faults() {
+        assert_eq!(modes(Arming::ByItself, false, Some(Ask::Arm)), (Mode::Fault, Some(Fault::SelfTestFailed)));
+    }
+
+    #[test]
+    fn stopped_it_arms_again_by_a_fresh_sign_only() {
+        let asks = |asked| Command { asked: Some(asked), ..Command::HEARD };
+        let mut board = controller(Arming::ByItself, Port::DESKTOP);
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Active);
+        ticks(&mut board, 1, asks(Ask::Stop), true);
+        ticks(&mut board, 1_000, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Idle, "a stop holds");
+        ticks(&mut board, 1, asks(Ask::Arm), true);
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Active, "the host's request is a fresh sign");
+        ticks(&mut board, 300, Command::default(), true);
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Idle, "a host that was lost and came back has asked for nothing");
+        let settings = Settings::safe(&Port::DESKTOP.limits());
+        board.restart(&settings, Port::DESKTOP).unwrap();
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Idle, "nor is a new profile a sign");
+    }
+
+    #[test]
+    fn a_fault_that_was_cleared_is_no_sign_to_arm() {
+        let mut board = controller(Arming::ByItself, Port::DESKTOP);
+        ticks(&mut board, 300, Command::HEARD, true);
+        let told = ticks(&mut board, 1, Command { found: Some(Fault::EmergencyStop), ..Command::HEARD }, true);
+        assert_eq!((told.mode, told.fault), (Mode::Fault, Some(Fault::EmergencyStop)));
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Fault, "latched");
+        ticks(&mut board, 1, Command { asked: Some(Ask::Clear), ..Command::HEARD }, true);
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Idle);
+    }
+
+    #[test]
+    fn with_an_operator_switch_it_arms_when_that_is_released_and_pressed_again() {
+        let absent = Command { operator_absent: true, ..Command::HEARD };
+        let mut board = controller(Arming::ByItself, Port::DESKTOP.with_operator_switch(true));
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Idle, "a switch that was pressed all along may be jammed");
+        ticks(&mut board, 300, absent, true);
+        assert_eq!(board.mode(), Mode::Idle, "nobody is there");
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Active);
+        ticks(&mut board, 1, Command { asked: Some(Ask::Stop), ..Command::HEARD }, true);
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Idle, "still pressed");
+        ticks(&mut board, 1, absent, true);
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Active, "pressed again");
+    }
+
+    #[test]
+    fn the_switch_reaches_the_loop_where_the_profile_has_one_and_nowhere_else() {
+        let absent = Command { operator_absent: true, ..Command::HEARD };
+        assert!(controller(Arming::OnRequest, Port::DESKTOP.with_operator_switch(true)).present(absent).operator_absent);
+        assert!(!controller(Arming::OnRequest, Port::DESKTOP).present(absent).operator_absent);
+    }
+
+    #[test]
+    fn a_force_without_its_mode_beside_a_fault_or_beyond_the_limit_is_unsound() {
+        let mut board = controller(Arming::ByItself, Port::DESKTOP);
+        let told = ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(told.mode, Mode::Active);
+        let most_n = board.limits().max_force_n;
+        board.edge.actuate(Vector3::new(0.0, 0.0, most_n));
+        assert!(board.sound(&told));
+        for (mode, fault, force_n) in [
+            (Mode::Active, None, 1.001 * most_n),
+            (Mode::Active, None, f32::NAN),
+            (Mode::Active, Some(Fault::Diverged), 0.1),
+            (Mode::Idle, None, 0.1),
+            (Mode::Fault, None, 0.1),
+        ] {
+            board.edge.actuate(Vector3::new(0.0, 0.0, force_n));
+            assert!(!board.sound(&Telemetry { mode, fault, ..told }), "{mode:?} {fault:?} {force_n}");
+            board.edge.release();
+            assert!(board.sound(&Telemetry { mode, fault, ..told }), "no force is always sound");
+        }
+    }
+}

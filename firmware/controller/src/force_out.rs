@@ -1,0 +1,95 @@
+//! Force in, converter codes out.
+
+pub mod bridge;
+
+use palpate::Vector3;
+
+/// What the actuators are told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Drive {
+    /// No force, and the enable line off.
+    Off,
+    /// A force on the hand [N], device frame; enable line on.
+    Force(Vector3<f32>),
+}
+
+/// Output of one axis as its converter takes it: +-32767 is +-[`DacCode::FULL_SCALE_N`], 0 is no force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DacCode(pub i16);
+
+impl DacCode {
+    /// No force.
+    pub const ZERO: Self = Self(0);
+    /// Force at code 32767 [N]: above the 12 N of the strongest desktop device, half a millinewton a code.
+    pub const FULL_SCALE_N: f32 = 16.0;
+    /// Codes per newton: 32767 / 16, exact in single precision.
+    const PER_N: f32 = 2047.9375;
+
+    /// Nearest code; saturates at full scale. Not-a-number gives no force: nothing sensible can be rendered. In floating point, for the unit
+    /// converts and saturates in one instruction.
+    #[must_use]
+    pub fn from_force_n(force_n: f32) -> Self {
+        let codes = force_n * Self::PER_N;
+        let nearest = (codes + 0.5_f32.copysign(codes)) as i32; // cuts toward zero
+        Self(nearest.clamp(-0x7FFF, 0x7FFF) as i16)
+    }
+}
+
+/// What a board puts on its pins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Outputs {
+    /// The amplifiers' enable line.
+    pub enabled: bool,
+    /// The converters.
+    pub codes: [DacCode; 3],
+}
+
+impl Outputs {
+    /// Nothing drives the hand.
+    pub const OFF: Self = Self { enabled: false, codes: [DacCode::ZERO; 3] };
+    /// Codes read back from pins that do not agree with what they were told: no force has them.
+    pub const UNKNOWN: [DacCode; 3] = [DacCode(i16::MIN); 3];
+}
+
+/// The outputs of three orthogonal axes.
+#[must_use]
+pub fn outputs(drive: Drive) -> Outputs {
+    match drive {
+        Drive::Off => Outputs::OFF,
+        Drive::Force(force_n) => Outputs { enabled: true, codes: <[f32; 3]>::from(force_n).map(DacCode::from_force_n) },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::DacCode;
+
+    #[test]
+    fn full_scale_maps_to_the_last_code_on_both_sides() {
+        assert_eq!(DacCode::from_force_n(16.0), DacCode(32_767));
+        assert_eq!(DacCode::from_force_n(-16.0), DacCode(-32_767));
+        assert_eq!(DacCode::from_force_n(1.0), DacCode(2_048)); // 2047.9375 rounds up
+    }
+
+    #[test]
+    fn forces_beyond_the_converter_saturate() {
+        for huge in [16.1, 1e9, f32::MAX, f32::INFINITY] {
+            assert_eq!(DacCode::from_force_n(huge), DacCode(32_767));
+            assert_eq!(DacCode::from_force_n(-huge), DacCode(-32_767));
+        }
+    }
+
+    #[test]
+    fn what_is_not_a_number_gives_no_force() {
+        assert_eq!(DacCode::from_force_n(f32::NAN), DacCode::ZERO);
+    }
+
+    #[test]
+    fn codes_follow_the_force_to_half_a_code() {
+        for step in -16_000..=16_000 {
+            let force_n = step as f32 * 1e-3;
+            let back_n = f32::from(DacCode::from_force_n(force_n).0) / 2047.9375;
+            assert!((back_n - force_n).abs() <= 0.501 / 2047.9375, "{force_n} N came back as {back_n} N");
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! One tick of a board: a reading in, one haptic cycle over the tissue core, converter codes out, watchdog fed.
+//!
+//! * in: a reading, the host's command, the number of the period that began
+//! * out: outputs on the pins, a record for the host
+//! * cost: that of [`crate::controller`], and the board's own pins and clock
+//! * may fail: every [`palpate::Fault`]; the actuators are off then
+
+use palpate::haptic::cycle::{Command, Renderer};
+use palpate::haptic::deadline::Deadline;
+use palpate::haptic::device::Sensed;
+use palpate::haptic::mode::Mode;
+use palpate::{Fault, Fnv};
+
+use crate::board::Board;
+use crate::controller::Controller;
+use crate::force_out::{self, Outputs};
+use crate::link::Record;
+use crate::snapshot::Snapshot;
+
+/// The controller with its deadline and what it has seen.
+pub struct HapticLoop<B> {
+    /// The board.
+    pub board: B,
+    /// The controller.
+    pub controller: Controller,
+    deadline: Deadline,
+    /// Periods that the last tick ran over, for the cycle to bear or to refuse.
+    late_ticks: u16,
+    /// The period of the last tick.
+    period: u32,
+    found: Option<Fault>,
+    seen: Snapshot,
+    forces: Fnv,
+}
+
+impl<B: Board> HapticLoop<B> {
+    /// Before its first tick.
+    #[must_use]
+    pub fn new(board: B, controller: Controller) -> Self {
+        Self {
+            board,
+            controller,
+            deadline: Deadline::default(),
+            late_ticks: 0,
+            period: 0,
+            found: None,
+            seen: Snapshot::START,
+            forces: Fnv::default(),
+        }
+    }
+
+    /// One tick.
+    ///
+    /// * **Trigger**: the hardware tick timer, every millisecond; `period` is the one that began. In lock-step the host's pose, and no period.
+    /// * **Deadline**: the force is on the converters before the next period begins.
+    /// * **Overrun**: decided here, not in a supervisor below, which a tick that never ends in time would starve. A late force is still
+    ///   written, being fresher than the one on the converters; the periods it ran over are skipped, so the next tick starts on an edge.
+    ///   After one the next tick gives half of the force at most; two in a row, or five in a thousand ([`palpate::haptic::deadline`]), turn
+    ///   the outputs off at once and are the next tick's fault.
+    /// * **Check**: a force beyond the limits, in a mode without one, or not what is on the pins: outputs off at once, fault in the next tick, and the
+    ///   watchdog is not fed by this one.
+    /// * **Dead loop**: a tick that never ends holds the last force until the watchdog, fed by completed and checked ticks alone, turns it off.
+    /// * **Faults**: no force in the same tick, latched until the host clears it.
+    ///
+    /// Nothing is logged from here: a log call blocks on its link.
+    pub fn tick(&mut self, tissue: &mut impl Renderer, sensed: Sensed, command: Command, period: Option<u32>) -> Record {
+        let (missed, waited) = self.begin(period);
+        let started = self.board.clock_counts();
+        let supply = self.board.supply_low().then_some(Fault::SupplyLow);
+        let own = self.found.take();
+        let found = self.board.emergency_stop().or(own).or(supply).or(command.found);
+        let operator_absent = self.board.operator_absent().unwrap_or(command.operator_absent);
+        let command = Command { found, late_ticks: self.late_ticks.max(missed), operator_absent, ..command };
+        let told = self.controller.step(tissue, sensed, command, self.board.healthy());
+        let mut outputs = force_out::outputs(self.controller.drive());
+        self.board.write_outputs(outputs);
+        let late = period.map_or(0, |period| self.board.periods_begun().wrapping_sub(period));
+        self.late_ticks = u16::try_from(late).unwrap_or(u16::MAX);
+        if self.deadline.judge(self.late_ticks).is_err() {
+            self.board.outputs_off();
+            outputs = Outputs::OFF;
+            self.found = Some(Fault::DeadlineMissed);
+        }
+        if late > 0 {
+            self.board.drop_period();
+        }
+        if self.controller.sound(&told) && self.board.outputs() == outputs {
+            self.board.feed_watchdog();
+        } else {
+            self.board.outputs_off();
+            outputs = Outputs::OFF;
+            self.found = Some(Fault::SelfTestFailed);
+        }
+        let spent = self.board.clock_counts().wrapping_sub(started);
+
+        self.board.count_millisecond();
+        let seen = &mut self.seen;
+        seen.longest_tick_counts = seen.longest_tick_counts.max(spent);
+        seen.ticks = seen.ticks.wrapping_add(1);
+        seen.overruns = seen.overruns.saturating_add(u32::from(late > 0));
+        seen.missed_periods = seen.missed_periods.saturating_add(missed.into());
+        if let Some(waited) = waited {
+            seen.starts = seen.starts.map_or(Some([waited; 2]), |[least, most]| Some([least.min(waited), most.max(waited)]));
+        }
+        seen.faults += u32::from(told.mode == Mode::Fault);
+        (seen.mode, seen.fault, seen.force_n) = (told.mode, told.fault, told.applied_n.into());
+        self.forces.vector(told.applied_n);
+        Record::new(&told, outputs, spent)
+    }
+
+    /// Periods that went by since the last tick's, and how long ago this one began. By the numbers of both: a period that begins while a late
+    /// tick ends is seen here at the latest.
+    fn begin(&mut self, period: Option<u32>) -> (u16, Option<u32>) {
+        let Some(period) = period else { return (0, None) };
+        let missed = period.wrapping_sub(self.period).saturating_sub(1);
+        self.period = period;
+        (u16::try_from(missed).unwrap_or(u16::MAX), Some(self.board.since_period_counts()))
+    }
+    /// Counters since the start.
+    #[must_use]
+    pub fn seen(&self) -> &Snapshot {
+        &self.seen
+    }
+
+    /// Hash of every force that acted.
+    #[must_use]
+    pub fn force_hash(&self) -> u64 {
+        self.forces.finish()
+    }
+}

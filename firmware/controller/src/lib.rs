@@ -1,0 +1,30 @@
+//! The haptic controller, free of any board: counts become metres, the haptic cycle runs, newtons become converter codes.
+//!
+//! ```text
+//! link ─ inbox ─ HapticLoop::tick ─ Controller::step ─ Cycle::run (core) ─ port ─ force_out ─ Board
+//! ```
+//!
+//! [`haptic_loop`] is one tick with deadline, read-back of the outputs and watchdog; [`serve`] runs ticks for a host, timed or in lock-step. A [`board::Board`] is
+//! what both need of a board. `firmware` adds boards, executors and the reaction to crashes; the desktop runs this crate as it is.
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod board;
+pub mod config;
+pub mod controller;
+pub mod force_out;
+pub mod haptic_loop;
+pub mod kinematics;
+pub mod link;
+pub mod patch;
+pub mod placement;
+pub mod port;
+pub mod probe_in;
+pub mod resets;
+pub mod script;
+pub mod serve;
+pub mod snapshot;
+pub mod words;

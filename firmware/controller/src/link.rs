@@ -1,0 +1,25 @@
+//! The link between the controller and a host: the same types and the same code on both sides, without an allocator.
+//!
+//! A frame is `COBS(sequence, message as postcard, CRC-32) 0`. A frame that is damaged, too long, not understood or not newer than the last
+//! one is counted and dropped, whole; the next zero byte begins a new one.
+//!
+//! ```text
+//! host -> board   pose (ends a lock-step tick), heartbeat, ask, lower limits, modulus, patch begin / part / end, supply low, report
+//! board -> host   record of a tick, refusal, patch taken, state
+//! ```
+
+pub mod frame;
+pub mod inbox;
+pub mod message;
+pub mod receiver;
+pub mod record;
+mod stuffing;
+pub mod upload;
+pub mod wire_limits;
+
+pub use frame::{FRAME_BYTES, FrameError, encode};
+pub use inbox::{Change, Inbox};
+pub use message::{FromBoard, Refusal, ToBoard};
+pub use receiver::Receiver;
+pub use record::Record;
+pub use upload::Upload;

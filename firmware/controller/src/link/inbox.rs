@@ -1,0 +1,223 @@
+//! What the controller does with each message: what is for the cycle is kept for its next tick, what changes the patch is handed up.
+
+use palpate::Fault;
+use palpate::haptic::cycle::{Ask, Command};
+use palpate::haptic::device::{Sensed, SensorStatus};
+use palpate::haptic::mode::{Mode, Request};
+
+use super::message::{HostAsk, Refusal, ToBoard};
+use super::upload::Upload;
+use crate::config::Profile;
+use crate::controller::Controller;
+
+/// Something that only the owner of the patch can do; no tick in between.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Change {
+    /// Put the patch away: another one of so many bytes will come.
+    MakeRoom(u32),
+    /// Take the patch that has come.
+    Take,
+    /// Take the same patch with another Young's modulus [Pa].
+    Modulus(f32),
+}
+
+/// What a message leads to, besides the next tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reply {
+    /// Nothing.
+    None,
+    /// The tick's input is complete.
+    Tick,
+    /// It is not done.
+    Refused(Refusal),
+    /// Only the owner of the patch can do it.
+    Change(Change),
+    /// The patch under the hand takes another Young's modulus [Pa], as soon as it may.
+    Modulus(f32),
+    /// Say how you are.
+    Report,
+    /// Keep this profile.
+    Store(Profile),
+}
+
+/// What came since the last tick.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Inbox {
+    heard: bool,
+    asked: Option<Ask>,
+    sensed: Option<Sensed>,
+    found: Option<Fault>,
+    operator_present: bool,
+}
+
+impl Inbox {
+    /// Takes a message. `upload` is the memory for a patch while no patch lies in it.
+    pub fn take(&mut self, message: &ToBoard<'_>, controller: &mut Controller, upload: Option<&mut Upload>) -> Reply {
+        self.heard = true;
+        match *message {
+            ToBoard::Heartbeat => Reply::None,
+            ToBoard::Pose { position_m, sequence, good } => {
+                let status = if good { SensorStatus::Good } else { SensorStatus::Failed };
+                self.sensed = Some(Sensed { position_m: position_m.into(), sequence, status });
+                Reply::Tick
+            }
+            ToBoard::Ask(HostAsk::Arm) if upload.is_some() => Reply::Refused(Refusal::NoPatch),
+            // who wants to stop is stopped, whatever comes behind it before the next tick
+            ToBoard::Ask(asked) => {
+                if self.asked != Some(Ask::Stop) {
+                    self.asked = Some(asked.into());
+                }
+                Reply::None
+            }
+            ToBoard::LowerLimits(bounds) => match controller.lower_limits(&(&bounds).into()) {
+                Ok(()) => Reply::None,
+                Err(_) => Reply::Refused(Refusal::LimitRises),
+            },
+            ToBoard::YoungsModulus(pascal) => match controller.mode() {
+                Mode::Idle => Reply::Change(Change::Modulus(pascal)),
+                mode if mode.accepts(Request::Parameter) => Reply::Modulus(pascal),
+                _ => Reply::Refused(Refusal::NotIdle),
+            },
+            ToBoard::PatchBegin(bytes) => idle(controller.mode(), Change::MakeRoom(bytes)),
+            ToBoard::PatchPart { at, bytes } => match upload.map_or(Err(Refusal::PatchPieces), |memory| memory.part(at, bytes)) {
+                Ok(()) => Reply::None,
+                Err(refusal) => Reply::Refused(refusal),
+            },
+            ToBoard::PatchEnd => match upload {
+                Some(_) => idle(controller.mode(), Change::Take),
+                None => Reply::Refused(Refusal::PatchPieces),
+            },
+            ToBoard::SupplyLow => {
+                self.found = Some(Fault::SupplyLow);
+                Reply::None
+            }
+            ToBoard::EmergencyStop => {
+                self.found = Some(Fault::EmergencyStop);
+                Reply::None
+            }
+            ToBoard::Operator(present) => {
+                self.operator_present = present;
+                Reply::None
+            }
+            ToBoard::Report => Reply::Report,
+            ToBoard::Store(profile) if controller.mode().accepts(Request::Config) => Reply::Store(profile),
+            ToBoard::Store(_) => Reply::Refused(Refusal::NotIdle),
+        }
+    }
+
+    /// The newest reading that the host sent, and what it said, for one tick. A inbox without a new reading repeats nothing: the cycle sees its age.
+    pub fn clear(&mut self) -> (Option<Sensed>, Command) {
+        let Self { heard, asked, sensed, found, operator_present } = core::mem::take(self);
+        self.operator_present = operator_present;
+        (sensed, Command { heard, asked, found, operator_absent: !operator_present, ..Command::default() })
+    }
+}
+
+fn idle(mode: Mode, change: Change) -> Reply {
+    if mode.accepts(Request::Mesh) { Reply::Change(change) } else { Reply::Refused(Refusal::NotIdle) }
+}
+
+#[cfg(test)]
+mod tests {
+    use palpate::haptic::cycle::{Renderer, Settings};
+    use palpate::haptic::device::HapticDevice;
+    use palpate::{Output, ProbePose, Vector3};
+
+    use super::*;
+    use crate::controller::Arming;
+    use crate::port::Port;
+
+    fn told(messages: &[ToBoard<'_>]) -> Command {
+        let settings = Settings::safe(&Port::DESKTOP.limits());
+        let mut controller = Controller::build(&settings, Port::DESKTOP, Arming::OnRequest).unwrap();
+        let mut inbox = Inbox::default();
+        messages.iter().for_each(|message| assert_eq!(inbox.take(message, &mut controller, None), Reply::None));
+        inbox.clear().1
+    }
+
+    #[test]
+    fn nothing_that_comes_behind_a_stop_takes_it_back() {
+        for behind in [HostAsk::Arm, HostAsk::Clear, HostAsk::Stop] {
+            for before in [HostAsk::Arm, HostAsk::Clear] {
+                let asked = told(&[before, HostAsk::Stop, behind].map(ToBoard::Ask)).asked;
+                assert_eq!(asked, Some(Ask::Stop), "{before:?}, stop, {behind:?}");
+            }
+        }
+        assert_eq!(told(&[HostAsk::Clear, HostAsk::Arm].map(ToBoard::Ask)).asked, Some(Ask::Arm), "else the last one counts");
+    }
+
+    #[test]
+    fn a_host_tells_of_a_stop_circuit_and_of_an_operator_that_the_board_cannot_see() {
+        assert_eq!(told(&[ToBoard::EmergencyStop, ToBoard::Heartbeat]).found, Some(Fault::EmergencyStop));
+        assert!(told(&[ToBoard::Heartbeat]).operator_absent, "absent until somebody is there");
+        assert!(!told(&[ToBoard::Operator(true), ToBoard::Heartbeat]).operator_absent);
+        assert!(told(&[ToBoard::Operator(true), ToBoard::Operator(false)]).operator_absent);
+    }
+
+    #[test]
+    fn a_host_was_heard_in_the_tick_in_which_a_message_came_and_in_no_other() {
+        let settings = Settings::safe(&Port::DESKTOP.limits());
+        let mut controller = Controller::build(&settings, Port::DESKTOP, Arming::OnRequest).unwrap();
+        let mut inbox = Inbox::default();
+        assert!(!inbox.clear().1.heard);
+        assert_eq!(inbox.take(&ToBoard::Heartbeat, &mut controller, None), Reply::None);
+        assert!(inbox.clear().1.heard);
+        assert!(!inbox.clear().1.heard);
+    }
+
+    /// Nothing lies under the device.
+    struct Air;
+
+    impl Renderer for Air {
+        fn render(&mut self, _: ProbePose) -> Output {
+            Output::NONE
+        }
+
+        fn reset(&mut self) {}
+    }
+
+    /// In `Idle`, or armed and clear of everything.
+    fn started(arm: bool) -> Controller {
+        let settings = Settings::safe(&Port::DESKTOP.limits());
+        let mut controller = Controller::build(&settings, Port::DESKTOP, Arming::OnRequest).unwrap();
+        for sequence in 1..2_000 {
+            let good = Sensed { position_m: Vector3::zeros(), sequence, status: SensorStatus::Good };
+            let asked = (arm && controller.mode() == Mode::Idle).then_some(Ask::Arm);
+            controller.step(&mut Air, good, Command { asked, ..Command::HEARD }, true);
+        }
+        controller
+    }
+
+    #[test]
+    fn a_profile_is_kept_in_idle_alone() {
+        let store = ToBoard::Store(Profile::desktop());
+        let mut inbox = Inbox::default();
+        assert_eq!(started(false).mode(), Mode::Idle);
+        assert_eq!(inbox.take(&store, &mut started(false), None), Reply::Store(Profile::desktop()));
+        assert_eq!(inbox.take(&store, &mut started(true), None), Reply::Refused(Refusal::NotIdle));
+    }
+
+    #[test]
+    fn a_modulus_restarts_an_idle_patch_and_is_for_the_hand_in_an_armed_one() {
+        let modulus = ToBoard::YoungsModulus(2e3);
+        let mut inbox = Inbox::default();
+        assert_eq!(inbox.take(&modulus, &mut started(false), None), Reply::Change(Change::Modulus(2e3)));
+        let mut armed = started(true);
+        assert!(armed.mode().accepts(Request::Parameter) && armed.mode() != Mode::Idle, "{:?}", armed.mode());
+        assert_eq!(inbox.take(&modulus, &mut armed, None), Reply::Modulus(2e3));
+        let settings = Settings::safe(&Port::DESKTOP.limits());
+        let mut boot = Controller::build(&settings, Port::DESKTOP, Arming::OnRequest).unwrap();
+        assert_eq!(inbox.take(&modulus, &mut boot, None), Reply::Refused(Refusal::NotIdle));
+    }
+
+    #[test]
+    fn while_a_patch_is_on_its_way_nobody_arms() {
+        let mut upload = std::boxed::Box::new(Upload::RESERVED);
+        let mut inbox = Inbox::default();
+        let arm = ToBoard::Ask(HostAsk::Arm);
+        assert_eq!(inbox.take(&arm, &mut started(false), Some(&mut upload)), Reply::Refused(Refusal::NoPatch));
+        assert_eq!(inbox.clear().1.asked, None);
+        assert_eq!(inbox.take(&arm, &mut started(false), None), Reply::None);
+        assert_eq!(inbox.clear().1.asked, Some(Ask::Arm));
+    }
+}

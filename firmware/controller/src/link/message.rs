@@ -1,0 +1,218 @@
+//! What is said over the link.
+
+use core::fmt;
+
+use palpate::BuildError;
+use palpate::haptic::cycle::Ask;
+use serde::{Deserialize, Serialize};
+
+use super::record::Record;
+use super::wire_limits::WireLimits;
+use crate::config::{Profile, StoreError};
+use crate::patch::{MODULUS, SUBSTEP, TICK, cost, site, step};
+
+/// From the host. Whatever it is, it is a sign of life.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum ToBoard<'a> {
+    /// Nothing else to say.
+    Heartbeat,
+    /// A reading in place of the board's own sensors, device frame [m]: ends the input of a lock-step tick.
+    Pose {
+        /// Tip [m].
+        position_m: [f32; 3],
+        /// Number of the reading.
+        sequence: u32,
+        /// False: the sensor says that it cannot be trusted.
+        good: bool,
+    },
+    /// A request to the mode machine.
+    Ask(HostAsk),
+    /// Stricter limits, in any mode.
+    LowerLimits(WireLimits),
+    /// Another Young's modulus [Pa], between half and twice that of the patch as it was packed. In `Idle` the patch is put to rest with it; under
+    /// force it softens at once and stiffens when nothing touches.
+    YoungsModulus(f32),
+    /// A patch of so many bytes will come, in `Idle`.
+    PatchBegin(u32),
+    /// A piece of it; pieces come in order.
+    PatchPart {
+        /// Bytes before it.
+        at: u32,
+        /// The piece.
+        #[serde(borrow)]
+        bytes: &'a [u8],
+    },
+    /// That was all of it.
+    PatchEnd,
+    /// Say how you are.
+    Report,
+    /// Keep a profile over power-off, in `Idle`; the controller starts up anew with it.
+    Store(Profile),
+    /// The actuators' supply is too low: for boards that cannot see it themselves.
+    SupplyLow,
+    /// The stop circuit is open: for boards that cannot see it themselves.
+    EmergencyStop,
+    /// Whether the operator's switch is pressed, for boards without a pin for it; holds until told otherwise, released before that.
+    Operator(bool),
+}
+
+/// What a host may ask of the mode machine; start-up is the board's own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum HostAsk {
+    /// Let me feel.
+    Arm,
+    /// Let me stop feeling.
+    Stop,
+    /// Forget the fault.
+    Clear,
+}
+
+impl From<HostAsk> for Ask {
+    fn from(asked: HostAsk) -> Self {
+        match asked {
+            HostAsk::Arm => Self::Arm,
+            HostAsk::Stop => Self::Stop,
+            HostAsk::Clear => Self::Clear,
+        }
+    }
+}
+
+/// From the board.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum FromBoard {
+    /// What a tick did.
+    Record(Record),
+    /// What was asked is not done.
+    Refused(Refusal),
+    /// A patch of so many nodes is there, at rest.
+    PatchTaken(u32),
+    /// The profile is kept; it is the n-th.
+    Stored(u32),
+    /// The answer to [`ToBoard::Report`].
+    State {
+        /// Hash of the patch's state.
+        state_hash: u64,
+        /// Deepest the stack has been [bytes].
+        stack_used_bytes: u32,
+        /// Frames that were dropped.
+        bad_frames: u32,
+        /// Nodes of the patch.
+        nodes: u32,
+    },
+}
+
+/// Why something was not done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Refusal {
+    /// Meshes and profiles come in `Idle` alone, a parameter also under force.
+    NotIdle,
+    /// A limit would rise, or is no number.
+    LimitRises,
+    /// Young's modulus is not between half and twice the patch's own.
+    ModulusOutOfRange,
+    /// The patch is longer than the memory for it.
+    PatchTooLong,
+    /// A piece of it is missing, out of order, or none was announced.
+    PatchPieces,
+    /// Its checksum does not match.
+    PatchDamaged,
+    /// It is no patch of this version.
+    PatchVersion,
+    /// It has more nodes or triangles than the memory holds.
+    PatchTooLarge,
+    /// It needs a shorter step than the board makes.
+    PatchStep,
+    /// Its mesh or its parameters are wrong.
+    PatchInvalid,
+    /// There is no patch yet.
+    NoPatch,
+    /// A number of the profile is out of its range.
+    ProfileRange,
+    /// The memory for the profile does not keep it.
+    FlashFailed,
+    /// A tick of it costs more than the board has.
+    PatchCost,
+    /// Its site, axis or depth limit does not lie on its own surface.
+    PatchSite,
+}
+
+impl From<BuildError> for Refusal {
+    fn from(error: BuildError) -> Self {
+        match error {
+            BuildError::Checksum { .. } => Self::PatchDamaged,
+            BuildError::NotAPatch => Self::PatchVersion,
+            BuildError::TooLarge { .. } | BuildError::LengthMismatch { .. } => Self::PatchTooLarge,
+            BuildError::OutOfRange { parameter: SUBSTEP | TICK | step::FLOOR, .. } => Self::PatchStep,
+            BuildError::OutOfRange { parameter: cost::COST, .. } => Self::PatchCost,
+            BuildError::OutOfRange { parameter: site::SITE | site::AXIS | site::AXIS_LENGTH | site::DEPTH, .. } => {
+                Self::PatchSite
+            }
+            BuildError::OutOfRange { parameter: MODULUS, .. } => Self::ModulusOutOfRange,
+            _ => Self::PatchInvalid,
+        }
+    }
+}
+
+impl From<StoreError> for Refusal {
+    fn from(error: StoreError) -> Self {
+        match error {
+            StoreError::Range(_) => Self::ProfileRange,
+            StoreError::Flash => Self::FlashFailed,
+        }
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotIdle => "the board is not idle: stop it first, or clear its fault",
+            Self::LimitRises => "a limit would rise or is no number: limits can only be lowered",
+            Self::ModulusOutOfRange => "Young's modulus must be between half and twice that of the patch: pack another patch",
+            Self::PatchTooLong => {
+                "the patch is longer than the board's memory for one: take a smaller patch, or build it into the image"
+            }
+            Self::PatchPieces => "a piece of the patch is missing: send it again from its beginning",
+            Self::PatchDamaged => "the patch is damaged: its checksum does not match; send it again",
+            Self::PatchVersion => "the patch is of another version: pack it again with this palpate",
+            Self::PatchTooLarge => "the patch has more nodes or triangles than the board holds: take a smaller one",
+            Self::PatchStep => {
+                "the patch needs another step than the board makes: pack it for ticks of 1 ms, with more substeps or a larger mass floor"
+            }
+            Self::PatchInvalid => "the patch's mesh or parameters are wrong: check the mesh and pack it again",
+            Self::NoPatch => "there is no patch yet: send one first",
+            Self::ProfileRange => "a number of the profile is out of its range: check it against the limits of the loop",
+            Self::FlashFailed => "the memory for the profile does not keep it: the one before still holds",
+            Self::PatchCost => "a tick of the patch costs more than the board has: take a smaller patch or fewer substeps",
+            Self::PatchSite => "site, axis or depth limit of the patch do not fit its surface: check them and pack it again",
+        })
+    }
+}
+
+impl core::error::Error for Refusal {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_says_what_is_wrong_with_the_patch() {
+        let size = BuildError::TooLarge { item: "nodes", need: 2, have: 1 };
+        let length = BuildError::LengthMismatch { item: "springs", need: 2, have: 1 };
+        let range = |parameter| BuildError::OutOfRange { parameter, value: 2.0, min: 0.0, max: 1.0 };
+        let told = [
+            (BuildError::Checksum { expected: 1, found: 2 }, Refusal::PatchDamaged),
+            (BuildError::NotAPatch, Refusal::PatchVersion),
+            (size, Refusal::PatchTooLarge),
+            (length, Refusal::PatchTooLarge),
+            (range(SUBSTEP), Refusal::PatchStep),
+            (range(cost::COST), Refusal::PatchCost),
+            (range(site::AXIS), Refusal::PatchSite),
+            (range(MODULUS), Refusal::ModulusOutOfRange),
+            (range("poisson_ratio"), Refusal::PatchInvalid),
+            (BuildError::Empty, Refusal::PatchInvalid),
+        ];
+        for (error, refusal) in told {
+            assert_eq!(Refusal::from(error), refusal);
+        }
+    }
+}

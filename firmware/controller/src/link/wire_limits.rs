@@ -1,0 +1,40 @@
+//! Limits of the haptic loop as they travel over the link and stand in a profile.
+
+use palpate::haptic::limits::LimitValues;
+use serde::{Deserialize, Serialize};
+
+/// [`LimitValues`] on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WireLimits {
+    /// Force [N], growth [N/s], speed [m/s], workspace margin (1), implausible ratio (1).
+    pub scalars: [f32; 5],
+    /// Odd poses, age, implausible ticks, saturated ticks.
+    pub counts: [u16; 4],
+}
+
+impl From<&LimitValues> for WireLimits {
+    fn from(v: &LimitValues) -> Self {
+        Self {
+            scalars: [v.max_force_n, v.max_slew_n_per_s, v.max_speed_m_per_s, v.workspace_margin, v.implausible_ratio],
+            counts: [v.odd_poses, v.max_age_ticks, v.implausible_ticks, v.saturated_ticks],
+        }
+    }
+}
+
+impl From<&WireLimits> for LimitValues {
+    fn from(bounds: &WireLimits) -> Self {
+        let [max_force_n, max_slew_n_per_s, max_speed_m_per_s, workspace_margin, implausible_ratio] = bounds.scalars;
+        let [odd_poses, max_age_ticks, implausible_ticks, saturated_ticks] = bounds.counts;
+        Self {
+            max_force_n,
+            max_slew_n_per_s,
+            max_speed_m_per_s,
+            odd_poses,
+            max_age_ticks,
+            workspace_margin,
+            implausible_ratio,
+            implausible_ticks,
+            saturated_ticks,
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! The tissue core bound to this image: patch in flash, state in RAM. The only file that names the core's types.
+
+use palpate::haptic::cycle::Renderer;
+use palpate::{BuildError, Fault, Model, Node, Output, Params, PatchFile, ProbePose, State, TetShapes, Tuned};
+
+use crate::link::Refusal;
+use crate::placement::Placement;
+
+pub mod cost;
+pub mod site;
+pub mod step;
+
+pub use cost::Budget;
+
+/// Nodes that the reserved RAM holds.
+const NODES: usize = 512;
+/// Surface triangles that it holds.
+const TRIANGLES: usize = 1024;
+/// RAM of the least of the supported boards, less 16 KB for the stack and 8 KB for everything else.
+#[cfg(target_os = "none")]
+const RAM_FOR_PATCH: usize = 112 * 1024;
+
+/// Bytes of a patch file at the address of a word: a patch is read in place, as words.
+#[repr(C, align(4))]
+pub struct WordAligned<Bytes: ?Sized>(pub Bytes);
+
+/// Everything that the tick writes, and what it reads besides the flash.
+pub struct Memory {
+    nodes: [Node; NODES],
+    node_step: [f32; NODES],
+    candidates: [u16; TRIANGLES],
+    cap_m: [f32; TRIANGLES],
+    /// The desktop keeps what the board computes twice.
+    #[cfg(not(target_os = "none"))]
+    shapes: [TetShapes; NODES],
+}
+
+#[cfg(target_os = "none")]
+const _: () = assert!(size_of::<Memory>() <= RAM_FOR_PATCH, "the patch's state must leave room for the stacks");
+
+impl Memory {
+    /// As it is reserved.
+    pub const RESERVED: Self = Self {
+        nodes: [Node::ZERO; NODES],
+        node_step: [0.0; NODES],
+        candidates: [0; TRIANGLES],
+        cap_m: [0.0; TRIANGLES],
+        #[cfg(not(target_os = "none"))]
+        shapes: [TetShapes::ZERO; NODES],
+    };
+}
+
+/// One patch under the device, ready to tick. A renderer in the device's frame.
+pub struct Patch<'a> {
+    model: Model<'a>,
+    params: Params,
+    tuned: Tuned<'a>,
+    /// Young's modulus as it was packed [Pa].
+    packed_pa: f32,
+    /// The one that is to come [Pa].
+    asked_pa: Option<f32>,
+    state: State<'a>,
+    placement: Placement,
+    /// The next tick puts the patch to rest.
+    resting: bool,
+}
+
+/// Name of a patch's own substep in [`BuildError::OutOfRange`].
+pub const SUBSTEP: &str = "substep of the patch in s";
+/// Name of a patch's tick in [`BuildError::OutOfRange`] when it is not the loop's.
+pub const TICK: &str = "tick_s of the patch";
+/// The loop's tick [s].
+const TICK_S: f32 = 1e-3;
+/// Name of Young's modulus in [`BuildError::OutOfRange`] when it is too far from the patch's own.
+pub const MODULUS: &str = "youngs_modulus_pa of the patch";
+
+impl<'a> Patch<'a> {
+    /// [`Patch::open_within`] for the largest board: what the desktop opens.
+    ///
+    /// # Errors
+    /// As [`Patch::open_within`].
+    pub fn open(bytes: &'a [u8], memory: &'a mut Memory, youngs_modulus_pa: Option<f32>) -> Result<Self, BuildError> {
+        Self::open_within(&Budget::M7_480, bytes, memory, youngs_modulus_pa)
+    }
+
+    /// Checks a packed patch and puts it at rest. The bytes start on a 4-byte boundary. `youngs_modulus_pa`, between half and twice the packed one,
+    /// takes its place. Tick, cost and step are held to this board's own bounds, not to what the file says about itself.
+    ///
+    /// # Errors
+    /// When the patch is refused, does not fit the memory, costs more than the budget, or cannot be stable with its own substeps.
+    pub fn open_within(
+        budget: &Budget,
+        bytes: &'a [u8],
+        memory: &'a mut Memory,
+        youngs_modulus_pa: Option<f32>,
+    ) -> Result<Self, BuildError> {
+        let file = PatchFile::open(bytes)?;
+        let (model, mut params) = (file.model, file.params);
+        // speeds and masses are told per tick: with another one the guard would admit other speeds
+        within(TICK, params.tick_s, TICK_S, TICK_S)?;
+        within(SUBSTEP, params.tick_s / f32::from(params.substeps.max(1)), 0.0, file.stable_dt_s)?;
+        let packed_pa = params.youngs_modulus_pa;
+        params.build(&model, &mut memory.node_step, &mut memory.cap_m)?;
+        step::check_caps(&model, &memory.cap_m)?;
+        if model.spring_rows.is_empty() {
+            // the board passes springs by rows: without them it would pass none
+            return Err(BuildError::LengthMismatch { item: "spring rows", need: model.nodes.len(), have: 0 });
+        }
+        budget.check(&file, site::check(&file)?)?;
+        // twice the packed modulus may be asked for later
+        step::check(&model, &params, 2.0 * packed_pa, &mut memory.node_step, &mut memory.cap_m)?;
+        if let Some(asked) = youngs_modulus_pa {
+            within(MODULUS, asked, 0.5 * packed_pa, 2.0 * packed_pa)?;
+            params.youngs_modulus_pa = asked;
+        }
+        let placement = Placement::new(file.site_m, params.probe.axis);
+        let tuned = params.build(&model, &mut memory.node_step, &mut memory.cap_m)?;
+        #[cfg(not(target_os = "none"))]
+        let shapes = &mut memory.shapes[..];
+        #[cfg(target_os = "none")]
+        let shapes: &mut [TetShapes] = &mut [];
+        let state = State::new(&model, &mut memory.nodes, &mut memory.candidates, shapes)?;
+        Ok(Self { model, params, tuned, packed_pa, asked_pa: None, state, placement, resting: false })
+    }
+
+    /// Asks for another Young's modulus [Pa], in any state: [`Patch::settle`] takes it.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`]: not between half and twice the packed one.
+    pub fn ask_modulus(&mut self, youngs_modulus_pa: f32) -> Result<(), BuildError> {
+        within(MODULUS, youngs_modulus_pa, 0.5 * self.packed_pa, 2.0 * self.packed_pa)?;
+        self.asked_pa = Some(youngs_modulus_pa);
+        Ok(())
+    }
+
+    /// Between two ticks: takes what was asked. What stiffens waits until nothing touches: stiffened under the probe, the tissue would give energy that
+    /// nobody brought.
+    pub fn settle(&mut self, in_contact: bool) {
+        let Some(asked_pa) = self.asked_pa.filter(|pascal| !in_contact || *pascal < self.params.youngs_modulus_pa) else {
+            return;
+        };
+        self.asked_pa = None;
+        self.params.youngs_modulus_pa = asked_pa;
+        self.params.retune(&self.model, &mut self.tuned);
+    }
+
+    /// Hash of all positions and velocities.
+    #[must_use]
+    pub fn state_hash(&self) -> u64 {
+        self.state.hash()
+    }
+
+    /// The patch.
+    #[must_use]
+    pub fn model(&self) -> &Model<'a> {
+        &self.model
+    }
+
+    /// What moves, in the patch's own frame.
+    #[must_use]
+    pub fn state(&self) -> &State<'a> {
+        &self.state
+    }
+
+    /// Where the patch lies under the device.
+    #[must_use]
+    pub fn placement(&self) -> &Placement {
+        &self.placement
+    }
+}
+
+pub(crate) fn within(parameter: &'static str, value: f32, min: f32, max: f32) -> Result<(), BuildError> {
+    // NaN is outside
+    if min <= value && value <= max { Ok(()) } else { Err(BuildError::OutOfRange { parameter, value, min, max }) }
+}
+
+/// What lies under the device: a patch, or none yet because another one is on its way. Whoever arms all the same gets a fault.
+pub struct PatchSlot<'a>(pub Option<Patch<'a>>);
+
+impl PatchSlot<'_> {
+    /// Nodes of the patch, and the hash of its state.
+    #[must_use]
+    pub fn state(&self) -> (usize, u64) {
+        self.0.as_ref().map_or((0, 0), |patch| (patch.model().nodes.len(), patch.state_hash()))
+    }
+}
+
+impl PatchSlot<'_> {
+    /// As [`Patch::ask_modulus`].
+    ///
+    /// # Errors
+    /// The same, or that there is no patch.
+    pub fn ask_modulus(&mut self, youngs_modulus_pa: f32) -> Result<(), Refusal> {
+        Ok(self.0.as_mut().ok_or(Refusal::NoPatch)?.ask_modulus(youngs_modulus_pa)?)
+    }
+
+    /// As [`Patch::settle`].
+    pub fn settle(&mut self, in_contact: bool) {
+        if let Some(patch) = &mut self.0 {
+            patch.settle(in_contact);
+        }
+    }
+}
+
+impl Renderer for PatchSlot<'_> {
+    #[inline(always)]
+    fn render(&mut self, pose: ProbePose) -> Output {
+        match &mut self.0 {
+            Some(patch) => patch.render(pose),
+            None => Output { fault: Some(Fault::SizeMismatch), ..Output::NONE },
+        }
+    }
+
+    fn reset(&mut self) {
+        if let Some(patch) = &mut self.0 {
+            patch.reset();
+        }
+    }
+}
+
+impl Renderer for Patch<'_> {
+    /// Answers a pose of the device with the force on its probe; everything in the device's frame.
+    #[inline(always)]
+    fn render(&mut self, pose: ProbePose) -> Output {
+        if core::mem::take(&mut self.resting) {
+            self.state.reset(&self.model);
+            return Output::NONE;
+        }
+        let pose = ProbePose { tip_m: self.placement.to_patch(pose.tip_m) };
+        let output = palpate::tick(&self.model, &self.tuned, &mut self.state, pose);
+        Output {
+            force_n: self.placement.turn_to_device(output.force_n),
+            normal: self.placement.turn_to_device(output.normal),
+            point_m: self.placement.to_device(output.point_m),
+            ..output
+        }
+    }
+
+    /// Done by the next tick in place of its answer: both would not fit one period, and nobody feels the first tick of arming.
+    fn reset(&mut self) {
+        self.resting = true;
+    }
+}
+
+#[cfg(test)]
+mod tests;

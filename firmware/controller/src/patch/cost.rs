@@ -1,0 +1,69 @@
+//! Bound of the work of a tick, from the counts of a patch: the board's own estimate, whatever the
+//! file says about itself.
+//!
+//! Cycles per item are instruction counts from the emulator times the Cortex-M4F's documented cycle
+//! table, **not hardware cycles**; `palpate pack` plans with the same figures. The host packs
+//! to 65 % of a tick; a board refuses from 75 % on, so that rounding cannot refuse what was packed
+//! to fit, and a quarter of the tick stays for the haptic cycle, the link and interrupts.
+
+use palpate::{BuildError, PatchFile};
+
+/// Parameter of [`BuildError::OutOfRange`] for a patch that costs too much.
+pub const COST: &str = "cycles per tick of the patch";
+
+/// Cycles of a Cortex-M4F per item and substep.
+const SPRING: f32 = 95.0;
+const TET: f32 = 291.0;
+const NODE: f32 = 130.0;
+const RIM_NODE: f32 = 75.0;
+const RIM_EDGE: f32 = 99.0;
+/// A triangle that the probe presses, with four foundation points.
+const TOUCHED: f32 = 840.0;
+/// Each further foundation point on it.
+const EXTRA_POINT: f32 = 160.0;
+/// A triangle that the broad phase passes, per tick.
+const PASSED: f32 = 61.0;
+/// Per tick, whatever the patch.
+const TICK: f32 = 2_300.0;
+
+/// Cycles that a board has for the patch in each tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Budget {
+    /// Largest cost per tick [cycles].
+    pub cycles: f32,
+}
+
+/// Share of a tick that a patch may take.
+const LOAD: f32 = 0.75;
+
+impl Budget {
+    /// A Cortex-M4F at 168 MHz.
+    pub const M4F_168: Self = Self { cycles: LOAD * 168e3 };
+    /// A Cortex-M7 at 480 MHz, by the M4F's cycle table for want of a public one: dual issue can
+    /// only make it faster.
+    pub const M7_480: Self = Self { cycles: LOAD * 480e3 };
+
+    /// Refuses a patch whose costliest tick, with so many triangles under the probe, is over the
+    /// budget.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] with [`COST`].
+    pub fn check(&self, file: &PatchFile<'_>, touched: usize) -> Result<(), BuildError> {
+        super::within(COST, cycles(file, touched), 0.0, self.cycles)
+    }
+}
+
+/// Cycles per tick with so many triangles under the probe.
+#[must_use]
+pub fn cycles(file: &PatchFile<'_>, touched: usize) -> f32 {
+    let model = &file.model;
+    let of = |count: usize, each: f32| count as f32 * each;
+    let points = model.points_per_triangle().saturating_sub(4);
+    let substep = of(model.springs.len(), SPRING)
+        + of(model.tets.len(), TET)
+        + of(model.nodes.len(), NODE)
+        + of(model.rim_nodes.len(), RIM_NODE)
+        + of(model.rim_edges.len(), RIM_EDGE)
+        + of(touched, TOUCHED + of(points, EXTRA_POINT));
+    TICK + of(model.triangles.len(), PASSED) + f32::from(file.params.substeps) * substep
+}

@@ -1,0 +1,94 @@
+//! The device as the haptic cycle sees it: a reading put in before a tick, an output taken out after it. Boards move both.
+
+use palpate::Vector3;
+use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+
+use crate::force_out::{DacCode, Drive};
+use crate::probe_in::EncoderCounts;
+
+/// One device's reading and output.
+#[derive(Clone, Copy, Debug)]
+pub struct Port {
+    limits: DeviceLimits,
+    sensed: Sensed,
+    drive: Drive,
+    operator_switch: bool,
+}
+
+impl Port {
+    /// A desktop stylus of 3.3 N in a box of 0.2 x 0.2 x 0.16 m around its centre, one tick late. Its enable line is off.
+    pub const DESKTOP: Self = Self {
+        limits: DeviceLimits {
+            max_force_n: 3.3,
+            workspace_low_m: Vector3::new(-0.1, -0.1, -0.08),
+            workspace_high_m: Vector3::new(0.1, 0.1, 0.08),
+            count_m: EncoderCounts::LENGTH_M,
+            delay_ticks: 1,
+            lag_s: 0.0,
+        },
+        sensed: Sensed { position_m: Vector3::new(0.0, 0.0, 0.0), sequence: 0, status: SensorStatus::Failed },
+        drive: Drive::Off,
+        operator_switch: false,
+    };
+
+    /// The same stylus with limits of its own, from a profile.
+    #[must_use]
+    pub fn with_limits(limits: DeviceLimits) -> Self {
+        Self { limits, ..Self::DESKTOP }
+    }
+
+    /// Sets whether an operator's switch is fitted.
+    #[must_use]
+    pub fn with_operator_switch(self, operator_switch: bool) -> Self {
+        Self { operator_switch, ..self }
+    }
+
+    /// Whether the device has a hand switch or a pedal that must be held.
+    #[must_use]
+    pub fn operator_switch(&self) -> bool {
+        self.operator_switch
+    }
+
+    /// Puts in what the sensors say.
+    pub fn put(&mut self, sensed: Sensed) {
+        self.sensed = sensed;
+    }
+
+    /// What the actuators are to do.
+    #[must_use]
+    pub fn drive(&self) -> Drive {
+        self.drive
+    }
+}
+
+const _: () = assert!(Port::DESKTOP.limits.max_force_n <= DacCode::FULL_SCALE_N, "the converters must reach the longest force");
+
+impl HapticDevice for Port {
+    fn limits(&self) -> DeviceLimits {
+        self.limits
+    }
+
+    fn sense(&mut self) -> Sensed {
+        self.sensed
+    }
+
+    fn actuate(&mut self, force_n: Vector3<f32>) {
+        self.drive = Drive::Force(force_n);
+    }
+
+    fn release(&mut self) {
+        self.drive = Drive::Off;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_has_the_limits_of_its_profile() {
+        let limits = DeviceLimits { max_force_n: 1.2, ..Port::DESKTOP.limits() };
+        assert_eq!(Port::with_limits(limits).limits(), limits);
+        assert_eq!(Port::with_limits(limits).with_operator_switch(true).limits(), limits);
+    }
+}

@@ -1,0 +1,203 @@
+//! The controller with a host on its link, at one of two paces.
+//!
+//! * **Timed**: the tick timer begins a tick, the board's own sensors give the pose, the link is emptied without waiting, and a record goes out every
+//!   [`RECORD_TICKS`]. A silent host is lost after 20 ticks and the force falls to nothing.
+//! * **Lock-step**: the host's pose begins a tick, its record ends it. No timer runs, so nothing is ever late. The emulator stands still while the
+//!   board waits for the host: a run is the same to the bit whatever the machine does.
+
+use crate::link::frame::FRAME_BYTES;
+use crate::link::inbox::Reply;
+use crate::link::{Change, FromBoard, Inbox, Receiver, Refusal, ToBoard, Upload, encode};
+use crate::patch::{Memory, Patch, PatchSlot};
+use palpate::haptic::device::{Sensed, SensorStatus};
+
+use crate::board::Board;
+use crate::config;
+use crate::haptic_loop::HapticLoop;
+
+/// Timed, every so many ticks a record goes out: 50 a second, half of what a link of 115 200 baud carries.
+const RECORD_TICKS: u32 = 20;
+/// A host that was silent for so many ticks may come back with any sequence number.
+const FORGET_TICKS: u32 = 100;
+
+/// What begins a tick.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Pace {
+    /// The tick timer.
+    Timed,
+    /// The host's pose.
+    LockStep,
+}
+
+/// Where the patch lies.
+#[derive(Clone, Copy, PartialEq)]
+enum Source {
+    Flash,
+    Uploaded,
+    /// On its way, or refused.
+    Nowhere,
+}
+
+/// The link to the host.
+struct Line {
+    receiver: Receiver,
+    sequence: u16,
+    bytes: [u8; FRAME_BYTES],
+    read: usize,
+    taken: usize,
+}
+
+impl Line {
+    /// The next byte, if there is one. In lock-step it is waited for, and there is none when the host has gone.
+    fn byte(&mut self, board: &mut impl Board) -> Option<u8> {
+        if self.taken >= self.read {
+            self.read = board.link_read(&mut self.bytes);
+            self.taken = 0;
+        }
+        let byte = self.bytes.get(..self.read)?.get(self.taken).copied()?;
+        self.taken += 1;
+        Some(byte)
+    }
+
+    fn send(&mut self, board: &mut impl Board, message: &FromBoard) {
+        let mut out = [0; FRAME_BYTES];
+        if let Ok(frame) = encode(self.sequence, message, &mut out) {
+            self.sequence = self.sequence.wrapping_add(1);
+            board.link_write(frame);
+        }
+    }
+}
+
+/// Serves a host. Timed, it never returns; in lock-step it returns with the outputs off when the host has gone. `in_flash` is the patch that the image holds.
+pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: &mut Memory, upload: &mut Upload, pace: Pace) {
+    let mut line = Line { receiver: Receiver::NEW, sequence: 0, bytes: [0; FRAME_BYTES], read: 0, taken: 0 };
+    let (mut source, mut modulus_pa, mut before_pa) = (Source::Flash, None, None);
+    let mut asked_for = false;
+    let mut inbox = Inbox::default();
+    loop {
+        let bytes = match source {
+            Source::Flash => Ok(Some(in_flash)),
+            Source::Uploaded => upload.whole().map(Some),
+            Source::Nowhere => Ok(None),
+        };
+        let change = match bytes {
+            Ok(None) => Ok(serve(haptic, &mut PatchSlot(None), Some(&mut *upload), &mut inbox, &mut line, pace).await),
+            Ok(Some(bytes)) => match Patch::open_within(&haptic.board.budget(), bytes, memory, modulus_pa) {
+                Ok(patch) => {
+                    let mut tissue = PatchSlot(Some(patch));
+                    if asked_for {
+                        line.send(&mut haptic.board, &FromBoard::PatchTaken(tissue.state().0 as u32));
+                    }
+                    before_pa = modulus_pa;
+                    Ok(serve(haptic, &mut tissue, None, &mut inbox, &mut line, pace).await)
+                }
+                Err(error) => Err(error.into()),
+            },
+            Err(refusal) => Err(refusal),
+        };
+        asked_for = false;
+        let refusal = match change {
+            Ok(None) => return,
+            Ok(Some(Change::MakeRoom(bytes))) => match upload.begin(bytes) {
+                Ok(()) => {
+                    (source, modulus_pa) = (Source::Nowhere, None);
+                    continue;
+                }
+                Err(refusal) => refusal,
+            },
+            Ok(Some(Change::Take)) => {
+                (source, asked_for) = (Source::Uploaded, true);
+                continue;
+            }
+            Ok(Some(Change::Modulus(pascal))) => {
+                (before_pa, modulus_pa, asked_for) = (modulus_pa, Some(pascal), true);
+                continue;
+            }
+            // the same patch as it was
+            Err(refusal) if modulus_pa != before_pa => {
+                modulus_pa = before_pa;
+                refusal
+            }
+            // nobody arms on a tissue that was not asked for, nor on none
+            Err(refusal) => {
+                source = Source::Nowhere;
+                refusal
+            }
+        };
+        line.send(&mut haptic.board, &FromBoard::Refused(refusal));
+    }
+}
+
+/// Ticks with one patch until the host wants another.
+async fn serve<B: Board>(
+    haptic: &mut HapticLoop<B>,
+    tissue: &mut PatchSlot<'_>,
+    mut upload: Option<&mut Upload>,
+    inbox: &mut Inbox,
+    line: &mut Line,
+    pace: Pace,
+) -> Option<Change> {
+    let mut newest = Sensed { position_m: palpate::Vector3::zeros(), sequence: 0, status: SensorStatus::Failed };
+    let mut silent_ticks = 0_u32;
+    loop {
+        let period = match pace {
+            Pace::Timed => Some(haptic.board.next_period().await),
+            Pace::LockStep => None,
+        };
+        loop {
+            let Some(byte) = line.byte(&mut haptic.board) else {
+                if pace == Pace::LockStep {
+                    haptic.board.outputs_off();
+                    return None;
+                }
+                break;
+            };
+            let reply = match line.receiver.push::<ToBoard<'_>>(byte) {
+                Some(Ok(message)) => inbox.take(&message, &mut haptic.controller, upload.as_deref_mut()),
+                Some(Err(_)) | None => continue,
+            };
+            match reply {
+                Reply::Tick if pace == Pace::LockStep => break,
+                Reply::None | Reply::Tick => {}
+                Reply::Refused(refusal) => line.send(&mut haptic.board, &FromBoard::Refused(refusal)),
+                Reply::Change(change) => return Some(change),
+                Reply::Modulus(pascal) => {
+                    if let Err(refusal) = tissue.ask_modulus(pascal) {
+                        line.send(&mut haptic.board, &FromBoard::Refused(refusal));
+                    }
+                }
+                Reply::Store(profile) => {
+                    let kept = config::store(haptic.board.profile_memory(), &profile).map_err(Refusal::from);
+                    let kept = kept.and_then(|generation| {
+                        let (settings, edge) = profile.split();
+                        haptic.controller.restart(&settings, edge).map(|()| generation).map_err(|_| Refusal::ProfileRange)
+                    });
+                    line.send(&mut haptic.board, &kept.map_or_else(FromBoard::Refused, FromBoard::Stored));
+                }
+                // a scan of the stack takes a third of a tick: not under a hand's force
+                Reply::Report if pace == Pace::Timed && haptic.controller.mode().allows_force() => {
+                    line.send(&mut haptic.board, &FromBoard::Refused(Refusal::NotIdle));
+                }
+                Reply::Report => report(tissue, &mut haptic.board, line),
+            }
+        }
+        let (sensed, command) = inbox.clear();
+        silent_ticks = if command.heard { 0 } else { silent_ticks.saturating_add(1) };
+        if silent_ticks == FORGET_TICKS {
+            line.receiver.forget();
+        }
+        newest = haptic.board.sense().or(sensed).unwrap_or(newest);
+        let record = haptic.tick(tissue, newest, command, period);
+        // when the force is out: weighing 57 nodes anew takes 4500 instructions, 146 take 9200
+        tissue.settle(haptic.controller.in_contact());
+        if pace == Pace::LockStep || record.tick.is_multiple_of(RECORD_TICKS) {
+            line.send(&mut haptic.board, &FromBoard::Record(record));
+        }
+    }
+}
+
+fn report(tissue: &PatchSlot<'_>, board: &mut impl Board, line: &mut Line) {
+    let (nodes, state_hash) = tissue.state();
+    let (stack_used_bytes, bad_frames) = (board.stack_used_bytes() as u32, line.receiver.counts().bad);
+    line.send(board, &FromBoard::State { state_hash, stack_used_bytes, bad_frames, nodes: nodes as u32 });
+}

@@ -1,0 +1,42 @@
+//! Counters of the haptic loop, for reports.
+
+use palpate::Fault;
+use palpate::haptic::mode::Mode;
+
+/// The haptic loop at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Snapshot {
+    /// Ticks since the start.
+    pub ticks: u32,
+    /// Ticks that ended after their period.
+    pub overruns: u32,
+    /// Periods without a tick: they went by under a late one.
+    pub missed_periods: u32,
+    /// Ticks that ended in the mode `Fault`.
+    pub faults: u32,
+    /// Longest tick so far, in counts of the board's clock.
+    pub longest_tick_counts: u32,
+    /// From the tick timer's edge to the tick, least and most so far, in counts of the board's clock.
+    pub starts: Option<[u32; 2]>,
+    /// Mode.
+    pub mode: Mode,
+    /// Why it is `Fault`.
+    pub fault: Option<Fault>,
+    /// Last force on the hand [N].
+    pub force_n: [f32; 3],
+}
+
+impl Snapshot {
+    /// Nothing has happened yet.
+    pub const START: Self = Self {
+        ticks: 0,
+        overruns: 0,
+        missed_periods: 0,
+        faults: 0,
+        longest_tick_counts: 0,
+        starts: None,
+        mode: Mode::Boot,
+        fault: None,
+        force_n: [0.0; 3],
+    };
+}

@@ -1,0 +1,70 @@
+//! The task of the haptic loop, which preempts everything but the tick timer's interrupt.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, signal::Signal};
+use palpate::haptic::cycle::Command;
+use palpate_controller::board::Board;
+use palpate_controller::haptic_loop::HapticLoop;
+use palpate_controller::link::Upload;
+use palpate_controller::patch::{Memory, PatchSlot};
+use palpate_controller::script::{self, Script};
+use palpate_controller::serve::{self, Pace};
+
+use crate::board::{self, ThisBoard};
+use crate::flash_patch::in_flash;
+use crate::telemetry;
+
+/// Ticks between two snapshots: one a second, slow enough for any log link.
+const SNAPSHOT_TICKS: u32 = 1_000;
+
+static PERIODS_BEGUN: AtomicU32 = AtomicU32::new(0);
+static PERIOD: Signal<CriticalSectionRawMutex, u32> = Signal::new();
+
+/// The tick timer's interrupt: a new period begins. Runs above the loop, so a tick that is still busy is seen as late.
+pub fn on_period() {
+    let period = periods_begun().wrapping_add(1);
+    PERIODS_BEGUN.store(period, Ordering::Relaxed); // only this interrupt writes it
+    PERIOD.signal(period);
+}
+
+/// Periods that have begun, wrapping.
+pub fn periods_begun() -> u32 {
+    PERIODS_BEGUN.load(Ordering::Relaxed)
+}
+
+/// Waits for the next period of the tick timer; its number.
+pub async fn next_period() -> u32 {
+    PERIOD.wait().await
+}
+
+/// Drops a period that has begun and was not waited for.
+pub fn drop_period() {
+    PERIOD.reset();
+}
+
+/// Renders the patch to a scripted hand, one tick per period, then reports.
+#[embassy_executor::task]
+pub async fn run_script(mut haptic: HapticLoop<ThisBoard>, mut slot: PatchSlot<'static>, script: Script) {
+    while haptic.seen().ticks < script.ticks {
+        let (period, tick) = (next_period().await, haptic.seen().ticks);
+        haptic.tick(&mut slot, script::sensed(tick, script.lead_ticks), Command::HEARD, Some(period));
+        if haptic.seen().ticks.is_multiple_of(SNAPSHOT_TICKS) {
+            telemetry::publish(*haptic.seen());
+        }
+    }
+    haptic.board.outputs_off();
+    let (last, state_hash, force_hash) = (*haptic.seen(), slot.state().1, haptic.force_hash());
+    telemetry::finish(telemetry::Result { last, state_hash, force_hash, periods: periods_begun() });
+    loop {
+        next_period().await;
+        haptic.board.feed_watchdog();
+    }
+}
+
+/// Serves a host until it goes.
+#[embassy_executor::task]
+pub async fn serve_host(mut haptic: HapticLoop<ThisBoard>, memory: &'static mut Memory, upload: &'static mut Upload, pace: Pace) {
+    serve::run(&mut haptic, in_flash(), memory, upload, pace).await;
+    board::exit(true)
+}

@@ -1,0 +1,94 @@
+//! Where the firmware's image comes from.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::{EmulateError, Machine};
+use palpate_tissue::scene::Scene;
+
+/// Patches for the larger board end so.
+const LARGE: &str = "m7-480.patch";
+
+/// The repository around the working folder.
+///
+/// # Errors
+/// [`EmulateError::NoRepository`].
+pub fn repository() -> Result<PathBuf, EmulateError> {
+    let here = std::env::current_dir().map_err(|_| EmulateError::NoRepository)?;
+    let is_root = |path: &&Path| path.join("firmware/Cargo.toml").is_file() && path.join("memory.x").is_file();
+    here.ancestors().find(is_root).map(Path::to_path_buf).ok_or(EmulateError::NoRepository)
+}
+
+/// Builds the image with `cargo fw` in the repository around the working folder.
+///
+/// # Errors
+/// No repository, no cargo, or firmware that does not compile.
+pub fn build() -> Result<PathBuf, EmulateError> {
+    build_with(None)
+}
+
+/// The same with another patch in its flash.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_with(patch: Option<&Path>) -> Result<PathBuf, EmulateError> {
+    let root = repository()?;
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut command = Command::new(cargo);
+    match patch {
+        Some(patch) => command.env("PALPATE_PATCH", patch),
+        None => command.env_remove("PALPATE_PATCH"),
+    };
+    let output = command
+        .args(["fw", "--quiet", "--message-format", "json-render-diagnostics"])
+        .current_dir(root)
+        .output()
+        .map_err(|source| EmulateError::NotStarted { program: "cargo", source })?;
+    if !output.status.success() {
+        let text = String::from_utf8_lossy(&output.stderr);
+        let first = text.lines().find(|line| line.starts_with("error")).unwrap_or("cargo failed");
+        return Err(EmulateError::NotBuilt(first.to_owned()));
+    }
+    let messages = String::from_utf8_lossy(&output.stdout);
+    let mut executable = messages.lines().filter_map(|line| {
+        let message: serde_json::Value = serde_json::from_str(line).ok()?;
+        message.get("executable")?.as_str().map(PathBuf::from)
+    });
+    executable.next_back().ok_or_else(|| EmulateError::NotBuilt("cargo named no image".into()))
+}
+
+/// The image to run: the one given, or a new one.
+///
+/// # Errors
+/// As [`build`], or no file at the place given.
+pub fn find(given: Option<&Path>) -> Result<PathBuf, EmulateError> {
+    match given {
+        Some(path) if path.is_file() => Ok(path.into()),
+        Some(path) => Err(EmulateError::NoImage(path.into())),
+        None => build(),
+    }
+}
+
+/// The patch that stands for a scene on a board: its own, or one that ships.
+///
+/// # Errors
+/// No such patch, or no repository to find it in.
+pub fn patch_for(scene: &Scene) -> Result<PathBuf, EmulateError> {
+    if let Some(path) = &scene.solver.patch {
+        return Ok(path.clone());
+    }
+    let name = match scene {
+        // its lump falls between the nodes of a small patch
+        Scene { name, tissue, .. } if name == "nodule" && !tissue.inclusion.is_empty() => "nodule-m7-480.patch",
+        Scene { tissue, .. } if tissue.block_m.is_some() && tissue.inclusion.is_empty() => "block-m4f-168.patch",
+        Scene { name, .. } if name.contains("liver") => "liver-m4f-168.patch",
+        _ => return Err(EmulateError::NoPatch(scene.name.clone())),
+    };
+    Ok(repository()?.join(Path::new("firmware/patches").join(name)))
+}
+
+/// The board that a patch is for, by its file's name.
+#[must_use]
+pub fn machine_for(patch: &Path) -> Machine {
+    if patch.file_name().is_some_and(|name| name.to_string_lossy().ends_with(LARGE)) { Machine::M7 } else { Machine::M4f }
+}

@@ -1,0 +1,92 @@
+//! The firmware's image in the emulator, driven in lock-step: one pose in, one record out, and the same controller beside it on this machine.
+//!
+//! `image` (built, or given) -> `board` (the emulator and its link) -> `twin` (board and desktop side by side, compared to the bit) -> `press` (the finger) or
+//! `campaign` (contact, faults and recovery for as long as wanted). `in_loop`: the same board under the closed loop's hands; `live_trace`: under what
+//! `palpate live` recorded.
+//!
+//! What a tick costs: `exec_log` (what was executed), `firmware_image` (whose code it is), `thumb` (which class), `instruction_mix` (cycles), `timing`; when ticks start and what is late: `timed`; what it logs: `defmt_log`.
+
+pub mod board;
+pub mod campaign;
+pub mod defmt_log;
+pub mod exec_log;
+pub mod firmware_image;
+pub mod image;
+pub mod in_loop;
+pub mod instruction_mix;
+pub mod live_trace;
+pub mod one_core;
+pub mod press;
+pub mod thumb;
+pub mod timed;
+pub mod timing;
+pub mod twin;
+
+pub use board::{Board, Machine};
+pub use twin::{Difference, Twin};
+
+use std::path::PathBuf;
+
+use palpate_controller::link::{FrameError, Refusal};
+
+/// Why the emulated board did not do what it was asked.
+#[derive(Debug, thiserror::Error)]
+pub enum EmulateError {
+    /// A program is missing.
+    #[error("{program} does not start: {source}; install it ({})", if *program == "cargo" { "https://rustup.rs" } else { "Debian: apt-get install qemu-system-arm" })]
+    NotStarted {
+        /// Its name.
+        program: &'static str,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// There is nothing to build the image from.
+    #[error(
+        "no firmware here: run it inside the repository, or give an image with --image FILE and, to `emulate`, a patch with --patch FILE"
+    )]
+    NoRepository,
+    /// The firmware was not built.
+    #[error("the firmware was not built; `cargo fw` says why: {0}")]
+    NotBuilt(String),
+    /// No image at that place.
+    #[error("cannot read {0}: build one with `cargo fw`")]
+    NoImage(PathBuf),
+    /// There is no patch small enough for the board.
+    #[error(
+        "scene {0} has no patch for a board: give one with patch = \"FILE\" under [solver], or `emulate --patch FILE` (`palpate plan` and `palpate pack` make them)"
+    )]
+    NoPatch(String),
+    /// The link broke.
+    #[error("the link to the emulated board broke: {0}")]
+    Link(#[from] std::io::Error),
+    /// No answer.
+    #[error("the emulated board does not answer (is the image one of `cargo fw`?); its last words: \"{0}\"")]
+    Silent(String),
+    /// A frame came damaged, which no lock-step link does.
+    #[error("a frame of the board was dropped: {0}")]
+    Frame(#[from] FrameError),
+    /// The board said no.
+    #[error("the board refuses: {0}")]
+    Refused(Refusal),
+    /// Something in a live trace that no board does.
+    #[error("the board cannot repeat this trace: {0}")]
+    LiveTrace(String),
+    /// Board and desktop part.
+    #[error("board and desktop part: {0}")]
+    Differs(String),
+    /// Something else than what was asked for.
+    #[error("the board answered out of turn: {0}")]
+    OutOfTurn(String),
+    /// The image cannot be read.
+    #[error("{0}")]
+    Image(#[from] firmware_image::ImageError),
+    /// What was executed cannot be classed.
+    #[error("{0}")]
+    Mix(#[from] instruction_mix::MixError),
+    /// A scene or patch of this machine.
+    #[error("{0}")]
+    Tissue(#[from] palpate_tissue::Error),
+    /// The same patch or settings were refused here.
+    #[error("{0}")]
+    Build(#[from] palpate::BuildError),
+}

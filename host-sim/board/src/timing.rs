@@ -1,0 +1,83 @@
+//! What a tick takes on the board: instructions, exact, and the cycles of a Cortex-M4F that they are estimated to take.
+//!
+//! **Neither is hardware timing**: no pipeline, no flash wait states, no bus contention.
+
+use std::io::BufReader;
+use std::path::Path;
+
+use palpate::Vector3;
+use palpate_controller::link::message::HostAsk;
+use palpate_controller::patch::Memory;
+
+use super::exec_log::ExecLog;
+use super::firmware_image::FirmwareImage;
+use super::instruction_mix::calls_of;
+use super::twin::Reading;
+use super::{Board, EmulateError, Machine, Twin};
+
+/// The core's tick in the image.
+const TICK: &str = "palpate::tick::tick";
+/// Ticks that are logged: the patch is put to rest, waits, and is tapped while nobody feels it yet.
+const WAIT_TICKS: u32 = 4;
+const TAP_TICKS: u32 = 22;
+/// Where the tap begins and how far it goes in a tick [m].
+const CLEAR_M: f32 = 0.6e-3;
+const STEP_M: f32 = 0.23e-3;
+
+/// Mean cycles of an instruction of the costliest tick of a tap, by the reference manual's table over what was executed.
+///
+/// # Errors
+/// The board has crashed, or the image holds no such function.
+pub fn cycles_per_instruction(image: &Path, machine: Machine, patch: &[u8]) -> Result<f64, EmulateError> {
+    let folder = tempfile::tempdir()?;
+    let log = folder.path().join("executed");
+    let mut memory = Box::new(Memory::RESERVED);
+    let mut twin = Twin::new(Board::start(image, machine, Some(&log))?, patch, &mut memory)?;
+    for n in 0..WAIT_TICKS + TAP_TICKS {
+        let down_m = STEP_M * n.saturating_sub(WAIT_TICKS) as f32;
+        twin.tick(Reading::at(Vector3::new(0.0, 0.0, CLEAR_M - down_m)), (n == 0).then_some(HostAsk::Arm))?;
+    }
+    drop(twin); // the log is whole once the emulator has gone
+    let image = FirmwareImage::parse(&std::fs::read(image)?)?;
+    let executed = ExecLog::new(BufReader::new(std::fs::File::open(&log)?));
+    let ticks = calls_of(TICK, &image, executed)?;
+    let costs = ticks.iter().map(|tick| (tick.total().cycles(), tick.total().instructions()));
+    let (cycles, instructions) = costs.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 1));
+    Ok(cycles / instructions as f64)
+}
+
+/// Instructions of many ticks.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Spread {
+    /// Half of the ticks that run the patch take no more.
+    pub median: u64,
+    /// The longest tick.
+    pub max: u64,
+    /// Longest over median (1).
+    pub worst_over_median: f64,
+    /// Ticks without the patch: start-up, idle, fault. They are not in the median.
+    pub without_patch: usize,
+}
+
+impl Spread {
+    /// Of all ticks of a run. A tick far below the longest did not run the patch.
+    #[must_use]
+    pub fn of(instructions: &[u64]) -> Self {
+        let max = instructions.iter().copied().max().unwrap_or(0);
+        let mut with_patch: Vec<u64> = instructions.iter().copied().filter(|n| 2 * n > max).collect();
+        with_patch.sort_unstable();
+        let median = with_patch.get(with_patch.len() / 2).copied().unwrap_or(0);
+        let without_patch = instructions.len() - with_patch.len();
+        Self { median, max, worst_over_median: max as f64 / median.max(1) as f64, without_patch }
+    }
+}
+
+/// How often a tick took how many instructions, ascending.
+#[must_use]
+pub fn histogram(instructions: &[u64]) -> Vec<[f64; 2]> {
+    let mut counts = std::collections::BTreeMap::new();
+    for n in instructions {
+        *counts.entry(*n).or_insert(0_u32) += 1;
+    }
+    counts.into_iter().map(|(instructions, ticks)| [instructions as f64, f64::from(ticks)]).collect()
+}

@@ -1,0 +1,246 @@
+//! The emulated board and the same controller on this machine, fed the same messages, compared tick by tick.
+
+use palpate::haptic::cycle::Settings;
+use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
+use palpate::haptic::mode::Mode;
+use palpate::{Fault, Limiters, PatchFile, Vector3};
+use palpate_controller::controller::{Arming, Controller};
+use palpate_controller::force_out;
+use palpate_controller::link::inbox::{Inbox, Reply};
+use palpate_controller::link::message::HostAsk;
+use palpate_controller::link::{FromBoard, Record, ToBoard};
+use palpate_controller::patch::{Memory, Patch};
+use palpate_controller::port::Port;
+
+use super::in_loop::rest_shape;
+use super::{Board, EmulateError, Machine};
+use palpate_loop::closed_loop::watch::{Broken, ByGeometry};
+
+/// Ticks within which a board that nobody disturbs must reach full gain.
+const START_UP_TICKS: u32 = 2_000;
+
+/// Where board and desktop part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// The tick.
+    pub tick: u32,
+    /// What differs first.
+    pub what: &'static str,
+    /// On the board, and here.
+    pub values: [f32; 2],
+}
+
+/// Board and desktop.
+pub struct Twin<'a> {
+    board: Board,
+    machine: Machine,
+    controller: Controller,
+    patch: Patch<'a>,
+    inbox: Inbox,
+    newest: Sensed,
+    readings: u32,
+    /// The first difference; the run goes on, to say how far it leads.
+    pub difference: Option<Difference>,
+    /// The first tick in which the board's force broke an invariant of geometry; see [`ByGeometry`].
+    pub broken: Option<(u32, Broken)>,
+    watch: ByGeometry,
+    /// Instructions of every tick so far, sensors to converters.
+    pub instructions: Vec<u64>,
+    /// Faults that were met, in order, each once a time it began.
+    pub faults: Vec<Fault>,
+    last_fault: Option<Fault>,
+    packed_pa: f32,
+}
+
+/// What the sensors say.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading {
+    /// Tip [m], device frame.
+    pub position_m: Vector3<f32>,
+    /// The sensor trusts itself.
+    pub good: bool,
+    /// It is a new one.
+    pub fresh: bool,
+}
+
+impl Reading {
+    /// A new and good one.
+    #[must_use]
+    pub fn at(position_m: Vector3<f32>) -> Self {
+        Self { position_m, good: true, fresh: true }
+    }
+}
+
+impl<'a> Twin<'a> {
+    /// Uploads a patch to a board that has just started, and takes the same one here.
+    ///
+    /// # Errors
+    /// What either refuses.
+    pub fn new(mut board: Board, patch: &'a [u8], memory: &'a mut Memory) -> Result<Self, EmulateError> {
+        let mut controller = Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP, Arming::OnRequest)?;
+        let mut patch_here = Patch::open(patch, memory, None)?;
+        // a mesh is taken in `Idle` alone: three ticks of start-up
+        let sensed = Sensed { position_m: Vector3::zeros(), sequence: 0, status: SensorStatus::Failed };
+        let mut inbox = Inbox::default();
+        let mut newest = sensed;
+        for sequence in 1..=3 {
+            let message = ToBoard::Pose { position_m: [0.0; 3], sequence, good: true };
+            board.send(&message)?;
+            inbox.take(&message, &mut controller, None);
+            let (sensed, command) = inbox.clear();
+            newest = sensed.unwrap_or(newest);
+            controller.step(&mut patch_here, newest, command, true);
+            board.receive()?;
+        }
+        board.upload(patch)?;
+        let params = PatchFile::open(patch)?.params;
+        Ok(Self {
+            watch: ByGeometry::over(rest_shape(&patch_here, &params.probe)),
+            broken: None,
+            machine: board.machine(),
+            board,
+            controller,
+            patch: patch_here,
+            inbox,
+            newest,
+            readings: 3,
+            difference: None,
+            instructions: Vec::new(),
+            faults: Vec::new(),
+            last_fault: None,
+            packed_pa: params.youngs_modulus_pa,
+        })
+    }
+
+    /// The patch on this machine.
+    #[must_use]
+    pub fn patch(&self) -> &Patch<'a> {
+        &self.patch
+    }
+
+    /// The emulated board's kind.
+    #[must_use]
+    pub fn machine(&self) -> Machine {
+        self.machine
+    }
+
+    /// The link, for what is not a tick.
+    pub fn board(&mut self) -> &mut Board {
+        &mut self.board
+    }
+
+    /// The mode.
+    #[must_use]
+    pub fn mode(&self) -> Mode {
+        self.controller.mode()
+    }
+
+    /// One tick on both, with a request or without.
+    ///
+    /// # Errors
+    /// The board has crashed.
+    pub fn tick(&mut self, reading: Reading, ask: Option<HostAsk>) -> Result<Record, EmulateError> {
+        if let Some(asked) = ask {
+            self.ask(asked)?;
+        }
+        self.readings = self.readings.wrapping_add(u32::from(reading.fresh));
+        let position_m = reading.position_m.into();
+        self.tell(&ToBoard::Pose { position_m, sequence: self.readings, good: reading.good })?;
+        let (sensed, command) = self.inbox.clear();
+        self.newest = sensed.unwrap_or(self.newest);
+        let told = self.controller.step(&mut self.patch, self.newest, command, true);
+        self.patch.settle(self.controller.in_contact());
+        let here = Record::new(&told, force_out::outputs(self.controller.drive()), 0);
+
+        let there = match self.board.receive()? {
+            FromBoard::Record(record) => record,
+            FromBoard::Refused(refusal) => return Err(EmulateError::Refused(refusal)),
+            other => return Err(EmulateError::OutOfTurn(format!("{other:?}"))),
+        };
+        if self.difference.is_none()
+            && let Some((what, values)) = there.first_difference(&here)
+        {
+            self.difference = Some(Difference { tick: here.tick, what, values });
+        }
+        let force_n = if there.enabled { there.applied_n.into() } else { Vector3::zeros() };
+        if let Err(broken) = self.watch.check(&self.newest, force_n) {
+            self.broken = self.broken.or(Some((there.tick, broken)));
+        }
+        self.instructions.push(super::board::instructions(there.spent_counts));
+        let fault = there.fault();
+        if fault != self.last_fault {
+            self.faults.extend(fault);
+        }
+        self.last_fault = fault;
+        Ok(there)
+    }
+
+    /// A request to both, before the next tick.
+    ///
+    /// # Errors
+    /// The board has crashed.
+    pub fn ask(&mut self, asked: HostAsk) -> Result<(), EmulateError> {
+        self.tell(&ToBoard::Ask(asked))
+    }
+
+    /// The next tick finds the actuators' supply too low, on both.
+    ///
+    /// # Errors
+    /// The board has crashed.
+    pub fn supply_low(&mut self) -> Result<(), EmulateError> {
+        self.tell(&ToBoard::SupplyLow)
+    }
+
+    /// Asks both for another Young's modulus under force, as a multiple of the packed one between half and twice.
+    ///
+    /// # Errors
+    /// The board has crashed.
+    pub fn modulus(&mut self, ratio: f32) -> Result<(), EmulateError> {
+        self.tell(&ToBoard::YoungsModulus(ratio * self.packed_pa))
+    }
+
+    fn tell(&mut self, message: &ToBoard<'_>) -> Result<(), EmulateError> {
+        self.board.send(message)?;
+        if let Reply::Modulus(pascal) = self.inbox.take(message, &mut self.controller, None) {
+            self.patch.ask_modulus(pascal)?;
+        }
+        Ok(())
+    }
+
+    /// Holds a place outside the tissue until the force is on at full gain.
+    ///
+    /// # Errors
+    /// The board has crashed, or does not get there.
+    pub fn arm(&mut self, outside_m: Vector3<f32>) -> Result<(), EmulateError> {
+        for _ in 0..START_UP_TICKS {
+            let ask = match self.mode() {
+                Mode::Idle => Some(HostAsk::Arm),
+                Mode::Fault => Some(HostAsk::Clear),
+                _ => None,
+            };
+            let record = self.tick(Reading::at(outside_m), ask)?;
+            let ramping = record.limiters & Limiters::GAIN.bits() != 0;
+            if record.mode() == Some(Mode::Active) && !ramping {
+                return Ok(());
+            }
+        }
+        Err(EmulateError::OutOfTurn(format!("it is still {:?} after {START_UP_TICKS} calm ticks", self.mode())))
+    }
+
+    /// Hash of the board's state, checked against the one here.
+    ///
+    /// # Errors
+    /// The board has crashed.
+    pub fn state_hash(&mut self) -> Result<(u64, u32), EmulateError> {
+        self.board.send(&ToBoard::Report)?;
+        let FromBoard::State { state_hash, stack_used_bytes, .. } = self.board.receive()? else {
+            return Err(EmulateError::OutOfTurn("no report".into()));
+        };
+        let here = self.patch.state_hash();
+        if state_hash != here && self.difference.is_none() {
+            let [board, desktop] = [state_hash, here].map(|hash| hash as f32);
+            self.difference = Some(Difference { tick: 0, what: "hash of the state", values: [board, desktop] });
+        }
+        Ok((state_hash, stack_used_bytes))
+    }
+}

@@ -1,0 +1,121 @@
+//! Force against depth: the press, its holds, and a reference.
+
+use std::path::Path;
+
+use plotters::element::{Cross, DashedPathElement, PathElement};
+use plotters::prelude::{DashedLineSeries, DrawingBackend, LineSeries};
+
+use super::axis::{Axis, Unit};
+use super::canvas::Area;
+use super::canvas::Drawn;
+use super::decimate::decimate;
+use super::holds::{self, Mark};
+use super::layout::{Labels, axes, builder, legend, legend_frame, title};
+use super::picture::{Picture, save};
+use super::style::{PRESS, REFERENCE, RELEASE, line, px};
+use super::{ChartError, Press, Sample};
+
+/// Writes `NAME.svg` and `NAME.png` into `folder`.
+///
+/// # Errors
+/// An empty trace, a value that cannot be drawn, or a folder that cannot be written.
+pub fn force_depth(folder: &Path, name: &str, press: &Press) -> Result<(), ChartError> {
+    press.check()?;
+    let trace = decimate(press.trace);
+    let depths_m = || trace.iter().map(|s| s.depth_m);
+    let all_depths_m = depths_m().chain(press.reference.iter().map(|r| r.0));
+    let forces_n = trace.iter().map(|s| s.force_n);
+    let all_forces_n = forces_n.chain(press.reference.iter().map(|r| r.1));
+    let length = Unit::of_length(all_depths_m.clone());
+    let force = Unit::of_force(all_forces_n.clone());
+    let chart = ForceDepth {
+        press,
+        turn: turning_point(&trace),
+        x: Axis::from_zero(all_depths_m.map(|d| d * length.per_si), 0.06, 10),
+        y: Axis::from_zero(all_forces_n.map(|f| f * force.per_si), 0.10, 9),
+        trace: &trace,
+        length,
+        force,
+    };
+    save(folder, name, &chart)
+}
+
+struct ForceDepth<'a> {
+    press: &'a Press<'a>,
+    trace: &'a [Sample],
+    /// Last sample of the press, first of the release.
+    turn: usize,
+    length: Unit,
+    force: Unit,
+    x: Axis,
+    y: Axis,
+}
+
+/// The last sample within a thousandth of the deepest, so that a final hold belongs to the press.
+fn turning_point(trace: &[Sample]) -> usize {
+    let (least, most) =
+        trace.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), s| (least.min(s.depth_m), most.max(s.depth_m)));
+    let deep = most - 1e-3 * (most - least);
+    trace.iter().rposition(|s| s.depth_m >= deep).unwrap_or(0)
+}
+
+impl ForceDepth<'_> {
+    fn at(&self, depth_m: f64, force_n: f64) -> (f64, f64) {
+        (depth_m * self.length.per_si, force_n * self.force.per_si)
+    }
+
+    fn mark(&self, hold: &Sample) -> Mark {
+        let (depth, force) = (self.length.say(hold.depth_m), self.force.say(hold.force_n));
+        Mark { at: self.at(hold.depth_m, hold.force_n), label: format!("{depth}, {force}") }
+    }
+}
+
+impl Picture for ForceDepth<'_> {
+    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> Drawn<DB> {
+        let press = self.press;
+        let top = format!("{}: force against depth", press.scene);
+        title(area, &top, &press.summary(self.length, self.force))?;
+        let mut chart = builder(area).build_cartesian_2d(self.x.range.clone(), self.y.range.clone())?;
+        axes(
+            &mut chart,
+            Labels { title: &format!("depth [{}]", self.length.symbol), ticks: self.x.ticks, of: &|v| self.x.label(*v) },
+            Labels { title: &format!("force [{}]", self.force.symbol), ticks: self.y.ticks, of: &|v| self.y.label(*v) },
+        )?;
+
+        // the turning point belongs to both, so that they meet
+        let curve: Vec<_> = (self.trace.iter().map(|s| self.at(s.depth_m, s.force_n))).collect();
+        let loading = curve.iter().copied().take(self.turn + 1);
+        let release: Vec<_> = curve.iter().copied().skip(self.turn).collect();
+        chart
+            .draw_series(LineSeries::new(loading, line(PRESS, 2.6)))?
+            .label("press")
+            .legend(|at| PathElement::new(key(at), line(PRESS, 2.6)));
+        let mut entries = 1;
+        if release.len() > 1 {
+            // dashed, because without hysteresis it lies on the press
+            let (dash, gap, thin) = (px(7.0), px(5.0), line(RELEASE, 1.8));
+            chart
+                .draw_series(DashedLineSeries::new(release, dash, gap, thin))?
+                .label("release")
+                .legend(move |at| DashedPathElement::new(key(at), dash, gap, thin));
+            entries += 1;
+        }
+        entries += u32::from(!press.reference.is_empty());
+        let marks: Vec<_> = press.holds.iter().map(|hold| self.mark(hold)).collect();
+        let taken = legend_frame(&chart, entries);
+        holds::draw(area, &mut chart, &marks, &curve, Some(taken))?;
+        if !press.reference.is_empty() {
+            let cross = |at| Cross::new(at, px(4.2), line(REFERENCE, 2.0));
+            chart
+                .draw_series(press.reference.iter().map(|r| cross(self.at(r.0, r.1))))?
+                .label("FEM reference")
+                .legend(|(x, y)| Cross::new((x + px(13.0), y), px(4.2), line(REFERENCE, 2.0)));
+        }
+        legend(&mut chart)
+    }
+}
+
+/// The stroke of a legend entry that begins at a point [canvas units].
+fn key((x, y): (i32, i32)) -> [(i32, i32); 2] {
+    [(x, y), (x + px(26.0), y)]
+}

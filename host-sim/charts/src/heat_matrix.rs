@@ -1,0 +1,207 @@
+//! A table to be read at a glance: a coloured cell with a sign for every row and column, columns in groups.
+//!
+//! The tones differ in lightness as well as in hue, and every cell carries its sign, so that the picture reads in grey too.
+
+use std::path::Path;
+
+use plotters::element::Rectangle;
+use plotters::prelude::DrawingBackend;
+use plotters::style::text_anchor::{HPos, VPos};
+use plotters::style::{Color, RGBColor, WHITE};
+
+use super::ChartError;
+use super::canvas::Area;
+use super::canvas::Drawn;
+use super::layout::{MARGIN_PX, TITLE_HEIGHT_PX, cut, title, width};
+use super::picture::{Picture, save};
+use super::style::{INK, MUTED, TICK_PX, px, text};
+
+/// From good to bad; lighter is better.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tone {
+    /// As it should be.
+    Good,
+    /// As it should be, in another way.
+    Calm,
+    /// Just as it should be, not better.
+    Thin,
+    /// A small fault.
+    Slight,
+    /// A fault.
+    Fault,
+    /// A large fault.
+    Serious,
+    /// A larger one.
+    Severe,
+    /// A failure.
+    Failure,
+    /// The worst.
+    Lost,
+    /// Nothing was measured.
+    Empty,
+}
+
+/// A cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeatCell {
+    /// Colour.
+    pub tone: Tone,
+    /// What stands in it.
+    pub sign: String,
+}
+
+/// Columns side by side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeatGroup {
+    /// Two lines above.
+    pub label: [String; 2],
+    /// Below each column; empty where nothing stands.
+    pub feet: Vec<String>,
+}
+
+/// A row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeatRow {
+    /// Name.
+    pub name: String,
+    /// A gap above it.
+    pub apart: bool,
+    /// One cell for each column of all groups.
+    pub cells: Vec<HeatCell>,
+}
+
+/// What is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct HeatMatrix<'a> {
+    /// First line.
+    pub title: &'a str,
+    /// Second line.
+    pub below: &'a str,
+    /// Columns.
+    pub groups: &'a [HeatGroup],
+    /// Rows.
+    pub rows: &'a [HeatRow],
+    /// What tones and signs mean.
+    pub key: &'a [(HeatCell, &'a str)],
+    /// Left of the feet: what they are.
+    pub foot: &'a str,
+}
+
+/// Room for the names of rows, between groups, and for the lines around the table [px].
+const NAMES_PX: f64 = 236.0;
+const GAP_PX: f64 = 7.0;
+const HEAD_PX: f64 = 40.0;
+const FEET_PX: f64 = 22.0;
+const KEY_PX: f64 = 44.0;
+/// Text in cells and under them [px].
+const SIGN_PX: f64 = 11.5;
+const FOOT_PX: f64 = 10.0;
+/// Rows are no higher [px].
+const HIGHEST_PX: f64 = 40.0;
+
+/// Writes `NAME.svg` and `NAME.png` into `folder`.
+///
+/// # Errors
+/// No rows or columns, a row with another number of cells, or a folder that cannot be written.
+pub fn heat_matrix(folder: &Path, name: &str, matrix: &HeatMatrix) -> Result<(), ChartError> {
+    let columns: usize = matrix.groups.iter().map(|g| g.feet.len()).sum();
+    if columns == 0 || matrix.rows.is_empty() {
+        return Err(ChartError::Empty { what: "matrix" });
+    }
+    if let Some(row) = matrix.rows.iter().find(|row| row.cells.len() != columns) {
+        return Err(ChartError::EmptySeries { series: row.name.clone() });
+    }
+    save(folder, name, &Drawing { matrix, columns })
+}
+
+struct Drawing<'a> {
+    matrix: &'a HeatMatrix<'a>,
+    columns: usize,
+}
+
+/// Fill and the ink on it.
+fn colors(tone: Tone) -> (RGBColor, RGBColor) {
+    match tone {
+        Tone::Good => (RGBColor(0xa8, 0xdb, 0xc5), INK),
+        Tone::Calm => (RGBColor(0x8d, 0xbd, 0xe6), INK),
+        Tone::Thin => (RGBColor(0xdd, 0xe9, 0xa4), INK),
+        Tone::Slight => (RGBColor(0xf7, 0xe3, 0x8c), INK),
+        Tone::Fault => (RGBColor(0xf0, 0xac, 0x4e), INK),
+        Tone::Serious => (RGBColor(0xdb, 0x73, 0x2f), WHITE),
+        Tone::Severe => (RGBColor(0x8a, 0x5a, 0xb8), WHITE),
+        Tone::Failure => (RGBColor(0xad, 0x2b, 0x32), WHITE),
+        Tone::Lost => (RGBColor(0x2b, 0x2b, 0x33), WHITE),
+        Tone::Empty => (RGBColor(0xf1, 0xf2, 0xf4), MUTED),
+    }
+}
+
+impl Picture for Drawing<'_> {
+    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> Drawn<DB> {
+        let matrix = self.matrix;
+        title(area, matrix.title, matrix.below)?;
+        let (wide, high) = area.dim_in_pixel();
+        let (wide, high) = (f64::from(wide) / f64::from(px(1.0)), f64::from(high) / f64::from(px(1.0)));
+        let left = MARGIN_PX + NAMES_PX;
+        let top = TITLE_HEIGHT_PX + HEAD_PX;
+        let gaps = GAP_PX * (matrix.groups.len() - 1) as f64;
+        let cell_wide = (wide - MARGIN_PX - left - gaps) / self.columns as f64;
+        let apart = GAP_PX * matrix.rows.iter().skip(1).filter(|r| r.apart).count() as f64;
+        let cell_high = ((high - top - FEET_PX - KEY_PX - apart) / matrix.rows.len() as f64).min(HIGHEST_PX);
+
+        let centered = |size, color| text(size, color, (HPos::Center, VPos::Center));
+        let mut x = left;
+        let mut starts = Vec::with_capacity(self.columns);
+        let bottom = top + apart + cell_high * matrix.rows.len() as f64;
+        for group in matrix.groups {
+            let middle = x + cell_wide * group.feet.len() as f64 / 2.0;
+            for (line, y) in group.label.iter().zip([top - 29.0, top - 12.0]) {
+                area.draw_text(line, &centered(TICK_PX - 1.0, INK), (px(middle), px(y)))?;
+            }
+            for foot in &group.feet {
+                area.draw_text(foot, &centered(FOOT_PX, MUTED), (px(x + cell_wide / 2.0), px(bottom + 10.0)))?;
+                starts.push(x);
+                x += cell_wide;
+            }
+            x += GAP_PX;
+        }
+        let to_the_right = |size, color| text(size, color, (HPos::Right, VPos::Center));
+        area.draw_text(matrix.foot, &to_the_right(FOOT_PX + 1.0, MUTED), (px(left - 10.0), px(bottom + 10.0)))?;
+
+        let mut y = top;
+        for (n, row) in matrix.rows.iter().enumerate() {
+            if row.apart && n > 0 {
+                y += GAP_PX;
+            }
+            let style = to_the_right(TICK_PX, INK);
+            let name = cut(area, &row.name, &style, px(NAMES_PX - 10.0))?;
+            area.draw_text(&name, &style, (px(left - 10.0), px(y + cell_high / 2.0)))?;
+            for (cell, x) in row.cells.iter().zip(&starts) {
+                self.cell(area, cell, [*x, y], [cell_wide, cell_high])?;
+            }
+            y += cell_high;
+        }
+        self.key(area, high - KEY_PX / 2.0)
+    }
+}
+
+impl Drawing<'_> {
+    fn cell<DB: DrawingBackend>(&self, area: &Area<DB>, cell: &HeatCell, [x, y]: [f64; 2], [wide, high]: [f64; 2]) -> Drawn<DB> {
+        let (fill, ink) = colors(cell.tone);
+        let corners = [(px(x + 0.5), px(y + 0.5)), (px(x + wide - 0.5), px(y + high - 0.5))];
+        area.draw(&Rectangle::new(corners, fill.filled()))?;
+        let style = text(SIGN_PX, ink, (HPos::Center, VPos::Center));
+        area.draw_text(&cell.sign, &style, (px(x + wide / 2.0), px(y + high / 2.0)))
+    }
+
+    /// One line: cells with what they mean.
+    fn key<DB: DrawingBackend>(&self, area: &Area<DB>, y: f64) -> Drawn<DB> {
+        let style = text(TICK_PX - 1.0, INK, (HPos::Left, VPos::Center));
+        let mut x = MARGIN_PX;
+        for (cell, meaning) in self.matrix.key {
+            self.cell(area, cell, [x, y - 9.0], [18.0, 18.0])?;
+            area.draw_text(meaning, &style, (px(x + 23.0), px(y)))?;
+            x += 23.0 + f64::from(width(area, meaning, &style)?) / f64::from(px(1.0)) + 12.0;
+        }
+        Ok(())
+    }
+}

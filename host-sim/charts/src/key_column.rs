@@ -1,0 +1,78 @@
+//! The legend beside a plot: it has its own column and can cover no data.
+
+use plotters::drawing::DrawingAreaErrorKind;
+use plotters::element::{DashedPathElement, PathElement, Polygon, Rectangle};
+use plotters::prelude::DrawingBackend;
+use plotters::style::text_anchor::{HPos, VPos};
+use plotters::style::{Color, RGBColor};
+
+use super::canvas::Area;
+use super::canvas::Drawn;
+use super::layout::{MARGIN_PX, cut, width};
+use super::speed_accuracy::marker::{Look, outline};
+use super::style::{INK, TICK_PX, line, px, text};
+
+/// What stands before a name.
+#[derive(Clone, Copy)]
+pub enum Sign {
+    /// A line, with a marker on it if there are markers.
+    Line { look: Look, joined: bool, marked: bool },
+    /// A filled square.
+    Patch(RGBColor),
+    /// A thin outline.
+    Wire(RGBColor),
+    /// A dashed line.
+    Dashes(RGBColor),
+}
+
+/// Width of a sign and the gap behind it [px].
+const SIGN_PX: f64 = 34.0;
+/// Widest column [px]: longer names are cut.
+const WIDEST_PX: f64 = 280.0;
+/// Height of an entry [px].
+const ENTRY_PX: f64 = 22.0;
+
+/// Width that the column needs, margin included [canvas units]; 0 without entries.
+pub fn room<DB: DrawingBackend>(area: &Area<DB>, entries: &[(Sign, &str)]) -> Result<i32, DrawingAreaErrorKind<DB::ErrorType>> {
+    let style = text(TICK_PX, INK, (HPos::Left, VPos::Center));
+    let mut widest = 0;
+    for (_, name) in entries {
+        widest = widest.max(width(area, name, &style)?);
+    }
+    if entries.is_empty() { Ok(0) } else { Ok((widest + px(SIGN_PX + MARGIN_PX + 16.0)).min(px(WIDEST_PX))) }
+}
+
+/// Draws the column `taken` wide [canvas units] at the right edge, from `top` down.
+pub fn draw<DB: DrawingBackend>(area: &Area<DB>, entries: &[(Sign, &str)], taken: i32, top: i32) -> Drawn<DB> {
+    let left = area.dim_in_pixel().0.cast_signed() - taken + px(16.0);
+    let bottom = area.dim_in_pixel().1.cast_signed() - px(MARGIN_PX);
+    // many entries move together rather than leave the picture
+    let step = px(ENTRY_PX).min((bottom - top) / i32::try_from(entries.len().max(1)).unwrap_or(i32::MAX));
+    let style = text(TICK_PX, INK, (HPos::Left, VPos::Center));
+    for (n, (sign, name)) in entries.iter().enumerate() {
+        let y = top + px(ENTRY_PX / 2.0) + step * n as i32;
+        draw_sign(area, *sign, left, y)?;
+        let name = cut(area, name, &style, taken - px(SIGN_PX + MARGIN_PX + 10.0))?;
+        area.draw_text(&name, &style, (left + px(SIGN_PX), y))?;
+    }
+    Ok(())
+}
+
+fn draw_sign<DB: DrawingBackend>(area: &Area<DB>, sign: Sign, left: i32, y: i32) -> Drawn<DB> {
+    let stroke = [(left, y), (left + px(26.0), y)];
+    let corners = [(left + px(6.0), y - px(7.0)), (left + px(20.0), y + px(7.0))];
+    match sign {
+        Sign::Line { look, joined, marked } => {
+            if joined {
+                area.draw(&PathElement::new(stroke, line(look.color, 2.2)))?;
+            }
+            if marked {
+                area.draw(&Polygon::new(outline(look.shape, (left + px(13.0), y), px(4.6)), look.color.filled()))?;
+            }
+            Ok(())
+        }
+        Sign::Patch(color) => area.draw(&Rectangle::new(corners, color.filled())),
+        Sign::Wire(color) => area.draw(&Rectangle::new(corners, line(color, 1.6))),
+        Sign::Dashes(color) => area.draw(&DashedPathElement::new(stroke, px(5.0), px(4.0), line(color, 1.6))),
+    }
+}

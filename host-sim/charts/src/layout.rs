@@ -1,0 +1,153 @@
+//! Title, axes and legend, placed alike on every chart.
+
+use plotters::chart::ChartContext;
+use plotters::coord::cartesian::Cartesian2d;
+use plotters::coord::ranged1d::{Ranged, ValueFormatter};
+use plotters::drawing::DrawingAreaErrorKind;
+use plotters::prelude::{ChartBuilder, DrawingBackend, SeriesLabelPosition};
+use plotters::style::text_anchor::{HPos, VPos};
+use plotters::style::{TRANSPARENT, TextStyle, WHITE};
+
+use super::canvas::{Area, Drawn};
+use super::place::Frame;
+use super::style::{GRID, INK, LABEL_PX, MUTED, TICK_PX, TITLE_PX, heading, line, px, text};
+
+/// A chart with two number axes.
+pub type Chart<'a, DB, X, Y> = ChartContext<'a, DB, Cartesian2d<X, Y>>;
+
+/// Distance of all ink from the edges of the picture [px].
+pub const MARGIN_PX: f64 = 24.0;
+
+/// Height that `title` takes [px].
+pub const TITLE_HEIGHT_PX: f64 = 78.0;
+
+/// Draws a heading with a line below it at the top left.
+pub fn title<DB: DrawingBackend>(area: &Area<DB>, top: &str, below: &str) -> Drawn<DB> {
+    let left = px(MARGIN_PX);
+    let style = heading(TITLE_PX, INK);
+    area.draw_text(&fitted(area, top, &style)?, &style, (left, px(18.0)))?;
+    let style = text(LABEL_PX, MUTED, (HPos::Left, VPos::Top));
+    area.draw_text(&fitted(area, below, &style)?, &style, (left, px(45.0)))
+}
+
+/// `words`, cut with an ellipsis where they would run off the picture.
+pub fn fitted<DB: DrawingBackend>(
+    area: &Area<DB>,
+    words: &str,
+    style: &TextStyle,
+) -> Result<String, DrawingAreaErrorKind<DB::ErrorType>> {
+    cut(area, words, style, area.dim_in_pixel().0.cast_signed() - 2 * px(MARGIN_PX))
+}
+
+/// `words`, cut with an ellipsis to `room` [canvas units].
+pub fn cut<DB: DrawingBackend>(
+    area: &Area<DB>,
+    words: &str,
+    style: &TextStyle,
+    room: i32,
+) -> Result<String, DrawingAreaErrorKind<DB::ErrorType>> {
+    let mut cut = words.to_owned();
+    while !cut.is_empty() && width(area, &cut, style)? > room {
+        cut.pop();
+        cut.truncate(cut.trim_end_matches(['…', ' ', ',']).len());
+        cut.pop();
+        cut.push('…');
+    }
+    Ok(cut)
+}
+
+/// Width of `words` [canvas units].
+pub fn width<DB: DrawingBackend>(
+    area: &Area<DB>,
+    words: &str,
+    style: &TextStyle,
+) -> Result<i32, DrawingAreaErrorKind<DB::ErrorType>> {
+    // the library measures by line height (1.362 em here) but draws by 1.24 em
+    let measured = f64::from(area.estimate_text_size(words, style)?.0);
+    Ok((measured * 1.362 / 1.24).ceil() as i32)
+}
+
+/// A chart builder with the common margins below a title.
+pub fn builder<'b, DB: DrawingBackend>(area: &Area<DB>) -> ChartBuilder<'_, 'b, DB> {
+    let mut builder = ChartBuilder::on(area);
+    builder
+        .margin(px(MARGIN_PX))
+        .margin_top(px(TITLE_HEIGHT_PX))
+        .margin_left(px(MARGIN_PX - 8.0))
+        .margin_bottom(px(MARGIN_PX - 8.0))
+        .x_label_area_size(px(54.0))
+        .y_label_area_size(px(76.0));
+    builder
+}
+
+/// What is written along one axis.
+#[derive(Clone, Copy)]
+pub struct Labels<'a> {
+    /// Quantity and unit.
+    pub title: &'a str,
+    /// Most ticks.
+    pub ticks: usize,
+    /// Text of the tick at a value.
+    pub of: &'a dyn Fn(&f64) -> String,
+}
+
+/// Draws grid, ticks and axis titles.
+pub fn axes<'a, DB, X, Y>(chart: &mut Chart<'a, DB, X, Y>, x: Labels, y: Labels) -> Drawn<DB>
+where
+    DB: DrawingBackend + 'a,
+    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    let center = (HPos::Center, VPos::Center);
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(line(GRID, 1.0))
+        .axis_style(line(INK, 1.2))
+        .set_all_tick_mark_size(px(5.0))
+        .label_style(text(TICK_PX, INK, center))
+        .axis_desc_style(text(LABEL_PX, INK, center))
+        .x_labels(x.ticks)
+        .y_labels(y.ticks)
+        .x_label_formatter(x.of)
+        .y_label_formatter(y.of)
+        .x_desc(x.title)
+        .y_desc(y.title)
+        .draw()
+}
+
+/// Distance of the legend from the top left corner of the plot [px].
+const LEGEND_PX: (f64, f64) = (10.0, 6.0);
+
+/// The part of the canvas that a legend of `entries` lines may take.
+pub fn legend_frame<'a, DB, X, Y>(chart: &Chart<'a, DB, X, Y>, entries: u32) -> Frame
+where
+    DB: DrawingBackend + 'a,
+    X: Ranged<ValueType = f64>,
+    Y: Ranged<ValueType = f64>,
+{
+    let base = chart.plotting_area().get_base_pixel();
+    let lines = f64::from(entries);
+    Frame {
+        low: (base.0 + px(LEGEND_PX.0), base.1 + px(LEGEND_PX.1)),
+        high: (base.0 + px(180.0), base.1 + px(24.0 + 20.0 * lines)),
+    }
+}
+
+/// Draws the legend of the series that were given a label, top left in the plot.
+pub fn legend<'a, DB, X, Y>(chart: &mut Chart<'a, DB, X, Y>) -> Drawn<DB>
+where
+    DB: DrawingBackend + 'a,
+    X: Ranged<ValueType = f64>,
+    Y: Ranged<ValueType = f64>,
+{
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::Coordinate(px(LEGEND_PX.0), px(LEGEND_PX.1)))
+        .margin(px(9.0))
+        .legend_area_size(px(38.0))
+        .background_style(WHITE)
+        .border_style(TRANSPARENT)
+        .label_font(text(TICK_PX, INK, (HPos::Left, VPos::Top)))
+        .draw()
+}

@@ -1,0 +1,207 @@
+//! The pictures of every command, each written as `NAME.svg` and `NAME.png` with the same look.
+//!
+//! One drawing routine serves both formats, and the font is compiled in, so a machine without
+//! fonts or a display gets the same pictures. SI goes in; millimetres appear only on paper.
+
+mod axis;
+mod before_after;
+mod box_plot;
+mod canvas;
+mod convergence;
+mod created_energy;
+mod decimate;
+mod force_depth;
+mod force_time;
+mod heat_matrix;
+mod holds;
+mod key_column;
+mod layout;
+mod lines;
+mod picture;
+mod place;
+mod plan;
+mod raster;
+mod reaction_times;
+mod refinement;
+mod speed_accuracy;
+mod stiffness_matrix;
+mod style;
+mod superposed;
+mod surface;
+mod tick_time;
+
+pub use before_after::{PersonValue, Phase, before_after};
+pub use box_plot::{BoxCluster, BoxPlot, LabelledValues, box_plot};
+pub use convergence::{ConvergencePoint, convergence};
+pub use created_energy::{CreatedEnergy, EnergyRow, created_energy};
+pub use force_depth::force_depth;
+pub use force_time::force_time;
+pub use heat_matrix::{HeatCell, HeatGroup, HeatMatrix, HeatRow, Tone, heat_matrix};
+pub use lines::{Level, LineSeries, Lines, Scale, ScaledAxis, lines};
+pub use plan::{PlanChart, PlanDot, plan};
+pub use reaction_times::{ReactionBar, ReactionTimes, reaction_times};
+pub use refinement::{Refinement, RefinementLevel, refinement};
+pub use speed_accuracy::{MethodPoint, MethodPoints, SpeedAccuracy, speed_accuracy};
+pub use stiffness_matrix::{MatrixCell, MatrixGroup, MatrixRow, StiffnessMatrix, stiffness_matrix};
+pub use superposed::{Landmark, Layer, Look, Superposed, superposed};
+pub use surface::{Probe, ProbeShape, Surface, surface};
+pub use tick_time::{TickTimes, tick_time};
+
+use std::path::PathBuf;
+
+use axis::Unit;
+
+/// A press run as the charts need it.
+#[derive(Clone, Copy, Debug)]
+pub struct Press<'a> {
+    /// Scene name, first words of every title.
+    pub scene: &'a str,
+    /// Size of the patch that was pressed.
+    pub node_count: usize,
+    /// The run in time order, one sample a tick.
+    pub trace: &'a [Sample],
+    /// The last sample of each hold, in time order; may be empty.
+    pub holds: &'a [Sample],
+    /// FEM answer as (depth [m], force [N]); may be empty.
+    pub reference: &'a [(f64, f64)],
+}
+
+/// One instant of a press run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Time since the run began [s].
+    pub t_s: f64,
+    /// Probe travel past first contact [m]; negative before it touches.
+    pub depth_m: f64,
+    /// Force on the probe along its handle [N]; positive pushes it out.
+    pub force_n: f64,
+}
+
+/// Why a picture was not written. Nothing is left in the folder in any of these cases.
+#[derive(Debug, thiserror::Error)]
+pub enum ChartError {
+    /// There is no data to draw.
+    #[error("{what} is empty: run at least one tick before drawing it")]
+    Empty {
+        /// The list that was empty.
+        what: &'static str,
+    },
+    /// NaN, infinite, or beyond the size of any tissue experiment.
+    #[error("{what}[{index}] is {value}, which cannot be drawn: cut the run before it, or find why it diverged")]
+    NotDrawable {
+        /// The list that holds the value.
+        what: &'static str,
+        /// Where in the list.
+        index: usize,
+        /// The value found.
+        value: f64,
+    },
+    /// A named series that has no values.
+    #[error("series \"{series}\" has no values: leave it out, or find why nothing was measured")]
+    EmptySeries {
+        /// Its name.
+        series: String,
+    },
+    /// A value of a named series that has no place on the axes.
+    #[error("series \"{series}\": {what}[{index}] is {value}, which cannot be drawn: {fix}")]
+    InSeries {
+        /// Its name.
+        series: String,
+        /// The list that holds the value.
+        what: &'static str,
+        /// Where in the list.
+        index: usize,
+        /// The value found.
+        value: f64,
+        /// What to do.
+        fix: &'static str,
+    },
+    /// A surface triangle names a node that does not exist.
+    #[error(
+        "triangles[{triangle}] names node {node}, but there are {node_count} nodes: rebuild the surface from the mesh it belongs to"
+    )]
+    NoSuchNode {
+        /// Index of the triangle.
+        triangle: usize,
+        /// The node it names.
+        node: u32,
+        /// Nodes that have both a rest and a deformed position.
+        node_count: usize,
+    },
+    /// The file system refused.
+    #[error("cannot write {}: {source}; choose a folder that exists and that you may write to", path.display())]
+    Write {
+        /// The picture that was to be written.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The plotting library refused.
+    #[error("cannot draw {}: {message}; the data is saved beside it as CSV", path.display())]
+    Draw {
+        /// The picture that was to be drawn.
+        path: PathBuf,
+        /// What the library said.
+        message: String,
+    },
+}
+
+/// Beyond this the plotting library's tick search runs out of digits; no SI value here comes near.
+const LARGEST_DRAWABLE: f64 = 1e12;
+
+fn check(what: &'static str, values: impl IntoIterator<Item = f64>) -> Result<(), ChartError> {
+    for (index, value) in values.into_iter().enumerate() {
+        if !value.is_finite() || value.abs() > LARGEST_DRAWABLE {
+            return Err(ChartError::NotDrawable { what, index, value });
+        }
+    }
+    Ok(())
+}
+
+/// As [`check`], for one series of several; `positive` where the axis is logarithmic.
+fn check_series(
+    series: &str,
+    what: &'static str,
+    values: impl IntoIterator<Item = f64>,
+    positive: bool,
+) -> Result<(), ChartError> {
+    for (index, value) in values.into_iter().enumerate() {
+        let drawable = value.is_finite() && value.abs() <= LARGEST_DRAWABLE;
+        if !drawable || positive && value <= 0.0 {
+            let fix =
+                if drawable { "a logarithmic axis has room above zero only" } else { "leave it out, or find why it diverged" };
+            return Err(ChartError::InSeries { series: series.to_owned(), what, index, value, fix });
+        }
+    }
+    Ok(())
+}
+
+impl Press<'_> {
+    /// The line below a title.
+    fn summary(&self, length: Unit, force: Unit) -> String {
+        let most = |of: fn(&Sample) -> f64| {
+            let all = self.trace.iter().map(of);
+            all.fold(f64::NEG_INFINITY, f64::max)
+        };
+        format!(
+            "{} nodes, deepest {}, largest force {}",
+            self.node_count,
+            length.say(most(|s| s.depth_m)),
+            force.say(most(|s| s.force_n)),
+        )
+    }
+
+    fn check(&self) -> Result<(), ChartError> {
+        if self.trace.is_empty() {
+            return Err(ChartError::Empty { what: "trace" });
+        }
+        check("trace t_s", self.trace.iter().map(|s| s.t_s))?;
+        check("trace depth_m", self.trace.iter().map(|s| s.depth_m))?;
+        check("trace force_n", self.trace.iter().map(|s| s.force_n))?;
+        check("holds t_s", self.holds.iter().map(|s| s.t_s))?;
+        check("holds depth_m", self.holds.iter().map(|s| s.depth_m))?;
+        check("holds force_n", self.holds.iter().map(|s| s.force_n))?;
+        check("reference depth_m", self.reference.iter().map(|r| r.0))?;
+        check("reference force_n", self.reference.iter().map(|r| r.1))
+    }
+}

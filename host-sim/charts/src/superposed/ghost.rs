@@ -1,0 +1,70 @@
+//! Edges and outline of a surface that is seen through.
+
+use std::collections::BTreeMap;
+
+use super::Layer;
+use crate::style::FINE;
+use crate::surface::view::{V3, View, cross, dot, length, sub};
+
+/// A piece of an edge.
+pub struct Wire {
+    /// Ends [canvas units].
+    pub ends: [(f64, f64); 2],
+    /// Distance of its middle toward the eye [m].
+    pub near: f64,
+}
+
+/// Edges by rising node numbers, with how many of their triangles face the eye and how many do not.
+fn edges(layer: &Layer, view: &View) -> BTreeMap<[u32; 2], [u32; 2]> {
+    let mut edges = BTreeMap::new();
+    for triangle in layer.triangles {
+        let [Some(a), Some(b), Some(c)] = triangle.map(|n| layer.nodes_m.get(n as usize).copied()) else { continue };
+        let normal = cross(sub(b, a), sub(c, a));
+        // a triangle without area faces nowhere
+        if length(normal) <= 1e-9 * dot(sub(b, a), sub(b, a)).max(dot(sub(c, a), sub(c, a))) {
+            continue;
+        }
+        let away = usize::from(dot(normal, view.eye) <= 0.0);
+        for k in 0..3 {
+            let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
+            let sides: &mut [u32; 2] = edges.entry([a.min(b), a.max(b)]).or_default();
+            sides[away] += 1;
+        }
+    }
+    edges
+}
+
+fn ends(layer: &Layer, edge: [u32; 2]) -> Option<[V3; 2]> {
+    let [a, b] = edge.map(|n| layer.nodes_m.get(n as usize).copied());
+    Some([a?, b?])
+}
+
+/// Edges of the triangles that face the eye, in pieces no longer than `piece_px`.
+///
+/// They count as half a piece farther than they are: where both surfaces coincide only the skin is seen, not a moiré of both.
+pub fn wires(layer: &Layer, view: &View, piece_px: f64) -> Vec<Wire> {
+    let mut all = Vec::new();
+    let behind = 0.5 * piece_px * f64::from(FINE) / view.scale;
+    for (edge, _) in edges(layer, view).into_iter().filter(|(_, [toward, _])| *toward > 0) {
+        let Some([a, b]) = ends(layer, edge) else { continue };
+        let (from, to) = (view.at(a), view.at(b));
+        let length_px = (to.0 - from.0).hypot(to.1 - from.1) / f64::from(FINE);
+        let count = (length_px / piece_px).ceil().clamp(1.0, 200.0);
+        let near = |p: V3| dot(p, view.eye);
+        let mix = |a: f64, b: f64, k: f64| a + (b - a) * k / count;
+        for k in 0..count as u32 {
+            let (k, next) = (f64::from(k), f64::from(k) + 1.0);
+            let at = |k| (mix(from.0, to.0, k), mix(from.1, to.1, k));
+            all.push(Wire { ends: [at(k), at(next)], near: mix(near(a), near(b), k + 0.5) - behind });
+        }
+    }
+    all
+}
+
+/// Edges between what faces the eye and what does not, and open borders [canvas units].
+pub fn outline(layer: &Layer, view: &View) -> Vec<[(f64, f64); 2]> {
+    let turned = |[toward, away]: &[u32; 2]| *toward > 0 && *away > 0 || toward + away == 1;
+    (edges(layer, view).into_iter().filter(|(_, sides)| turned(sides)))
+        .filter_map(|(edge, _)| Some(ends(layer, edge)?.map(|p| view.at(p))))
+        .collect()
+}

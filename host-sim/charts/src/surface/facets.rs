@@ -1,0 +1,179 @@
+//! Splits the surface into small flat-coloured pieces, farthest first.
+
+use super::view::{V3, View, add, cross, dot, length, sub, unit};
+use crate::style::FINE;
+
+/// A triangle of the mesh that faces the eye.
+pub struct Face {
+    /// The face in its mean colour.
+    pub whole: Facet,
+    /// Its parts where it takes more than one colour.
+    pub parts: Vec<Facet>,
+}
+
+/// A piece of a face small enough for one colour.
+pub struct Facet {
+    /// Corners [canvas units].
+    pub corners: [(f64, f64); 3],
+    /// How far the tissue here has moved [m].
+    pub moved_m: f64,
+    /// Light from 0 (dark) to 1.
+    pub light: f64,
+    /// Distance of its middle toward the eye [m].
+    pub near: f64,
+}
+
+/// A surface to be split.
+#[derive(Clone, Copy)]
+pub struct Skin<'a> {
+    /// Node positions [m].
+    pub places_m: &'a [V3],
+    /// Nodes of each triangle, counter-clockwise seen from outside.
+    pub triangles: &'a [[u32; 3]],
+    /// How far each node has moved [m].
+    pub moved_m: &'a [f64],
+    /// End of the colour scale [m].
+    pub scale_m: f64,
+    /// Toward the lamp, unit vector.
+    pub lamp: V3,
+    /// No part has a longer side [px]; infinite where only colour and light count.
+    pub largest_px: f64,
+}
+
+impl Facet {
+    /// Corners moved away from the middle by `margin` [canvas units].
+    pub fn grown(&self, margin: f64) -> [(f64, f64); 3] {
+        let x = self.corners.iter().map(|p| p.0).sum::<f64>() / 3.0;
+        let y = self.corners.iter().map(|p| p.1).sum::<f64>() / 3.0;
+        self.corners.map(|p| {
+            let (dx, dy) = (p.0 - x, p.1 - y);
+            let by = 1.0 + margin / dx.hypot(dy).max(1.0);
+            (x + dx * by, y + dy * by)
+        })
+    }
+}
+
+/// Normals of neighbours that differ by more than 40 degrees (cosine) meet in an edge, not a bend.
+const CREASE: f64 = 0.766;
+
+/// Facets over which colour or light runs its whole range.
+const SHADES: f64 = 24.0;
+
+/// Shortest side that is still split [px].
+const SMALLEST_PX: f64 = 6.0;
+
+/// A lamp low at the left, so that a shallow dent still has a bright and a dark side.
+pub fn low_lamp(view: &View) -> V3 {
+    lamp(view, [-0.75, 0.42, 0.4])
+}
+
+/// A lamp behind the left shoulder: everything that is seen is lit.
+pub fn high_lamp(view: &View) -> V3 {
+    lamp(view, [-0.45, 0.4, 0.8])
+}
+
+/// Rightward, upward, toward the eye.
+fn lamp(view: &View, [right, up, near]: [f64; 3]) -> V3 {
+    let lamp = add(add([0.0; 3], near, view.eye), up, view.up);
+    unit(add(lamp, right, view.right)).unwrap_or(view.eye)
+}
+
+/// The faces turned toward the eye, farthest first.
+pub fn faces(skin: &Skin, view: &View) -> Vec<Face> {
+    let normals = corner_normals(skin);
+    let mut all = Vec::new();
+    for (triangle, normals) in skin.triangles.iter().zip(normals) {
+        let corner = |k: usize| {
+            let node = triangle[k] as usize;
+            Some(Corner {
+                at: *skin.places_m.get(node)?,
+                moved_m: *skin.moved_m.get(node)?,
+                light: dot(normals[k], skin.lamp).max(0.0),
+            })
+        };
+        let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) else {
+            continue;
+        };
+        if dot(cross(sub(b.at, a.at), sub(c.at, a.at)), view.eye) > 0.0 {
+            all.push(Face { whole: facet([a, b, c], view), parts: split([a, b, c], skin, view) });
+        }
+    }
+    all.sort_by(|a, b| a.whole.near.total_cmp(&b.whole.near));
+    all
+}
+
+#[derive(Clone, Copy)]
+struct Corner {
+    at: V3,
+    moved_m: f64,
+    light: f64,
+}
+
+fn split(corners: [Corner; 3], skin: &Skin, view: &View) -> Vec<Facet> {
+    let range = |of: fn(&Corner) -> f64| {
+        let (low, high) =
+            corners.iter().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        high - low
+    };
+    let colour = range(|c| c.moved_m) / skin.scale_m;
+    let [a, b, c] = corners.map(|c| c.at);
+    let side = length(sub(b, a)).max(length(sub(c, b))).max(length(sub(a, c)));
+    let room = view.scale * side / (SMALLEST_PX * f64::from(FINE));
+    let least = view.scale * side / (skin.largest_px * f64::from(FINE));
+    let parts = (SHADES * colour.max(range(|c| c.light))).min(room).max(least).ceil().clamp(1.0, 64.0) as u32;
+
+    let mix = |i: u32, j: u32| {
+        let (u, v) = (f64::from(i) / f64::from(parts), f64::from(j) / f64::from(parts));
+        let lerp = |a: f64, b: f64, c: f64| a + u * (b - a) + v * (c - a);
+        let [a, b, c] = &corners;
+        Corner {
+            at: [lerp(a.at[0], b.at[0], c.at[0]), lerp(a.at[1], b.at[1], c.at[1]), lerp(a.at[2], b.at[2], c.at[2])],
+            moved_m: lerp(a.moved_m, b.moved_m, c.moved_m),
+            light: lerp(a.light, b.light, c.light),
+        }
+    };
+    if parts == 1 {
+        return Vec::new();
+    }
+    let mut facets = Vec::new();
+    for i in 0..parts {
+        for j in 0..parts - i {
+            facets.push(facet([mix(i, j), mix(i + 1, j), mix(i, j + 1)], view));
+            if i + j + 1 < parts {
+                facets.push(facet([mix(i + 1, j), mix(i + 1, j + 1), mix(i, j + 1)], view));
+            }
+        }
+    }
+    facets
+}
+
+fn facet(corners: [Corner; 3], view: &View) -> Facet {
+    let mean = |of: fn(&Corner) -> f64| corners.iter().map(of).sum::<f64>() / 3.0;
+    let near = corners.iter().map(|c| dot(c.at, view.eye)).sum::<f64>() / 3.0;
+    Facet { corners: corners.map(|c| view.at(c.at)), moved_m: mean(|c| c.moved_m), light: mean(|c| c.light), near }
+}
+
+/// Unit normals at the three corners of every triangle, smooth over bends, split at creases.
+fn corner_normals(surface: &Skin) -> Vec<[V3; 3]> {
+    let place = |node: u32| surface.places_m.get(node as usize).copied().unwrap_or_default();
+    let faces: Vec<V3> =
+        (surface.triangles.iter()).map(|t| cross(sub(place(t[1]), place(t[0])), sub(place(t[2]), place(t[0])))).collect();
+    let mut around = vec![Vec::new(); surface.places_m.len()];
+    for (face, triangle) in faces.iter().zip(surface.triangles) {
+        for node in triangle {
+            if let Some(around) = around.get_mut(*node as usize) {
+                around.push(*face);
+            }
+        }
+    }
+    let normal = |own: V3, node: u32| {
+        let mut sum = [0.0; 3];
+        for face in around.get(node as usize).into_iter().flatten() {
+            if dot(own, *face) >= CREASE * length(own) * length(*face) {
+                sum = add(sum, 1.0, *face);
+            }
+        }
+        unit(sum).unwrap_or_default()
+    };
+    (faces.iter().zip(surface.triangles)).map(|(own, triangle)| triangle.map(|node| normal(*own, node))).collect()
+}

@@ -1,0 +1,192 @@
+//! How right a patch is, by the static solution of its tick: centred presses, random places over a disc, dents, discs glued to the surface.
+
+use palpate::Params;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::places::random;
+use super::targets::Reference;
+use crate::statics::{Balance, Solver, Statics, Unbalanced, Vector};
+use palpate_tissue::patch::Patch;
+
+/// Centred depths, fitted and held out, and depths over the disc [probe radii]: 0.5, 1, .. mm for a radius of 8 mm.
+const CENTRED_RADII: [f64; 8] = [0.0625, 0.125, 0.1875, 0.25, 0.375, 0.5, 0.75, 1.0];
+const DISC_DEPTHS_RADII: [f64; 7] = [0.0625, 0.125, 0.1875, 0.25, 0.375, 0.5, 0.75];
+/// How many places it takes to judge a patch.
+pub const PLACES: usize = 40;
+/// Radius of the disc on a whole block [probe radii], and the seed of its places, which no fit uses.
+pub const DISC_RADII: f64 = 1.5;
+const SEED: u64 = 2026;
+/// Dents are compared at these depths, this far around [probe radii].
+const DENTS_RADII: [f64; 2] = [0.25, 0.5];
+const DENT_AROUND: f64 = 2.5;
+const CLEAR_M: f64 = 1e-4;
+
+/// Error at one depth.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct DepthError {
+    /// Depth [mm].
+    pub depth_mm: f64,
+    /// Error of a centred press [%].
+    pub centred_pct: f64,
+    /// Root mean square and worst over the places [%].
+    pub disc_rms_pct: Option<f64>,
+    /// The largest of them, with its sign [%].
+    pub disc_worst_pct: Option<f64>,
+}
+
+/// Surface nodes against the reference at one depth.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct DentError {
+    /// Depth [mm].
+    pub depth_mm: f64,
+    /// Mean distance of the surface from the reference at the nodes: inside the probe the surface is the foundation's outer face [mm].
+    pub surface_mean_mm: f64,
+    /// The same of the nodes themselves [mm].
+    pub nodes_mean_mm: f64,
+    /// Largest of the surface [mm].
+    pub surface_max_mm: f64,
+}
+
+/// A disc glued to the surface and moved a little.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct GluedError {
+    /// Centre of the disc [mm].
+    pub place_mm: [f64; 3],
+    /// Radius of the disc [mm].
+    pub radius_mm: f64,
+    /// Which way it moves.
+    pub direction: [f64; 3],
+    /// Error of its force [%].
+    pub error_pct: f64,
+}
+
+/// All errors of a patch.
+#[derive(Clone, Debug, Serialize)]
+pub struct Accuracy {
+    /// By depth.
+    pub forces: Vec<DepthError>,
+    /// Dents.
+    pub dents: Vec<DentError>,
+    /// Glued discs, where the reference has them.
+    pub glued: Vec<GluedError>,
+}
+
+impl Accuracy {
+    /// Presses a patch at the centre and at `places` random places over `disc_radii` probe radii.
+    ///
+    /// # Errors
+    /// A press without balance.
+    pub fn of(
+        patch: &Patch,
+        params: &Params,
+        reference: &(impl Reference + ?Sized),
+        disc_radii: f64,
+        places: usize,
+    ) -> Result<Self, Unbalanced> {
+        faer::set_global_parallelism(faer::Par::Seq);
+        let refused = Unbalanced { depth_mm: 0.0, steps: 0 };
+        let statics = Statics::of(&patch.model(), params).map_err(|_| refused)?;
+        let solver = Solver::of(&statics).ok_or(refused)?;
+        let site_m: Vector = patch.site_m().cast();
+        let rest = solver.rest(&statics, site_m, CLEAR_M)?;
+        let radius_m = f64::from(params.probe.radius_m);
+        let press = |place_m: Vector, depths: &[f64]| -> Result<Vec<(f64, Balance)>, Unbalanced> {
+            let mut here = rest.with_tip(place_m + statics.axis() * CLEAR_M);
+            let mut found = Vec::new();
+            for depth_m in depths.iter().map(|d| d * radius_m).filter(|d| *d <= reference.deepest_m() * (1.0 + 1e-9)) {
+                here = solver.press(&statics, &here, place_m - statics.axis() * depth_m, depth_m)?;
+                found.push((depth_m, here.clone()));
+            }
+            Ok(found)
+        };
+        let error = |place_m: Vector, (depth_m, balance): &(f64, Balance)| {
+            let wanted = reference.force(place_m - site_m, *depth_m);
+            wanted.map(|w| 100.0 * (balance.force / w - 1.0))
+        };
+        let centred = press(site_m, &CENTRED_RADII)?;
+        let over_disc: Vec<Vec<Option<f64>>> = random(places, disc_radii * radius_m, SEED)
+            .into_par_iter()
+            .map(|[x, y]| {
+                let Some(offset_m) = reference.place_m([x, y]) else { return Ok(Vec::new()) };
+                let place_m = site_m + offset_m;
+                Ok(press(place_m, &DISC_DEPTHS_RADII)?.iter().map(|b| error(place_m, b)).collect())
+            })
+            .collect::<Result<_, Unbalanced>>()?;
+        let mut forces = Vec::new();
+        for at in &centred {
+            let column = DISC_DEPTHS_RADII.iter().position(|d| (d * radius_m - at.0).abs() < 1e-9);
+            let disc: Option<Vec<f64>> = column.and_then(|c| over_disc.iter().map(|e| e.get(c).copied().flatten()).collect());
+            forces.push(DepthError {
+                depth_mm: at.0 * 1e3,
+                centred_pct: error(site_m, at).unwrap_or(f64::NAN),
+                disc_rms_pct: disc.as_deref().map(rms),
+                disc_worst_pct: disc.as_deref().map(worst),
+            });
+        }
+        let dent = |at: &(f64, Balance)| dent(&statics, at, site_m, radius_m, reference);
+        let dented = centred.iter().filter(|at| DENTS_RADII.iter().any(|d| (d * radius_m - at.0).abs() < 1e-9));
+        let glued = reference.glued().iter().map(|disc| {
+            let place_m = site_m + Vector::from(disc.place_m);
+            let found = solver.glued(&statics, place_m, disc.radius_m, disc.direction.into())?;
+            Ok(GluedError {
+                place_mm: disc.place_m.map(|c| c * 1e3),
+                radius_mm: disc.radius_m * 1e3,
+                direction: disc.direction,
+                error_pct: 100.0 * (found.stiffness_m / disc.stiffness_over_e_m - 1.0),
+            })
+        });
+        let glued = glued.collect::<Result<_, Unbalanced>>()?;
+        Ok(Self { forces, dents: dented.filter_map(dent).collect(), glued })
+    }
+
+    /// Root mean square of the centred errors at these depths [%].
+    #[must_use]
+    pub fn centred_rms_pct(&self, depths_mm: &[f64]) -> f64 {
+        rms(&self.at(depths_mm).map(|f| f.centred_pct).collect::<Vec<_>>())
+    }
+
+    /// Root mean square over places and depths, and the worst single one [%].
+    #[must_use]
+    pub fn disc_pct(&self, depths_mm: &[f64]) -> (f64, f64) {
+        let of = |pick: fn(&DepthError) -> Option<f64>| self.at(depths_mm).filter_map(pick).collect::<Vec<_>>();
+        (rms(&of(|f| f.disc_rms_pct)), worst(&of(|f| f.disc_worst_pct)))
+    }
+
+    fn at<'a>(&'a self, depths_mm: &'a [f64]) -> impl Iterator<Item = &'a DepthError> {
+        self.forces.iter().filter(|f| depths_mm.iter().any(|d| (d - f.depth_mm).abs() < 1e-6))
+    }
+}
+
+fn dent(
+    statics: &Statics,
+    (depth_m, balance): &(f64, Balance),
+    site_m: Vector,
+    radius_m: f64,
+    reference: &(impl Reference + ?Sized),
+) -> Option<DentError> {
+    let top = statics.rest_m.iter().enumerate().filter(|(_, x)| (x.z - site_m.z).abs() < 1e-9);
+    let near = top.filter(|(_, x)| (*x - site_m).norm() <= DENT_AROUND * radius_m);
+    let (mut surface, mut nodes) = (Vec::new(), Vec::new());
+    for (n, rest) in near {
+        let offset = rest - site_m;
+        let wanted = rest + Vector::from(reference.displacement_m(*depth_m, [offset.x, offset.y])?);
+        surface.push((balance.surface_m(statics, n) - wanted).norm() * 1e3);
+        nodes.push((balance.x_m[n] - wanted).norm() * 1e3);
+    }
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    Some(DentError {
+        depth_mm: depth_m * 1e3,
+        surface_mean_mm: mean(&surface),
+        nodes_mean_mm: mean(&nodes),
+        surface_max_mm: surface.iter().copied().fold(0.0, f64::max),
+    })
+}
+
+fn rms(errors: &[f64]) -> f64 {
+    (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt()
+}
+
+fn worst(errors: &[f64]) -> f64 {
+    errors.iter().copied().fold(0.0, |w: f64, e| if e.abs() > w.abs() { e } else { w })
+}

@@ -1,0 +1,237 @@
+//! What a calibration aims at: forces over a disc of places, dents at its centre, and discs glued to the surface.
+
+use super::places::sunflower;
+use crate::statics::Vector;
+use palpate_tissue::answer::GluedAnswer;
+
+/// Radius of the disc over which places are spread for a whole block [probe radii]: a little more than the 1.5 over which the force is held to its tolerance.
+pub const DISC_RADII: f64 = 1.65;
+/// Depths of the presses at every place [probe radii].
+const DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 0.875];
+/// Depths of the presses at the centre [probe radii].
+const CENTRE_DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 1.0];
+/// Depths of the presses along a stroke [probe radii]: 0.5, 1, 2, 4 mm for a radius of 8 mm, so that what slides 3 mm deep was
+/// not fitted.
+const STROKE_DEPTHS_RADII: [f64; 4] = [0.0625, 0.125, 0.25, 0.5];
+/// Places go on this far past both ends of a stroke [probe radii].
+const STROKE_ENDS_RADII: f64 = 0.125;
+/// Depths of the dents [probe radii].
+const DENT_DEPTHS_RADII: [f64; 2] = [0.25, 0.5];
+/// Radius around the centre in which a dent is measured [probe radii].
+const DENT_RADII: f64 = 2.5;
+
+/// Force at one depth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForceTarget {
+    /// Depth of the tip [m].
+    pub depth_m: f64,
+    /// Force along the press over E [m^2].
+    pub force: f64,
+    /// How far off counts as one unit of error (1).
+    pub tolerance: f64,
+}
+
+/// The dent at one depth: displacement of surface nodes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DentTarget {
+    /// Depth of the tip [m].
+    pub depth_m: f64,
+    /// Node and its displacement [m].
+    pub nodes: Vec<(usize, Vector)>,
+    /// How far off counts as one unit of error [m].
+    pub tolerance_m: f64,
+}
+
+/// The presses at one place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaceTarget {
+    /// Place on the rest surface [m].
+    pub place_m: Vector,
+    /// Forces, shallow first.
+    pub forces: Vec<ForceTarget>,
+    /// Dents; their depths are among those of the forces.
+    pub dents: Vec<DentTarget>,
+}
+
+/// A disc glued to the surface and moved a little.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GluedTarget {
+    /// Its centre on the rest surface [m].
+    pub place_m: Vector,
+    /// Its radius [m].
+    pub radius_m: f64,
+    /// Which way it moves, a unit vector.
+    pub direction: Vector,
+    /// Force along the way over E, per way [m].
+    pub stiffness_m: f64,
+    /// How far off counts as one unit of error (1).
+    pub tolerance: f64,
+}
+
+/// Everything a patch is fitted to. The first place is the centre.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Targets {
+    /// Places.
+    pub places: Vec<PlaceTarget>,
+    /// Glued discs, pressed and sheared; there may be none.
+    pub glued: Vec<GluedTarget>,
+    /// The centre [m].
+    pub centre_m: Vector,
+    /// Radius of the probe [m].
+    pub radius_m: f64,
+    /// Radius of the disc of places [probe radii].
+    pub disc_radii: f64,
+}
+
+/// What the reference is asked; `None` where it does not know. Places count from the site.
+pub trait Reference: Sync {
+    /// Force over E [m^2] of a press at a place [m].
+    fn force(&self, place_m: Vector, depth_m: f64) -> Option<f64>;
+    /// Deepest centred press [m].
+    fn deepest_m(&self) -> f64;
+    /// Shallowest press [m].
+    fn shallowest_m(&self) -> f64 {
+        0.0
+    }
+    /// Place on the surface [m] at an offset in the plane that touches it at the site [m]: of a flat top that plane itself.
+    fn place_m(&self, offset_m: [f64; 2]) -> Option<Vector> {
+        Some(Vector::new(offset_m[0], offset_m[1], 0.0))
+    }
+    /// Discs glued to the surface.
+    fn glued(&self) -> &[GluedAnswer] {
+        &[]
+    }
+    /// Displacement [m].
+    fn displacement_m(&self, depth_m: f64, offset_m: [f64; 2]) -> Option<[f64; 3]>;
+}
+
+impl Targets {
+    /// Presses at the centre and at `places` more over `disc_radii` probe radii, to all depths that the reference knows; dents at `surface` nodes, if there are any.
+    #[must_use]
+    pub fn over_a_disc(
+        reference: &(impl Reference + ?Sized),
+        surface: &[(usize, Vector)],
+        centre_m: Vector,
+        radius_m: f64,
+        disc_radii: f64,
+        places: usize,
+    ) -> Option<Self> {
+        let forces = |place_m: Vector, depths: &[f64]| forces(reference, place_m - centre_m, radius_m, depths);
+        let dent = |depth: &f64| {
+            let depth_m = depth * radius_m;
+            let near = surface.iter().filter(|(_, x)| (x - centre_m).norm() <= DENT_RADII * radius_m);
+            let nodes = near.map(|(n, x)| {
+                let offset = x - centre_m;
+                reference.displacement_m(depth_m, [offset.x, offset.y]).map(|u| (*n, Vector::from(u)))
+            });
+            Some(DentTarget { depth_m, nodes: nodes.collect::<Option<Vec<_>>>()?, tolerance_m: DENT_TOLERANCE * depth_m })
+        };
+        // without surface nodes to compare there are no dents
+        let dents = DENT_DEPTHS_RADII.iter().filter(|_| !surface.is_empty()).map(dent).collect::<Option<Vec<_>>>()?;
+        let mut all = vec![PlaceTarget { place_m: centre_m, forces: forces(centre_m, &CENTRE_DEPTHS_RADII)?, dents }];
+        for [x, y] in sunflower(places, disc_radii * radius_m) {
+            let place_m = centre_m + reference.place_m([x, y])?;
+            all.push(PlaceTarget { place_m, forces: forces(place_m, &DEPTHS_RADII)?, dents: Vec::new() });
+        }
+        Some(Self { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii })
+    }
+
+    /// Presses on a flat top (normal along z) along a stroke centred on `centre_m`, over `half_width_m` to both sides: a lattice
+    /// of golden ratio, the centre first. `None` where the reference does not know.
+    #[must_use]
+    pub fn over_a_stroke(
+        reference: &(impl Reference + ?Sized),
+        centre_m: Vector,
+        stroke_m: [f64; 3],
+        half_width_m: f64,
+        radius_m: f64,
+        places: usize,
+    ) -> Option<Self> {
+        let stroke = Vector::from(stroke_m);
+        let along = stroke.try_normalize(0.0).unwrap_or_else(Vector::x);
+        let half_length_m = 0.5 * stroke.norm() + STROKE_ENDS_RADII * radius_m;
+        let across = Vector::z().cross(&along);
+        let press = |offset_m: Vector| {
+            let forces = forces(reference, offset_m, radius_m, &STROKE_DEPTHS_RADII)?;
+            Some(PlaceTarget { place_m: centre_m + offset_m, forces, dents: Vec::new() })
+        };
+        let mut all = vec![press(Vector::zeros())?];
+        for n in 0..places {
+            let share = (n as f64 + 0.5) / places as f64;
+            let aside = (GOLDEN_RATIO * (n as f64 + 0.5)).fract();
+            let offset = along * (half_length_m * (2.0 * share - 1.0)) + across * (half_width_m * (2.0 * aside - 1.0));
+            all.push(press(offset)?);
+        }
+        let disc_radii = half_length_m.hypot(half_width_m) / radius_m;
+        Some(Self { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii })
+    }
+
+    /// The same with the glued discs of an answer, whose places count from the centre.
+    #[must_use]
+    pub fn with_glued(mut self, answers: &[GluedAnswer]) -> Self {
+        let target = |disc: &GluedAnswer| GluedTarget {
+            place_m: self.centre_m + Vector::from(disc.place_m),
+            radius_m: disc.radius_m,
+            direction: disc.direction.into(),
+            stiffness_m: disc.stiffness_over_e_m,
+            tolerance: GLUED_TOLERANCE,
+        };
+        self.glued = answers.iter().map(target).collect();
+        self
+    }
+
+    /// The same with other depths [probe radii] at the centre, as far as the reference knows them, and presses there `weight` times as exact.
+    #[must_use]
+    pub fn with_centre(mut self, reference: &(impl Reference + ?Sized), depths_radii: &[f64], weight: f64) -> Option<Self> {
+        let solved = reference.shallowest_m()..=reference.deepest_m() * (1.0 + 1e-9);
+        let known = depths_radii.iter().filter(|d| solved.contains(&(**d * self.radius_m)));
+        let at = |depth: &f64| {
+            let depth_m = depth * self.radius_m;
+            Some(ForceTarget {
+                depth_m,
+                force: reference.force(Vector::zeros(), depth_m)?,
+                tolerance: tolerance(*depth) / weight,
+            })
+        };
+        self.places.first_mut()?.forces = known.map(at).collect::<Option<_>>()?;
+        Some(self)
+    }
+
+    /// Radius around the centre that any press touches [m].
+    #[must_use]
+    pub fn reach_m(&self) -> f64 {
+        (self.disc_radii + 1.0) * self.radius_m
+    }
+}
+
+/// A force this far off counts as one unit of error (1).
+const FORCE_TOLERANCE: f64 = 0.005;
+/// A glued disc's force this far off counts as one unit of error (1).
+const GLUED_TOLERANCE: f64 = 0.002;
+/// A surface node this share of the depth off counts as one unit of error (1).
+const DENT_TOLERANCE: f64 = 0.008;
+
+/// Less one, the most even step for places on a line.
+const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
+
+/// Forces at an offset from the centre for those depths [probe radii] that the reference knows; `None` where it does not know the place.
+fn forces(
+    reference: &(impl Reference + ?Sized),
+    offset_m: Vector,
+    radius_m: f64,
+    depths_radii: &[f64],
+) -> Option<Vec<ForceTarget>> {
+    let solved = reference.shallowest_m()..=reference.deepest_m() * (1.0 + 1e-9);
+    let known = depths_radii.iter().filter(|d| solved.contains(&(**d * radius_m)));
+    let at = |depth: &f64| {
+        let depth_m = depth * radius_m;
+        let force = reference.force(offset_m, depth_m)?;
+        Some(ForceTarget { depth_m, force, tolerance: tolerance(*depth) })
+    };
+    known.map(at).collect()
+}
+
+/// Shallow presses, smaller than an element, may be further off.
+fn tolerance(depth_radii: f64) -> f64 {
+    if depth_radii < 0.1 { 2.0 * FORCE_TOLERANCE } else { FORCE_TOLERANCE }
+}

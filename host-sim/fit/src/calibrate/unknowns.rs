@@ -1,0 +1,159 @@
+//! The unknowns of a calibration as one vector, and what they do to a patch.
+//!
+//! Each unknown is the logarithm of a multiplier in units of its own prior width, so that the ridge is the plain sum of squares, multipliers
+//! stay positive, and zero is the uncalibrated patch.
+
+use palpate::Params;
+
+use crate::statics::{Gradient, Statics};
+use palpate_tissue::patch::Multipliers;
+use palpate_tissue::tissue::Tissue;
+
+/// Prior widths of the logarithms: springs, nodal volume, foundation points.
+const SPRING: f64 = 0.2;
+const NODE: f64 = 0.3;
+const POINT: f64 = 0.4;
+/// Scalars that all springs, all nodes or all points share.
+const SHARED: f64 = 0.25;
+/// Prior widths of chi and of `tau_c`, and how far `tau_c` may go.
+const COMPENSATION: f64 = 0.5;
+const THRESHOLD: f64 = 0.03;
+const THRESHOLD_MOST: f64 = 0.3;
+/// A multiplier stays within this factor of one.
+const MOST: f64 = 30.0;
+
+/// Where each kind of unknown lies.
+#[derive(Clone, Debug)]
+pub struct Unknowns {
+    springs: usize,
+    nodes: usize,
+    /// Triangles whose points are unknown.
+    triangles: Vec<usize>,
+    points_per_triangle: usize,
+}
+
+/// The scalars, at the end of the vector.
+const SCALARS: usize = 7;
+const ALL_SPRINGS: usize = 0;
+const ALL_NODES: usize = 1;
+const ALL_POINTS: usize = 2;
+const BULK: usize = 3;
+const STIFFENING: usize = 4;
+const CHI: usize = 5;
+const TAU: usize = 6;
+
+impl Unknowns {
+    /// Unknowns of a patch; foundation points within `reach_m` of the site.
+    #[must_use]
+    pub fn of(statics: &Statics, tissue: &Tissue, reach_m: f64) -> Self {
+        let site = crate::statics::Vector::from(tissue.site_m);
+        let near = |t: &crate::statics::StaticTriangle| {
+            let centroid = t.node.iter().map(|&n| statics.rest_m[n]).sum::<crate::statics::Vector>() / 3.0;
+            (centroid - site).norm() <= reach_m
+        };
+        let triangles = statics.triangles.iter().enumerate().filter(|(_, t)| near(t)).map(|(n, _)| n).collect();
+        let points_per_triangle = statics.triangles.first().map_or(0, |t| t.k.len());
+        Self { springs: statics.springs.len(), nodes: statics.rest_m.len(), triangles, points_per_triangle }
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.springs + self.nodes + self.points_per_triangle * self.triangles.len() + SCALARS
+    }
+
+    /// Never.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        false
+    }
+
+    /// Where the multiplier that all springs share lies, and the one that all nodes share.
+    #[must_use]
+    pub fn shared_springs_and_nodes(&self) -> [usize; 2] {
+        [ALL_SPRINGS, ALL_NODES].map(|which| self.scalar(which))
+    }
+
+    fn scalar(&self, which: usize) -> usize {
+        self.len() - SCALARS + which
+    }
+
+    fn point(&self, slot: usize, point: usize) -> usize {
+        self.springs + self.nodes + self.points_per_triangle * slot + point
+    }
+
+    /// The patch at a place in the space of unknowns.
+    #[must_use]
+    pub fn apply(&self, base: &Statics, z: &[f64]) -> Statics {
+        let mut statics = base.clone();
+        let shared = |which| SHARED * z[self.scalar(which)];
+        let factor = |log: f64| log.clamp(-MOST.ln(), MOST.ln()).exp();
+        for (n, s) in statics.springs.iter_mut().enumerate() {
+            s.k *= factor(SPRING * z[n] + shared(ALL_SPRINGS));
+        }
+        for (n, p) in statics.pressure.iter_mut().enumerate() {
+            *p *= factor(NODE * z[self.springs + n] + shared(ALL_NODES));
+        }
+        for t in &mut statics.triangles {
+            t.k.iter_mut().for_each(|k| *k *= factor(shared(ALL_POINTS)));
+        }
+        for (slot, &t) in self.triangles.iter().enumerate() {
+            for (point, k) in statics.triangles[t].k.iter_mut().enumerate() {
+                let log = POINT * z[self.point(slot, point)];
+                *k *= factor(log + shared(ALL_POINTS)) / factor(shared(ALL_POINTS));
+            }
+        }
+        statics.tets.iter_mut().for_each(|t| t.bulk *= factor(shared(BULK)));
+        statics.stiffening_per_m *= factor(shared(STIFFENING));
+        statics.compensation = base.compensation * factor(COMPENSATION * z[self.scalar(CHI)]);
+        statics.compensation_threshold =
+            (base.compensation_threshold + THRESHOLD * z[self.scalar(TAU)]).clamp(0.0, THRESHOLD_MOST);
+        statics
+    }
+
+    /// Slopes along the unknowns of an output whose gradient was taken at `statics`, times `scale`.
+    pub fn slopes(&self, statics: &Statics, gradient: &Gradient, scale: f64, row: &mut [f64]) {
+        let mut sums = [0.0; SCALARS];
+        for (slot, g) in row[..self.springs].iter_mut().zip(&gradient.spring) {
+            *slot = scale * SPRING * g;
+            sums[ALL_SPRINGS] += g;
+        }
+        for (slot, g) in row[self.springs..].iter_mut().zip(&gradient.node) {
+            *slot = scale * NODE * g;
+            sums[ALL_NODES] += g;
+        }
+        sums[ALL_POINTS] = gradient.point.iter().flatten().sum();
+        for (slot, &t) in self.triangles.iter().enumerate() {
+            for (point, g) in gradient.point[t].iter().enumerate() {
+                row[self.point(slot, point)] = scale * POINT * g;
+            }
+        }
+        sums[BULK] = gradient.bulk.iter().sum();
+        sums[STIFFENING] = gradient.stiffening;
+        let last = self.len() - SCALARS;
+        row[last..].iter_mut().zip(sums).for_each(|(slot, s)| *slot = scale * SHARED * s);
+        row[last + CHI] = scale * COMPENSATION * statics.compensation * gradient.compensation;
+        row[last + TAU] = scale * THRESHOLD * gradient.compensation_threshold;
+    }
+
+    /// Multipliers and parameters at a place in the space of unknowns.
+    #[must_use]
+    pub fn result(&self, base: &Statics, z: &[f64], params: &Params) -> (Multipliers, Params) {
+        let at = self.apply(base, z);
+        let multipliers = Multipliers {
+            edge: at.springs.iter().zip(&base.springs).map(|(a, b)| a.k / b.k).collect(),
+            node: at.pressure.iter().zip(&base.pressure).map(|(a, b)| a / b).collect(),
+            point: at
+                .triangles
+                .iter()
+                .zip(&base.triangles)
+                .map(|(a, b)| a.k.iter().zip(&b.k).map(|(a, b)| a / b).collect())
+                .collect(),
+            bulk: at.tets.iter().zip(&base.tets).map(|(a, b)| a.bulk / b.bulk).next().unwrap_or(1.0),
+            stiffening: at.stiffening_per_m / base.stiffening_per_m,
+        };
+        let params =
+            Params { compensation: at.compensation as f32, compensation_threshold: at.compensation_threshold as f32, ..*params };
+        (multipliers, params)
+    }
+}

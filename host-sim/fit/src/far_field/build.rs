@@ -1,0 +1,78 @@
+//! From a whole organ to a patch with its far field, formulas only; [`crate::calibrate`] fits it afterwards.
+
+use faer::Mat;
+use palpate::Params;
+use thiserror::Error;
+
+use super::RimSprings;
+use super::condense::condense;
+use super::springs::{self, rim_answers};
+use super::{Cut, CutError, Sizes};
+use crate::statics::{Statics, Unbalanced};
+use palpate_tissue::patch::{Material, Patch};
+use palpate_tissue::tissue::Tissue;
+
+/// Surface nodes within this many probe radii of the site are loaded to see how the rim answers.
+const LOADED_RADII: f64 = 1.5;
+
+/// Why there is no patch.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum FarFieldError {
+    /// Where it is cut.
+    #[error(transparent)]
+    Cut(#[from] CutError),
+    /// The outside.
+    #[error(
+        "the outside of the patch cannot be condensed: part of it is fixed nowhere, or {tets} elements need more memory than there is: take larger elements"
+    )]
+    Outside {
+        /// Elements of the outside.
+        tets: usize,
+    },
+    /// The patch.
+    #[error("the patch cannot be built: {0}")]
+    Build(#[from] palpate::BuildError),
+    /// The patch with its far field.
+    #[error("the patch with its far field is not stiff at rest: {0}")]
+    Loose(#[from] Unbalanced),
+}
+
+/// What replaces the rest of an organ.
+#[derive(Clone, Debug)]
+pub struct FarField {
+    /// Patch and outside.
+    pub cut: Cut,
+    /// The outside's stiffness over E [m], shape [3 rim nodes][3 rim nodes].
+    pub exact_m: Mat<f64>,
+    /// Rim displacements under unit forces on the surface [1/m], shape [3 rim nodes][loads].
+    pub answers_per_m: Mat<f64>,
+    /// What the tick runs.
+    pub springs: RimSprings,
+}
+
+impl FarField {
+    /// Cuts a patch out of a whole and fits its rim springs.
+    ///
+    /// # Errors
+    /// [`FarFieldError`].
+    pub fn of(whole: &Tissue, sizes: &Sizes, material: &Material, params: &Params) -> Result<Self, FarFieldError> {
+        let cut = Cut::of(whole, sizes)?;
+        let patch = Patch::build(&cut.patch, material, None);
+        let free = Statics::of(&patch.model(), params)?;
+        let tets = cut.outside.mesh.tets.len();
+        let exact_m = condense(&cut.outside, material.poisson_ratio).ok_or(FarFieldError::Outside { tets })?;
+        let stroke: f64 = sizes.stroke_m.iter().map(|s| s * s).sum();
+        let reach_m = LOADED_RADII * f64::from(params.probe.radius_m) + 0.5 * stroke.sqrt();
+        let answers_per_m = rim_answers(&free, &cut, &exact_m, reach_m)?;
+        let springs = springs::fit(&cut, &exact_m, &answers_per_m);
+        Ok(Self { cut, exact_m, answers_per_m, springs })
+    }
+
+    /// The patch with its rim springs, uncalibrated.
+    #[must_use]
+    pub fn patch(&self, material: &Material) -> Patch {
+        let mut patch = Patch::build(&self.cut.patch, material, None);
+        patch.set_rim(&self.springs);
+        patch
+    }
+}

@@ -1,0 +1,374 @@
+//! From a scene to a calibrated patch with its far field: whole organ, cut, rim springs, reference of the whole organ, fit.
+
+use palpate::Params;
+use serde::Serialize;
+
+use super::organ_reference::organ_reference;
+use super::surface_map::SurfaceMap;
+use super::whole::whole;
+use super::{FarField, RimSprings, Sizes};
+use crate::calibrate::accuracy::Accuracy;
+use crate::calibrate::places::sunflower;
+use crate::calibrate::reference_map::ReferenceMap;
+use crate::calibrate::targets::Reference;
+use crate::calibrate::{Calibration, Fit, Round, Settings, Targets, calibrate};
+use crate::statics::Vector;
+use palpate_tissue::answer::{Answer, GluedAnswer};
+use palpate_tissue::error::Error;
+use palpate_tissue::patch::{Material, Patch};
+use palpate_tissue::scene::{Drive, Scene};
+use palpate_tissue::tissue::Placed;
+use palpate_tissue::tissue::Tissue;
+
+/// Places of the fit are spread this far around the site [probe radii]: a little more than the one radius over which the force is promised.
+const DISC_RADII: f64 = 1.15;
+/// Radius of the disc over which a patch is judged [probe radii].
+pub const JUDGED_RADII: f64 = 1.0;
+/// Places over it, unknown to any fit.
+pub const JUDGED_PLACES: usize = 60;
+/// Mass floor of such patches: with the default of 4 the coarsest go unstable in a tap to the probe's radius at a tick 15 % longer, with 6 not at 30 %. Forces at
+/// rest are the same.
+const MASS_FLOOR: f32 = 6.0;
+/// Radii that a patch may have [probe radii].
+const RADII: [f64; 2] = [1.25, 4.0];
+/// Most nodes within the fine radius.
+const MOST_FINE_NODES: f64 = 1000.0;
+/// Along a stroke, places lie this far to both sides [probe radii].
+const HALF_WIDTH_RADII: f64 = 0.5;
+/// Presses at the centre count as this many times more exact: it is one place of a hundred, and the one that is pressed most.
+const CENTRE_WEIGHT: f64 = 3.0;
+/// Depths of the presses there [probe radii], between those that a patch is judged at: with five of them a fit met these and swung by 2-4 % between.
+const CENTRE_DEPTHS_RADII: [f64; 12] = [0.0625, 0.0885, 0.125, 0.156, 0.21875, 0.25, 0.3125, 0.4375, 0.5, 0.625, 0.8125, 1.0];
+/// Presses around the site shallower than this [probe radii] count as so many times more exact, the shallowest excepted: they rest on a few foundation points
+/// and are the worst of the unseen places.
+const SHALLOW_RADII: [f64; 2] = [0.1, 0.2];
+const SHALLOW_WEIGHT: f64 = 2.0;
+/// Glued discs are fitted at the site and on a ring of this radius [probe radii], this many.
+const RING_RADII: f64 = 0.5;
+const RING: usize = 4;
+/// Places at which the finite elements of an organ are pressed, the site not counted, and how far around it [probe radii].
+const SOLVED_PLACES: usize = 10;
+const SOLVED_RADII: f64 = 1.2;
+/// Depths they are pressed to, as shares of the deepest hold.
+const SOLVED_DEPTHS: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
+
+/// What a patch of a scene is fitted to and judged by.
+pub enum Truth {
+    /// The answer that ships, for the block it is of.
+    Block(Answer),
+    /// Finite elements of this organ.
+    Organ(Box<SurfaceMap>),
+}
+
+impl Truth {
+    /// The shipped answer if it is of this scene, pressed at its centre; else finite elements of the whole, some minutes for an organ.
+    ///
+    /// # Errors
+    /// What [`organ_reference`] refuses.
+    pub fn of(scene: &Scene, placed: &Placed, progress: impl Fn(usize, usize) + Sync) -> Result<Self, Error> {
+        let answer = Answer::block();
+        let centred = scene.probe.position_m.unwrap_or_default() == [0.0; 2];
+        let deep_enough = |map: ReferenceMap| map.deepest_m() * (1.0 + 1e-9) >= deepest_hold_m(scene).unwrap_or_default();
+        if centred && answer.is_for(scene) && ReferenceMap::of(&answer).is_some_and(deep_enough) {
+            return Ok(Self::Block(answer));
+        }
+        let radius_m = scene.probe.radius_m;
+        let deepest_m = deepest_hold_m(scene).unwrap_or(placed.tissue.depth_limit_m);
+        let depths_m = SOLVED_DEPTHS.map(|share| share * deepest_m);
+        let mut offsets_m = vec![[0.0; 2]];
+        offsets_m.extend(sunflower(SOLVED_PLACES, SOLVED_RADII * radius_m));
+        let solved = organ_reference(scene, placed, &offsets_m, &depths_m, progress)?;
+        let map = SurfaceMap::of(&solved, placed, radius_m);
+        map.map(|map| Self::Organ(Box::new(map)))
+            .ok_or_else(|| Error::Check("the finite elements gave no smooth surface of forces".into()))
+    }
+
+    /// Asks it.
+    pub fn ask<R>(&self, question: impl FnOnce(&dyn Reference) -> R) -> R {
+        match self {
+            Self::Block(answer) => match ReferenceMap::of(answer) {
+                Some(map) => question(&map),
+                None => question(&Nothing),
+            },
+            Self::Organ(map) => question(map.as_ref()),
+        }
+    }
+}
+
+impl Truth {
+    /// Asks it of another mesh of the same organ.
+    pub fn ask_on<R>(&self, placed: &Placed, question: impl FnOnce(&dyn Reference) -> R) -> R {
+        match self {
+            Self::Block(_) => self.ask(question),
+            Self::Organ(map) => question(&map.on(placed)),
+        }
+    }
+}
+
+/// Knows no press.
+struct Nothing;
+
+impl Reference for Nothing {
+    fn force(&self, _: Vector, _: f64) -> Option<f64> {
+        None
+    }
+
+    fn deepest_m(&self) -> f64 {
+        0.0
+    }
+
+    fn displacement_m(&self, _: f64, _: [f64; 2]) -> Option<[f64; 3]> {
+        None
+    }
+}
+
+/// Deepest hold of a scene that says how deep it presses [m].
+pub(crate) fn deepest_hold_m(scene: &Scene) -> Option<f64> {
+    match &scene.drive {
+        Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } => holds_m.iter().copied().reduce(f64::max),
+        _ => None,
+    }
+}
+
+/// How a patch is made of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Recipe {
+    /// Its size and its elements.
+    pub sizes: Sizes,
+    /// Foundation points on a triangle, 4 or 9.
+    pub points_per_triangle: usize,
+    /// Places and rounds of the fit.
+    pub settings: Settings,
+}
+
+impl Recipe {
+    /// Elements of `fine_m` under a probe of `probe_radius_m`, a patch of `radius_m`.
+    #[must_use]
+    pub fn new(radius_m: f64, fine_m: f64, probe_radius_m: f64) -> Self {
+        Self {
+            sizes: Sizes { radius_m, fine_m, fine_radius_m: probe_radius_m, growth: 0.45, stroke_m: [0.0; 3] },
+            points_per_triangle: if fine_m > 0.4 * probe_radius_m { 9 } else { 4 },
+            settings: Settings { places: 100, rounds: 14, fit: Fit::GaussNewton },
+        }
+    }
+}
+
+/// A scene's whole organ with the far field around a patch of it: everything before the fit.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// The whole.
+    pub placed: Placed,
+    /// Cut and rim springs.
+    pub far: FarField,
+    /// Constants of the material.
+    pub material: Material,
+    /// Parameters of the scene.
+    pub params: Params,
+    /// How far the site travels [m].
+    pub stroke_m: [f64; 3],
+}
+
+impl Prepared {
+    /// Meshes, cuts and condenses.
+    ///
+    /// # Errors
+    /// A scene, sizes or an organ that do not allow it.
+    pub fn of(scene: &Scene, recipe: &Recipe) -> Result<Self, Error> {
+        if scene.tissue.gravity_m_per_s2 != [0.0; 3] {
+            return Ok(scene.bad(
+                "tissue.gravity_m_per_s2",
+                "is not zero: a far field carries no weight, take the shape under gravity as the rest shape",
+            )?);
+        }
+        refuse_odd(scene, &recipe.sizes)?;
+        refuse_too_fine(scene, &recipe.sizes)?;
+        let placed = whole(scene, &[], &recipe.sizes)?;
+        let params = Params { mass_floor: MASS_FLOOR, ..scene.params(placed.axis) };
+        let material = Material {
+            poisson_ratio: scene.tissue.poisson_ratio,
+            points_per_triangle: recipe.points_per_triangle,
+            ..Material::default()
+        };
+        let far = FarField::of(&placed.tissue, &recipe.sizes, &material, &params)
+            .map_err(|cause| Error::Usage(format!("{}: {cause}", scene.file)))?;
+        Ok(Self { placed, far, material, params, stroke_m: recipe.sizes.stroke_m })
+    }
+
+    /// The patch with its rim springs, uncalibrated.
+    #[must_use]
+    pub fn patch(&self) -> Patch {
+        self.far.patch(&self.material)
+    }
+
+    /// Fits the patch to a truth.
+    ///
+    /// # Errors
+    /// A reference that lacks presses, a patch that cannot be pressed.
+    pub fn fit(&self, truth: &Truth, settings: &Settings, progress: &mut dyn FnMut(&Round)) -> Result<Fitted, Error> {
+        let stroke: f64 = self.stroke_m.iter().map(|s| s * s).sum();
+        if stroke > 0.0 && matches!(truth, Truth::Organ(_)) {
+            let why =
+                "a patch for a stroke is calibrated on the default block only: leave --stroke-m out, or take a larger --radius-m";
+            return Err(Error::Usage(why.into()));
+        }
+        truth.ask(|reference| self.fit_to(reference, settings, progress))
+    }
+
+    fn fit_to(&self, reference: &dyn Reference, settings: &Settings, progress: &mut dyn FnMut(&Round)) -> Result<Fitted, Error> {
+        let fit = if self.stroke_m == [0.0; 3] {
+            let tissue = &self.far.cut.patch;
+            fit_tissue(tissue, Some(&self.far.springs), &self.material, &self.params, reference, settings, progress)?
+        } else {
+            self.fit_along_the_stroke(reference, settings, progress)?
+        };
+        let failed = |cause: &dyn std::fmt::Display| Error::Check(format!("the patch cannot be fitted: {cause}"));
+        let accuracy =
+            Accuracy::of(&fit.patch, &fit.params, reference, JUDGED_RADII, JUDGED_PLACES).map_err(|cause| failed(&cause))?;
+        Ok(Fitted { patch: fit.patch, params: fit.params, rounds: fit.rounds, accuracy })
+    }
+}
+
+impl Prepared {
+    fn fit_along_the_stroke(
+        &self,
+        reference: &dyn Reference,
+        settings: &Settings,
+        progress: &mut dyn FnMut(&Round),
+    ) -> Result<Calibration, Error> {
+        let tissue = &self.far.cut.patch;
+        let (site_m, probe_m) = (Vector::from(tissue.site_m), f64::from(self.params.probe.radius_m));
+        let half_width_m = HALF_WIDTH_RADII * probe_m;
+        let lacking = || Error::Check("the reference does not know the whole stroke: make it shorter".into());
+        let targets = Targets::over_a_stroke(reference, site_m, self.stroke_m, half_width_m, probe_m, settings.places)
+            .ok_or_else(lacking)?;
+        let targets = targets.with_glued(&glued_around(reference.glued(), probe_m));
+        calibrate(tissue, &self.material, Some(&self.far.springs), &self.params, &targets, settings, progress)
+            .map_err(|cause| unfitted(&cause))
+    }
+}
+
+fn unfitted(cause: &crate::calibrate::CalibrateError) -> Error {
+    Error::Check(format!("the patch cannot be fitted: {cause}"))
+}
+
+/// Patches narrower than the contact spreads miss it, however they are fitted; wider ones are a whole organ at a whole organ's cost.
+fn refuse_odd(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
+    let probe_m = scene.probe.radius_m;
+    let [least_m, most_m] = RADII.map(|radii| radii * probe_m);
+    // a hair for what a product of decimals rounds
+    if !((1.0 - 1e-9) * least_m..=(1.0 + 1e-9) * most_m).contains(&sizes.radius_m) {
+        return Err(Error::Usage(format!(
+            "{}: a patch of {} m around a probe of {probe_m} m: give a radius of {least_m:.4} to {most_m:.4} m",
+            scene.file, sizes.radius_m
+        )));
+    }
+    if !(sizes.fine_m.is_finite() && sizes.fine_m > 0.0) {
+        return Err(Error::Usage(format!("{}: elements of {} m: give a length above zero", scene.file, sizes.fine_m)));
+    }
+    Ok(())
+}
+
+/// A mesh takes minutes to make long before it is too large for any board.
+fn refuse_too_fine(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
+    // nodes of a half ball of regular tets, sqrt(2) to a cube of the edge
+    let half_ball_m3 = 2.0 / 3.0 * std::f64::consts::PI * sizes.fine_radius_m.min(sizes.radius_m).powi(3);
+    let nodes = half_ball_m3 * std::f64::consts::SQRT_2 / sizes.fine_m.powi(3);
+    if nodes <= MOST_FINE_NODES {
+        return Ok(());
+    }
+    let least_m = sizes.fine_m * (nodes / MOST_FINE_NODES).cbrt();
+    Err(Error::Usage(format!(
+        "{}: elements of {} m put about {nodes:.0} nodes under the probe alone: give at least {least_m:.5} m",
+        scene.file, sizes.fine_m
+    )))
+}
+
+/// Fits a tissue's patch, with its rim springs if it has some, to a reference over a little more than the disc that it is judged on.
+///
+/// # Errors
+/// A reference that lacks presses, a patch that cannot be pressed.
+pub fn fit_tissue(
+    tissue: &Tissue,
+    rim: Option<&RimSprings>,
+    material: &Material,
+    params: &Params,
+    reference: &dyn Reference,
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Round),
+) -> Result<Calibration, Error> {
+    let site_m = Vector::from(tissue.site_m);
+    let radius_m = f64::from(params.probe.radius_m);
+    let knows_dents = reference.displacement_m(0.25 * radius_m, [0.0; 2]).is_some();
+    let surface = if knows_dents { skin_nodes(tissue) } else { Vec::new() };
+    let lacks = || Error::Check("the reference lacks presses that the fit needs: press deeper or take a larger organ".into());
+    let mut targets =
+        Targets::over_a_disc(reference, &surface, site_m, radius_m, DISC_RADII, settings.places).ok_or_else(lacks)?;
+    let shallow = SHALLOW_RADII[0] * radius_m..SHALLOW_RADII[1] * radius_m;
+    let around = targets.places.iter_mut().flat_map(|place| &mut place.forces);
+    around.filter(|f| shallow.contains(&f.depth_m)).for_each(|f| f.tolerance /= SHALLOW_WEIGHT);
+    let centred = targets.with_centre(reference, &CENTRE_DEPTHS_RADII, CENTRE_WEIGHT);
+    let targets = centred.ok_or_else(lacks)?.with_glued(&glued_around(reference.glued(), radius_m));
+    calibrate(tissue, material, rim, params, &targets, settings, progress).map_err(|cause| unfitted(&cause))
+}
+
+/// Solved discs at the site, and what lies between them and those solved away from it: on a ring, where the stiffness has gone the square of the way's share.
+fn glued_around(solved: &[GluedAnswer], probe_m: f64) -> Vec<GluedAnswer> {
+    let away = |disc: &GluedAnswer| disc.place_m[0].hypot(disc.place_m[1]);
+    let mut discs = Vec::new();
+    for centred in solved.iter().filter(|disc| away(disc) == 0.0) {
+        discs.push(*centred);
+        let aside = solved.iter().find(|d| away(d) > 0.0 && d.direction == centred.direction && d.radius_m == centred.radius_m);
+        let Some(aside) = aside else { continue };
+        let share = (RING_RADII * probe_m / away(aside)).powi(2).min(1.0);
+        let stiffness_over_e_m = centred.stiffness_over_e_m + share * (aside.stiffness_over_e_m - centred.stiffness_over_e_m);
+        for n in 0..RING {
+            let (sin, cos) = (std::f64::consts::TAU * (n as f64 + 0.25) / RING as f64).sin_cos();
+            let place_m = [RING_RADII * probe_m * cos, RING_RADII * probe_m * sin, 0.0];
+            discs.push(GluedAnswer { place_m, stiffness_over_e_m, ..*centred });
+        }
+    }
+    discs
+}
+
+fn skin_nodes(tissue: &Tissue) -> Vec<(usize, Vector)> {
+    let mut nodes: Vec<u32> = tissue.skin.iter().flatten().copied().collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes.into_iter().map(|n| (n as usize, Vector::from(tissue.mesh.nodes_m[n as usize]))).collect()
+}
+
+/// A calibrated patch with its far field.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The patch.
+    pub patch: Patch,
+    /// Parameters with the fitted scalars.
+    pub params: Params,
+    /// Rounds of the fit.
+    pub rounds: Vec<Round>,
+    /// How right it is at places and depths that were not fitted.
+    pub accuracy: Accuracy,
+}
+
+/// Force errors in short [%].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Short {
+    /// Root mean square of the centred presses.
+    pub centred_rms_pct: f64,
+    /// Root mean square over unseen places and depths from an eighth of the probe's radius.
+    pub disc_rms_pct: f64,
+    /// Worst of them.
+    pub disc_worst_pct: f64,
+}
+
+impl Fitted {
+    /// The errors in short; the disc's from `from_m` to `to_m` deep [m].
+    #[must_use]
+    pub fn short(&self, from_m: f64, to_m: f64) -> Short {
+        let inside = |mm: f64| (from_m..=to_m).contains(&(mm * 1e-3));
+        let depths: Vec<f64> = self.accuracy.forces.iter().map(|f| f.depth_mm).collect();
+        let disc: Vec<f64> = depths.iter().copied().filter(|mm| inside(*mm)).collect();
+        let (disc_rms_pct, disc_worst_pct) = self.accuracy.disc_pct(&disc);
+        Short { centred_rms_pct: self.accuracy.centred_rms_pct(&depths), disc_rms_pct, disc_worst_pct }
+    }
+}

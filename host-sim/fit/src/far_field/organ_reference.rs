@@ -1,0 +1,202 @@
+//! What a press of the whole organ answers: quadratic finite elements ([`crate::reference`]) on the mesh of [`super::whole`], refined under the probe.
+//!
+//! The organ has the mesh's flat facets, as the patch that is cut out of it. At the site the force is that of two meshes, extrapolated; at other places that of
+//! the coarser one times the ratio of the two at the site, as what the mesh does to the force is much alike at both.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use nalgebra::Vector3;
+use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
+
+use crate::reference::body::{Body, Stiffness};
+use crate::reference::newton::Press;
+use crate::reference::probe::RigidProbe;
+use crate::reference::quadratic::QuadraticMesh;
+use crate::reference::refine::refine;
+use crate::reference::shape::{TET_EDGES, TetRule};
+use palpate_tissue::error::Error;
+use palpate_tissue::mesh::surface::surface;
+use palpate_tissue::mesh::triangle::entry_m;
+use palpate_tissue::organ::{Organ, tangents};
+use palpate_tissue::scene::Scene;
+use palpate_tissue::tissue::shape::held;
+use palpate_tissue::tissue::{Layout, Placed};
+
+type V3 = Vector3<f64>;
+
+/// How a mesh is refined under the probe: longest edge over the radius of the smallest contact, its growth per distance from there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Level {
+    edge: f64,
+    growth: f64,
+}
+
+const COARSE: Level = Level { edge: 1.4, growth: 0.9 };
+const FINE: Level = Level { edge: 1.0, growth: 0.65 };
+/// The smallest contact is taken for no larger than this, in probe radii.
+const LARGEST_RADII: f64 = 0.35;
+/// Most corner nodes of a mesh.
+const MOST_NODES: usize = 6000;
+
+/// Forces of presses at several places and depths.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OrganReference {
+    /// In the order they were asked for, shape \[places\].
+    pub places: Vec<PlaceForces>,
+    /// Depths [m], rising, shape \[depths\].
+    pub depths_m: Vec<f64>,
+    /// How far the force at the site may be off at each depth (1): what the last refinement changed.
+    pub error: Vec<f64>,
+    /// Nodes of the finest quadratic mesh.
+    pub nodes: usize,
+}
+
+/// Forces at one place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaceForces {
+    /// From the site, along the tangents of [`tangents`] [m].
+    pub offset_m: [f64; 2],
+    /// On the surface [m]: there the tip of the probe is at depth zero.
+    pub place_m: [f64; 3],
+    /// Along the site's axis, over the scene's Young's modulus [m^2], shape \[depths\].
+    pub force_over_e_m2: Vec<f64>,
+}
+
+/// One press to all depths.
+struct Pressed {
+    nodes: usize,
+    force_over_e_m2: Vec<f64>,
+}
+
+/// Presses the organ of [`super::whole`] along the axis of its site with the scene's probe, without friction: at each of `offsets_m` from the site, to each of
+/// `depths_m`. `progress` hears how many of how many presses are done.
+///
+/// # Errors
+/// No depths, or some that do not rise from zero; an offset that misses the surface; no equilibrium at some depth, or no memory.
+pub fn organ_reference(
+    scene: &Scene,
+    placed: &Placed,
+    offsets_m: &[[f64; 2]],
+    depths_m: &[f64],
+    progress: impl Fn(usize, usize) + Sync,
+) -> Result<OrganReference, Error> {
+    let bench = Bench::of(scene, placed, depths_m)?;
+    let places = offsets_m.iter().map(|offset| bench.place(*offset)).collect::<Result<Vec<V3>, Error>>()?;
+    let site = V3::from(placed.tissue.site_m);
+    // the site itself is pressed once
+    let off_site: Vec<V3> = places.iter().copied().filter(|place| *place != site).collect();
+    let tasks: Vec<(V3, Level)> =
+        [(site, FINE), (site, COARSE)].into_iter().chain(off_site.into_iter().map(|place| (place, COARSE))).collect();
+    let done = AtomicUsize::new(0);
+    let press = |(place, level): &(V3, Level)| {
+        let pressed = bench.press(*place, *level);
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1, tasks.len());
+        pressed
+    };
+    let mut pressed = tasks.par_iter().map(press).collect::<Result<Vec<Pressed>, Error>>()?.into_iter();
+    let (Some(fine), Some(coarse)) = (pressed.next(), pressed.next()) else {
+        return Err(Error::Usage(format!("{}: no press was asked for: give places and depths", scene.file)));
+    };
+    // third order in the edge under the probe, as [`crate::reference::study`] has it
+    let gain = (COARSE.edge / FINE.edge).powi(3) - 1.0;
+    let both = || fine.force_over_e_m2.iter().zip(&coarse.force_over_e_m2);
+    let ratio: Vec<f64> = both().map(|(f, c)| (f + (f - c) / gain) / c).collect();
+    let error = both().map(|(f, c)| (f - c).abs() / f).collect();
+    let scaled = |own: &Pressed| own.force_over_e_m2.iter().zip(&ratio).map(|(f, ratio)| f * ratio).collect();
+    let at_places = offsets_m.iter().zip(&places).map(|(offset_m, place)| {
+        let force_over_e_m2 =
+            if *place == site { scaled(&coarse) } else { pressed.next().map_or_else(Vec::new, |own| scaled(&own)) };
+        PlaceForces { offset_m: *offset_m, place_m: (*place).into(), force_over_e_m2 }
+    });
+    let at_places: Vec<PlaceForces> = at_places.collect();
+    Ok(OrganReference { places: at_places, depths_m: depths_m.to_vec(), error, nodes: fine.nodes })
+}
+
+/// What is the same for all presses.
+struct Bench<'a> {
+    scene: &'a Scene,
+    placed: &'a Placed,
+    layout: Layout,
+    organ: Option<Organ>,
+    depths_m: &'a [f64],
+}
+
+impl<'a> Bench<'a> {
+    fn of(scene: &'a Scene, placed: &'a Placed, depths_m: &'a [f64]) -> Result<Self, Error> {
+        let rise = depths_m.first().is_some_and(|d| *d > 0.0) && depths_m.is_sorted_by(|a, b| a < b);
+        if !rise || !depths_m.iter().all(|d| d.is_finite()) {
+            return Err(Error::Usage(format!(
+                "{}: depths {depths_m:?} do not rise from above zero: give rising metres",
+                scene.file
+            )));
+        }
+        let organ = scene.tissue.organ.as_deref().and_then(|name| Organ::named(name).ok());
+        Ok(Self { scene, placed, layout: Layout::of(scene)?, organ, depths_m })
+    }
+
+    /// The surface's point over or under an offset in the tangent plane, along the axis; of several that nearest to the plane.
+    fn place(&self, offset_m: [f64; 2]) -> Result<V3, Error> {
+        let tissue = &self.placed.tissue;
+        let (site, axis) = (V3::from(tissue.site_m), V3::from(self.placed.axis));
+        let [first, second] = tangents(self.placed.axis).map(V3::from);
+        let plane = site + first * offset_m[0] + second * offset_m[1];
+        let reach_m = tissue.mesh.nodes_m.iter().map(|x| (V3::from(*x) - plane).norm()).fold(0.0, f64::max);
+        let from = plane + axis * reach_m;
+        let corners = |t: [u32; 3]| t.map(|n| V3::from(tissue.mesh.nodes_m[n as usize]));
+        let ways = surface(&tissue.mesh.tets).into_iter().filter_map(|t| entry_m(corners(t), &from, &-axis));
+        let way_m = ways.min_by(|a, b| (a - reach_m).abs().total_cmp(&(b - reach_m).abs()));
+        way_m.map(|way_m| if offset_m == [0.0; 2] { site } else { from - axis * way_m }).ok_or_else(|| {
+            let file = &self.scene.file;
+            Error::Usage(format!("{file}: no surface lies {offset_m:?} m from the site in its tangent plane: press nearer to it"))
+        })
+    }
+
+    fn press(&self, place: V3, level: Level) -> Result<Pressed, Error> {
+        let probe = &self.scene.probe;
+        let smallest_m = (probe.radius_m * self.depths_m[0]).sqrt().min(LARGEST_RADII * probe.radius_m);
+        let longest_m =
+            |x: [f64; 3]| level.edge * smallest_m + level.growth * ((V3::from(x) - place).norm() - smallest_m).max(0.0);
+        let mesh = &self.placed.tissue.mesh;
+        let mesh = refine(mesh, longest_m, MOST_NODES.max(mesh.nodes_m.len()));
+        let anchors = held(&mesh, self.placed.axis, self.organ.as_ref());
+        let mesh = QuadraticMesh::new(&mesh);
+        let mut fixed = vec![[false; 3]; mesh.nodes_m.len()];
+        for n in &anchors {
+            fixed[*n as usize] = [true; 3];
+        }
+        // the middle of an edge between two held nodes
+        for tet in &mesh.tets {
+            for (e, [i, j]) in TET_EDGES.into_iter().enumerate() {
+                if fixed[tet[i] as usize][0] && fixed[tet[j] as usize][0] {
+                    fixed[tet[4 + e] as usize] = [true; 3];
+                }
+            }
+        }
+        let free = |t: &[u32; 6]| !t.iter().all(|n| fixed[*n as usize][0]);
+        let touchable = (0..mesh.triangles.len()).filter(|t| free(&mesh.triangles[*t])).collect();
+        let poisson_ratio = self.scene.tissue.poisson_ratio;
+        // layers and balls run through elements
+        let uniform = self.layout.is_uniform();
+        let rule = if uniform { TetRule::Four } else { TetRule::Eleven };
+        let stiffness =
+            |_: usize, x: &V3| Stiffness { ratio: if uniform { 1.0 } else { self.layout.ratio_at((*x).into()) }, poisson_ratio };
+        let body = Body::with_stiffness(mesh, stiffness, fixed, touchable, 1.0, rule);
+        let rigid = RigidProbe::new(probe.shape, probe.radius_m, place, V3::from(self.placed.axis));
+        let file = &self.scene.file;
+        let no_memory =
+            || Error::Usage(format!("{file}: not enough memory for the finite elements of the organ: mesh it coarser"));
+        let mut press = Press::new(&body, rigid, place).ok_or_else(no_memory)?;
+        let mut force_over_e_m2 = Vec::with_capacity(self.depths_m.len());
+        for depth_m in self.depths_m {
+            press.go_to(*depth_m, |_| {}).map_err(|stalled| {
+                let at: [f64; 3] = place.into();
+                Error::Usage(format!(
+                    "{file}: at {at:.4?} no equilibrium was found deeper than {:.5} m: press less deep",
+                    stalled.reached_m
+                ))
+            })?;
+            force_over_e_m2.push(press.force_over_e_m2());
+        }
+        Ok(Pressed { nodes: body.mesh.nodes_m.len(), force_over_e_m2 })
+    }
+}

@@ -1,0 +1,182 @@
+//! The whole organ on a mesh that is fine at the site and coarse far away.
+//!
+//! The lattice of [`palpate_tissue::organ`], turned to the surface at the site and grown away from it, is cut to the organ's shape: our own, or the surface of a
+//! mesh file, whose own elements may be larger than the patch. Surface nodes lie on the shape exactly.
+
+use nalgebra::Vector3;
+
+use super::Sizes;
+use palpate_tissue::error::Error;
+use palpate_tissue::mesh::{TetMesh, block_with_rim};
+use palpate_tissue::organ::{Fine, OrganError, Turned};
+use palpate_tissue::scene::{Scene, SceneError};
+use palpate_tissue::tissue::organ::THROUGH;
+use palpate_tissue::tissue::shape::{Shape, Site};
+use palpate_tissue::tissue::{Placed, on_shape, place_block};
+
+/// Mean edge of the lattice over that of its cube: six whole ones and eight of `sqrt(3)/2` meet at a point.
+const MEAN_EDGE: f64 = (6.0 + 8.0 * 0.866_025_403_784_438_6) / 14.0;
+/// Where the lattice tears the organ, its coarsest elements are made this much smaller, at most so often.
+const LESS: f64 = 0.7;
+const TRIES: u32 = 8;
+/// Largest share of the organ's volume that may be in the patch (1).
+const MOST_SHARE: f64 = 0.5;
+
+/// Meshes the tissue of a scene around its site: edges about `fine_m` long within `fine_radius_m` of it, about as long as `growth` says at the edge of the patch,
+/// and nowhere longer than lets two elements lie through the organ under the site. Where even so the mesh would tear, where the organ is thin, it grows
+/// less. A block has the mesh of [`block_with_rim`].
+///
+/// # Errors
+/// A scene without tissue, sizes that are none, a site further than a probe radius from the surface, a patch that swallows the organ or all that holds it, an
+/// organ that nothing holds: with what would do.
+pub fn whole(scene: &Scene, tips_m: &[[f32; 3]], sizes: &Sizes) -> Result<Placed, Error> {
+    check(scene, sizes)?;
+    if let Some(size_m) = scene.tissue.block_m {
+        let mesh = block_with_rim(size_m, scene.probe.position_m.unwrap_or_default(), sizes, 0)
+            .map_err(|cause| Error::Usage(format!("{}: {cause}", scene.file)))?;
+        return place_block(scene, tips_m, mesh);
+    }
+    let Some(shape) = Shape::of(scene)? else {
+        return Ok(scene.bad("solver.patch", "has no organ behind it: give tissue.block_m, tissue.mesh or tissue.organ")?);
+    };
+    let site = shape.near_site(scene)?;
+    let mesh = graded(scene, &shape, &site, sizes)?;
+    let placed = on_shape(scene, tips_m, &shape, mesh, (site.at_m, site.axis))?;
+    refuse_swallowed(scene, &placed, sizes)?;
+    Ok(placed)
+}
+
+/// Distance of a point from the segment that the site travels [m].
+#[must_use]
+pub fn from_stroke_m(site_m: [f64; 3], stroke_m: [f64; 3], at_m: [f64; 3]) -> f64 {
+    let (half, off) = (0.5 * Vector3::from(stroke_m), Vector3::from(at_m) - Vector3::from(site_m));
+    let square = half.norm_squared();
+    let along = if square > 0.0 { (off.dot(&half) / square).clamp(-1.0, 1.0) } else { 0.0 };
+    (off - half * along).norm()
+}
+
+fn check(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
+    let lengths = [("radius", sizes.radius_m), ("fine edge", sizes.fine_m), ("fine radius", sizes.fine_radius_m)];
+    for (what, value) in lengths {
+        if !(1e-4..=1.0).contains(&value) {
+            return Err(Error::Usage(format!("{}: the patch's {what} is {value} m: give 0.0001 to 1 m", scene.file)));
+        }
+    }
+    if !(0.0..=10.0).contains(&sizes.growth) {
+        return Err(Error::Usage(format!("{}: the growth around the patch is {}: give 0 to 10", scene.file, sizes.growth)));
+    }
+    if !sizes.stroke_m.iter().all(|c| c.abs() <= 1.0) {
+        return Err(Error::Usage(format!("{}: the site's stroke is {:?}: give metres", scene.file, sizes.stroke_m)));
+    }
+    Ok(())
+}
+
+fn graded(scene: &Scene, shape: &Shape, site: &Site, sizes: &Sizes) -> Result<TetMesh, Error> {
+    let spacing_m = sizes.fine_m / MEAN_EDGE;
+    let fine = Fine { at_m: site.at_m, radius_m: sizes.fine_radius_m, spacing_m, growth: lattice_growth(sizes) };
+    let mut coarsest_m = (shape.thickness_m(site) / THROUGH).max(spacing_m);
+    let mut tries = 0;
+    loop {
+        let turned = Turned { fine, axis: site.axis, stroke_m: sizes.stroke_m, coarsest_m };
+        match shape.mesh(&turned) {
+            Err(OrganError::TooCoarse { .. } | OrganError::Inverted { .. }) if tries < TRIES && coarsest_m > spacing_m => {
+                coarsest_m = (LESS * coarsest_m).max(spacing_m);
+                tries += 1;
+            }
+            other => return other.map_err(|cause| Error::Usage(format!("{}: {cause}", scene.file))),
+        }
+    }
+}
+
+/// Growth of the lattice, as [`Fine`] has it, with which an element at the edge of the patch is as much larger in volume as one whose edges have grown by
+/// `growth` per distance: the lattice grows more along a ray than across.
+fn lattice_growth(sizes: &Sizes) -> f64 {
+    let ratio = (sizes.radius_m / sizes.fine_radius_m).max(1.5);
+    let wanted = 1.0 + sizes.growth * sizes.fine_radius_m * (ratio - 1.0) / sizes.fine_m;
+    let stretch = |growth: f64| {
+        // w with 1 + w + g (w^2 + w^3/3) = ratio
+        let (mut low, mut high) = (0.0, ratio - 1.0);
+        for _ in 0..60 {
+            let w = 0.5 * (low + high);
+            if 1.0 + w + growth * w * w * (1.0 + w / 3.0) < ratio { low = w } else { high = w }
+        }
+        let along = 1.0 + growth * low * (2.0 + low);
+        (along * (ratio / (1.0 + low)).powi(2)).cbrt()
+    };
+    let (mut low, mut high) = (0.0, 100.0);
+    for _ in 0..60 {
+        let growth = 0.5 * (low + high);
+        if stretch(growth) < wanted { low = growth } else { high = growth }
+    }
+    low
+}
+
+fn refuse_swallowed(scene: &Scene, placed: &Placed, sizes: &Sizes) -> Result<(), SceneError> {
+    let (mesh, site_m) = (&placed.tissue.mesh, placed.tissue.site_m);
+    let distance_m = |x: [f64; 3]| from_stroke_m(site_m, sizes.stroke_m, x);
+    let mut parts: Vec<(f64, f64)> = mesh
+        .tets
+        .iter()
+        .map(|tet| {
+            let [a, b, c, d] = tet.map(|n| Vector3::from(mesh.nodes_m[n as usize]));
+            (distance_m(((a + b + c + d) / 4.0).into()), (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0)
+        })
+        .collect();
+    parts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let whole_m3: f64 = parts.iter().map(|p| p.1).sum();
+    let mut sum_m3 = 0.0;
+    let fits = parts.iter().take_while(|p| {
+        sum_m3 += p.1;
+        sum_m3 <= MOST_SHARE * whole_m3
+    });
+    let by_volume_m = fits.last().map_or(0.0, |p| p.0);
+    // what holds the organ must hold what is left of it
+    let furthest_m = placed.tissue.anchors.iter().map(|n| distance_m(mesh.nodes_m[*n as usize])).fold(0.0, f64::max);
+    let largest_m = by_volume_m.min(furthest_m);
+    if sizes.radius_m < largest_m {
+        return Ok(());
+    }
+    let why = format!(
+        "around the site would be cut out of an organ of {:.1} cm^3, {}: give a radius of at most {:.4} m",
+        whole_m3 * 1e6,
+        if by_volume_m <= furthest_m { "more than half of it" } else { "with all that holds it" },
+        // the mesh, and with it the limit, moves a little with the radius
+        0.95 * largest_m
+    );
+    scene.bad(&format!("a patch of {:.4} m", sizes.radius_m), &why)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lattices_growth_gives_the_volume_asked_for_at_the_edge_of_the_patch() {
+        for growth in [0.0, 0.1, 0.45, 1.0] {
+            let sizes = Sizes { radius_m: 0.017, fine_m: 0.0046, fine_radius_m: 0.008, growth, stroke_m: [0.0; 3] };
+            let g = lattice_growth(&sizes);
+            // distance after growing, as the lattice's own doc has it
+            let after = |rho: f64| {
+                let w = rho / 0.008 - 1.0;
+                0.008 * (1.0 + w + g * (w * w + w * w * w / 3.0))
+            };
+            let (mut low, mut high) = (0.008, 0.017);
+            for _ in 0..60 {
+                let rho = 0.5 * (low + high);
+                if after(rho) < 0.017 { low = rho } else { high = rho }
+            }
+            let slope = (after(low + 1e-7) - after(low - 1e-7)) / 2e-7;
+            let edge = (slope * (0.017 / low).powi(2)).cbrt();
+            assert!((edge - 1.0 - growth * 0.009 / 0.0046).abs() < 1e-5, "{growth}: {edge}");
+        }
+    }
+
+    #[test]
+    fn the_distance_from_a_stroke_is_that_from_its_nearest_point() {
+        let stroke_m = [0.02, 0.0, 0.0];
+        for (at_m, expected) in [([0.005, 0.003, 0.0], 0.003), ([0.013, 0.0, 0.004], 0.005), ([-0.02, 0.0, 0.0], 0.01)] {
+            assert!((from_stroke_m([0.0; 3], stroke_m, at_m) - expected).abs() < 1e-15);
+        }
+        assert!((from_stroke_m([1.0, 0.0, 0.0], [0.0; 3], [1.0, 3.0, 4.0]) - 5.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,15 @@
+//! From a scene to a calibrated patch: the finite-element reference, and the fit to it.
+//!
+//! ```text
+//! reference ─ targets ─ calibrate (statics) ─ patch          whole organ ─ far_field ─ rim springs of the patch
+//!                                    plan: the smallest patch that keeps a tolerance
+//! ```
+//!
+//! [`reference`](mod@reference) solves the press by finite elements, [`statics`] the patch's own equilibrium, [`calibrate`](mod@calibrate) brings the second to
+//! the first, [`far_field`] condenses the organ around the patch into rim springs, and [`plan`] searches for the smallest patch.
+
+pub mod calibrate;
+pub mod far_field;
+pub mod plan;
+pub mod reference;
+pub mod statics;

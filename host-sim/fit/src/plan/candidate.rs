@@ -1,0 +1,197 @@
+//! What is searched: radius of the patch, size of its elements, foundation points; and what each would cost.
+
+use palpate::Params;
+use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
+use serde::Serialize;
+
+use crate::calibrate::{Fit, Settings};
+use crate::far_field::FarField;
+use crate::far_field::fitted::{Prepared, Recipe};
+use palpate_tissue::budget::{Counts, Machine, triangles_in_reach};
+use palpate_tissue::error::Error;
+use palpate_tissue::patch::{Material, Patch};
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::Session;
+use palpate_tissue::tissue::Tissue;
+use palpate_tissue::tissue::{Placed, place};
+
+/// Radii of the patch and edges at the site, coarse first [probe radii].
+const RADII: [f64; 5] = [1.5, 1.75, 2.0, 2.25, 2.5];
+const ELEMENTS: [f64; 10] = [1.1, 1.0, 0.88, 0.78, 0.68, 0.58, 0.52, 0.48, 0.43, 0.4];
+/// The same where it should be quick.
+const QUICK_RADII: [f64; 3] = [1.5, 1.75, 2.0];
+const QUICK_ELEMENTS: [f64; 7] = [1.0, 0.88, 0.78, 0.68, 0.58, 0.48, 0.4];
+/// Node counts of whole blocks, the last resort.
+const WHOLE_NODES: [usize; 4] = [60, 130, 250, 410];
+
+/// One point of the search.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Candidate {
+    /// Radius of the patch [probe radii]; infinite for a whole block.
+    pub radius_radii: f64,
+    /// Edge length at the site [probe radii]; zero for a whole block, which has nodes instead.
+    pub element_radii: f64,
+    /// Foundation points on a triangle.
+    pub points_per_triangle: usize,
+}
+
+/// A candidate with its mesh, its far field and its cost, not fitted.
+#[derive(Clone, Debug)]
+pub struct Weighed {
+    /// What it is.
+    pub candidate: Candidate,
+    /// The whole organ.
+    pub placed: Placed,
+    /// The far field; none for a whole block.
+    pub far: Option<FarField>,
+    /// Constants of the material.
+    pub material: Material,
+    /// Parameters of the scene.
+    pub params: Params,
+    /// What costs time.
+    pub counts: Counts,
+    /// Substeps that the unfitted patch needs.
+    pub substeps: u16,
+    /// Cost on the board that is planned for [its units].
+    pub units: f64,
+    /// Length of the patch file [bytes].
+    pub patch_bytes: usize,
+}
+
+impl Weighed {
+    /// What is fitted.
+    #[must_use]
+    pub fn tissue(&self) -> &Tissue {
+        self.far.as_ref().map_or(&self.placed.tissue, |far| &far.cut.patch)
+    }
+
+    /// Whether it fits the board in time and memory.
+    #[must_use]
+    pub fn fits(&self, machine: &Machine) -> bool {
+        self.units <= machine.budget() && machine.has_room(&self.counts, self.patch_bytes)
+    }
+
+    fn of(
+        candidate: Candidate,
+        placed: Placed,
+        far: Option<FarField>,
+        material: Material,
+        params: Params,
+        machine: &Machine,
+    ) -> Result<Self, Error> {
+        let patch = match &far {
+            Some(far) => far.patch(&material),
+            None => Patch::build(&placed.tissue, &material, None),
+        };
+        let touched = triangles_in_reach(&patch.model(), patch.site_m().into(), params.probe.radius_m);
+        let counts = Counts::of(&patch.model(), touched);
+        let session = Session::of_fitted(patch, params)?;
+        let substeps = session.params.substeps;
+        let units = machine.cost_of(&counts, params.terms, substeps).units;
+        let patch_bytes = session.patch.pack(&session.params, 0.0).len();
+        Ok(Self { candidate, placed, far, material, params, counts, substeps, units, patch_bytes })
+    }
+}
+
+/// All candidates of a scene, by and by.
+pub struct Supply<'a> {
+    scene: &'a Scene,
+    machine: &'a Machine,
+    radii: &'static [f64],
+    elements: &'static [f64],
+    next: usize,
+    both_foundations: bool,
+    /// The first refusal: what to tell if there is no candidate at all.
+    pub refused: Option<Error>,
+}
+
+impl<'a> Supply<'a> {
+    /// Of a scene on a board.
+    #[must_use]
+    pub fn of(scene: &'a Scene, machine: &'a Machine, quick: bool) -> Self {
+        let (radii, elements): (&[f64], &[f64]) = if quick { (&QUICK_RADII, &QUICK_ELEMENTS) } else { (&RADII, &ELEMENTS) };
+        Self { scene, machine, radii, elements, next: 0, both_foundations: !quick, refused: None }
+    }
+
+    /// The next smaller elements in patches of all radii, but those of more than `most_nodes` or that take more than `most_units` a substep.
+    /// `None` when all are too large, or no smaller elements are left.
+    pub fn next(&mut self, most_units: f64, most_nodes: usize) -> Option<Vec<Weighed>> {
+        let element_radii = *self.elements.get(self.next)?;
+        let made: Vec<Result<Vec<Weighed>, Error>> =
+            self.radii.par_iter().map(|r| self.weigh(*r, element_radii, most_units, most_nodes)).collect();
+        let mut found = Vec::new();
+        let mut smaller = false;
+        for one in made {
+            match one {
+                Ok(list) => {
+                    smaller |= !list.is_empty();
+                    found.extend(list);
+                }
+                Err(cause) => {
+                    // one radius may be too large for the organ, one mesh not survive a press
+                    smaller = true;
+                    self.refused.get_or_insert(cause);
+                }
+            }
+        }
+        if !smaller {
+            return None;
+        }
+        self.next += 1;
+        Some(found)
+    }
+
+    fn weigh(&self, radius_radii: f64, element_radii: f64, most_units: f64, most_nodes: usize) -> Result<Vec<Weighed>, Error> {
+        let probe_m = self.scene.probe.radius_m;
+        let recipe = Recipe::new(radius_radii * probe_m, element_radii * probe_m, probe_m);
+        let prepared = Prepared::of(self.scene, &recipe)?;
+        let usual = recipe.points_per_triangle;
+        let foundations: &[usize] = if self.both_foundations { &[4, 9] } else { &[usual][..] };
+        let mut found = Vec::new();
+        let mut refused = None;
+        for &points_per_triangle in foundations {
+            let material = Material { points_per_triangle, ..prepared.material };
+            let patch = prepared.far.patch(&material);
+            let touched = triangles_in_reach(&patch.model(), patch.site_m().into(), prepared.params.probe.radius_m);
+            let counts = Counts::of(&patch.model(), touched);
+            if counts.nodes > most_nodes || self.machine.cost_of(&counts, prepared.params.terms, 1).units > most_units {
+                continue;
+            }
+            let candidate = Candidate { radius_radii, element_radii, points_per_triangle };
+            let (placed, far) = (prepared.placed.clone(), Some(prepared.far.clone()));
+            match Weighed::of(candidate, placed, far, material, prepared.params, self.machine) {
+                Ok(weighed) => found.push(weighed),
+                Err(cause) => refused = Some(cause),
+            }
+        }
+        match refused {
+            Some(cause) if found.is_empty() => Err(cause),
+            _ => Ok(found),
+        }
+    }
+
+    /// Whole blocks that fit the board, the largest first; none for an organ.
+    pub fn whole_blocks(&self) -> Vec<Weighed> {
+        if self.scene.tissue.block_m.is_none() {
+            return Vec::new();
+        }
+        let sized = |nodes: &usize| {
+            let mut scene = self.scene.clone();
+            scene.tissue.nodes = Some(*nodes);
+            let placed = place(&scene, &[]).ok()?;
+            let params = scene.params(placed.axis);
+            let material = Material { poisson_ratio: scene.tissue.poisson_ratio, ..Material::default() };
+            let points_per_triangle = material.points_per_triangle;
+            let candidate = Candidate { radius_radii: f64::INFINITY, element_radii: 0.0, points_per_triangle };
+            let weighed = Weighed::of(candidate, placed, None, material, params, self.machine).ok()?;
+            weighed.fits(self.machine).then_some(weighed)
+        };
+        WHOLE_NODES.iter().rev().filter_map(sized).collect()
+    }
+}
+
+/// Places and rounds of a fit.
+#[must_use]
+pub fn settings(places: usize, rounds: usize) -> Settings {
+    Settings { places, rounds, fit: Fit::GaussNewton }
+}

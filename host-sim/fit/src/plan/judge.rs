@@ -1,0 +1,140 @@
+//! How right a fitted patch is where no fit has looked: presses at random places within a probe radius of the site, at the scene's depths.
+
+use palpate::Params;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::calibrate::places::random;
+use crate::calibrate::targets::Reference;
+use crate::far_field::fitted::{JUDGED_PLACES, JUDGED_RADII, deepest_hold_m};
+use crate::statics::{Balance, Solver, Statics, Unbalanced, Vector};
+use palpate_tissue::error::Error;
+use palpate_tissue::patch::Patch;
+use palpate_tissue::scene::{Drive, Scene};
+
+/// The worst place may be this many times the tolerance off.
+pub const WORST_RATIO: f64 = 2.5;
+/// Depths besides the holds, down to the deepest of them [probe radii]; the first is the shallowest that is promised.
+const DEPTHS_RADII: [f64; 8] = [0.125, 0.1875, 0.25, 0.375, 0.5, 0.75, 1.0, 1.25];
+/// Depths this share apart are one.
+const SAME: f64 = 0.02;
+const CLEAR_M: f64 = 1e-4;
+/// A force drive without a limit presses this share of what the patch answers at most.
+const DEPTH_MARGIN: f64 = 1.25;
+
+/// Depths at which a patch of a scene is judged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judge {
+    /// Rising [m].
+    pub depths_m: Vec<f64>,
+}
+
+/// Force errors [%].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Judged {
+    /// Root mean square over places and depths; of several sets of places the largest.
+    pub rms_pct: f64,
+    /// Largest single one.
+    pub worst_pct: f64,
+    /// Root mean square of the centred presses.
+    pub centred_rms_pct: f64,
+    /// Largest of them.
+    pub centred_worst_pct: f64,
+    /// Places judged.
+    pub places: usize,
+}
+
+impl Judged {
+    /// The tightest tolerance that these errors keep [%].
+    #[must_use]
+    pub fn keeps_pct(&self) -> f64 {
+        let worst = self.worst_pct.abs().max(self.centred_worst_pct.abs());
+        self.rms_pct.max(self.centred_rms_pct).max(worst / WORST_RATIO)
+    }
+}
+
+impl Judge {
+    /// The scene's holds, and everything shallower down to an eighth of the probe's radius.
+    ///
+    /// # Errors
+    /// Holds that the reference does not know.
+    pub fn of(scene: &Scene, depth_limit_m: f64, reference: &dyn Reference) -> Result<Self, Error> {
+        let radius_m = scene.probe.radius_m;
+        let deepest_m = deepest_hold_m(scene).unwrap_or(depth_limit_m / DEPTH_MARGIN);
+        let holds_m = match &scene.drive {
+            Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } => holds_m.clone(),
+            _ => vec![deepest_m],
+        };
+        for hold_m in &holds_m {
+            if reference.force(Vector::zeros(), *hold_m).is_none() {
+                let known = [reference.shallowest_m(), reference.deepest_m()].map(|d| d * 1e3);
+                return Err(Error::Usage(format!(
+                    "{}: drive.holds_m: the reference knows no press {:.3} mm deep, only {:.3} to {:.3} mm: hold there",
+                    scene.file,
+                    hold_m * 1e3,
+                    known[0],
+                    known[1]
+                )));
+            }
+        }
+        let mut depths_m = holds_m;
+        for depth_m in DEPTHS_RADII.map(|r| r * radius_m) {
+            let apart = depths_m.iter().all(|d| (d / depth_m - 1.0).abs() > SAME);
+            if apart && depth_m < deepest_m && depth_m >= reference.shallowest_m() {
+                depths_m.push(depth_m);
+            }
+        }
+        depths_m.sort_by(f64::total_cmp);
+        depths_m.dedup();
+        Ok(Self { depths_m })
+    }
+
+    /// Presses a patch at the centre and at [`JUDGED_PLACES`] random places of each seed.
+    ///
+    /// # Errors
+    /// A press without balance.
+    pub fn judge(&self, patch: &Patch, params: &Params, reference: &dyn Reference, seeds: &[u64]) -> Result<Judged, Unbalanced> {
+        faer::set_global_parallelism(faer::Par::Seq);
+        let refused = Unbalanced { depth_mm: 0.0, steps: 0 };
+        let statics = Statics::of(&patch.model(), params).map_err(|_| refused)?;
+        let solver = Solver::of(&statics).ok_or(refused)?;
+        let site_m: Vector = patch.site_m().cast();
+        let rest = solver.rest(&statics, site_m, CLEAR_M)?;
+        let errors_at = |offset_m: Vector| -> Result<Vec<f64>, Unbalanced> {
+            let place_m = site_m + offset_m;
+            let mut here: Balance = rest.with_tip(place_m + statics.axis() * CLEAR_M);
+            let mut errors = Vec::with_capacity(self.depths_m.len());
+            for depth_m in &self.depths_m {
+                here = solver.press(&statics, &here, place_m - statics.axis() * *depth_m, *depth_m)?;
+                let wanted = reference.force(offset_m, *depth_m).ok_or(refused)?;
+                errors.push(100.0 * (here.force / wanted - 1.0));
+            }
+            Ok(errors)
+        };
+        let centred = errors_at(Vector::zeros())?;
+        let (mut rms_pct, mut worst_pct, mut places) = (0.0_f64, 0.0, 0);
+        for seed in seeds {
+            let offsets = random(JUDGED_PLACES, JUDGED_RADII * f64::from(params.probe.radius_m), *seed);
+            // a place where the organ ends is none
+            let offsets: Vec<Vector> = offsets.into_iter().filter_map(|xy| reference.place_m(xy)).collect();
+            let errors = offsets.into_par_iter().map(errors_at).collect::<Result<Vec<_>, _>>()?;
+            places += errors.len();
+            let all: Vec<f64> = errors.into_iter().flatten().collect();
+            rms_pct = rms_pct.max(rms(&all));
+            worst_pct = larger(worst_pct, worst(&all));
+        }
+        Ok(Judged { rms_pct, worst_pct, centred_rms_pct: rms(&centred), centred_worst_pct: worst(&centred), places })
+    }
+}
+
+fn rms(errors: &[f64]) -> f64 {
+    (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt()
+}
+
+fn worst(errors: &[f64]) -> f64 {
+    errors.iter().copied().fold(0.0, larger)
+}
+
+fn larger(a: f64, b: f64) -> f64 {
+    if b.abs() > a.abs() { b } else { a }
+}

@@ -1,0 +1,55 @@
+//! What a scene's model is held against: the whole organ's answer, the depths that are judged, and how tight a tolerance these can tell.
+
+use super::judge::Judge;
+use crate::far_field::fitted::{Prepared, Recipe, Truth};
+use palpate_tissue::error::Error;
+use palpate_tissue::scene::Scene;
+
+/// What the reference itself knows of a force [%].
+const KNOWN_PCT: f64 = 0.3;
+/// Patches on whose mesh the whole organ is solved [probe radii]: the first, or where an organ is too small for it the second.
+const SOLVED: [[f64; 2]; 2] = [[2.0, 0.56], [1.5, 0.56]];
+
+/// The whole organ's answer.
+pub struct Known {
+    /// The answer.
+    pub truth: Truth,
+    /// Depths to judge by.
+    pub judge: Judge,
+}
+
+impl Known {
+    /// Takes the shipped answer or solves the scene by finite elements, minutes for an organ. `progress` hears what is done.
+    ///
+    /// # Errors
+    /// A tolerance [%] that is none or that the answer cannot tell; a scene that has no far field; holds that have no answer.
+    pub fn of(scene: &Scene, tolerance_pct: f64, progress: impl Fn(&str) + Sync) -> Result<Self, Error> {
+        if !(tolerance_pct > 0.0 && tolerance_pct <= 100.0) {
+            return Err(Error::Usage(format!("--tolerance-pct {tolerance_pct}: give a percentage above 0, at most 100")));
+        }
+        refuse_unknowable(tolerance_pct, KNOWN_PCT)?;
+        let probe_m = scene.probe.radius_m;
+        progress("meshing the whole");
+        let [most, least] = SOLVED.map(|[radius, element]| Recipe::new(radius * probe_m, element * probe_m, probe_m));
+        // the refusal that counts is that of the smaller patch
+        let placed = Prepared::of(scene, &most).or_else(|_| Prepared::of(scene, &least))?.placed;
+        let truth = Truth::of(scene, &placed, |done, all| {
+            progress(&format!("finite elements of the whole: {done} of {all} presses"));
+        })?;
+        if let Truth::Organ(map) = &truth {
+            refuse_unknowable(tolerance_pct, KNOWN_PCT.max(100.0 * map.misfit))?;
+        }
+        let judge = truth.ask(|reference| Judge::of(scene, placed.tissue.depth_limit_m, reference))?;
+        Ok(Self { truth, judge })
+    }
+}
+
+fn refuse_unknowable(asked_pct: f64, known_pct: f64) -> Result<(), Error> {
+    if asked_pct >= known_pct {
+        return Ok(());
+    }
+    let nearest = (known_pct * 10.0).ceil() / 10.0;
+    Err(Error::Usage(format!(
+        "--tolerance-pct {asked_pct}: the reference itself knows the forces of this scene to {known_pct:.2} % only: take {nearest:.1} or more"
+    )))
+}

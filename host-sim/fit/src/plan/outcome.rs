@@ -1,0 +1,62 @@
+//! What a search found, and what to say where it found nothing.
+
+use palpate::Terms;
+
+use super::candidate::Candidate;
+use super::edge::Edge;
+use super::trial::Trial;
+use palpate_tissue::budget::Machine;
+use palpate_tissue::error::Error;
+
+/// What a search found.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// The smallest that keeps the tolerance within the budget.
+    pub chosen: Option<Trial>,
+    /// The next smaller: it misses the tolerance. None where the chosen one is the smallest there is.
+    pub smaller: Option<Trial>,
+    /// The next larger: it keeps the tolerance, or leaves the budget.
+    pub larger: Option<Trial>,
+    /// Everything that was fitted, in that order.
+    pub trials: Vec<Trial>,
+    /// What could not be fitted, pressed or run at all.
+    pub unfitted: Vec<(Candidate, Edge, Terms)>,
+    /// Where nothing was found: the cheapest that keeps the tolerance on a faster board.
+    pub elsewhere: Option<Trial>,
+    /// Where nothing was found: the best of this board.
+    pub tightest: Option<Trial>,
+}
+
+impl Outcome {
+    /// The chosen one.
+    ///
+    /// # Errors
+    /// There is none: says which board would do, and what this one keeps.
+    pub fn check(&self, machine: &Machine, tolerance_pct: f64) -> Result<&Trial, Error> {
+        if let Some(chosen) = &self.chosen {
+            return Ok(chosen);
+        }
+        let faster = match &self.elsewhere {
+            Some(trial) => {
+                let cycles = machine.unit;
+                let takes = format!("{} nodes do, in {:.0} {cycles} a tick", trial.counts.nodes, trial.units);
+                match trial.slowest_board() {
+                    Some(board) => format!("{takes}: {} runs them", board.name),
+                    None => format!("{takes}: no named board runs them"),
+                }
+            }
+            None => "no model that was tried does on any board".into(),
+        };
+        let looser = match &self.tightest {
+            // rounded up, so that asking for it works
+            Some(trial) => format!("{} keeps {:.1} %", machine.name, (trial.keeps_pct * 10.0).ceil() / 10.0),
+            None => format!("nothing that was tried runs on {}", machine.name),
+        };
+        Err(Error::Check(format!(
+            "no model keeps {tolerance_pct} % within the {:.0} {} and the memory of {}; {faster}; {looser}",
+            machine.budget(),
+            machine.unit,
+            machine.name
+        )))
+    }
+}

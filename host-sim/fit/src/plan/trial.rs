@@ -1,0 +1,169 @@
+//! One candidate fitted and judged.
+
+use palpate::{Params, Terms};
+use serde::{Serialize, Serializer};
+
+use super::candidate::{Candidate, Weighed, settings};
+use super::edge::Edge;
+use super::judge::{Judge, Judged};
+use crate::far_field::fitted::{Truth, fit_tissue};
+use palpate_tissue::budget::{Counts, MACHINES, Machine};
+use palpate_tissue::error::Error;
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::Session;
+
+/// Places that screening judges by, and those of a full fit: seeds that no fit uses.
+const SCREENING_SEEDS: [u64; 1] = [41];
+const SEEDS: [u64; 4] = [2026, 2027, 2028, 2029];
+
+/// How much of a fit is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Effort {
+    /// Few places and rounds: enough to tell good from bad.
+    Screened,
+    /// What is written.
+    Full,
+}
+
+/// What all trials share.
+pub struct Bench<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The board.
+    pub machine: &'static Machine,
+    /// What is right.
+    pub truth: &'a Truth,
+    /// Depths.
+    pub judge: &'a Judge,
+    /// Tolerance of the force [%].
+    pub tolerance_pct: f64,
+    /// Fewer and smaller candidates.
+    pub quick: bool,
+    /// Hears what is done.
+    pub progress: &'a dyn Fn(&str),
+}
+
+/// A candidate, fitted and judged.
+#[derive(Clone, Debug, Serialize)]
+pub struct Trial {
+    /// What it is.
+    pub candidate: Candidate,
+    /// Its edge.
+    pub edge: Edge,
+    /// Which terms act.
+    #[serde(serialize_with = "by_name")]
+    pub terms: Terms,
+    /// How it was fitted.
+    pub effort: Effort,
+    /// What costs time.
+    pub counts: Counts,
+    /// Substeps of a tick.
+    pub substeps: u16,
+    /// Cost of a tick [units of the board].
+    pub units: f64,
+    /// State on a board [bytes].
+    pub ram_bytes: usize,
+    /// Patch file [bytes].
+    pub patch_bytes: usize,
+    /// Whether it fits the board in time and memory.
+    pub fits: bool,
+    /// Force errors.
+    pub judged: Judged,
+    /// The tightest tolerance it keeps [%].
+    pub keeps_pct: f64,
+    /// What its edge alone does to a glued disc that is sheared [%].
+    pub shear_error_pct: Option<f64>,
+    /// Ready to write; of a full fit only.
+    #[serde(skip)]
+    pub session: Option<Box<Session>>,
+}
+
+fn by_name<S: Serializer>(terms: &Terms, to: S) -> Result<S::Ok, S::Error> {
+    let named = [("volume", terms.volume), ("compensation", terms.compensation), ("rim", terms.rim)];
+    to.collect_seq(named.into_iter().filter(|t| t.1).map(|t| t.0))
+}
+
+impl Trial {
+    /// Whether a tolerance [%] is kept: pressed, and by the edge when sheared.
+    #[must_use]
+    pub fn keeps(&self, tolerance_pct: f64) -> bool {
+        self.keeps_pct <= tolerance_pct && self.edge_keeps(tolerance_pct)
+    }
+
+    /// Whether the edge alone keeps it when sheared.
+    #[must_use]
+    pub fn edge_keeps(&self, tolerance_pct: f64) -> bool {
+        self.shear_error_pct.is_some_and(|e| e.abs() <= tolerance_pct)
+    }
+
+    /// The slowest named board that runs it.
+    #[must_use]
+    pub fn slowest_board(&self) -> Option<&'static Machine> {
+        // the desktop comes first in the list and is the fastest
+        let [desktop, boards @ ..] = &MACHINES;
+        boards.iter().chain([desktop]).find(|m| {
+            let cost = m.cost_of(&self.counts, self.terms, self.substeps);
+            cost.units <= cost.budget && m.has_room(&self.counts, self.patch_bytes)
+        })
+    }
+}
+
+impl Bench<'_> {
+    /// Fits and judges.
+    ///
+    /// # Errors
+    /// A patch that cannot be fitted, pressed or run.
+    pub fn run(&self, weighed: &Weighed, edge: Edge, terms: Terms, effort: Effort) -> Result<Trial, Error> {
+        let candidate = weighed.candidate;
+        let what = if effort == Effort::Full { "fitting" } else { "screening" };
+        (self.progress)(&format!(
+            "{what} {} nodes, radius {} and elements {} probe radii, {}",
+            weighed.counts.nodes,
+            candidate.radius_radii,
+            candidate.element_radii,
+            edge.name()
+        ));
+        let settings = match effort {
+            Effort::Screened => settings(40, 6),
+            Effort::Full => settings(100, 14),
+        };
+        let (tissue, rim) = edge.applied(weighed);
+        let terms = Terms { rim: rim.is_some(), ..terms };
+        let params = Params { terms, ..weighed.params };
+        let seeds: &[u64] = if effort == Effort::Full { &SEEDS } else { &SCREENING_SEEDS };
+        let (fit, judged) = self.truth.ask_on(&weighed.placed, |reference| {
+            let fit = fit_tissue(&tissue, rim.as_ref(), &weighed.material, &params, reference, &settings, &mut |_| {})?;
+            let judged = self.judge.judge(&fit.patch, &fit.params, reference, seeds);
+            let judged = judged.map_err(|cause| Error::Check(format!("the fitted patch cannot be pressed: {cause}")))?;
+            Ok::<_, Error>((fit, judged))
+        })?;
+        let touched = weighed.counts.touched;
+        let counts = Counts::of(&fit.patch.model(), touched);
+        let shear_error_pct = edge.shear_error_pct(weighed);
+        let (mut substeps, mut patch_bytes, mut session) = (weighed.substeps, weighed.patch_bytes, None);
+        if effort == Effort::Full {
+            let ready = Session::of_fitted(fit.patch, fit.params)?;
+            substeps = ready.params.substeps;
+            patch_bytes = ready.patch.pack(&ready.params, ready.stable.pressed_s as f32).len();
+            session = Some(Box::new(ready));
+        }
+        let cost = self.machine.cost_of(&counts, terms, substeps);
+        Ok(Trial {
+            candidate,
+            edge,
+            terms,
+            effort,
+            counts,
+            substeps,
+            units: cost.units,
+            ram_bytes: counts.ram_bytes(),
+            patch_bytes,
+            fits: cost.units <= cost.budget && self.machine.has_room(&counts, patch_bytes),
+            judged,
+            keeps_pct: judged.keeps_pct(),
+            shear_error_pct,
+            session,
+        })
+    }
+}

@@ -1,0 +1,282 @@
+//! Neo-Hookean tissue against a rigid probe: energy, residual, tangent.
+//!
+//! psi = mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2 (Bonet and Wood, *Nonlinear Continuum Mechanics*, 6.28), with
+//! mu = E/(2(1+nu)), lambda = E nu/((1+nu)(1-2nu)) and E = 1 Pa times the stiffness ratio at the quadrature point.
+//! Contact with the probe is in [`super::touch`].
+
+use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::{IntoParallelRefIterator, ParallelIterator, ParallelSlice};
+
+use super::assembly::Pattern;
+use super::probe::RigidProbe;
+use super::quadratic::QuadraticMesh;
+use super::shape::{TetRule, tet_gradients, tet_slopes, triangle_shape};
+use palpate_tissue::scene::Inclusion;
+
+/// Elements worked on at once: bounds the memory for element matrices.
+const BATCH: usize = 2048;
+const CHUNK: usize = 64;
+
+/// What the tissue is made of, over Young's modulus.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Poisson's ratio (1).
+    pub poisson_ratio: f64,
+    /// Balls of another stiffness; where they overlap the last one counts.
+    pub inclusions: Vec<Inclusion>,
+}
+
+/// Stiffness at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stiffness {
+    /// Young's modulus there over the one that everything is over (1).
+    pub ratio: f64,
+    /// Poisson's ratio (1), below 0.5.
+    pub poisson_ratio: f64,
+}
+
+impl Stiffness {
+    /// Lame's mu and lambda over Young's modulus (1).
+    fn lame(self) -> (f64, f64) {
+        let nu = self.poisson_ratio;
+        (self.ratio * (0.5 / (1.0 + nu)), self.ratio * (nu / ((1.0 + nu) * (1.0 - 2.0 * nu))))
+    }
+}
+
+/// A quadrature point of a tet.
+struct Point {
+    gradients: [Vector3<f64>; 10],
+    volume_m3: f64,
+    mu: f64,
+    lambda: f64,
+}
+
+/// Probe and penalty.
+#[derive(Clone, Copy, Debug)]
+pub struct Contact {
+    /// The probe.
+    pub probe: RigidProbe,
+    /// Contact pressure over gap, over Young's modulus [1/m].
+    pub penalty_per_m: f64,
+}
+
+/// A supported piece of tissue.
+pub struct Body {
+    /// The mesh.
+    pub mesh: QuadraticMesh,
+    /// Which components of each node's displacement are held at zero.
+    pub fixed: Vec<[bool; 3]>,
+    /// Triangles that may touch the probe, indices into the mesh's.
+    pub touchable: Vec<usize>,
+    /// How many mirror images of this piece make up the whole.
+    pub copies: f64,
+    pub(super) pattern: Pattern,
+    points: Vec<Point>,
+    points_per_tet: usize,
+}
+
+/// Energy and its derivatives at one displacement.
+pub struct Assembled {
+    /// Over Young's modulus [m^3].
+    pub energy_m3: f64,
+    /// Gradient of the energy [m^2]: what has to vanish at free components.
+    pub residual_m2: Vec<Vector3<f64>>,
+    /// Lower triangle of the second derivative [m], in the pattern's order, not yet fixed.
+    pub tangent: Vec<f64>,
+}
+
+struct Element {
+    energy: f64,
+    force: [Vector3<f64>; 10],
+    stiffness: Vec<Matrix3<f64>>,
+}
+
+impl Body {
+    /// Prepares a mesh.
+    #[must_use]
+    pub fn new(
+        mesh: QuadraticMesh,
+        material: &Material,
+        fixed: Vec<[bool; 3]>,
+        touchable: Vec<usize>,
+        copies: f64,
+        rule: TetRule,
+    ) -> Self {
+        let stiffness = |_: usize, x: &Vector3<f64>| Stiffness {
+            ratio: material
+                .inclusions
+                .iter()
+                .rev()
+                .find(|ball| (x - Vector3::from(ball.center_m)).norm() <= ball.radius_m)
+                .map_or(1.0, |ball| ball.stiffness_ratio),
+            poisson_ratio: material.poisson_ratio,
+        };
+        Self::with_stiffness(mesh, stiffness, fixed, touchable, copies, rule)
+    }
+
+    /// Prepares a mesh whose stiffness is given for each tet (by its index) and point (rest position [m]).
+    #[must_use]
+    pub fn with_stiffness(
+        mesh: QuadraticMesh,
+        stiffness: impl Fn(usize, &Vector3<f64>) -> Stiffness,
+        fixed: Vec<[bool; 3]>,
+        touchable: Vec<usize>,
+        copies: f64,
+        rule: TetRule,
+    ) -> Self {
+        let rule = rule.points();
+        let mut points = Vec::with_capacity(rule.len() * mesh.tets.len());
+        for (t, tet) in mesh.tets.iter().enumerate() {
+            let corners = [0, 1, 2, 3].map(|k| mesh.nodes_m[tet[k] as usize]);
+            let (slopes, volume_m3) = tet_slopes(corners);
+            for (at, share) in &rule {
+                let x = (0..4).map(|k| corners[k] * at[k]).sum::<Vector3<f64>>();
+                let (mu, lambda) = stiffness(t, &x).lame();
+                points.push(Point { gradients: tet_gradients(*at, &slopes), volume_m3: share * volume_m3, mu, lambda });
+            }
+        }
+        let pattern = Pattern::new(&mesh, &[]);
+        Self { points_per_tet: rule.len(), mesh, fixed, touchable, copies, pattern, points }
+    }
+
+    /// Makes room in the tangent for blocks between all nodes of each group.
+    pub(super) fn couple(&mut self, groups: &[[u32; 12]]) {
+        self.pattern = Pattern::new(&self.mesh, groups);
+    }
+
+    /// Energy over Young's modulus [m^3]; `None` if an element is inside out.
+    #[must_use]
+    pub fn energy(&self, displacement_m: &[Vector3<f64>], contact: Option<&Contact>) -> Option<f64> {
+        let tets: Vec<usize> = (0..self.mesh.tets.len()).collect();
+        let parts: Vec<Option<f64>> =
+            tets.par_chunks(CHUNK).map(|chunk| chunk.iter().map(|t| self.element_energy(*t, displacement_m)).sum()).collect();
+        let elastic: f64 = parts.into_iter().sum::<Option<f64>>()?;
+        let mut energy = elastic;
+        if let Some(contact) = contact {
+            self.add_contact_energy(displacement_m, contact, &mut energy);
+        }
+        energy.is_finite().then_some(energy)
+    }
+
+    /// Energy, residual and tangent; `None` if an element is inside out.
+    #[must_use]
+    pub fn assemble(&self, displacement_m: &[Vector3<f64>], contact: Option<&Contact>) -> Option<Assembled> {
+        let mut sum = Assembled {
+            energy_m3: 0.0,
+            residual_m2: vec![Vector3::zeros(); self.mesh.nodes_m.len()],
+            tangent: vec![0.0; self.pattern.entries()],
+        };
+        let tets: Vec<usize> = (0..self.mesh.tets.len()).collect();
+        for batch in tets.chunks(BATCH) {
+            let elements: Vec<Option<Element>> = batch.par_iter().map(|t| self.element(*t, displacement_m)).collect();
+            for (t, element) in batch.iter().zip(elements) {
+                let element = element?;
+                sum.energy_m3 += element.energy;
+                let nodes = &self.mesh.tets[*t];
+                for (a, i) in nodes.iter().enumerate() {
+                    sum.residual_m2[*i as usize] += element.force[a];
+                    for (b, j) in nodes[..=a].iter().enumerate() {
+                        self.pattern.add(&mut sum.tangent, *i, *j, &element.stiffness[a * (a + 1) / 2 + b]);
+                    }
+                }
+            }
+        }
+        if let Some(contact) = contact {
+            self.add_contact(displacement_m, contact, &mut sum);
+        }
+        Some(sum)
+    }
+
+    /// The tangent times a vector over nodes; fixed components included.
+    #[must_use]
+    pub fn tangent_times(&self, assembled: &Assembled, vector: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        self.pattern.multiply(&assembled.tangent, vector)
+    }
+
+    /// Displacement of a point of a flat horizontal part of the touchable surface; `None` if there is none at that place.
+    #[must_use]
+    pub fn surface_at(&self, displacement_m: &[Vector3<f64>], at_m: &Vector3<f64>) -> Option<Vector3<f64>> {
+        // area coordinates may miss a side by rounding
+        const SLACK: f64 = 1e-9;
+        for t in &self.touchable {
+            let nodes = &self.mesh.triangles[*t];
+            let [a, b, c] = [0, 1, 2].map(|k| self.mesh.nodes_m[nodes[k] as usize] - at_m);
+            if a.z.abs().max(b.z.abs()).max(c.z.abs()) > SLACK {
+                continue;
+            }
+            let twice = |p: &Vector3<f64>, q: &Vector3<f64>| p.x * q.y - p.y * q.x;
+            let parts = [twice(&b, &c), twice(&c, &a), twice(&a, &b)];
+            let whole: f64 = parts.iter().sum();
+            if whole > 0.0 && parts.iter().all(|p| *p >= -SLACK * whole) {
+                let shape = triangle_shape(parts.map(|p| p / whole));
+                return Some((0..6).map(|k| displacement_m[nodes[k] as usize] * shape[k]).sum());
+            }
+        }
+        None
+    }
+
+    fn points(&self, tet: usize) -> &[Point] {
+        &self.points[tet * self.points_per_tet..][..self.points_per_tet]
+    }
+
+    fn element_energy(&self, tet: usize, displacement_m: &[Vector3<f64>]) -> Option<f64> {
+        let u = self.mesh.tets[tet].map(|n| displacement_m[n as usize]);
+        let mut energy = 0.0;
+        for point in self.points(tet) {
+            let f = point.deformation(&u);
+            let j = f.determinant();
+            if j <= 0.0 {
+                return None;
+            }
+            energy += point.energy(&f, j.ln());
+        }
+        Some(energy)
+    }
+
+    fn element(&self, tet: usize, displacement_m: &[Vector3<f64>]) -> Option<Element> {
+        let u = self.mesh.tets[tet].map(|n| displacement_m[n as usize]);
+        let mut sum = Element { energy: 0.0, force: [Vector3::zeros(); 10], stiffness: vec![Matrix3::zeros(); 55] };
+        for point in self.points(tet) {
+            let f = point.deformation(&u);
+            let j = f.determinant();
+            if j <= 0.0 {
+                return None;
+            }
+            let ln_j = j.ln();
+            sum.energy += point.energy(&f, ln_j);
+            let inverse_transposed = f.try_inverse()?.transpose();
+            // rest gradients and, pushed forward, spatial ones
+            let rest = &point.gradients;
+            let now = rest.map(|g| inverse_transposed * g);
+            let (v, mu, lambda) = (point.volume_m3, point.mu, point.lambda);
+            let pressure = lambda * ln_j - mu;
+            for a in 0..10 {
+                sum.force[a] += ((f * rest[a]) * mu + now[a] * pressure) * v;
+                for b in 0..=a {
+                    let block = &mut sum.stiffness[a * (a + 1) / 2 + b];
+                    *block += now[a] * (now[b].transpose() * (lambda * v)) - now[b] * (now[a].transpose() * (pressure * v));
+                    let same = mu * v * rest[a].dot(&rest[b]);
+                    for k in 0..3 {
+                        block[(k, k)] += same;
+                    }
+                }
+            }
+        }
+        Some(sum)
+    }
+}
+
+impl Point {
+    fn deformation(&self, displacement_m: &[Vector3<f64>; 10]) -> Matrix3<f64> {
+        let mut f = Matrix3::identity();
+        for (u, g) in displacement_m.iter().zip(&self.gradients) {
+            f += u * g.transpose();
+        }
+        f
+    }
+
+    fn energy(&self, f: &Matrix3<f64>, ln_j: f64) -> f64 {
+        let strain = 0.5 * self.mu * (f.norm_squared() - 3.0) - self.mu * ln_j + 0.5 * self.lambda * ln_j * ln_j;
+        strain * self.volume_m3
+    }
+}

@@ -1,0 +1,134 @@
+//! Tissue with its support: the block, cut at its planes of symmetry, or an imported mesh on its underside.
+
+use nalgebra::Vector3;
+
+use super::body::{Body, Material};
+use super::quadratic::QuadraticMesh;
+use super::shape::TetRule;
+use palpate_tissue::answer::SurfaceGrid;
+use palpate_tissue::mesh::{BlockError, BlockSpec, TetMesh, block};
+use palpate_tissue::tissue::UNDERSIDE_COSINE;
+
+/// A block pressed on its top.
+#[derive(Clone, Debug)]
+pub struct BlockCase {
+    /// Sides [m]; the top is centred on the origin, the bottom is fixed.
+    pub size_m: [f64; 3],
+    /// Where on the top the probe presses [m].
+    pub place_m: [f64; 2],
+    /// What it is made of.
+    pub material: Material,
+    /// Corner nodes of the piece that is meshed: a quarter, a half, or the whole.
+    pub nodes: usize,
+    /// Elements are smallest within this distance of the place [m].
+    pub fine_radius_m: f64,
+    /// Quadrature in the tets.
+    pub rule: TetRule,
+    /// Planes, x = 0 and y = 0, at which the block may be cut: a press that is symmetric about one is, unless it is to be compared with
+    /// one that is not.
+    pub may_cut: [bool; 2],
+}
+
+/// The piece of a block that is computed.
+pub struct BlockBody {
+    /// The piece.
+    pub body: Body,
+    /// Whether it ends at x = 0 and at y = 0, its mirror images being the rest.
+    pub mirror: [bool; 2],
+    /// Where the probe presses [m].
+    pub place_m: Vector3<f64>,
+}
+
+impl BlockCase {
+    /// Which planes, x = 0 and y = 0, the press and the tissue are symmetric about.
+    #[must_use]
+    pub fn symmetry(&self) -> [bool; 2] {
+        [0, 1].map(|k| {
+            self.may_cut[k] && self.place_m[k] == 0.0 && self.material.inclusions.iter().all(|ball| ball.center_m[k] == 0.0)
+        })
+    }
+
+    /// Meshes the piece.
+    ///
+    /// # Errors
+    /// What the generator refuses.
+    pub fn build(&self) -> Result<BlockBody, BlockError> {
+        let mirror = self.symmetry();
+        let mut size_m = self.size_m;
+        let mut shift_m = [0.0; 2];
+        for k in 0..2 {
+            if mirror[k] {
+                size_m[k] *= 0.5;
+                shift_m[k] = 0.5 * size_m[k];
+            }
+        }
+        let fine_at_m = [0, 1].map(|k| self.place_m[k] - shift_m[k]);
+        let mut mesh = block(&BlockSpec { size_m, nodes: self.nodes, fine_at_m, fine_radius_m: self.fine_radius_m })?;
+        for node in &mut mesh.nodes_m {
+            for k in 0..2 {
+                node[k] += shift_m[k];
+            }
+        }
+        Ok(self.support(&mesh, mirror))
+    }
+
+    /// Fixes the bottom of a mesh of the piece and, across them, the planes of symmetry it was cut at.
+    #[must_use]
+    pub fn support(&self, mesh: &TetMesh, mirror: [bool; 2]) -> BlockBody {
+        let mesh = QuadraticMesh::new(mesh);
+        let bottom = |x: &Vector3<f64>| x.z <= -self.size_m[2] * (1.0 - 1e-9);
+        let fixed = mesh.nodes_m.iter().map(|x| match bottom(x) {
+            true => [true; 3],
+            false => [mirror[0] && x.x == 0.0, mirror[1] && x.y == 0.0, false],
+        });
+        let fixed: Vec<[bool; 3]> = fixed.collect();
+        let cut = |k: usize, t: &[u32; 6]| mirror[k] && t.iter().all(|n| mesh.nodes_m[*n as usize][k] == 0.0);
+        let free = |t: &[u32; 6]| !cut(0, t) && !cut(1, t) && !t.iter().all(|n| bottom(&mesh.nodes_m[*n as usize]));
+        let touchable = (0..mesh.triangles.len()).filter(|t| free(&mesh.triangles[*t])).collect();
+        let copies = mirror.map(|m| if m { 2.0 } else { 1.0 }).iter().product();
+        let body = Body::new(mesh, &self.material, fixed, touchable, copies, self.rule);
+        BlockBody { body, mirror, place_m: Vector3::new(self.place_m[0], self.place_m[1], 0.0) }
+    }
+}
+
+/// An imported mesh on its underside: triangles that face away from the press are fixed, all others may touch the probe.
+#[must_use]
+pub fn mesh_body(mesh: &TetMesh, axis: &Vector3<f64>, material: &Material, rule: TetRule) -> Body {
+    let mesh = QuadraticMesh::new(mesh);
+    let faces_away = |t: &[u32; 6]| {
+        let [a, b, c] = [0, 1, 2].map(|k| mesh.nodes_m[t[k] as usize]);
+        let normal = (b - a).cross(&(c - a));
+        normal.dot(axis) < UNDERSIDE_COSINE * normal.norm()
+    };
+    let mut fixed = vec![[false; 3]; mesh.nodes_m.len()];
+    let mut touchable = Vec::new();
+    for (index, triangle) in mesh.triangles.iter().enumerate() {
+        if faces_away(triangle) {
+            for n in triangle {
+                fixed[*n as usize] = [true; 3];
+            }
+        } else {
+            touchable.push(index);
+        }
+    }
+    Body::new(mesh, material, fixed, touchable, 1.0, rule)
+}
+
+impl BlockBody {
+    /// Displacement of the top at a place [m], mirrored into the computed piece; zero off the block.
+    #[must_use]
+    pub fn top_displacement_m(&self, displacement_m: &[Vector3<f64>], at_m: [f64; 2]) -> Vector3<f64> {
+        let sign = [0, 1].map(|k| if self.mirror[k] && at_m[k] < 0.0 { -1.0 } else { 1.0 });
+        let at = Vector3::new(at_m[0] * sign[0], at_m[1] * sign[1], 0.0);
+        let u = self.body.surface_at(displacement_m, &at).unwrap_or_default();
+        Vector3::new(u.x * sign[0], u.y * sign[1], u.z)
+    }
+
+    /// Displacement around the place on a square grid.
+    #[must_use]
+    pub fn grid(&self, displacement_m: &[Vector3<f64>], spacing_m: f64, half_count: usize) -> SurfaceGrid {
+        SurfaceGrid::sample(spacing_m, half_count, |[x, y]| {
+            self.top_displacement_m(displacement_m, [self.place_m.x + x, self.place_m.y + y]).into()
+        })
+    }
+}

@@ -1,0 +1,196 @@
+//! Equilibrium under the probe, in steps of depth.
+
+use nalgebra::Vector3;
+
+use super::body::Contact;
+use super::body::{Assembled, Body};
+use super::minimise::{Minimiser, Potential};
+use super::probe::RigidProbe;
+use super::touch::Touch;
+
+/// Contact pressure of Young's modulus pushes the surface this share of sqrt(radius x depth) into the probe: as the pressure of a round probe
+/// rises with sqrt(depth / radius), the penetration stays about this share of the depth.
+const SOFTNESS: f64 = 1.5e-4;
+/// The first contact is made stiffer in these stages, each starting where the one before ended: fewer iterations than the last alone.
+const STAGES: [f64; 3] = [0.01, 0.1, 1.0];
+/// Contact gets no stiffer at depths below this share of the radius.
+const LEAST_DEPTH: f64 = 1e-3;
+/// Largest step of depth, in probe radii.
+const STEP_RADII: f64 = 0.125;
+/// Smallest step of depth, as a share of the largest.
+const LEAST_STEP: f64 = 1.0 / 32.0;
+/// Norm of the residual over the contact force, at holds and on the way.
+const TOLERANCE: f64 = 1e-8;
+const LOOSE: f64 = 1e-2;
+
+/// A body being pressed.
+pub struct Press<'a> {
+    body: &'a Body,
+    probe: RigidProbe,
+    place_m: Vector3<f64>,
+    stiffer: f64,
+    solver: Minimiser,
+    /// Displacement of every node [m].
+    pub displacement_m: Vec<Vector3<f64>>,
+    before_m: Vec<Vector3<f64>>,
+    depth_m: f64,
+    last_step_m: f64,
+}
+
+/// The press cannot go deeper.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stalled {
+    /// Deepest equilibrium found [m].
+    pub reached_m: f64,
+}
+
+impl<'a> Press<'a> {
+    /// A probe that touches `place_m`, the tissue at rest; `None` if memory for the factor runs out.
+    #[must_use]
+    pub fn new(body: &'a Body, probe: RigidProbe, place_m: Vector3<f64>) -> Option<Self> {
+        let rest = vec![Vector3::zeros(); body.mesh.nodes_m.len()];
+        Some(Self {
+            body,
+            probe,
+            place_m,
+            stiffer: 1.0,
+            solver: Minimiser::new(body)?,
+            displacement_m: rest.clone(),
+            before_m: rest,
+            depth_m: 0.0,
+            last_step_m: 0.0,
+        })
+    }
+
+    /// Makes contact stiffer by a factor, to check that its stiffness does not matter.
+    #[must_use]
+    pub fn with_stiffer_contact(mut self, factor: f64) -> Self {
+        self.stiffer *= factor;
+        self
+    }
+
+    /// Entries of the Cholesky factor.
+    #[must_use]
+    pub fn factor_entries(&self) -> usize {
+        self.solver.factor_entries()
+    }
+
+    /// Newton iterations so far.
+    #[must_use]
+    pub fn iterations(&self) -> usize {
+        self.solver.iterations
+    }
+
+    /// Depth of the tip [m].
+    #[must_use]
+    pub fn depth_m(&self) -> f64 {
+        self.depth_m
+    }
+
+    /// The probe at a depth.
+    #[must_use]
+    pub fn contact(&self, depth_m: f64) -> Contact {
+        let probe = RigidProbe { tip_m: self.place_m - self.probe.axis * depth_m, ..self.probe };
+        let softness_m = SOFTNESS * (self.probe.radius_m * depth_m.abs().max(LEAST_DEPTH * self.probe.radius_m)).sqrt();
+        Contact { probe, penalty_per_m: self.stiffer / softness_m }
+    }
+
+    /// What the probe feels now.
+    #[must_use]
+    pub fn touch(&self) -> Touch {
+        self.body.touch(&self.displacement_m, &self.contact(self.depth_m))
+    }
+
+    /// Force along the press over Young's modulus [m^2], positive out of the tissue.
+    #[must_use]
+    pub fn force_over_e_m2(&self) -> f64 {
+        self.touch().force_m2.dot(&self.probe.axis)
+    }
+
+    /// Goes to a depth, in as many steps as it takes.
+    ///
+    /// # Errors
+    /// No equilibrium was found beyond some depth; the last one stays.
+    pub fn go_to(&mut self, target_m: f64, mut progress: impl FnMut(f64)) -> Result<(), Stalled> {
+        let largest_m = STEP_RADII * self.probe.radius_m;
+        let mut step_m = largest_m;
+        while self.depth_m != target_m {
+            let left_m = target_m - self.depth_m;
+            let last = left_m.abs() <= step_m * 1.001;
+            let to_m = if last { target_m } else { self.depth_m + step_m * left_m.signum() };
+            let kept = self.displacement_m.clone();
+            self.predict(to_m);
+            let mut found = self.settle(to_m, if last { TOLERANCE } else { LOOSE });
+            if !found {
+                // once more without the prediction
+                self.displacement_m.clone_from(&kept);
+                found = self.settle(to_m, if last { TOLERANCE } else { LOOSE });
+            }
+            if found {
+                self.last_step_m = to_m - self.depth_m;
+                self.depth_m = to_m;
+                self.before_m = kept;
+                step_m = (2.0 * step_m).min(largest_m);
+                progress(to_m);
+            } else {
+                self.displacement_m = kept;
+                step_m = 0.5 * step_m.min(left_m.abs());
+                if step_m < LEAST_STEP * largest_m {
+                    return Err(Stalled { reached_m: self.depth_m });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Carries the last step on.
+    fn predict(&mut self, to_m: f64) {
+        if self.last_step_m == 0.0 {
+            return;
+        }
+        let share = (to_m - self.depth_m) / self.last_step_m;
+        let ahead: Vec<_> =
+            self.displacement_m.iter().zip(&self.before_m).map(|(now, before)| now + (now - before) * share).collect();
+        if self.body.energy(&ahead, None).is_some() {
+            self.displacement_m = ahead;
+        }
+    }
+
+    /// Newton's method at one depth; false if it does not converge.
+    fn settle(&mut self, depth_m: f64, tolerance: f64) -> bool {
+        let stages = if self.last_step_m == 0.0 { STAGES.as_slice() } else { &[1.0] };
+        stages.iter().all(|stage| {
+            let mut contact = self.contact(depth_m);
+            contact.penalty_per_m *= stage;
+            self.relax(&contact, if *stage < 1.0 { LOOSE } else { tolerance })
+        })
+    }
+
+    fn relax(&mut self, contact: &Contact, tolerance: f64) -> bool {
+        self.solver.relax(&Pressed { body: self.body, contact }, &mut self.displacement_m, tolerance)
+    }
+}
+
+/// The body and what it touches.
+struct Pressed<'a> {
+    body: &'a Body,
+    contact: &'a Contact,
+}
+
+impl Potential for Pressed<'_> {
+    fn body(&self) -> &Body {
+        self.body
+    }
+
+    fn energy(&self, displacement_m: &[Vector3<f64>]) -> Option<f64> {
+        self.body.energy(displacement_m, Some(self.contact))
+    }
+
+    fn assemble(&self, displacement_m: &[Vector3<f64>]) -> Option<Assembled> {
+        self.body.assemble(displacement_m, Some(self.contact))
+    }
+
+    fn force_m2(&self, displacement_m: &[Vector3<f64>], _: &Assembled) -> f64 {
+        self.body.touch(displacement_m, self.contact).force_m2.norm() / self.body.copies
+    }
+}

@@ -1,0 +1,87 @@
+//! The rigid probe as a signed distance.
+
+use nalgebra::{Matrix3, Vector3};
+use palpate::path::force::foundation::FLAT_EDGE;
+
+use palpate_tissue::scene::Shape;
+
+/// A rigid, frictionless probe.
+#[derive(Clone, Copy, Debug)]
+pub struct RigidProbe {
+    /// Shape. A hemisphere and a disc carry a cylinder of their radius.
+    pub shape: Shape,
+    /// Radius [m].
+    pub radius_m: f64,
+    /// Radius of a disc's rounded edge [m]; no other shape has one.
+    pub edge_m: f64,
+    /// Lowest point [m].
+    pub tip_m: Vector3<f64>,
+    /// Unit vector from the tip to the handle.
+    pub axis: Vector3<f64>,
+}
+
+/// Distance of a point to the probe's surface, with its first two derivatives.
+#[derive(Clone, Copy, Debug)]
+pub struct Gap {
+    /// Distance [m], negative inside the probe.
+    pub gap_m: f64,
+    /// Its gradient: the unit normal out of the probe.
+    pub normal: Vector3<f64>,
+    /// Its second derivative [1/m].
+    pub curvature_per_m: Matrix3<f64>,
+}
+
+impl RigidProbe {
+    /// A probe whose tip is at `tip_m`. A disc's edge is rounded as the simulator's is, by a sixteenth of its radius.
+    #[must_use]
+    pub fn new(shape: Shape, radius_m: f64, tip_m: Vector3<f64>, axis: Vector3<f64>) -> Self {
+        Self { shape, radius_m, edge_m: f64::from(FLAT_EDGE) * radius_m, tip_m, axis }
+    }
+
+    /// Signed distance of `at_m` [m].
+    #[must_use]
+    pub fn gap(&self, at_m: &Vector3<f64>) -> Gap {
+        let arm = at_m - self.tip_m;
+        let height = arm.dot(&self.axis);
+        let across = arm - self.axis * height;
+        let r = across.norm();
+        match self.shape {
+            Shape::Sphere => self.ball(&arm),
+            Shape::Hemisphere if height <= self.radius_m => self.ball(&arm),
+            Shape::Hemisphere => self.side(&across, r),
+            Shape::Flat => {
+                let inner = self.radius_m - self.edge_m;
+                let (out, below) = (r - inner, self.edge_m - height);
+                match (out > 0.0, below > 0.0) {
+                    (true, true) => self.rim(&across, r, out, below),
+                    _ if out > below => self.side(&across, r),
+                    _ => Gap { gap_m: -height, normal: -self.axis, curvature_per_m: Matrix3::zeros() },
+                }
+            }
+        }
+    }
+
+    fn ball(&self, arm: &Vector3<f64>) -> Gap {
+        let arm = arm - self.axis * self.radius_m;
+        let length = arm.norm().max(f64::MIN_POSITIVE);
+        let normal = arm / length;
+        let curvature_per_m = (Matrix3::identity() - normal * normal.transpose()) / length;
+        Gap { gap_m: length - self.radius_m, normal, curvature_per_m }
+    }
+
+    fn side(&self, across: &Vector3<f64>, r: f64) -> Gap {
+        let normal = across / r.max(f64::MIN_POSITIVE);
+        let around = self.axis.cross(&normal);
+        Gap { gap_m: r - self.radius_m, normal, curvature_per_m: around * around.transpose() / r }
+    }
+
+    /// The rounded edge: a torus.
+    fn rim(&self, across: &Vector3<f64>, r: f64, out: f64, below: f64) -> Gap {
+        let length = out.hypot(below);
+        let radial = across / r;
+        let normal = (radial * out - self.axis * below) / length;
+        let (along, around) = ((radial * below + self.axis * out) / length, self.axis.cross(&radial));
+        let curvature_per_m = along * along.transpose() / length + around * around.transpose() * (out / (length * r));
+        Gap { gap_m: length - self.edge_m, normal, curvature_per_m }
+    }
+}

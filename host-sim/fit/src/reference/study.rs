@@ -1,0 +1,287 @@
+//! A scene solved on three meshes, each finer than the one before: the answer and how far it can be trusted.
+
+use nalgebra::Vector3;
+
+use super::body::{Body, Material};
+use super::domain::{BlockBody, BlockCase, mesh_body};
+use super::newton::{Press, Stalled};
+use super::probe::RigidProbe;
+use super::refine::refine;
+use super::shape::TetRule;
+use palpate_tissue::answer::SurfaceGrid;
+use palpate_tissue::error::Error;
+use palpate_tissue::mesh::TetMesh;
+use palpate_tissue::scene::{Drive, Scene, Shape};
+use palpate_tissue::tissue;
+
+/// Corner nodes of the three levels, where a quarter, a half and the whole of the block is meshed.
+const FULL_NODES: [[usize; 3]; 3] = [[350, 750, 1600], [600, 1200, 2400], [900, 1700, 3000]];
+const QUICK_NODES: [[usize; 3]; 3] = [[130, 270, 540], [180, 330, 600], [300, 500, 800]];
+/// Longest edges under the probe, in contact radii, and most corner nodes, of the three levels of an imported mesh.
+const FULL_EDGES: [(f64, usize); 3] = [(0.6, 1500), (0.4, 2500), (0.27, 4000)];
+const QUICK_EDGES: [(f64, usize); 3] = [(1.0, 700), (0.7, 1000), (0.5, 1400)];
+/// Growth of the longest edge per distance from the contact, of an imported mesh.
+const EDGE_GROWTH: f64 = 0.35;
+/// A force drive is at its target when it is this close, as a share of it.
+const FORCE_TOLERANCE: f64 = 1e-4;
+const MOST_TRIES: usize = 40;
+/// A force drive looks for its depth in steps of this many probe radii.
+const SEARCH_RADII: f64 = 0.125;
+/// Surface grid that comes with every hold on a block.
+const SPACING_M: f64 = 1e-3;
+const GRID_REACH_M: f64 = 0.022;
+
+/// A scene on several meshes.
+pub struct Study {
+    /// From coarse to fine.
+    pub levels: Vec<Level>,
+    /// Where the probe presses, on the rest surface [m].
+    pub place_m: [f64; 3],
+}
+
+/// A scene on one mesh.
+pub struct Level {
+    /// Nodes of the quadratic mesh, of the piece that is computed.
+    pub nodes: usize,
+    /// Its tets.
+    pub tets: usize,
+    /// How many mirror images of the piece make up the whole.
+    pub copies: f64,
+    /// Newton iterations.
+    pub iterations: usize,
+    /// Holds that converged, in the scene's order.
+    pub holds: Vec<LevelHold>,
+    /// Why the next one is missing; a finer level stops there without a try.
+    pub stopped: Option<Stalled>,
+}
+
+/// A hold on one mesh.
+pub struct LevelHold {
+    /// Depth [m].
+    pub depth_m: f64,
+    /// Force along the press over Young's modulus [m^2].
+    pub force_over_e_m2: f64,
+    /// Deepest penetration of the surface into the probe [m].
+    pub penetration_m: f64,
+    /// Displacement of the top; only of a block.
+    pub grid: Option<SurfaceGrid>,
+    /// (rest position, displacement) of the nodes that may touch the probe [m].
+    pub surface: Vec<(Vector3<f64>, Vector3<f64>)>,
+}
+
+/// What a quantity tends to as the mesh is refined.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Value at vanishing element size: `value + c h^3` through the two finest levels (Richardson), h^3 ~ 1/nodes. Third order is what quadratic
+    /// elements reach where the contact's edge limits the smoothness.
+    pub limit: f64,
+    /// The larger of the finest level's distance to the limit and to the level before.
+    pub error: f64,
+}
+
+/// Extrapolates (nodes, value) of every level, coarse to fine; `None` with fewer than two.
+#[must_use]
+pub fn extrapolate(levels: &[(usize, f64)]) -> Option<Estimate> {
+    let [.., (coarse, before), (fine, finest)] = levels else { return None };
+    let (coarse, fine) = (*coarse as f64, *fine as f64);
+    let limit = if fine > coarse { (fine * finest - coarse * before) / (fine - coarse) } else { *finest };
+    Some(Estimate { limit, error: (finest - limit).abs().max((finest - before).abs()) })
+}
+
+/// What a scene asks for, once it is known that it has an answer.
+struct Task<'a> {
+    scene: &'a Scene,
+    material: Material,
+    /// Depth that the meshes are made for [m].
+    deepest_m: f64,
+}
+
+/// Solves a scene on three meshes; `progress` hears (level, depth [m]).
+///
+/// # Errors
+/// A scene that has no static answer, or a tissue that cannot be meshed. A hold that does not converge is no error: its level says so.
+pub fn study(scene: &Scene, quick: bool, mut progress: impl FnMut(usize, f64)) -> Result<Study, Error> {
+    let task = Task::new(scene)?;
+    let mut levels = Vec::new();
+    let Some(size_m) = scene.tissue.block_m else {
+        let placed = tissue::place(scene, &[])?;
+        let (place, axis) = (Vector3::from(placed.tissue.site_m), Vector3::from(placed.axis));
+        for (n, (edge, most)) in if quick { QUICK_EDGES } else { FULL_EDGES }.into_iter().enumerate() {
+            let fine = task.refined(&placed.tissue.mesh, &place, edge, most);
+            let body = mesh_body(&fine, &axis, &task.material, TetRule::Four);
+            levels.push(task.level(&levels, &body, None, place, axis, |at_m| progress(n, at_m))?);
+        }
+        return Ok(Study { levels, place_m: place.into() });
+    };
+    let place_m = scene.probe.position_m.unwrap_or_default();
+    let mut case = BlockCase {
+        size_m,
+        place_m,
+        material: task.material.clone(),
+        nodes: 0,
+        fine_radius_m: task.fine_radius_m(),
+        rule: TetRule::Four,
+        may_cut: [true; 2],
+    };
+    let whole = case.symmetry().into_iter().filter(|cut| !cut).count();
+    for (n, nodes) in if quick { QUICK_NODES } else { FULL_NODES }[whole].into_iter().enumerate() {
+        case.nodes = nodes;
+        let block = case.build().map_err(|cause| Error::Usage(format!("{}: tissue.block_m: {cause}", scene.file)))?;
+        let place = block.place_m;
+        levels.push(task.level(&levels, &block.body, Some(&block), place, Vector3::z(), |at_m| progress(n, at_m))?);
+    }
+    Ok(Study { levels, place_m: [place_m[0], place_m[1], 0.0] })
+}
+
+impl<'a> Task<'a> {
+    fn new(scene: &'a Scene) -> Result<Self, Error> {
+        let tissue = &scene.tissue;
+        if tissue.organ.is_some() {
+            return Ok(scene.bad("tissue.organ", "has no answer in this command: give tissue.block_m or tissue.mesh")?);
+        }
+        if tissue.block_m.is_none() && tissue.mesh.is_none() {
+            return Ok(scene.bad("solver.patch", "has no tissue to solve: give tissue.block_m or tissue.mesh")?);
+        }
+        if tissue.gravity_m_per_s2 != [0.0; 3] {
+            return Ok(scene.bad("tissue.gravity_m_per_s2", "has no reference: set it to zero")?);
+        }
+        if !(0.0..0.4901).contains(&tissue.poisson_ratio) {
+            let why = format!("= {} has no reference: stay within 0 .. 0.49", tissue.poisson_ratio);
+            return Ok(scene.bad("tissue.poisson_ratio", &why)?);
+        }
+        let radius_m = scene.probe.radius_m;
+        let deepest_m = match &scene.drive {
+            Drive::Depth { holds_m, .. } => holds_m.iter().copied().fold(0.0, f64::max),
+            Drive::Force { .. } => 0.5 * radius_m,
+            Drive::Hand { .. } | Drive::Trace { .. } => {
+                return Ok(scene.bad("drive.kind", "has no static answer: use \"depth\" or \"force\"")?);
+            }
+        };
+        if let Some([_, _, height_m]) = tissue.block_m {
+            scene.refuse_deeper_than(height_m, "the tissue is thick")?;
+        }
+        let material = Material { poisson_ratio: tissue.poisson_ratio, inclusions: tissue.inclusion.clone() };
+        Ok(Self { scene, material, deepest_m })
+    }
+
+    /// Radius of the contact at the deepest hold [m]: where the probe meets the plane of the rest surface, at most its own.
+    fn contact_radius_m(&self) -> f64 {
+        let radius_m = self.scene.probe.radius_m;
+        match self.scene.probe.shape {
+            Shape::Flat => radius_m,
+            Shape::Hemisphere | Shape::Sphere => (radius_m * self.deepest_m.min(radius_m)).sqrt(),
+        }
+    }
+
+    fn fine_radius_m(&self) -> f64 {
+        let deepest_ball = self.material.inclusions.iter().map(|ball| ball.radius_m - ball.center_m[2]).fold(0.0, f64::max);
+        (1.1 * self.contact_radius_m()).max(deepest_ball.min(1.5 * self.scene.probe.radius_m))
+    }
+
+    fn refined(&self, mesh: &TetMesh, place: &Vector3<f64>, edge: f64, most_nodes: usize) -> TetMesh {
+        let fine_m = self.fine_radius_m();
+        let longest_m = |x: [f64; 3]| edge * fine_m + EDGE_GROWTH * ((Vector3::from(x) - place).norm() - fine_m).max(0.0);
+        refine(mesh, longest_m, most_nodes.max(mesh.nodes_m.len()))
+    }
+
+    fn level(
+        &self,
+        coarser: &[Level],
+        body: &Body,
+        block: Option<&BlockBody>,
+        place: Vector3<f64>,
+        axis: Vector3<f64>,
+        mut progress: impl FnMut(f64),
+    ) -> Result<Level, Error> {
+        let probe = RigidProbe::new(self.scene.probe.shape, self.scene.probe.radius_m, place, axis);
+        let Some(mut press) = Press::new(body, probe, place) else {
+            return Err(Error::Usage(format!("{}: not enough memory for the reference: use --quick", self.scene.file)));
+        };
+        let mut level = Level {
+            nodes: body.mesh.nodes_m.len(),
+            tets: body.mesh.tets.len(),
+            copies: body.copies,
+            iterations: 0,
+            holds: Vec::new(),
+            stopped: None,
+        };
+        // what a coarser mesh could not reach is not tried again
+        let within_reach = coarser.iter().filter(|level| level.stopped.is_some()).map(|level| level.holds.len()).min();
+        for target in self.scene.drive.targets().iter().take(within_reach.unwrap_or(usize::MAX)) {
+            let reached = match self.scene.drive {
+                Drive::Force { .. } => {
+                    find_depth(&mut press, target / self.scene.tissue.youngs_modulus_pa, self.scene.probe.radius_m, &mut progress)
+                }
+                _ => press.go_to(*target, &mut progress),
+            };
+            level.iterations = press.iterations();
+            if let Err(stalled) = reached {
+                level.stopped = Some(stalled);
+                break;
+            }
+            let half_count = (GRID_REACH_M / SPACING_M).round() as usize;
+            let grid = block.map(|block| block.grid(&press.displacement_m, SPACING_M, half_count));
+            level.holds.push(LevelHold {
+                depth_m: press.depth_m(),
+                force_over_e_m2: press.force_over_e_m2(),
+                penetration_m: press.touch().penetration_m,
+                grid,
+                surface: surface_of(body, &press.displacement_m),
+            });
+        }
+        Ok(level)
+    }
+}
+
+fn surface_of(body: &Body, displacement_m: &[Vector3<f64>]) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+    let mut nodes: Vec<u32> = body.touchable.iter().flat_map(|t| body.mesh.triangles[*t]).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes.into_iter().map(|n| (body.mesh.nodes_m[n as usize], displacement_m[n as usize])).collect()
+}
+
+/// Presses until the force over Young's modulus is `wanted_m2`: steps outward, then false position (Illinois).
+pub fn find_depth(press: &mut Press, wanted_m2: f64, radius_m: f64, progress: &mut impl FnMut(f64)) -> Result<(), Stalled> {
+    let step_m = SEARCH_RADII * radius_m;
+    let mut low = (0.0, -wanted_m2);
+    let mut high = loop {
+        let at = (press.depth_m(), press.force_over_e_m2() - wanted_m2);
+        if at.1 >= 0.0 {
+            break at;
+        }
+        low = at;
+        press.go_to(press.depth_m() + step_m, &mut *progress)?;
+    };
+    for _ in 0..MOST_TRIES {
+        let off = press.force_over_e_m2() - wanted_m2;
+        if off.abs() <= FORCE_TOLERANCE * wanted_m2 {
+            return Ok(());
+        }
+        let middle_m = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+        press.go_to(middle_m, &mut *progress)?;
+        let off = press.force_over_e_m2() - wanted_m2;
+        if off < 0.0 {
+            low = (middle_m, off);
+            high.1 *= 0.5;
+        } else {
+            high = (middle_m, off);
+            low.1 *= 0.5;
+        }
+    }
+    Err(Stalled { reached_m: press.depth_m() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_third_order_error_is_extrapolated_away() {
+        let value = |n: usize| 3.0 + 40.0 / n as f64;
+        let levels = [100, 300, 900].map(|n| (n, value(n)));
+        let estimate = extrapolate(&levels).unwrap();
+        assert!((estimate.limit - 3.0).abs() < 1e-12);
+        assert!((estimate.error - (value(300) - value(900)).max(value(900) - 3.0)).abs() < 1e-12);
+        assert_eq!(extrapolate(&levels[..1]), None);
+    }
+}

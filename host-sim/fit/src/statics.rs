@@ -1,0 +1,170 @@
+//! The patch at rest under a probe: equilibrium of the model's energies in `f64`, its tangent stiffness, and how forces and displacements change
+//! with every constant of the model.
+//!
+//! The energies are those of the tick (`core/src/path/force`), divided by Young's modulus; masses enter only through the cap of the foundation.
+//! No time passes here: what the tick settles to, a Newton iteration finds in a few steps, with derivatives.
+
+mod contact;
+mod elastic;
+mod equilibrium;
+mod glued;
+mod rim;
+mod sensitivity;
+mod tangent;
+
+use nalgebra::Vector3;
+use palpate::{BuildError, Model, Params, Probe};
+
+use palpate_tissue::patch::Memory;
+
+pub use equilibrium::{Balance, Solver, Unbalanced};
+pub use glued::Glued;
+pub use rim::Rim;
+pub use sensitivity::Gradient;
+
+/// A point or a vector.
+pub type Vector = Vector3<f64>;
+
+/// A spring: nodes, stiffness over E [m], rest length [m].
+#[derive(Clone, Copy, Debug)]
+pub struct StaticSpring {
+    /// First and second node.
+    pub node: [usize; 2],
+    /// Stiffness over E [m].
+    pub k: f64,
+    /// Rest length [m].
+    pub rest_m: f64,
+}
+
+/// A tet, as in [`palpate::Tet`].
+#[derive(Clone, Copy, Debug)]
+pub struct StaticTet {
+    /// Corners.
+    pub node: [usize; 4],
+    /// One over six times the rest volume [1/m^3].
+    pub six_volume_reciprocal: f64,
+    /// Per-tet volume stiffness over E (1).
+    pub bulk: f64,
+    /// Barrier over E (1).
+    pub barrier: f64,
+}
+
+/// A surface triangle with the stiffness of its foundation points over E [m] and their largest slope over E [m].
+#[derive(Clone, Debug)]
+pub struct StaticTriangle {
+    /// Corners.
+    pub node: [usize; 3],
+    /// Initial stiffness of each point.
+    pub k: Vec<f64>,
+    /// Largest slope.
+    pub cap: f64,
+}
+
+/// The constants of a patch in `f64`, everything over E.
+#[derive(Clone, Debug)]
+pub struct Statics {
+    /// Rest positions [m], shape \[nodes\].
+    pub rest_m: Vec<Vector>,
+    /// Place of each node among the free ones, `None` for anchors, shape \[nodes\].
+    pub(crate) free: Vec<Option<usize>>,
+    /// One over six times the volume of the tets around each node [1/m^3], shape \[nodes\].
+    pub(crate) six_volume_reciprocal: Vec<f64>,
+    /// Nodal volume stiffness over E, as [`palpate::NodeRest::pressure`], shape \[nodes\].
+    pub pressure: Vec<f64>,
+    /// Springs.
+    pub springs: Vec<StaticSpring>,
+    /// Tets.
+    pub tets: Vec<StaticTet>,
+    /// Surface.
+    pub triangles: Vec<StaticTriangle>,
+    /// Stiffening of the foundation [1/m].
+    pub stiffening_per_m: f64,
+    /// chi.
+    pub compensation: f64,
+    /// `tau_c`.
+    pub compensation_threshold: f64,
+    /// Which of volume and compensation act.
+    pub(crate) volume_acts: bool,
+    pub(crate) compensation_acts: bool,
+    /// What holds the rim.
+    pub rim: Option<Rim>,
+    /// The probe.
+    pub probe: Probe,
+}
+
+impl Statics {
+    /// Takes a patch over.
+    ///
+    /// # Errors
+    /// What [`Params::build`] refuses.
+    pub fn of(model: &Model, params: &Params) -> Result<Self, BuildError> {
+        let mut memory = Memory::for_model(model);
+        let (tuned, _) = memory.start(model, params)?;
+        let tick_s = f64::from(params.tick_s);
+        let e_tick_squared = f64::from(params.youngs_modulus_pa) * tick_s * tick_s;
+        let cap = |t: &palpate::Triangle| {
+            let backed = t.node.iter().zip(t.share).map(|(&n, share)| {
+                let mass_kg = tuned.mass_kg(n.into()).filter(|m| m.is_finite());
+                mass_kg.map_or(f64::INFINITY, |m| f64::from(m) / e_tick_squared * f64::from(share))
+            });
+            f64::from(params.contact_cap) * backed.fold(f64::INFINITY, f64::min)
+        };
+        let mut free: Vec<Option<usize>> = vec![Some(0); model.nodes.len()];
+        model.anchors.iter().for_each(|&a| free[usize::from(a)] = None);
+        free.iter_mut().flatten().enumerate().for_each(|(n, slot)| *slot = n);
+        Ok(Self {
+            rest_m: model.nodes.iter().map(|n| Vector::from(n.rest_m.map(f64::from))).collect(),
+            free,
+            six_volume_reciprocal: model.nodes.iter().map(|n| f64::from(n.six_volume_reciprocal)).collect(),
+            pressure: model.nodes.iter().map(|n| f64::from(n.pressure)).collect(),
+            springs: model
+                .springs
+                .iter()
+                .map(|s| StaticSpring {
+                    node: [s.i.into(), s.j.into()],
+                    k: f64::from(s.k),
+                    rest_m: f64::from(s.k_rest) / f64::from(s.k),
+                })
+                .collect(),
+            tets: model
+                .tets
+                .iter()
+                .map(|t| StaticTet {
+                    node: t.node.map(usize::from),
+                    six_volume_reciprocal: f64::from(t.six_volume_reciprocal),
+                    bulk: f64::from(t.bulk),
+                    barrier: f64::from(t.barrier),
+                })
+                .collect(),
+            triangles: model
+                .triangles
+                .iter()
+                .zip(model.foundation.chunks(model.points_per_triangle()))
+                .map(|(t, points)| StaticTriangle {
+                    node: t.node.map(usize::from),
+                    k: points.iter().map(|p| f64::from(p.k)).collect(),
+                    cap: cap(t),
+                })
+                .collect(),
+            stiffening_per_m: f64::from(model.stiffening_per_m),
+            compensation: f64::from(params.compensation),
+            compensation_threshold: f64::from(params.compensation_threshold),
+            volume_acts: params.terms.volume,
+            compensation_acts: params.terms.compensation,
+            rim: Rim::of(model),
+            probe: params.probe,
+        })
+    }
+
+    /// How many nodes are free.
+    #[must_use]
+    pub fn free_nodes(&self) -> usize {
+        self.free.iter().flatten().count()
+    }
+
+    /// The probe's axis, from the tip to the handle.
+    #[must_use]
+    pub fn axis(&self) -> Vector {
+        self.probe.axis.cast()
+    }
+}

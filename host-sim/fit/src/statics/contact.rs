@@ -1,0 +1,65 @@
+//! The foundation under the probe: push of each point over E, its slope and the curvature of the probe.
+
+use nalgebra::Matrix3;
+use palpate::path::force::foundation::point_weights;
+use palpate_tissue::probe_surface::{Inside, inside};
+
+use super::{StaticTriangle, Statics, Vector};
+
+/// A foundation point inside the probe.
+pub(super) struct Push {
+    pub triangle: usize,
+    pub point: usize,
+    pub weights: [f64; 3],
+    /// Unit vector out of the probe.
+    pub out: Vector,
+    /// Push over E [m^2].
+    pub force: f64,
+    /// What the push is proportional to: `d f / d ln k` [m^2].
+    pub by_stiffness: f64,
+    /// `d f / d ln s` [m^2].
+    pub by_stiffening: f64,
+    /// Curvature of the energy along the point's position [m].
+    pub curvature: Matrix3<f64>,
+}
+
+impl Statics {
+    pub(super) fn pushes(&self, x: &[Vector], tip_m: Vector) -> Vec<Push> {
+        let r = f64::from(self.probe.radius_m);
+        let mut pushes = Vec::new();
+        for (triangle, t) in self.triangles.iter().enumerate() {
+            let corners = t.node.map(|n| x[n] - tip_m);
+            // the probe's axis is its longest way out: what is far below the tip cannot be inside
+            if corners.iter().all(|c| c.dot(&self.axis()) < 0.0) || corners.iter().all(|c| c.norm_squared() > 36.0 * r * r) {
+                continue;
+            }
+            for (point, weights) in point_weights(t.k.len()).iter().enumerate() {
+                let weights = weights.map(f64::from);
+                let at = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
+                if let Some(inside) = self.inside(at) {
+                    pushes.push(self.push(triangle, t, point, weights, inside));
+                }
+            }
+        }
+        pushes
+    }
+
+    fn push(&self, triangle: usize, t: &StaticTriangle, point: usize, weights: [f64; 3], (pen, out, bend): Inside) -> Push {
+        let (k, s) = (t.k[point], self.stiffening_per_m);
+        let cap = t.cap.max(k);
+        let lo = pen.min((cap - k) / (2.0 * k * s));
+        let by_stiffness = k * lo * (1.0 + s * lo);
+        let force = by_stiffness + cap * (pen - lo);
+        let slope = if pen > lo { cap } else { k * (1.0 + 2.0 * s * lo) };
+        // energy phi(pen): grad = -f out, curvature = slope out out^T + f bend
+        let curvature = out * out.transpose() * slope + bend * force;
+        Push { triangle, point, weights, out, force, by_stiffness, by_stiffening: k * s * lo * lo, curvature }
+    }
+}
+
+impl Statics {
+    /// `at` is relative to the tip [m].
+    pub(super) fn inside(&self, at: Vector) -> Option<Inside> {
+        inside(&self.probe, at)
+    }
+}

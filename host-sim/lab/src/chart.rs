@@ -1,0 +1,26 @@
+//! `chart`: every method at the same press, cost of a tick against error.
+//!
+//! For each method, size and stiffness: the substeps it needs to survive the deepest press (`survive`), what force and shape it then gives against
+//! the converged reference (`accuracy`), what a tick costs here (`timing`) and, estimated, on a Cortex-M4F (`cycles`).
+
+mod accuracy;
+mod cycles;
+mod front;
+mod pictures;
+mod plan;
+mod reference;
+mod run;
+mod survive;
+mod table;
+mod timing;
+
+pub use accuracy::{Accuracy, DEPTHS_M, SURFACE_DEPTHS_M};
+pub use cycles::{CYCLES_PER_FLOP, m4f_cycles};
+pub use front::front;
+pub use pictures::pictures;
+pub use plan::{Plan, Task};
+pub use reference::Reference;
+pub use run::{Measured, Run, measure};
+pub use survive::{Failure, MOST_SUBSTEPS, Survival, Trial, least_substeps, try_press};
+pub use table::{COSTS, ERRORS, Front, FrontPoint, Quantity, Summary, write};
+pub use timing::{TickTime, tick_time};

@@ -1,0 +1,53 @@
+//! What a tick would cost on a Cortex-M4F: an estimate.
+//!
+//! Ours: the model of [`palpate_tissue::budget`], from exact instruction counts. Rivals: floating-point operations counted in their sources times
+//! [`CYCLES_PER_FLOP`], with the core's own figures for nodes and contact where they run on it. None of them was run on a board.
+
+use crate::rivals::{Block, Corotational, Meshless, Method, NeoHookean, Xpbd};
+use palpate_tissue::budget::{Machine, triangles_in_reach};
+use palpate_tissue::patch::{Material, Patch};
+
+/// Cycles of a floating-point operation with its loads and stores: what our own tet kernel takes (291 cycles for about 100).
+pub const CYCLES_PER_FLOP: f64 = 2.9;
+/// Conversion of a node's position and kick between the core and a rival.
+const KICK_FLOPS: f64 = 12.0;
+
+/// Operations of a damper and of a correction of one spring, roots and divisions as ten.
+const DAMPER_FLOPS: f64 = 45.0;
+const CORRECTION_FLOPS: f64 = 50.0;
+
+/// Estimated cycles of a tick on a Cortex-M4F at 168 MHz, `solver_flops` as [`crate::rivals::Rival::solver_flops`] counts them.
+#[must_use]
+pub fn m4f_cycles(method: Method, block: &Block, substeps: u16, solver_flops: f64) -> Option<f64> {
+    let machine = Machine::named("m4f-168")?;
+    let patch = Patch::build(&block.tissue, &Material::default(), None);
+    let model = patch.wide_model();
+    let touched = triangles_in_reach(&model, patch.site_m().into(), block.params.probe.radius_m);
+    let bare = |springs: bool| palpate::Model { springs: if springs { model.springs } else { &[] }, tets: &[], ..model };
+    let size = block.size();
+    let (tets, edges, nodes, steps) = (size.tets as f64, size.edges as f64, size.nodes as f64, f64::from(substeps));
+    let on_core = |flops: f64| {
+        let core = machine.cost(&bare(false), touched, substeps).units;
+        core + steps * CYCLES_PER_FLOP * (flops + nodes * KICK_FLOPS)
+    };
+    Some(match method {
+        Method::Springs => machine.cost(&bare(true), touched, substeps).units,
+        Method::VolumePreserved | Method::LocalCompression => {
+            let passes = if method == Method::VolumePreserved { DAMPER_FLOPS + 2.0 * CORRECTION_FLOPS } else { CORRECTION_FLOPS };
+            machine.cost(&bare(true), touched, substeps).units + steps * CYCLES_PER_FLOP * edges * passes
+        }
+        Method::SpringsVolumeTet | Method::SpringsVolumeNodal | Method::Palpate | Method::Calibrated => {
+            machine.cost(&model, touched, substeps).units
+        }
+        Method::Corotational => on_core(tets * Corotational::FLOPS_PER_TET),
+        Method::NeoHookean => on_core(tets * NeoHookean::FLOPS_PER_TET),
+        Method::NeoHookeanNodal => on_core(tets * (NeoHookean::FLOPS_PER_TET + NeoHookean::FLOPS_NODAL)),
+        Method::Meshless => {
+            let parts = Meshless::new(block).ok()?.parts() as f64;
+            on_core(tets * Meshless::FLOPS_PER_CELL + parts * Meshless::FLOPS_PER_PART)
+        }
+        Method::Xpbd => on_core(edges * Xpbd::FLOPS[0] + tets * Xpbd::FLOPS[1]),
+        Method::Implicit => CYCLES_PER_FLOP * (solver_flops + steps * (tets * Corotational::FLOPS_PER_TET + nodes * 30.0)),
+        Method::Compliance => CYCLES_PER_FLOP * solver_flops,
+    })
+}

@@ -1,0 +1,84 @@
+//! The chart's pictures: one for each stiffness, cost and error.
+
+use super::run::{Measured, Run};
+use super::table::{COSTS, ERRORS};
+use crate::error::Error;
+use crate::rivals::Method;
+use palpate_charts::{MethodPoint, MethodPoints, SpeedAccuracy, speed_accuracy};
+use palpate_tissue::output::OutputFolder;
+
+/// Words of a cost: axis, budget, its name.
+const COST_WORDS: [(&str, f64, &str); 2] = [
+    ("time of a 1 ms tick on one desktop core [µs]", 1000.0, "1 ms"),
+    ("cycles of a 1 ms tick on a Cortex-M4F [thousands, estimated]", 168.0, "1 ms at 168 MHz"),
+];
+/// Words of an error: title, axis.
+const ERROR_WORDS: [(&str, &str); 2] = [
+    ("force", "RMS force error at 1, 2, 4 and 8 mm [%]"),
+    ("shape of the surface", "mean surface error, r < 20 mm, at 2 and 4 mm [mm]"),
+];
+
+/// Draws them; the names of those that were written, without ending. A quantity without a reference has no picture.
+///
+/// # Errors
+/// A picture cannot be drawn or written.
+pub fn pictures(folder: &OutputFolder, runs: &[Run]) -> Result<Vec<String>, Error> {
+    let mut moduli: Vec<f64> = runs.iter().map(|r| r.task.youngs_modulus_pa).collect();
+    moduli.dedup();
+    let below = format!(
+        "80 x 80 x 40 mm block, hemisphere R = 8 mm, substeps to survive 8 mm; {}; {}",
+        palpate_tissue::machine::processor(),
+        palpate_tissue::machine::build()
+    );
+    let mut names = Vec::new();
+    for modulus_pa in moduli {
+        for ((cost_name, cost), (cost_axis, budget, budget_name)) in COSTS.into_iter().zip(COST_WORDS) {
+            for ((error_name, error), (what, error_axis)) in ERRORS.into_iter().zip(ERROR_WORDS) {
+                // cycles are drawn in thousands
+                let scale = if cost_name == "m4f_cycles" { 1e-3 } else { 1.0 };
+                let methods = methods(runs, modulus_pa, |m| Some((cost(m)? * scale, error(m)?)));
+                if methods.iter().all(|m| m.points.is_empty()) {
+                    continue;
+                }
+                let kpa = modulus_pa * 1e-3;
+                let name = format!("{error_name}_over_{cost_name}_{kpa}kpa");
+                let front = front_of(&methods);
+                let chart = SpeedAccuracy {
+                    title: &format!("Speed against accuracy of the {what}, {kpa} kPa"),
+                    below: &below,
+                    cost: cost_axis,
+                    error: error_axis,
+                    budget: (budget, budget_name),
+                    methods: &methods,
+                    front: &front,
+                };
+                speed_accuracy(folder.draft(), &name, &chart)?;
+                names.push(name);
+            }
+        }
+    }
+    Ok(names)
+}
+
+fn methods(runs: &[Run], modulus_pa: f64, of: impl Fn(&Measured) -> Option<(f64, f64)>) -> Vec<MethodPoints<'static>> {
+    let points = |method: Method| {
+        let rows = runs.iter().filter(|r| r.task.method == method && r.task.youngs_modulus_pa == modulus_pa);
+        let point = |run: &Run| {
+            let (cost, error) = of(run.outcome.as_ref().ok()?)?;
+            Some(MethodPoint { nodes: run.task.nodes, cost, error, survived: run.survived().is_some() })
+        };
+        MethodPoints { name: method.name(), points: rows.filter_map(point).collect() }
+    };
+    Method::ALL.map(points).into()
+}
+
+fn front_of(methods: &[MethodPoints]) -> Vec<(usize, usize)> {
+    let places: Vec<(usize, usize)> =
+        methods.iter().enumerate().flat_map(|(m, method)| (0..method.points.len()).map(move |p| (m, p))).collect();
+    let at = |&(m, p): &(usize, usize)| {
+        let point: &MethodPoint = &methods[m].points[p];
+        if point.survived { (point.cost, point.error) } else { (f64::NAN, f64::NAN) }
+    };
+    let points: Vec<(f64, f64)> = places.iter().map(at).collect();
+    super::front(&points).into_iter().map(|n| places[n]).collect()
+}

@@ -1,0 +1,171 @@
+//! The chart as CSV and JSON.
+
+use serde::Serialize;
+
+use super::accuracy::{DEPTHS_M, SURFACE_DEPTHS_M};
+use super::front::front;
+use super::run::{Measured, Run};
+use crate::error::Error;
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::output::OutputFolder;
+
+/// What `summary.json` says.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    /// What was pressed.
+    pub scene: &'static str,
+    /// Processor.
+    pub machine: String,
+    /// Version and profile.
+    pub build: String,
+    /// What all methods share, and what they do not.
+    pub terms: [&'static str; 3],
+    /// Rows.
+    pub rows: usize,
+    /// Rows that survived the deepest press.
+    pub survived: usize,
+    /// Front of tick time against force error, one per stiffness.
+    pub fronts: Vec<Front>,
+}
+
+/// A front.
+#[derive(Clone, Debug, Serialize)]
+pub struct Front {
+    /// Young's modulus [Pa].
+    pub youngs_modulus_pa: f64,
+    /// Cost along the front.
+    pub cost: &'static str,
+    /// Error along the front.
+    pub error: &'static str,
+    /// By rising cost.
+    pub points: Vec<FrontPoint>,
+}
+
+/// A point of a front.
+#[derive(Clone, Debug, Serialize)]
+pub struct FrontPoint {
+    /// Method.
+    pub method: &'static str,
+    /// Nodes.
+    pub nodes: usize,
+    /// Cost in the unit of the front.
+    pub cost: f64,
+    /// Error in the unit of the front.
+    pub error: f64,
+}
+
+/// A cost or an error of a row.
+pub type Quantity = fn(&Measured) -> Option<f64>;
+
+/// Costs by name.
+pub const COSTS: [(&str, Quantity); 2] = [("tick_us", |m| Some(m.time.min_us)), ("m4f_cycles", |m| Some(m.m4f_cycles))];
+/// Errors by name.
+pub const ERRORS: [(&str, Quantity); 2] =
+    [("force_rms_pct", |m| m.accuracy.rms_pct()), ("surface_mm", |m| m.accuracy.surface_mm())];
+
+impl Summary {
+    /// Draws the fronts.
+    #[must_use]
+    pub fn of(runs: &[Run]) -> Self {
+        let mut moduli: Vec<f64> = runs.iter().map(|r| r.task.youngs_modulus_pa).collect();
+        moduli.dedup();
+        let mut fronts = Vec::new();
+        for youngs_modulus_pa in moduli {
+            for (cost, cost_of) in COSTS {
+                for (error, error_of) in ERRORS {
+                    let points = front_of(runs, youngs_modulus_pa, cost_of, error_of);
+                    if !points.is_empty() {
+                        fronts.push(Front { youngs_modulus_pa, cost, error, points });
+                    }
+                }
+            }
+        }
+        Self {
+            scene: "block 80 x 80 x 40 mm, nu 0.45, hemisphere R = 8 mm, pressed to 8 mm",
+            machine: palpate_tissue::machine::processor(),
+            build: palpate_tissue::machine::build(),
+            terms: [
+                "contact: the same foundation points and law for all but implicit and compliance, which have unilateral contact at the nodes",
+                "mass floor and damping: the same for all but implicit (true masses) and compliance (no masses)",
+                "m4f_cycles are estimates: of ours from instruction counts, of the others from counted floating-point operations",
+            ],
+            rows: runs.len(),
+            survived: runs.iter().filter(|r| r.survived().is_some()).count(),
+            fronts,
+        }
+    }
+}
+
+fn front_of(runs: &[Run], youngs_modulus_pa: f64, cost: Quantity, error: Quantity) -> Vec<FrontPoint> {
+    let rows: Vec<(&Run, f64, f64)> = runs
+        .iter()
+        .filter(|r| r.task.youngs_modulus_pa == youngs_modulus_pa)
+        .filter_map(|r| r.survived().and_then(|m| Some((r, cost(m)?, error(m)?))))
+        .collect();
+    let points: Vec<(f64, f64)> = rows.iter().map(|(_, c, e)| (*c, *e)).collect();
+    let named = |n: usize| {
+        let (run, cost, error) = rows[n];
+        FrontPoint { method: run.task.method.name(), nodes: run.task.nodes, cost, error }
+    };
+    front(&points).into_iter().map(named).collect()
+}
+
+/// Writes `chart.csv` and `summary.json`.
+///
+/// # Errors
+/// The folder cannot be written.
+pub fn write(folder: &OutputFolder, runs: &[Run], summary: &Summary) -> Result<(), Error> {
+    folder.write("chart.csv", csv(runs).as_bytes())?;
+    let mut json = serde_json::to_string_pretty(summary).map_err(|e| TissueError::Usage(format!("summary.json: {e}")))?;
+    json.push('\n');
+    Ok(folder.write("summary.json", json.as_bytes())?)
+}
+
+fn csv(runs: &[Run]) -> String {
+    let depths = DEPTHS_M.map(|d| format!("force_{0}mm_n,force_error_{0}mm_pct", d * 1e3)).join(",");
+    let surfaces = SURFACE_DEPTHS_M.map(|d| format!("surface_error_{}mm_mm", d * 1e3)).join(",");
+    let mut text = format!(
+        "method,nodes,edges,tets,youngs_modulus_pa,survives_8mm,substeps,min_j_8mm,tick_min_us,tick_median_us,times_springs,m4f_cycles_estimate,{depths},force_rms_pct,{surfaces}\n"
+    );
+    for run in runs {
+        let (task, size) = (run.task, run.size);
+        let head = format!(
+            "{},{},{},{},{},\"{}\"",
+            task.method.name(),
+            size.nodes,
+            size.edges,
+            size.tets,
+            task.youngs_modulus_pa,
+            run.verdict()
+        );
+        let tail = match &run.outcome {
+            Err(_) => ",".repeat(6 + 2 * DEPTHS_M.len() + 1 + SURFACE_DEPTHS_M.len()),
+            Ok(m) => values(m),
+        };
+        text.push_str(&head);
+        text.push_str(&tail);
+        text.push('\n');
+    }
+    text
+}
+
+/// What was measured, each with a comma before it.
+fn values(m: &Measured) -> String {
+    let a = &m.accuracy;
+    let mut cells = vec![
+        m.substeps.to_string(),
+        format!("{:.3}", m.trial.min_j),
+        format!("{:.2}", m.time.min_us),
+        format!("{:.2}", m.time.median_us),
+        format!("{:.2}", m.time.times_springs),
+        format!("{:.0}", m.m4f_cycles),
+    ];
+    let or_empty = |v: Option<f64>, digits: usize| v.map_or(String::new(), |v| format!("{v:.digits$}"));
+    for (force, error) in a.force_n.iter().zip(a.force_error_pct) {
+        cells.push(format!("{force:.5}"));
+        cells.push(or_empty(error, 2));
+    }
+    cells.push(or_empty(a.rms_pct(), 2));
+    cells.extend(a.surface_error_mm.map(|s| or_empty(s, 4)));
+    cells.into_iter().map(|c| format!(",{c}")).collect()
+}

@@ -1,0 +1,84 @@
+//! What a tick costs on this machine: CPU time of the thread, in batches, while the tip moves gently about 4 mm.
+//!
+//! The tip moves because a solver that starts from the last answer has nothing to do in a hold. Batches of plain springs on the same mesh are timed in
+//! turn with the method's: the clock of a shared machine wanders, the ratio of neighbours does not.
+
+use palpate::Fault;
+
+use super::survive::CLEAR_M;
+use crate::error::Error;
+use crate::rivals::{Block, Method, Rival};
+use palpate_tissue::clock::thread_time;
+
+/// Depth about which the tip moves [m].
+const DEPTH_M: f64 = 0.004;
+/// How far it goes in a tick [m]: 20 mm/s.
+const STEP_M: f64 = 2e-5;
+/// Ticks of a batch: half down, half up.
+const BATCH_TICKS: usize = 10;
+/// Batches at least, and CPU time after which no more are begun [s].
+const LEAST_BATCHES: usize = 15;
+const LONG_ENOUGH_S: f64 = 0.1;
+/// Ticks in which the press comes to rest before the clock starts.
+const SETTLE_TICKS: usize = 60;
+
+/// Time of a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TickTime {
+    /// In the fastest batch [us].
+    pub min_us: f64,
+    /// In the middle one [us].
+    pub median_us: f64,
+    /// Over that of plain springs with one substep on the same mesh: median of neighbouring batches.
+    pub times_springs: f64,
+    /// Floating-point operations in solves of the last tick.
+    pub solver_flops: f64,
+}
+
+/// Times a method. `None` where it cannot be had.
+///
+/// # Errors
+/// What building it refuses; inside, that it diverged.
+pub fn tick_time(method: Method, block: &Block, substeps: u16) -> Result<Option<Result<TickTime, Fault>>, Error> {
+    let timed = Method::Springs.run(block, 1, |springs| method.run(block, substeps, |rival| in_turn(block, rival, springs)))?;
+    Ok(timed.transpose().map(Option::flatten)?)
+}
+
+fn in_turn(block: &Block, rival: &mut dyn Rival, springs: &mut dyn Rival) -> Result<TickTime, Fault> {
+    settle(block, rival)?;
+    settle(block, springs)?;
+    let begun = thread_time();
+    let mut batches_us = Vec::new();
+    let mut ratios = Vec::new();
+    while batches_us.len() < LEAST_BATCHES || (thread_time() - begun).as_secs_f64() < LONG_ENOUGH_S {
+        let (plain_us, own_us) = (batch_us(block, springs)?, batch_us(block, rival)?);
+        batches_us.push(own_us);
+        ratios.push(own_us / plain_us);
+    }
+    batches_us.sort_by(f64::total_cmp);
+    ratios.sort_by(f64::total_cmp);
+    Ok(TickTime {
+        min_us: batches_us[0],
+        median_us: batches_us[batches_us.len() / 2],
+        times_springs: ratios[ratios.len() / 2],
+        solver_flops: rival.solver_flops(),
+    })
+}
+
+fn settle(block: &Block, rival: &mut dyn Rival) -> Result<(), Fault> {
+    let down = ((DEPTH_M + CLEAR_M) / 1e-4).ceil() as usize;
+    for n in 0..=down + SETTLE_TICKS {
+        rival.tick(block.tip_m((n as f64 * 1e-4 - CLEAR_M).min(DEPTH_M)))?;
+    }
+    Ok(())
+}
+
+/// Time of a tick in one batch [us].
+fn batch_us(block: &Block, rival: &mut dyn Rival) -> Result<f64, Fault> {
+    let started = thread_time();
+    for n in 1..=BATCH_TICKS {
+        let from_start = n.min(BATCH_TICKS - n);
+        rival.tick(block.tip_m(DEPTH_M + from_start as f64 * STEP_M))?;
+    }
+    Ok((thread_time() - started).as_secs_f64() * 1e6 / BATCH_TICKS as f64)
+}

@@ -1,0 +1,279 @@
+//! What slides: patches long enough for the stroke, and what they are compared with.
+//!
+//! A patch that stays, too small for the stroke, shows where a far field ends; a round one large enough shows what the long shape
+//! saves; the stroke patch with its rim fixed shows what the rim springs do; the whole block with the frozen outside of paper 004
+//! is the papers' answer. Not built: a patch that travels with the probe (no ripple to 50 mm/s, but for homogeneous flat tissue
+//! only, and told the frame's velocity it pushes the probe on: it makes energy), and far fields blended from place to place (a
+//! tick would have to mix blocks, and elements stay where they are).
+
+use palpate::Params;
+use palpate::path::region::{ContactPressure, StressRule};
+
+use super::course::Course;
+use super::run::Awake;
+use crate::error::Error;
+use palpate_fit::calibrate::reference_map::ReferenceMap;
+use palpate_fit::calibrate::{Fit, Settings, Targets, calibrate};
+use palpate_fit::far_field::{FarField, Sizes};
+use palpate_fit::statics::{Statics, Vector};
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::mesh::block_with_rim;
+use palpate_tissue::patch::{Material, Multipliers, Patch};
+use palpate_tissue::scene::Scene;
+use palpate_tissue::scene::TICK_S;
+use palpate_tissue::session::calibrated::sized;
+use palpate_tissue::stable_step::{StableStep, limits, substeps_for_taps};
+use palpate_tissue::tissue::{Placed, place_block};
+
+/// Places of a fit are spread this far to both sides of the way [probe radii]: about the contact's radius.
+const HALF_WIDTH_RADII: f64 = 0.625;
+/// Radius of the disc of places of a patch that stays [probe radii].
+const DISC_RADII: f64 = 1.15;
+/// Nodes of the shipped whole block.
+const WHOLE_NODES: usize = 410;
+
+/// What a contestant is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// A patch with rim springs as long as the stroke: ours.
+    Stroke,
+    /// The same with its rim held.
+    Fixed,
+    /// A round patch with rim springs at the middle of the stroke, fitted where it is meant to be pressed.
+    Stays,
+    /// A round patch with rim springs that holds the whole stroke, fitted along it.
+    Round,
+    /// The whole block, all awake.
+    Whole,
+    /// The whole block, its outside frozen by the stress rule of paper 004.
+    StressRule,
+    /// A stroke patch whose nodes sleep where they rest.
+    Sleeping,
+}
+
+impl Kind {
+    /// In a table.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stroke => "stroke",
+            Self::Fixed => "fixed",
+            Self::Stays => "stays",
+            Self::Round => "round",
+            Self::Whole => "whole",
+            Self::StressRule => "stress-rule",
+            Self::Sleeping => "sleeping",
+        }
+    }
+
+    /// In a legend.
+    fn short(self) -> &'static str {
+        match self {
+            Self::Stroke => "stroke patch (ours)",
+            Self::Fixed => "same, rim fixed",
+            Self::Stays => "patch that stays",
+            Self::Round => "large round patch",
+            Self::Whole => "whole block",
+            Self::StressRule => "stress rule",
+            Self::Sleeping => "same, sleeping",
+        }
+    }
+}
+
+/// A sleeping node wakes when it would move by this much [m].
+const WAKES_M: f64 = 1e-5;
+
+/// Something that can slide.
+#[derive(Clone, Debug)]
+pub struct Contestant {
+    /// What it is.
+    pub kind: Kind,
+    /// Unique in a table.
+    pub name: String,
+    /// In a legend.
+    pub short: String,
+    /// The patch.
+    pub patch: Patch,
+    /// Parameters, with the substeps that it needs.
+    pub params: Params,
+    /// Its stable step [s].
+    pub stable_s: f64,
+    /// Which nodes move.
+    pub awake: Awake,
+    /// The same patch at rest with the dense condensed outside, where it has one.
+    pub exact: Option<Statics>,
+}
+
+/// How a patch with rim springs is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StrokeRecipe {
+    /// Patch and elements, with the stroke.
+    pub sizes: Sizes,
+    /// Arrangement of the mesh.
+    pub variant: u32,
+    /// Foundation points on a triangle, 4 or 9.
+    pub points_per_triangle: usize,
+    /// Places and rounds of the fit.
+    pub settings: Settings,
+}
+
+impl StrokeRecipe {
+    /// A patch of radius and elements [m] for a stroke [m] under a probe of radius `probe_radius_m`.
+    #[must_use]
+    pub fn new(radius_m: f64, fine_m: f64, stroke_m: [f64; 3], probe_radius_m: f64) -> Self {
+        Self {
+            sizes: Sizes { radius_m, fine_m, fine_radius_m: probe_radius_m, growth: 0.5, stroke_m },
+            variant: 0,
+            points_per_triangle: 9,
+            settings: Settings { places: 60, rounds: 6, fit: Fit::GaussNewton },
+        }
+    }
+}
+
+/// A patch with rim springs, fitted.
+#[derive(Clone, Debug)]
+pub struct StrokePatch {
+    /// Cut, condensed outside and rim springs.
+    pub far: FarField,
+    /// Constants of the material.
+    pub material: Material,
+    /// What was fitted.
+    pub multipliers: Multipliers,
+    /// The patch.
+    pub patch: Patch,
+    /// Parameters with the fitted scalars.
+    pub params: Params,
+}
+
+impl StrokePatch {
+    /// Cuts a patch out of the block of a scene and fits it: along `course` to both sides, or around the site if there is none.
+    ///
+    /// # Errors
+    /// Sizes that do not fit the block, a reference that does not know the way, a patch that cannot be pressed.
+    pub fn fit(scene: &Scene, recipe: &StrokeRecipe, course: Option<&Course>, reference: &ReferenceMap) -> Result<Self, Error> {
+        let refused = |cause: &dyn std::fmt::Display| TissueError::Usage(format!("{}: {cause}", scene.file));
+        let Placed { tissue, axis, .. } = whole_block(scene, recipe)?;
+        let params = scene.params(axis);
+        let poisson_ratio = scene.tissue.poisson_ratio;
+        let material = Material { poisson_ratio, points_per_triangle: recipe.points_per_triangle, ..Material::default() };
+        let far = FarField::of(&tissue, &recipe.sizes, &material, &params).map_err(|cause| refused(&cause))?;
+        let (site_m, radius_m) = (Vector::from(tissue.site_m), scene.probe.radius_m);
+        let places = recipe.settings.places;
+        let targets = match course {
+            Some(course) => {
+                let stroke_m = course.stroke_m.into();
+                Targets::over_a_stroke(reference, site_m, stroke_m, HALF_WIDTH_RADII * radius_m, radius_m, places)
+            }
+            None => Targets::over_a_disc(reference, &[], site_m, radius_m, DISC_RADII, places),
+        };
+        let unknown = || refused(&"the reference does not know the whole stroke: make it shorter");
+        // presses alone would leave the rim's part in shear open
+        let centred: Vec<_> = reference.glued().iter().filter(|disc| disc.place_m == [0.0; 3]).cloned().collect();
+        let targets = targets.ok_or_else(unknown)?.with_glued(&centred);
+        let fit = calibrate(&far.cut.patch, &material, Some(&far.springs), &params, &targets, &recipe.settings, &mut |_| ())
+            .map_err(|cause| TissueError::Check(format!("the patch cannot be fitted: {cause}")))?;
+        Ok(Self { far, material, multipliers: fit.multipliers, patch: fit.patch, params: fit.params })
+    }
+
+    /// The same patch with its rim held.
+    #[must_use]
+    pub fn with_fixed_rim(&self) -> Patch {
+        let mut tissue = self.far.cut.patch.clone();
+        tissue.anchors.extend(&self.far.cut.rim);
+        tissue.anchors.sort_unstable();
+        Patch::build(&tissue, &self.material, Some(&self.multipliers))
+    }
+
+    fn contestant(&self, kind: Kind, name: String) -> Result<Contestant, Error> {
+        let rim: Vec<usize> = self.far.cut.rim.iter().map(|n| *n as usize).collect();
+        let exact = Statics::of(&self.patch.model(), &self.params)?.with_rim(&rim, &self.far.exact_m);
+        Ok(Contestant { exact: Some(exact), ..Contestant::new(kind, name, self.patch.clone(), &self.params, Awake::All)? })
+    }
+}
+
+/// The block of a scene meshed around the way of a patch.
+pub(super) fn whole_block(scene: &Scene, recipe: &StrokeRecipe) -> Result<Placed, Error> {
+    let size_m =
+        scene.tissue.block_m.ok_or_else(|| TissueError::Usage(format!("{}: sliding is measured on a block", scene.file)))?;
+    let at_m = scene.probe.position_m.unwrap_or_default();
+    let mesh = block_with_rim(size_m, at_m, &recipe.sizes, recipe.variant)
+        .map_err(|cause| TissueError::Usage(format!("{}: {cause}", scene.file)))?;
+    Ok(place_block(scene, &[], mesh)?)
+}
+
+impl Contestant {
+    /// A patch with the limits and substeps that it needs.
+    ///
+    /// # Errors
+    /// A patch that does not survive a press.
+    pub fn new(kind: Kind, name: String, patch: Patch, params: &Params, awake: Awake) -> Result<Self, Error> {
+        let short = kind.short().into();
+        let params = Params { limits: limits(&patch, TICK_S), substeps: 1, ..*params };
+        let (model, site_m) = (patch.wide_model(), patch.site_m());
+        let dies = || TissueError::Check(format!("{name} does not survive a press"));
+        let stable = StableStep::measure(&model, &params, site_m)?.ok_or_else(dies)?;
+        let wanted = stable.substeps(TICK_S) as u16;
+        let substeps = substeps_for_taps(&model, &params, site_m, wanted)?.ok_or_else(dies)?;
+        Ok(Self {
+            kind,
+            name,
+            short,
+            params: Params { substeps, ..params },
+            stable_s: stable.pressed_s,
+            awake,
+            exact: None,
+            patch,
+        })
+    }
+
+    /// A patch with rim springs along the way, and with `and_others` the same with its rim held, and with sleeping nodes.
+    pub(super) fn stroke(
+        scene: &Scene,
+        recipe: &StrokeRecipe,
+        course: &Course,
+        reference: &ReferenceMap,
+        and_others: bool,
+    ) -> Result<Vec<Self>, Error> {
+        let fitted = StrokePatch::fit(scene, recipe, Some(course), reference)?;
+        let round = recipe.sizes.stroke_m == [0.0; 3];
+        let (kind, shape) = if round { (Kind::Round, "round patch") } else { (Kind::Stroke, "stroke patch") };
+        let size = size_of(recipe, &fitted.patch);
+        let mut all = vec![fitted.contestant(kind, format!("{shape} {size}"))?];
+        if and_others {
+            let name = format!("{shape} {size} rim fixed");
+            all.push(Self::new(Kind::Fixed, name, fitted.with_fixed_rim(), &fitted.params, Awake::All)?);
+            let name = format!("{shape} {size} sleeping");
+            let short = Kind::Sleeping.short().into();
+            all.push(Self { kind: Kind::Sleeping, name, short, awake: Awake::Moving(WAKES_M), ..all[0].clone() });
+        }
+        Ok(all)
+    }
+
+    /// A round patch that was meant to stay.
+    pub(super) fn stays(scene: &Scene, recipe: &StrokeRecipe, reference: &ReferenceMap) -> Result<Self, Error> {
+        let fitted = StrokePatch::fit(scene, recipe, None, reference)?;
+        fitted.contestant(Kind::Stays, format!("patch that stays {}", size_of(recipe, &fitted.patch)))
+    }
+
+    /// The shipped block, all awake and with its outside frozen by the stress rule at every threshold [Pa].
+    pub(super) fn whole(least_stresses_pa: &[f64]) -> Result<Vec<Self>, Error> {
+        let missing = || TissueError::Check(format!("no block of {WHOLE_NODES} nodes is shipped"));
+        let (patch, params) = sized(WHOLE_NODES).ok_or_else(missing)?;
+        let all = Self::new(Kind::Whole, format!("whole block {WHOLE_NODES} nodes"), patch, &params, Awake::All)?;
+        let frozen = least_stresses_pa.iter().map(|&least_pa| {
+            let rule = StressRule::new(least_pa as f32, params.poisson_ratio, ContactPressure::UniformLoad);
+            let name = format!("stress rule {least_pa:.0} Pa");
+            Self { kind: Kind::StressRule, short: name.clone(), name, awake: Awake::Stressed(rule), ..all.clone() }
+        });
+        let frozen: Vec<Self> = frozen.collect();
+        Ok(std::iter::once(all).chain(frozen).collect())
+    }
+}
+
+fn size_of(recipe: &StrokeRecipe, patch: &Patch) -> String {
+    let sizes = &recipe.sizes;
+    let nodes = patch.model().nodes.len();
+    let mesh = (b'a' + (recipe.variant % 26) as u8) as char;
+    format!("R {:.0} h {:.1} mm {mesh} {nodes} nodes", sizes.radius_m * 1e3, sizes.fine_m * 1e3)
+}

@@ -1,0 +1,115 @@
+//! Where the tip goes: pressed in at one end of the stroke, held, forth, held, back, held.
+
+use palpate_fit::statics::Vector;
+use palpate_tissue::scene::TICK_S;
+
+/// Speed of the press [m/s].
+const PRESS_M_PER_S: f64 = 0.04;
+/// Time at rest before the first way [s]: node damping leaves nothing moving.
+const SETTLE_S: f64 = 0.4;
+/// Time at rest at the far end, and after the way back [s].
+const PAUSE_S: f64 = 0.2;
+
+/// A slide forth and back over a flat top, normal along z, at one depth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Course {
+    /// Middle of the way, on the rest surface [m].
+    pub centre_m: Vector,
+    /// The way from end to end [m].
+    pub stroke_m: Vector,
+    /// Depth of the tip [m].
+    pub depth_m: f64,
+    /// Speed, from the first tick of a way to its last [m/s].
+    pub speed_m_per_s: f64,
+}
+
+/// Part of a course.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Leg {
+    /// Down, and at rest until the first way.
+    Press,
+    /// From the first end to the other.
+    Forth,
+    /// At rest at the other end.
+    Turn,
+    /// The way back.
+    Back,
+    /// At rest where the slide began.
+    End,
+}
+
+/// A pose of a course.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Which part.
+    pub leg: Leg,
+    /// Signed distance from the middle along the way [m].
+    pub along_m: f64,
+    /// The tip [m].
+    pub tip_m: Vector,
+}
+
+impl Course {
+    /// Which way the probe goes forth, a unit vector.
+    #[must_use]
+    pub fn direction(&self) -> Vector {
+        self.stroke_m.try_normalize(0.0).unwrap_or_else(Vector::x)
+    }
+
+    /// Place on the rest surface above a tip at `along_m` [m].
+    #[must_use]
+    pub fn place_m(&self, along_m: f64) -> Vector {
+        self.centre_m + self.direction() * along_m
+    }
+
+    /// Every tick of the course. It starts outside the tissue.
+    #[must_use]
+    pub fn poses(&self) -> Vec<Pose> {
+        let half_m = 0.5 * self.stroke_m.norm();
+        let mut poses = Vec::new();
+        let mut add = |leg, along_m: f64, depth_m: f64| {
+            poses.push(Pose { leg, along_m, tip_m: self.place_m(along_m) - Vector::z() * depth_m });
+        };
+        let step_m = PRESS_M_PER_S * TICK_S;
+        let down = (self.depth_m / step_m).ceil() as i32;
+        (-2..down).for_each(|n| add(Leg::Press, -half_m, f64::from(n) * step_m));
+        (0..ticks(SETTLE_S)).for_each(|_| add(Leg::Press, -half_m, self.depth_m));
+        let way = ticks(2.0 * half_m / self.speed_m_per_s).max(1);
+        let share = |n: usize| 2.0 * n as f64 / way as f64 - 1.0;
+        (1..=way).for_each(|n| add(Leg::Forth, half_m * share(n), self.depth_m));
+        (0..ticks(PAUSE_S)).for_each(|_| add(Leg::Turn, half_m, self.depth_m));
+        (1..=way).for_each(|n| add(Leg::Back, -half_m * share(n), self.depth_m));
+        (0..ticks(PAUSE_S)).for_each(|_| add(Leg::End, -half_m, self.depth_m));
+        poses
+    }
+}
+
+fn ticks(time_s: f64) -> usize {
+    (time_s / TICK_S).round() as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_course_is_closed_and_never_faster_than_it_says() {
+        let course = Course {
+            centre_m: Vector::new(0.01, 0.0, 0.0),
+            stroke_m: Vector::new(0.0, 0.03, 0.0),
+            depth_m: 0.003,
+            speed_m_per_s: 0.07,
+        };
+        let poses = course.poses();
+        let of = |leg: Leg| poses.iter().filter(move |p| p.leg == leg);
+        assert!(poses[0].tip_m.z > 0.0, "starts outside");
+        assert_eq!(of(Leg::Press).next_back().unwrap().tip_m, of(Leg::End).next_back().unwrap().tip_m);
+        let (first, last) = (of(Leg::Turn).next().unwrap(), of(Leg::Press).next_back().unwrap());
+        assert!((first.tip_m - last.tip_m - course.stroke_m).norm() < 1e-12);
+        for pair in poses.windows(2) {
+            let way = pair[1].tip_m - pair[0].tip_m;
+            assert!(way.norm() <= 1.02 * 0.07 * TICK_S + 1e-12, "{way}");
+            assert!(pair[0].leg == Leg::Press || way.z == 0.0);
+        }
+    }
+}

@@ -1,0 +1,261 @@
+//! The table "region radius x edge treatment -> force error, cost".
+//!
+//! A whole mesh of a block around every patch, every treatment of [`super::edges`] at its cut. Forces are equilibria of [`palpate_fit::statics`]; the error against dense S
+//! is the edge's alone, the one against the whole mesh of the same springs adds that the outside is linear and better resolved than those springs, the one
+//! against finite elements adds the springs inside, which are not calibrated here.
+
+mod awake;
+mod cost;
+mod pictures;
+mod presses;
+mod timing;
+mod write;
+
+pub use awake::{Awake, Frozen, Held, Needed, Stress, awake};
+pub use cost::{Cost, m4f_rim_cycles};
+pub use pictures::pictures;
+pub use presses::{Errors, Presses, Setting};
+pub use write::{Summary, write};
+
+use super::edges::{Edge, Edges};
+use crate::error::Error;
+use palpate_fit::far_field::{FarField, FarFieldError, Sizes, whole};
+use palpate_fit::statics::Statics;
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::patch::{Material, Patch};
+use palpate_tissue::scene::Scene;
+use palpate_tissue::tissue::Tissue;
+use palpate_tissue::tissue::place;
+/// Rim springs are held to this from [`PROMISED_RADII`] on [%].
+pub const PROMISED_PCT: f64 = 0.5;
+/// Smallest patch that is held to it [probe radii].
+pub const PROMISED_RADII: f64 = 2.0;
+
+/// What is run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// Edge length under the probe [probe radii] and its growth per distance (1), for each fineness.
+    pub fine: Vec<(f64, f64)>,
+    /// Radii of the patches [probe radii].
+    pub radii: Vec<f64>,
+    /// Directions in which the probe goes off the centre.
+    pub directions: usize,
+    /// Nodes of the whole meshes whose nodes are put to sleep.
+    pub awake_nodes: Vec<usize>,
+}
+
+impl Plan {
+    /// Two finenesses: a patch of two probe radii has about 75 nodes, or 165.
+    #[must_use]
+    pub fn full() -> Self {
+        let fine = vec![(0.575, 0.45), (0.4, 0.4)];
+        Self { fine, radii: vec![1.5, 2.0, 2.5, 3.0, 4.0], directions: 8, awake_nodes: vec![130, 410] }
+    }
+
+    /// One.
+    #[must_use]
+    pub fn quick() -> Self {
+        Self { fine: vec![(0.5, 0.45)], radii: vec![1.5, 2.0, 2.5, 3.0], directions: 4, awake_nodes: vec![130] }
+    }
+}
+
+/// What stands for the organ in a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// A patch with an edge treatment.
+    Patch(Edge),
+    /// All of it as springs.
+    Whole,
+    /// All of it as finite elements.
+    Elements,
+}
+
+impl Kind {
+    /// Name in files.
+    #[must_use]
+    pub fn name(self) -> String {
+        match self {
+            Self::Patch(edge) => edge.name(),
+            Self::Whole => "whole-organ-springs".into(),
+            Self::Elements => "whole-organ-elements".into(),
+        }
+    }
+}
+
+/// A row of the table.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Edge length under the probe [m].
+    pub fine_m: f64,
+    /// Radius of the patch, or of the one that the mesh was made for [m].
+    pub radius_m: f64,
+    /// What is pressed.
+    pub kind: Kind,
+    /// Its nodes, tets, rim nodes and rim edges.
+    pub size: Size,
+    /// Forces.
+    pub presses: Presses,
+    /// Against the same patch with dense S.
+    pub against_dense: Option<presses::Errors>,
+    /// Against the whole mesh of the same springs.
+    pub against_whole: Option<presses::Errors>,
+    /// Against finite elements, where the scene has them.
+    pub against_elements: Option<presses::Errors>,
+    /// Smallest eigenvalue of what stands at the edge over E [m].
+    pub lowest_m: Option<f64>,
+    /// What a tick costs.
+    pub cost: Option<Cost>,
+}
+
+/// How large a patch is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Size {
+    /// Nodes.
+    pub nodes: usize,
+    /// Tets.
+    pub tets: usize,
+    /// Free nodes on the cut.
+    pub rim_nodes: usize,
+    /// Edges between them.
+    pub rim_edges: usize,
+}
+
+/// All rows, and what could not be had.
+#[derive(Clone, Debug, Default)]
+pub struct Table {
+    /// Mesh by mesh, radius by radius.
+    pub rows: Vec<Row>,
+    /// Patches that could not be cut, and why.
+    pub left_out: Vec<String>,
+}
+
+/// Fills the table. `progress` hears of each finished patch and how many there will be.
+///
+/// # Errors
+/// A scene that is no block, a patch that is not stiff at rest, or no patch at all.
+pub fn table(scene: &Scene, plan: &Plan, progress: &mut dyn FnMut(usize, usize, &str)) -> Result<Table, Error> {
+    let setting = Setting::of(scene, plan.directions)?;
+    let mut table = Table::default();
+    let tasks: Vec<_> = plan.fine.iter().flat_map(|fine| plan.radii.iter().map(move |radii| (*fine, *radii))).collect();
+    for (done, &((fine, growth), radii)) in tasks.iter().enumerate() {
+        let r = setting.radius_m();
+        let sizes = Sizes { radius_m: radii * r, fine_m: fine * r, fine_radius_m: r, growth, stroke_m: [0.0; 3] };
+        progress(done, tasks.len(), &format!("patch of {:.0} mm", sizes.radius_m * 1e3));
+        let named = |cause: &dyn std::fmt::Display| format!("patch of {:.0} mm: {cause}", sizes.radius_m * 1e3);
+        let tissue = match whole::whole(scene, &[], &sizes) {
+            Ok(placed) => placed.tissue,
+            Err(cause) => {
+                table.left_out.push(named(&cause));
+                continue;
+            }
+        };
+        match FarField::of(&tissue, &sizes, &setting.material(), &setting.params) {
+            Ok(far) => patch_rows(&setting, &sizes, &tissue, &far, &mut table.rows)?,
+            Err(FarFieldError::Cut(cause)) => table.left_out.push(named(&cause)),
+            Err(cause) => return Err(TissueError::Check(cause.to_string()).into()),
+        }
+    }
+    if table.rows.is_empty() {
+        return Err(TissueError::Usage(table.left_out.join("; ")).into());
+    }
+    Ok(table)
+}
+
+/// Sides of the scene's block [m].
+fn block_of(scene: &Scene) -> Result<[f64; 3], Error> {
+    Ok(scene.tissue.block_m.ok_or_else(|| {
+        TissueError::Usage(format!(
+            "{}: tissue.block_m is not there, and the table is made of a block: take --scene block",
+            scene.file
+        ))
+    })?)
+}
+
+/// The scene's block, meshed with so many nodes.
+///
+/// # Errors
+/// No block, or a node count that its proportions do not take.
+pub fn graded(scene: &Scene, nodes: usize) -> Result<Tissue, Error> {
+    block_of(scene)?;
+    let mut sized = scene.clone();
+    sized.tissue.nodes = Some(nodes);
+    Ok(place(&sized, &[])?.tissue)
+}
+
+/// Adds a row for each treatment of a patch, one for the whole mesh and one for finite elements.
+fn patch_rows(setting: &Setting, sizes: &Sizes, tissue: &Tissue, far: &FarField, rows: &mut Vec<Row>) -> Result<(), Error> {
+    let whole = Patch::build(tissue, &setting.material(), None);
+    let own = setting.press(&Statics::of(&whole.model(), &setting.params)?)?;
+    let patch = Patch::build(&far.cut.patch, &setting.material(), None);
+    let free = Statics::of(&patch.model(), &setting.params)?;
+    let edges = Edges::of(far, &free, setting.radius_m())?;
+    let dense = setting.press(&edges.statics(&free, Edge::Dense)?)?;
+    let times = timing::tick_times(setting, &edges, &patch, &whole)?;
+    let row = |kind: Kind, size: Size, presses: Presses| Row {
+        fine_m: sizes.fine_m,
+        radius_m: sizes.radius_m,
+        kind,
+        size,
+        against_dense: (kind != Kind::Patch(Edge::Dense)).then(|| presses.against(&dense)),
+        against_whole: (kind != Kind::Whole).then(|| presses.against(&own)),
+        against_elements: setting.against_elements(&presses).filter(|_| kind != Kind::Elements),
+        presses,
+        lowest_m: None,
+        cost: None,
+    };
+    let size = Size {
+        nodes: far.cut.patch.mesh.nodes_m.len(),
+        tets: far.cut.patch.mesh.tets.len(),
+        rim_nodes: far.cut.rim.len(),
+        rim_edges: far.springs.blocks.len() - far.cut.rim.len(),
+    };
+    for edge in Edge::ALL {
+        let statics = edges.statics(&free, edge)?;
+        let presses = if edge == Edge::Dense { dense.clone() } else { setting.press(&statics)? };
+        let lowest_m = statics.rim.as_ref().and_then(|rim| lowest(&rim.stiffness_m));
+        let cost = Some(Cost::of(setting, &patch, edge, size, &times));
+        rows.push(Row { lowest_m, cost, ..row(Kind::Patch(edge), size, presses) });
+    }
+    let size = Size { nodes: tissue.mesh.nodes_m.len(), tets: tissue.mesh.tets.len(), ..Size::default() };
+    let cost = Some(Cost::whole(setting, &whole, times.whole_us));
+    rows.push(Row { cost, ..row(Kind::Whole, size, own.clone()) });
+    if let Some(elements) = setting.elements() {
+        rows.push(row(Kind::Elements, Size::default(), elements));
+    }
+    Ok(())
+}
+
+fn lowest(matrix: &faer::Mat<f64>) -> Option<f64> {
+    let values = matrix.self_adjoint_eigenvalues(faer::Side::Lower).ok()?;
+    values.into_iter().reduce(f64::min)
+}
+
+impl Table {
+    /// Rim springs that are further from dense S than promised or not positive, each as a sentence.
+    #[must_use]
+    pub fn broken(&self, probe_radius_m: f64) -> Vec<String> {
+        let ours = self.rows.iter().filter(|r| r.kind == Kind::Patch(Edge::RimSprings));
+        let mut broken = Vec::new();
+        for row in ours {
+            let Some(errors) = &row.against_dense else { continue };
+            let named = format!("rim springs at {:.0} mm, elements of {:.1} mm,", row.radius_m * 1e3, row.fine_m * 1e3);
+            if row.lowest_m.is_none_or(|l| l <= 0.0) {
+                broken.push(format!("{named} are not positive"));
+            }
+            let worst = errors.centred_pct[..presses::PROMISED_DEPTHS].iter().chain(&errors.aside_pct);
+            let worst = worst.map(|e| e.map_or(f64::INFINITY, f64::abs)).fold(0.0, f64::max);
+            if row.radius_m >= (PROMISED_RADII - 1e-9) * probe_radius_m && worst > PROMISED_PCT {
+                broken.push(format!("{named} are {worst:.2} % off dense S, promised {PROMISED_PCT} %"));
+            }
+        }
+        broken
+    }
+}
+
+impl Setting {
+    /// What the tissue is made of.
+    #[must_use]
+    pub fn material(&self) -> Material {
+        Material { poisson_ratio: f64::from(self.params.poisson_ratio), ..Material::default() }
+    }
+}

@@ -1,0 +1,241 @@
+//! Ticks of one patch with every edge treatment, and of the whole organ, timed in turn.
+//!
+//! Rivals that are no springs run as [`crate::rivals`] has them. Batches are short and follow each other round and round: what a shared machine does to the clock
+//! it does to all of them, and the fastest batch of each has seen it at its best.
+
+use faer::Mat;
+use palpate::method::Product;
+use palpate::{Model, Params, State, Tuned, Vector3};
+
+use super::Setting;
+use super::presses::CLEAR_M;
+use crate::error::Error;
+use crate::far_field::edges::{Edge, Edges};
+use crate::rivals::{DenseRim, LowRankRim, ModeRim, OnCore, Rival};
+use palpate_tissue::clock::thread_time;
+use palpate_tissue::patch::RimSprings;
+use palpate_tissue::patch::{Memory, Patch};
+use palpate_tissue::stable_step::limits;
+
+/// Depth about which the tip moves [probe radii].
+const DEPTH_RADII: f64 = 0.5;
+/// How far it goes in a tick [m]: 20 mm/s, and on the way in 50 mm/s.
+const STEP_M: f64 = 2e-5;
+const WAY_IN_M: f64 = 5e-5;
+/// Ticks of a batch: half down, half up.
+const BATCH_TICKS: usize = 10;
+const BATCHES: usize = 25;
+/// Ticks in which the press comes to rest before the clock starts.
+const SETTLE_TICKS: usize = 40;
+
+/// Time of a tick with each treatment [us], in the order of [`Edge::ALL`], and of the whole organ.
+#[derive(Clone, Debug)]
+pub struct Times {
+    by_edge: Vec<Option<f64>>,
+    /// The whole organ [us].
+    pub whole_us: Option<f64>,
+}
+
+impl Times {
+    /// Of one treatment [us]; `None` if its tick failed.
+    #[must_use]
+    pub fn of(&self, edge: Edge) -> Option<f64> {
+        let at = Edge::ALL.iter().position(|e| *e == edge)?;
+        self.by_edge.get(at).copied().flatten()
+    }
+}
+
+/// A patch whose nodes carry the mass of what is put at its edge.
+fn contestant(setting: &Setting, edges: &Edges, patch: &Patch, edge: Edge) -> Patch {
+    if edge == Edge::Fixed {
+        let mut tissue = edges.far.cut.patch.clone();
+        tissue.anchors.extend(&edges.far.cut.rim);
+        tissue.anchors.sort_unstable();
+        return Patch::build(&tissue, &setting.material(), None);
+    }
+    let mut patch = patch.clone();
+    patch.set_rim(&edges.sparse(edge).unwrap_or_else(|| diagonal(&edges.far.cut.rim, &edges.far.exact_m)));
+    patch
+}
+
+/// The blocks of rim nodes alone: what the mass floor has to know of a stiffness.
+#[must_use]
+pub fn diagonal(rim: &[u32], stiffness_m: &Mat<f64>) -> RimSprings {
+    let block = |k: usize| [0, 1, 2].map(|a| [0, 1, 2].map(|b| stiffness_m[(3 * k + a, 3 * k + b)]));
+    RimSprings { node: rim.to_vec(), blocks: (0..rim.len()).map(|k| ([k, k], block(k))).collect(), mended: 0 }
+}
+
+/// Starts a treatment on the core.
+fn rival<'a>(
+    edges: &Edges,
+    edge: Edge,
+    params: &Params,
+    model: &'a Model<'a>,
+    tuned: &'a Tuned<'a>,
+    state: State<'a>,
+) -> Result<Option<Box<dyn Rival + 'a>>, Error> {
+    let rim = edges.rim();
+    Ok(match edge {
+        Edge::Modes(q) => {
+            let shapes = edges.modes(q);
+            let method = ModeRim::new(model, tuned, params, &rim, &shapes, &edges.far.exact_m);
+            method.map(|method| Box::new(OnCore { model, tuned, state, method }) as Box<dyn Rival + 'a>)
+        }
+        Edge::LowRank(q) => {
+            let method = LowRankRim::new(model, tuned, params, &rim, &edges.low_rank(q)?);
+            Some(Box::new(OnCore { model, tuned, state, method }))
+        }
+        Edge::Dense => {
+            let method = DenseRim::new(model, tuned, params, &rim, &edges.far.exact_m);
+            Some(Box::new(OnCore { model, tuned, state, method }))
+        }
+        _ => Some(Box::new(OnCore { model, tuned, state, method: Product })),
+    })
+}
+
+/// Whether the core runs the rim itself.
+fn own_rim(edge: Edge) -> bool {
+    matches!(edge, Edge::Fixed | Edge::Winkler | Edge::Truncated | Edge::RimSprings)
+}
+
+/// Runs `work` on ticking patches, one for each treatment and the whole organ last.
+///
+/// # Errors
+/// What the core refuses, or a matrix without a factor.
+pub fn ticking<T>(
+    setting: &Setting,
+    edges: &Edges,
+    patch: &Patch,
+    whole: &Patch,
+    work: impl FnOnce(&mut [Option<Box<dyn Rival + '_>>]) -> T,
+) -> Result<T, Error> {
+    let mut patches: Vec<Patch> = Edge::ALL.iter().map(|edge| contestant(setting, edges, patch, *edge)).collect();
+    patches.push(whole.clone());
+    let params: Vec<Params> = patches
+        .iter_mut()
+        .map(|p| {
+            p.set_depth_limit_m((1.25 * setting.radius_m()) as f32);
+            Params { limits: limits(p, f64::from(setting.params.tick_s)), ..setting.params }
+        })
+        .collect();
+    let core_runs = |n: usize| Edge::ALL.get(n).is_none_or(|edge| own_rim(*edge));
+    let models: Vec<Model> = patches
+        .iter()
+        .enumerate()
+        .map(|(n, p)| match p.wide_model() {
+            model if core_runs(n) => model,
+            model => Model { rim_nodes: &[], rim_edges: &[], ..model },
+        })
+        .collect();
+    let mut memories: Vec<Memory> = models.iter().map(Memory::for_model).collect();
+    let (mut tuned, mut states) = (Vec::new(), Vec::new());
+    for ((memory, model), params) in memories.iter_mut().zip(&models).zip(&params) {
+        let (t, s) = memory.start(model, params)?;
+        tuned.push(t);
+        states.push(s);
+    }
+    let mut rivals = Vec::new();
+    for (n, state) in states.into_iter().enumerate() {
+        let edge = Edge::ALL.get(n).copied().unwrap_or(Edge::Fixed);
+        rivals.push(rival(edges, edge, &params[n], &models[n], &tuned[n], state)?);
+    }
+    Ok(work(&mut rivals))
+}
+
+/// Times all treatments of a patch and the whole organ.
+///
+/// # Errors
+/// As [`ticking`].
+pub fn tick_times(setting: &Setting, edges: &Edges, patch: &Patch, whole: &Patch) -> Result<Times, Error> {
+    let mut fastest = ticking(setting, edges, patch, whole, |rivals| {
+        for slot in rivals.iter_mut() {
+            if slot.as_mut().is_some_and(|rival| !settle(setting, rival.as_mut())) {
+                *slot = None;
+            }
+        }
+        let mut fastest: Vec<Option<f64>> = vec![None; rivals.len()];
+        for _ in 0..BATCHES {
+            for (slot, fastest) in rivals.iter_mut().zip(&mut fastest) {
+                let us = slot.as_mut().and_then(|rival| batch_us(setting, rival.as_mut()));
+                match us {
+                    Some(us) => *fastest = Some(fastest.map_or(us, |f| f.min(us))),
+                    None => (*slot, *fastest) = (None, None),
+                }
+            }
+        }
+        fastest
+    })?;
+    let whole_us = fastest.pop().flatten();
+    Ok(Times { by_edge: fastest, whole_us })
+}
+
+fn tip_m(setting: &Setting, depth_m: f64) -> Vector3<f32> {
+    setting.site_m.cast() - setting.params.probe.axis * depth_m as f32
+}
+
+fn settle(setting: &Setting, rival: &mut dyn Rival) -> bool {
+    let depth_m = DEPTH_RADII * setting.radius_m();
+    let down = ((depth_m + CLEAR_M) / WAY_IN_M).ceil() as usize;
+    (0..=down + SETTLE_TICKS).all(|n| rival.tick(tip_m(setting, (n as f64 * WAY_IN_M - CLEAR_M).min(depth_m))).is_ok())
+}
+
+/// Time of a tick in one batch [us]; `None` if one fails.
+fn batch_us(setting: &Setting, rival: &mut dyn Rival) -> Option<f64> {
+    let depth_m = DEPTH_RADII * setting.radius_m();
+    let started = thread_time();
+    for n in 1..=BATCH_TICKS {
+        let from_start = n.min(BATCH_TICKS - n);
+        rival.tick(tip_m(setting, depth_m + from_start as f64 * STEP_M)).ok()?;
+    }
+    Some((thread_time() - started).as_secs_f64() * 1e6 / BATCH_TICKS as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::far_field::table::graded;
+    use palpate_fit::far_field::{FarField, Sizes};
+    use palpate_fit::statics::Statics;
+    use palpate_tissue::scene::Scene;
+
+    /// A settled press by ticks, each rim in its own way, gives the equilibrium with its matrix.
+    #[test]
+    fn ticks_of_every_treatment_settle_to_its_statics() {
+        let scene = Scene::load("block").unwrap();
+        let mut setting = Setting::of(&scene, 1).unwrap();
+        setting.params.node_damping_per_s = 120.0;
+        let tissue = graded(&scene, 130).unwrap();
+        let sizes = Sizes { radius_m: 0.018, fine_m: 0.0, fine_radius_m: 0.0, growth: 0.0, stroke_m: [0.0; 3] };
+        let far = FarField::of(&tissue, &sizes, &setting.material(), &setting.params).unwrap();
+        let patch = Patch::build(&far.cut.patch, &setting.material(), None);
+        let free = Statics::of(&patch.model(), &setting.params).unwrap();
+        let edges = Edges::of(&far, &free, setting.radius_m()).unwrap();
+        let whole = Patch::build(&tissue, &setting.material(), None);
+        let depth_m = 0.003;
+        let forces_n: Vec<f64> = ticking(&setting, &edges, &patch, &whole, |rivals| {
+            let press = |rival: &mut Box<dyn Rival + '_>| {
+                let mut force_n = Vector3::zeros();
+                for n in 0..2500 {
+                    force_n = rival.tick(tip_m(&setting, (5e-5 * f64::from(n) - CLEAR_M).min(depth_m))).unwrap();
+                }
+                f64::from(force_n.z)
+            };
+            rivals.iter_mut().map(|r| press(r.as_mut().unwrap())).collect()
+        })
+        .unwrap();
+        let solver = |s: &Statics| super::super::presses::solver(s).unwrap();
+        let mut seen = Vec::new();
+        for (edge, found) in Edge::ALL.into_iter().zip(forces_n) {
+            // masses, and with them the caps of the foundation, are those of the patch that ran
+            let own = contestant(&setting, &edges, &patch, edge);
+            let statics = edges.statics(&Statics::of(&own.model(), &setting.params).unwrap().without_rim(), edge).unwrap();
+            let balanced = Setting::forces(&statics, &solver(&statics), setting.site_m, &[depth_m])[0].unwrap();
+            let wanted = balanced * f64::from(setting.params.youngs_modulus_pa);
+            println!("{}: {found:.5} N, statics {wanted:.5} N", edge.name());
+            assert!((found / wanted - 1.0).abs() < 5e-3, "{}: {found} N, statics {wanted} N", edge.name());
+            seen.push(wanted);
+        }
+        let spread = seen.iter().fold(0.0, |w: f64, f| w.max((f / seen[seen.len() - 1] - 1.0).abs()));
+        assert!(spread > 0.05, "the treatments must differ for this to say anything: {spread}");
+    }
+}

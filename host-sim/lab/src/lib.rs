@@ -1,0 +1,18 @@
+//! Comparisons behind the project's claims: other methods, speed against accuracy, stability, the two papers.
+//!
+//! ```text
+//! rivals ─ chart (speed against accuracy)      rivals ─ stability (where methods and loops fail)
+//! far_field (edge treatments, sliding)         paper (figures and tables of the two papers), score (equation 14)
+//! ```
+//!
+//! No product code stands on this crate.
+
+pub mod chart;
+pub mod error;
+pub mod far_field;
+pub mod paper;
+pub mod rivals;
+pub mod score;
+pub mod stability;
+
+pub use error::Error;

@@ -1,0 +1,84 @@
+//! Paper 004: soft tissue under local compression. An abdomen and a foot in layers are pressed by a finger; Figs. 5 to 9, and where the formulas fail.
+//!
+//! The paper's tomography is not public and its finite elements are another paper's: organs are our own shapes, the truth is our own reference. Table 1 and
+//! (14) are `palpate score`.
+
+pub mod checkpoint;
+pub mod failures;
+mod figures;
+pub mod fit;
+pub mod hausdorff;
+pub mod identifiability;
+pub mod methods;
+pub mod rest;
+pub mod scene;
+pub mod site;
+pub mod steps;
+mod study;
+mod summary;
+pub mod sweep;
+mod tell;
+pub mod truth;
+
+use std::path::Path;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::error::Error;
+use crate::paper::report::{Report, print_claims};
+use palpate_tissue::output::OutputFolder;
+use scene::{PRESETS, PressScene};
+use site::Site;
+use study::{Size, on_block, on_organ};
+
+/// What is run.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Few forces, few trials, coarser organs: under a minute.
+    pub quick: bool,
+    /// One scene, a preset or a file; both presets without.
+    pub scene: Option<String>,
+}
+
+/// Regenerates the figures and writes the report into the folder `out`, which is made once the scenes are known to be sound.
+///
+/// # Errors
+/// A scene that cannot be, what the core or a method refuses, a folder that cannot be written.
+pub fn run(options: &Options, out: &Path) -> Result<(), Error> {
+    let size = if options.quick { Size::quick() } else { Size::full() };
+    let names = options.scene.clone().map_or_else(|| PRESETS.map(|(name, _)| name.to_owned()).to_vec(), |name| vec![name]);
+    // all that can be refused is refused before anything is computed
+    let scenes = names.iter().map(|name| PressScene::load(name)).collect::<Result<Vec<_>, _>>()?;
+    let sites = scenes.iter().map(|scene| Site::of(scene, size.coarser)).collect::<Result<Vec<_>, _>>()?;
+    let folder = OutputFolder::open(out)?;
+    let trials = 2 * size.trials[0] + scenes.len() * size.trials[1];
+    let style = ProgressStyle::with_template("{bar:30} {percent} % of the annealing, {elapsed}, {msg}");
+    let bar = ProgressBar::new(trials as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let block = on_block(&folder, &size, &bar)?;
+    let mut organs = Vec::new();
+    for (scene, site) in scenes.into_iter().zip(sites) {
+        organs.push(on_organ(&folder, scene, site, &size, &bar)?);
+    }
+    bar.finish_and_clear();
+
+    let machine = palpate_tissue::machine::processor();
+    let mut report = Report::new("Paper 004, local compression deformation of soft tissue: its figures, run here");
+    let names: Vec<&str> = organs.iter().map(|o| o.scene.name.as_str()).collect();
+    report.say(format!(
+        "Scenes: the standard block ({:.0} kPa) and {}. Machine: {machine}. {}The paper's tomography and its finite-element model are not public: organs are shapes of our own, \
+         truth is our own finite elements. Its formulas (2), (4)-(9), (12), (13) are lost in the text we have and reconstructed. Table 1 and (14): `palpate score`.",
+        study::BLOCK_PA * 1e-3,
+        names.join(", "),
+        if options.quick { "Quick run: few forces, few trials at each temperature, coarse organs. " } else { "" },
+    ));
+    tell::pictures(&mut report, &folder, &organs)?;
+    tell::annealing(&mut report, &folder, &block, &organs)?;
+    tell::sweeps(&mut report, &folder, &machine, &block, &organs)?;
+    tell::failures(&mut report, &folder, &block)?;
+    summary::write(&folder, &machine, options.quick, &block, &organs, report.claims())?;
+    let claims = report.claims().to_vec();
+    folder.write("report.md", report.finish().as_bytes())?;
+    summary::print(&block, &organs);
+    print_claims(&claims, &folder.publish()?);
+    Ok(())
+}

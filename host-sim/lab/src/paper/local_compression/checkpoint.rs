@@ -1,0 +1,40 @@
+//! A walk written down every so often, so that a run that was stopped goes on where it was.
+
+use serde::{Deserialize, Serialize};
+
+use super::fit::Step;
+use crate::error::Error;
+use palpate_fit::calibrate::schedule::Walk;
+use palpate_tissue::output::OutputFolder;
+
+/// What is written down.
+#[derive(Deserialize, Serialize)]
+struct Checkpoint {
+    /// What the walk was fitting, so that another fit does not go on with it.
+    of: String,
+    walk: Walk,
+    steps: Vec<[f64; 4]>,
+}
+
+/// Reads a walk of the same fit, if there is one; whatever cannot be read is begun again.
+#[must_use]
+pub fn read(folder: &OutputFolder, name: &str, of: &str, fresh: &Walk) -> Option<(Walk, Vec<Step>)> {
+    let text = folder.read_note(name)?;
+    let found: Checkpoint = serde_json::from_str(&text).ok()?;
+    let steps = found.steps.iter().map(|[temperature_mm, k, d, distance_mm]| Step {
+        temperature_mm: *temperature_mm,
+        stiffness_n_per_m: *k,
+        damping_n_s_per_m: *d,
+        distance_mm: *distance_mm,
+    });
+    (found.of == of && found.walk.is_same(fresh)).then(|| (found.walk, steps.collect()))
+}
+
+/// Writes a walk.
+///
+/// # Errors
+/// The folder cannot be written.
+pub fn write(folder: &OutputFolder, name: &str, of: &str, walk: &Walk, steps: &[Step]) -> Result<(), Error> {
+    let steps = steps.iter().map(|s| [s.temperature_mm, s.stiffness_n_per_m, s.damping_n_s_per_m, s.distance_mm]).collect();
+    Ok(folder.write_note(name, &Checkpoint { of: of.into(), walk: walk.clone(), steps })?)
+}

@@ -1,0 +1,107 @@
+//! Over-compression correction (11)-(13): the force on a held finger against the time step.
+//!
+//! A node goes C/2 in every step, however short: a speed of C/(2 dt) that the tissue's forces do not know of, as the velocities stay. What the finger
+//! feels follows from the step and not from the tissue.
+
+use palpate::method::LocalCompression;
+use palpate::path::correct::over_compression::OverCompression;
+use palpate::path::integrate::velocity_verlet::VelocityVerlet;
+use palpate::{Model, Params, Terms};
+
+use super::super::methods::springs_of;
+use super::super::steps::hold;
+use crate::error::Error;
+use crate::rivals::{Block, OnCore};
+use palpate_tissue::patch::{Material, Memory, Patch};
+
+/// Depth of the finger [m].
+pub const DEPTH_M: f64 = 0.004;
+/// Damping of the masses [1/s]. The correction feeds the tissue energy; with a tenth of this it diverges at longer steps.
+const SETTLING_PER_S: f32 = 400.0;
+
+/// What resists compression.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Compensation {
+    /// Springs alone.
+    None,
+    /// (11)-(13) with this `tau_c`.
+    Printed(f32),
+    /// The product's: an energy of the springs beyond its threshold.
+    Energy,
+}
+
+/// Forces [N] at steps [s] of one kind of compensation; a step at which it has no answer is left out.
+#[derive(Clone, Debug)]
+pub struct AgainstStep {
+    /// What resists.
+    pub compensation: Compensation,
+    /// (step [s], force [N]).
+    pub points: Vec<(f64, f64)>,
+}
+
+/// Presses springs of one k [N/m] with every compensation at every step.
+///
+/// # Errors
+/// What the core refuses.
+pub fn measure(block: &Block, stiffness_n_per_m: f64, steps_s: &[f64]) -> Result<Vec<AgainstStep>, Error> {
+    let kinds = [
+        Compensation::None,
+        Compensation::Printed(0.0),
+        Compensation::Printed(0.05),
+        Compensation::Printed(0.1),
+        Compensation::Energy,
+    ];
+    let patch = Patch::build(&block.tissue, &Material::default(), None);
+    let own = patch.wide_model();
+    let mut found = Vec::new();
+    for compensation in kinds {
+        let mut points = Vec::new();
+        for &step_s in steps_s {
+            let terms = Terms { compensation: compensation == Compensation::Energy, ..Terms::SPRINGS_ONLY };
+            let params = Params {
+                tick_s: step_s as f32,
+                mass_floor: 0.0,
+                contact_mass: 0.0,
+                // the contact's cap follows from the step too: without a cap that acts, only the correction depends on it
+                contact_cap: 4.0,
+                node_damping_per_s: SETTLING_PER_S,
+                terms,
+                ..block.params
+            };
+            let springs = springs_of(&own, &params, stiffness_n_per_m);
+            let model = Model { springs: &springs, ..own };
+            let mut memory = Memory::for_model(&model);
+            let (tuned, state) = memory.start(&model, &params)?;
+            let correction = match compensation {
+                Compensation::Printed(ratio) => Some(OverCompression { ratio }),
+                _ => None,
+            };
+            let method = LocalCompression {
+                dampers: None,
+                volume: None,
+                region: None,
+                step: VelocityVerlet::default(),
+                compression: correction,
+            };
+            let stepped = Block { tissue: block.tissue.clone(), params };
+            let mut rival = OnCore { model: &model, tuned: &tuned, state, method };
+            if let Ok(held) = hold(&stepped, &mut rival, DEPTH_M) {
+                points.push((step_s, held.force_n));
+            }
+        }
+        found.push(AgainstStep { compensation, points });
+    }
+    Ok(found)
+}
+
+impl Compensation {
+    /// Name in legends.
+    #[must_use]
+    pub fn name(self) -> String {
+        match self {
+            Self::None => "springs alone".into(),
+            Self::Printed(ratio) => format!("(11)-(13), tau_c = {ratio}"),
+            Self::Energy => "as an energy (the product's)".into(),
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! Annealing of k and d (section 2.2, Fig. 7): the Hausdorff distance (4)-(6) of key points of the mass-spring model to those of a finite-element one.
+//!
+//! Key points are the free surface nodes around the site. The paper compares deformed shapes; at rest those do not depend on d at all (see
+//! [`super::identifiability`]), so ours are compared *on the way*: a finger is let go with a constant force, and the objective is the mean distance at
+//! four times, in millimetres; temperatures are in millimetres too. Finite elements of the same mesh (neo-Hookean, nodal pressure, true masses) go the same way.
+//! The unknowns are ln k and ln d, started at random. A trial that diverges at the step of the fit, or sinks, is never taken.
+
+use palpate::Vector3;
+use palpate::method::LocalCompression;
+use palpate::path::force::damper::{Dampers, DampingLaw};
+use palpate::path::integrate::velocity_verlet::VelocityVerlet;
+use palpate::{Model, Params};
+
+use super::hausdorff::hausdorff;
+use super::methods::{Contestant, Fitted, springs_of};
+use super::rest::{NoRest, Push};
+use crate::error::Error;
+use crate::rivals::{Block, Method, OnCore, Rival};
+use palpate_fit::calibrate::schedule::{Schedule, Verdict, Walk};
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::mesh::surface::surface;
+use palpate_tissue::patch::{Material, Memory, Patch};
+
+/// Times at which key points are compared [ms].
+pub const TIMES_MS: [usize; 4] = [10, 20, 40, 80];
+/// Key points lie within this many finger radii of the site.
+const REACH_RADII: f64 = 2.5;
+/// Bounds of k [N/m] and d [N s/m].
+pub const BOUNDS: [[f64; 2]; 2] = [[1.0, 1e4], [1e-4, 10.0]];
+
+/// Key points at [`TIMES_MS`].
+pub type Way = Vec<Vec<Vector3<f64>>>;
+
+/// What a fit compares with.
+#[derive(Clone, Debug)]
+pub struct Target {
+    /// The tissue, with the parameters that the model runs with.
+    pub block: Block,
+    /// Force on the finger [N].
+    pub force_n: f64,
+    keys: Vec<usize>,
+    truth: Way,
+}
+
+/// One temperature's last place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Temperature [mm].
+    pub temperature_mm: f64,
+    /// k [N/m].
+    pub stiffness_n_per_m: f64,
+    /// d [N s/m].
+    pub damping_n_s_per_m: f64,
+    /// Objective there [mm].
+    pub distance_mm: f64,
+}
+
+/// What a fit found.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// Where the walk was at the end of each temperature.
+    pub steps: Vec<Step>,
+    /// The best place.
+    pub best: Step,
+    /// Where the walk ended.
+    pub end: Step,
+    /// Simulations run, and how many of them had no answer.
+    pub simulations: [usize; 2],
+}
+
+/// Free nodes of the surface near the site.
+#[must_use]
+pub fn key_nodes(block: &Block) -> Vec<usize> {
+    let site = Vector3::from(block.tissue.site_m);
+    let reach_m = REACH_RADII * f64::from(block.params.probe.radius_m);
+    let fixed = block.fixed();
+    let near = |n: &usize| (Vector3::from(block.tissue.mesh.nodes_m[*n]) - site).norm() <= reach_m && !fixed[*n];
+    let mut nodes: Vec<usize> = surface(&block.tissue.mesh.tets).into_iter().flatten().map(|n| n as usize).filter(near).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
+/// Lets a finger go on a method at rest and notes the key points.
+///
+/// # Errors
+/// [`NoRest::Diverged`], [`NoRest::Sunk`].
+pub fn follow(block: &Block, rival: &mut dyn Rival, force_n: f64, keys: &[usize]) -> Result<Way, NoRest> {
+    let mut push = Push::new(force_n);
+    rival.tick(block.tip_m(push.depth_m())).map_err(|_| NoRest::Diverged { depth_mm: 0.0 })?;
+    let mut way = Way::new();
+    let mut tick = 0;
+    for ms in TIMES_MS {
+        let until = (ms as f64 * 1e-3 / f64::from(block.params.tick_s)).round() as usize;
+        while tick < until {
+            push.tick(block, rival)?;
+            tick += 1;
+        }
+        way.push(keys.iter().map(|n| rival.position_m(*n).cast()).collect());
+    }
+    Ok(way)
+}
+
+/// Mean over the times of the distance of two ways [mm].
+#[must_use]
+pub fn distance_mm(a: &Way, b: &Way) -> f64 {
+    a.iter().zip(b).map(|(a, b)| 1e3 * hausdorff(a, b)).sum::<f64>() / a.len() as f64
+}
+
+impl Target {
+    /// Lets finite elements go the way; `tick_s` is the step of the fit.
+    ///
+    /// # Errors
+    /// Finite elements that diverge, or what the core refuses.
+    pub fn new(block: &Block, force_n: f64, tick_s: f64) -> Result<Self, Error> {
+        let keys = key_nodes(block);
+        let elements = Contestant::Charted(Method::NeoHookeanNodal);
+        let refuse =
+            |why: String| TissueError::Usage(format!("no target to fit: finite elements under {force_n} N {why}: press less"));
+        let step_s = match elements.step_s(block, force_n)? {
+            Some(Ok(step_s)) => step_s,
+            Some(Err(why)) => return Err(Error::Tissue(refuse(why.to_string()))),
+            None => return Err(Error::Tissue(refuse("cannot be had".into()))),
+        };
+        let own = elements.block(block, step_s.min(1e-3) / 2.0);
+        let truth = elements.run(&own, |rival| follow(&own, rival, force_n, &keys))?;
+        let truth = truth.ok_or_else(|| refuse("cannot be had".into()))?.map_err(|why| refuse(why.to_string()))?;
+        let any = Fitted::new(1.0, 0.0);
+        Ok(Self { block: Contestant::LocalCompression(any).block(block, tick_s), force_n, keys, truth })
+    }
+
+    /// The model with its memory, to be run many times.
+    #[must_use]
+    pub fn simulator(&self) -> Simulator<'_> {
+        let patch = Patch::build(&self.block.tissue, &Material::default(), None);
+        let memory = Memory::for_model(&patch.wide_model());
+        Simulator { target: self, patch, memory, simulations: [0; 2] }
+    }
+}
+
+/// The model with its memory.
+pub struct Simulator<'a> {
+    target: &'a Target,
+    patch: Patch,
+    memory: Memory,
+    /// Run so far, and without an answer.
+    pub simulations: [usize; 2],
+}
+
+impl Simulator<'_> {
+    /// The way of the model with one k [N/m] and one d [N s/m]; `None` if it diverges or sinks.
+    pub fn way(&mut self, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Option<Way> {
+        let Target { block, force_n, keys, .. } = self.target;
+        let params: &Params = &block.params;
+        let own = self.patch.wide_model();
+        let springs = springs_of(&own, params, stiffness_n_per_m);
+        let model = Model { springs: &springs, ..own };
+        let mut damping_m_s = vec![0.0; springs.len()];
+        DampingLaw::Constant(damping_n_s_per_m as f32).fill(&model, params, &mut damping_m_s);
+        let (tuned, state) = self.memory.start(&model, params).ok()?;
+        let method = LocalCompression {
+            dampers: Some(Dampers { damping_m_s: &damping_m_s }),
+            volume: None,
+            region: None,
+            step: VelocityVerlet::default(),
+            compression: None,
+        };
+        let way = follow(block, &mut OnCore { model: &model, tuned: &tuned, state, method }, *force_n, keys).ok();
+        self.simulations[0] += 1;
+        self.simulations[1] += usize::from(way.is_none());
+        way
+    }
+
+    /// Objective [mm] at (ln k, ln d).
+    pub fn distance_mm(&mut self, place: &[f64]) -> Option<f64> {
+        let inside = place.iter().zip(BOUNDS).all(|(x, [low, high])| (low.ln()..=high.ln()).contains(x));
+        let [k, d] = [0, 1].map(|n| place.get(n).map_or(f64::NAN, |x| x.exp()));
+        if inside { self.way(k, d).map(|way| distance_mm(&way, &self.target.truth)) } else { None }
+    }
+
+    /// A walk at a random place that has an answer; `None` if a hundred have none.
+    #[must_use]
+    pub fn start(&mut self, schedule: Schedule, trials: usize, seed: u64) -> Option<Walk> {
+        let middle = BOUNDS.map(|[low, high]| 0.5 * (low.ln() + high.ln()));
+        let mut wander = Walk::start(Schedule { first: 1e300, ..schedule }, 400, seed, middle.to_vec(), 0.0);
+        while !wander.is_done() {
+            // at this heat every place in the bounds is taken, so it ends anywhere
+            let place = wander.propose();
+            let inside = place.iter().zip(BOUNDS).all(|(x, [low, high])| (low.ln()..=high.ln()).contains(x));
+            let far_enough = wander.trials().0 > 60;
+            if let (true, true, Some(cost)) = (far_enough, inside, self.distance_mm(&place)) {
+                return Some(Walk::start(schedule, trials, seed, place, cost));
+            }
+            wander.judge(place, inside.then_some(0.0));
+        }
+        None
+    }
+
+    /// Goes on with a walk to its end; `saved` gets it every so often, with the record.
+    pub fn anneal(&mut self, mut walk: Walk, mut steps: Vec<Step>, mut saved: impl FnMut(&Walk, &[Step])) -> Found {
+        let per_save = 200;
+        while !walk.is_done() {
+            let temperature_mm = walk.temperature();
+            let there = walk.propose();
+            let cost = self.distance_mm(&there);
+            let verdict: Verdict = walk.judge(there, cost);
+            debug_assert!(verdict == Verdict::Refused || cost.is_some());
+            if walk.is_done() || walk.temperature() != temperature_mm {
+                steps.push(Step::of(temperature_mm, walk.here()));
+            }
+            if walk.trials().0.is_multiple_of(per_save) {
+                saved(&walk, &steps);
+            }
+        }
+        saved(&walk, &steps);
+        let last = steps.last().map_or(0.0, |s| s.temperature_mm);
+        Found { best: Step::of(last, walk.best()), end: Step::of(last, walk.here()), steps, simulations: self.simulations }
+    }
+}
+
+impl Step {
+    fn of(temperature_mm: f64, (place, distance_mm): (&[f64], f64)) -> Self {
+        let [k, d] = [0, 1].map(|n| place.get(n).map_or(f64::NAN, |x| x.exp()));
+        Self { temperature_mm, stiffness_n_per_m: k, damping_n_s_per_m: d, distance_mm }
+    }
+}

@@ -1,0 +1,161 @@
+//! The methods that are compared (Figs. 8 and 9), each with its own step and damping.
+//!
+//! | method | force | masses | damping | step |
+//! |---|---|---|---|---|
+//! | `local-compression` | springs of one k (1), volume force off, region (7)-(8) | (10) of paper 000 | d of each spring (1), and 40/s on the masses unless "d alone" | velocity Verlet (9)-(10) |
+//! | `springs` | springs of paper 000, eq (11) | the same | 40/s on the masses | symplectic Euler |
+//! | `meshless`, `neo-hookean-nodal` | moving least squares; finite elements | the same | 40/s on the masses | symplectic Euler |
+//! | `palpate`, `palpate-calibrated` | the product | with its floor | 40/s on the masses | symplectic Euler, 1 ms |
+//!
+//! All touch the finger by the core's contact. The largest step of 1, 1/2, 1/4 .. ms with which a method comes to rest under the largest force it bears is its step.
+
+use palpate::method::LocalCompression;
+use palpate::path::force::damper::{Dampers, DampingLaw};
+use palpate::path::integrate::velocity_verlet::VelocityVerlet;
+use palpate::path::region::StressRule;
+use palpate::{Model, Params, Spring, Terms};
+
+use super::rest::{AtRest, NoRest, to_rest};
+use crate::error::Error;
+use crate::rivals::{Block, Method, OnCore, Rival};
+use palpate_tissue::patch::{Material, Memory, Patch};
+
+/// Halvings of a millisecond that are tried.
+const MOST_HALVINGS: u32 = 6;
+
+/// The constants that the paper fits, and its region.
+#[derive(Clone, Copy, Debug)]
+pub struct Fitted {
+    /// Stiffness of every spring, k [N/m].
+    pub stiffness_n_per_m: f64,
+    /// Damping of every spring, d [N s/m].
+    pub damping_n_s_per_m: f64,
+    /// Damping of the masses [1/s]; the paper has none.
+    pub node_damping_per_s: f64,
+    /// Stress rule; all nodes move without it.
+    pub region: Option<StressRule>,
+}
+
+impl Fitted {
+    /// k [N/m] and d [N s/m] alone.
+    #[must_use]
+    pub fn new(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
+        Self { stiffness_n_per_m, damping_n_s_per_m, node_damping_per_s: 0.0, region: None }
+    }
+}
+
+/// A method at work.
+#[derive(Clone, Copy, Debug)]
+pub enum Contestant {
+    /// The paper's.
+    LocalCompression(Fitted),
+    /// One of the chart.
+    Charted(Method),
+}
+
+impl Contestant {
+    /// Name in tables.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::LocalCompression(fitted) if fitted.node_damping_per_s > 0.0 => "local-compression",
+            Self::LocalCompression(_) => "local-compression, d alone",
+            Self::Charted(method) => method.name(),
+        }
+    }
+
+    /// Whether its masses are floored, so that a millisecond is its step.
+    fn is_floored(&self) -> bool {
+        matches!(self, Self::Charted(Method::Palpate | Method::Calibrated))
+    }
+
+    /// The tissue with the parameters that this method runs with.
+    #[must_use]
+    pub fn block(&self, block: &Block, tick_s: f64) -> Block {
+        let mut block = block.clone();
+        block.params.tick_s = tick_s as f32;
+        if !self.is_floored() {
+            block.params = Params { mass_floor: 0.0, contact_mass: 0.0, ..block.params };
+        }
+        if let Self::LocalCompression(fitted) = self {
+            let node_damping_per_s = fitted.node_damping_per_s as f32;
+            block.params = Params { terms: Terms::SPRINGS_ONLY, node_damping_per_s, ..block.params };
+        }
+        block
+    }
+
+    /// Builds the method for a tissue that [`Self::block`] gave. `None` where it cannot be had: no calibrated patch of this mesh.
+    ///
+    /// # Errors
+    /// What the core or the method refuses.
+    pub fn run<T>(&self, block: &Block, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<Option<T>, Error> {
+        match self {
+            Self::LocalCompression(fitted) => run_fitted(block, fitted, work).map(Some),
+            Self::Charted(method) => Ok(method.run(block, 1, work)?),
+        }
+    }
+
+    /// The largest step with which it comes to rest under a force [s], or why it does not with the shortest tried. `None` where it cannot be had.
+    ///
+    /// # Errors
+    /// What the core or the method refuses.
+    pub fn step_s(&self, block: &Block, force_n: f64) -> Result<Option<Result<f64, NoRest>>, Error> {
+        let mut why = None;
+        for halvings in 0..=if self.is_floored() { 0 } else { MOST_HALVINGS } {
+            let tick_s = 1e-3 / f64::from(1 << halvings);
+            let block = self.block(block, tick_s);
+            match self.run(&block, |rival| to_rest(&block, rival, force_n))? {
+                None => return Ok(None),
+                Some(Ok(_)) => return Ok(Some(Ok(tick_s))),
+                // a shorter step damps no more
+                Some(Err(restless @ NoRest::Restless { .. })) => return Ok(Some(Err(restless))),
+                Some(Err(failure)) => why = Some(failure),
+            }
+        }
+        Ok(why.map(Err))
+    }
+
+    /// Presses from rest until nothing moves, `runs` times; the least CPU time of them. `None` where it cannot be had.
+    ///
+    /// # Errors
+    /// What the core or the method refuses; inside, why there is no rest.
+    pub fn press(&self, block: &Block, tick_s: f64, force_n: f64, runs: usize) -> Result<Option<Result<AtRest, NoRest>>, Error> {
+        let block = self.block(block, tick_s);
+        let mut best: Option<AtRest> = None;
+        for _ in 0..runs.max(1) {
+            match self.run(&block, |rival| to_rest(&block, rival, force_n))? {
+                None => return Ok(None),
+                Some(Err(failure)) => return Ok(Some(Err(failure))),
+                Some(Ok(rest)) if best.as_ref().is_none_or(|b| rest.cpu_s < b.cpu_s) => best = Some(rest),
+                Some(Ok(_)) => {}
+            }
+        }
+        Ok(best.map(Ok))
+    }
+}
+
+/// Springs of one stiffness [N/m] in the place of a model's.
+#[must_use]
+pub fn springs_of(model: &Model, params: &Params, stiffness_n_per_m: f64) -> Vec<Spring> {
+    let k = (stiffness_n_per_m / f64::from(params.youngs_modulus_pa)) as f32;
+    model.springs.iter().map(|s| Spring { k, k_rest: k * (s.k_rest / s.k), ..*s }).collect()
+}
+
+fn run_fitted<T>(block: &Block, fitted: &Fitted, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+    let patch = Patch::build(&block.tissue, &Material::default(), None);
+    let own = patch.wide_model();
+    let springs = springs_of(&own, &block.params, fitted.stiffness_n_per_m);
+    let model = Model { springs: &springs, ..own };
+    let mut damping_m_s = vec![0.0; springs.len()];
+    DampingLaw::Constant(fitted.damping_n_s_per_m as f32).fill(&model, &block.params, &mut damping_m_s);
+    let mut memory = Memory::for_model(&model);
+    let (tuned, state) = memory.start(&model, &block.params)?;
+    let method = LocalCompression {
+        dampers: Some(Dampers { damping_m_s: &damping_m_s }),
+        volume: None,
+        region: fitted.region,
+        step: VelocityVerlet::default(),
+        compression: None,
+    };
+    Ok(work(&mut OnCore { model: &model, tuned: &tuned, state, method }))
+}

@@ -1,0 +1,149 @@
+//! From load to rest: a finger with a constant force on it is let go at the surface, and time is counted until nothing moves.
+//!
+//! The stop criterion is the same for every method that moves: within 10 ms of virtual time the tip goes less than a micrometre, and in the millisecond
+//! after that no node is faster than two millimetres a second. The clock is CPU time of the thread and runs in the ticks only.
+
+use palpate::Vector3;
+
+use crate::rivals::{Block, Rival};
+use palpate_tissue::clock::thread_time;
+use palpate_tissue::finger::FINGER;
+
+/// The tip is at rest if it goes less than this [m] ..
+pub const STILL_TIP_M: f64 = 1e-6;
+/// .. in this time [ms].
+pub const STILL_MS: usize = 10;
+/// And no node is faster [m/s].
+pub const STILL_NODE_M_PER_S: f64 = 2e-3;
+/// Nobody waits longer for a deformation [ms].
+pub const LONGEST_MS: usize = 2000;
+/// The finger starts outside: a probe inside the tissue gets no force.
+const CLEAR_M: f64 = 1e-5;
+
+/// A finger pushed by a constant force against the force it feels.
+#[derive(Clone, Copy, Debug)]
+pub struct Push {
+    /// Its force [N].
+    pub force_n: f64,
+    depth_m: f64,
+    speed_m_per_s: f64,
+    felt_n: f64,
+}
+
+/// A press at rest.
+#[derive(Clone, Debug)]
+pub struct AtRest {
+    /// Force on the finger [N].
+    pub force_n: f64,
+    /// Depth of its tip below the rest surface [m].
+    pub depth_m: f64,
+    /// Virtual time to rest [s].
+    pub virtual_s: f64,
+    /// CPU time to rest [s].
+    pub cpu_s: f64,
+    /// Node positions [m], shape \[nodes\].
+    pub position_m: Vec<Vector3<f64>>,
+}
+
+/// Why there is no rest.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum NoRest {
+    /// Not finite, or faster than any tissue.
+    #[error("diverges {depth_mm:.1} mm deep")]
+    Diverged {
+        /// Depth of the tip then [mm].
+        depth_mm: f64,
+    },
+    /// Still moving.
+    #[error("still moves after {seconds} s: the tip by {tip_um:.1} um in {STILL_MS} ms")]
+    Restless {
+        /// Virtual time [s].
+        seconds: f64,
+        /// How far the tip still goes [um].
+        tip_um: f64,
+    },
+    /// Through the tissue.
+    #[error("sinks deeper than {depth_mm:.0} mm")]
+    Sunk {
+        /// Deepest press that is answered [mm].
+        depth_mm: f64,
+    },
+}
+
+impl Push {
+    /// The finger at the surface, not moving.
+    #[must_use]
+    pub fn new(force_n: f64) -> Self {
+        Self { force_n, depth_m: -CLEAR_M, speed_m_per_s: 0.0, felt_n: 0.0 }
+    }
+
+    /// Depth of the tip [m].
+    #[must_use]
+    pub fn depth_m(&self) -> f64 {
+        self.depth_m
+    }
+
+    /// One tick of a method: the tip moves, the tissue answers.
+    ///
+    /// # Errors
+    /// [`NoRest::Diverged`], [`NoRest::Sunk`].
+    pub fn tick(&mut self, block: &Block, rival: &mut dyn Rival) -> Result<(), NoRest> {
+        let (mass_kg, damping_n_s_per_m, _) = FINGER;
+        let tick_s = f64::from(block.params.tick_s);
+        // the finger's own damping is taken at the new speed: no tick is too long for it
+        let pushed = self.speed_m_per_s + (self.force_n - self.felt_n) / mass_kg * tick_s;
+        self.speed_m_per_s = pushed / (1.0 + damping_n_s_per_m / mass_kg * tick_s);
+        self.depth_m += self.speed_m_per_s * tick_s;
+        if self.depth_m >= block.tissue.depth_limit_m {
+            return Err(NoRest::Sunk { depth_mm: block.tissue.depth_limit_m * 1e3 });
+        }
+        let diverged = NoRest::Diverged { depth_mm: self.depth_m * 1e3 };
+        let force = rival.tick(block.tip_m(self.depth_m)).map_err(|_| diverged)?;
+        self.felt_n = f64::from(force.dot(&block.params.probe.axis));
+        if self.felt_n.is_finite() { Ok(()) } else { Err(diverged) }
+    }
+}
+
+/// Presses a method that is at rest and untouched.
+///
+/// # Errors
+/// [`NoRest`].
+pub fn to_rest(block: &Block, rival: &mut dyn Rival, force_n: f64) -> Result<AtRest, NoRest> {
+    let ticks_per_ms = (1e-3 / f64::from(block.params.tick_s)).round().max(1.0) as usize;
+    let nodes = block.tissue.mesh.nodes_m.len();
+    let positions = |rival: &dyn Rival| (0..nodes).map(|n| rival.position_m(n).cast()).collect::<Vec<Vector3<f64>>>();
+    let mut push = Push::new(force_n);
+    rival.tick(block.tip_m(push.depth_m())).map_err(|_| NoRest::Diverged { depth_mm: 0.0 })?;
+    let (mut tips, mut cpu_s, mut before) = (vec![push.depth_m()], 0.0, None::<Vec<Vector3<f64>>>);
+    for ms in 1..=LONGEST_MS {
+        let begun = thread_time();
+        for _ in 0..ticks_per_ms {
+            push.tick(block, rival)?;
+        }
+        cpu_s += (thread_time() - begun).as_secs_f64();
+        tips.push(push.depth_m());
+        if let Some(before) = before.take() {
+            let position_m = positions(rival);
+            let furthest = before.iter().zip(&position_m).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+            if furthest <= STILL_NODE_M_PER_S * 1e-3 {
+                return Ok(AtRest {
+                    force_n: push.felt_n,
+                    depth_m: push.depth_m,
+                    virtual_s: ms as f64 * 1e-3,
+                    cpu_s,
+                    position_m,
+                });
+            }
+        }
+        if ms >= STILL_MS && way_m(&tips[ms - STILL_MS..]) < STILL_TIP_M {
+            before = Some(positions(rival));
+        }
+    }
+    Err(NoRest::Restless { seconds: LONGEST_MS as f64 * 1e-3, tip_um: way_m(&tips[LONGEST_MS - STILL_MS..]) * 1e6 })
+}
+
+/// From the shallowest to the deepest [m].
+fn way_m(tips: &[f64]) -> f64 {
+    let (low, high) = tips.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), t| (l.min(*t), h.max(*t)));
+    high - low
+}

@@ -1,0 +1,257 @@
+//! Everything the report needs, computed: fits, sweeps, failures.
+
+use indicatif::ProgressBar;
+use palpate::{Fnv, Vector3};
+
+use super::checkpoint;
+use super::failures::{barycentre, correction, region};
+use super::fit::{Found, Step, Target};
+use super::identifiability::{PRINTED, Seen, largest_step_s, seen};
+use super::methods::{Contestant, Fitted};
+use super::scene::PressScene;
+use super::site::{DEEPEST_RADII, Site};
+use super::sweep::{Curve, NODE_DAMPING_PER_S, contestants, curve, region_for, static_curve};
+use super::truth::Truth;
+use crate::error::Error;
+use crate::rivals::{Block, Method, RADIUS_M};
+use palpate_fit::calibrate::schedule::Schedule;
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::output::OutputFolder;
+
+/// Young's modulus of the block [Pa]: under an 8 mm tip the paper's forces go some 4 to 9 mm deep.
+pub const BLOCK_PA: f64 = 20e3;
+/// Nodes of the block: those of a calibrated patch.
+const BLOCK_NODES: usize = 130;
+/// Force of the fits [N], the middle one of the paper's.
+pub const FIT_N: f64 = 1.6;
+/// Force at which the region is chosen [N]: the paper's smallest, which most models bear.
+const REGION_N: f64 = 0.8;
+/// Steps of the fits [s], for the block and for organs. Their reciprocals bound the k and d that can be tried at all.
+pub const FIT_STEPS_S: [f64; 2] = [2.5e-4, 1.25e-4];
+/// Growth of the elements in pictures, over that of the scene: a shape far from the finger should still be seen.
+const PICTURE_GROWTH: f64 = 0.4;
+/// Ten groups of pressure in 0 .. 4 N.
+pub const FORCES_N: [f64; 10] = [0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.6, 4.0];
+
+/// How much is computed.
+#[derive(Clone, Copy, Debug)]
+pub struct Size {
+    /// Trials of each of the two walks on the block, and of that on an organ.
+    pub trials: [usize; 2],
+    /// Forces of the sweeps [N].
+    pub forces_n: &'static [f64],
+    /// Lattices of organs are coarser by this.
+    pub coarser: f64,
+    /// Steps of the correction's chart: halvings of 0.5 ms.
+    pub halvings: u32,
+    /// Longest edge [m] near the finger and most nodes of the layered reference; none without.
+    pub layered: Option<(f64, usize)>,
+}
+
+impl Size {
+    /// The paper's schedule and forces.
+    #[must_use]
+    pub fn full() -> Self {
+        let trials = [Schedule::PAPER.length(), 2 * Schedule::PAPER.temperatures()];
+        Self { trials, forces_n: &FORCES_N, coarser: 1.0, halvings: 6, layered: Some((0.0045, 1500)) }
+    }
+
+    /// The same at few forces, with few trials at each temperature, on coarser organs.
+    #[must_use]
+    pub fn quick() -> Self {
+        Self { trials: [570, 60], forces_n: &[0.8, 1.6, 2.4], coarser: 1.5, halvings: 4, layered: None }
+    }
+}
+
+/// What was found on the block.
+pub struct OnBlock {
+    /// The block.
+    pub block: Block,
+    /// Two walks.
+    pub walks: Vec<Found>,
+    /// What the objective sees.
+    pub seen: [Seen; 3],
+    /// k [N/m], d [N s/m], largest step [s]: fitted, fitted without d, the paper's without d, the paper's.
+    pub steps: Vec<([f64; 2], f64)>,
+    /// Methods under forces.
+    pub curves: Vec<Curve>,
+    /// (11)-(13).
+    pub correction: Vec<correction::AgainstStep>,
+    /// (7)-(8).
+    pub region: Vec<region::Awake>,
+    /// (2): net share, and presses.
+    pub volume: ([f64; 2], Vec<barycentre::WithCoefficient>),
+}
+
+/// What was found on an organ.
+pub struct OnOrgan {
+    /// Its scene.
+    pub scene: PressScene,
+    /// The organ.
+    pub site: Site,
+    /// The organ on a finer mesh, as in the pictures, with the product's presses.
+    pub pictured: (Site, Curve),
+    /// The walk.
+    pub walk: Found,
+    /// Region that costs at most 2 %; none where all that were tried cost more.
+    pub fitted: Fitted,
+    /// Methods under forces.
+    pub curves: Vec<Curve>,
+    /// The reference with layers through its elements, and its nodes.
+    pub layered: Option<(Curve, usize)>,
+}
+
+/// Of mesh, stiffnesses, supports and site: what a walk belongs to.
+fn fingerprint(block: &Block) -> u64 {
+    let tissue = &block.tissue;
+    let mut hash = Fnv::default();
+    let mut add = |v: [f64; 3]| hash.vector(Vector3::from(v).cast::<f32>());
+    tissue.mesh.nodes_m.iter().for_each(|x| add(*x));
+    tissue.mesh.tets.iter().for_each(|t| add([f64::from(t[0]), f64::from(t[1]), f64::from(t[2]) + 0.5 * f64::from(t[3])]));
+    tissue.stiffness_ratio.iter().for_each(|r| add([*r, 0.0, 0.0]));
+    tissue.anchors.iter().for_each(|a| add([f64::from(*a), 0.0, 0.0]));
+    add(tissue.site_m);
+    hash.finish()
+}
+
+/// One fit: a walk, gone on with where one was written down.
+fn anneal(
+    folder: &OutputFolder,
+    name: &str,
+    target: &Target,
+    trials: usize,
+    seed: u64,
+    bar: &ProgressBar,
+) -> Result<Found, Error> {
+    let mut simulator = target.simulator();
+    let no_start = || TissueError::Usage(format!("{name}: no start for the annealing found: press less or use a finer step"));
+    let fresh = simulator.start(Schedule::PAPER, trials, seed).ok_or_else(no_start)?;
+    let file = format!("{name}.json");
+    let of = format!("{name} {:016x} {} N {:?}", fingerprint(&target.block), target.force_n, target.block.params);
+    let (walk, steps) = checkpoint::read(folder, &file, &of, &fresh).unwrap_or((fresh, Vec::new()));
+    let (mut done, mut failed) = (walk.trials().0, None);
+    bar.inc(done as u64);
+    let found = simulator.anneal(walk, steps, |walk, steps: &[Step]| {
+        bar.inc((walk.trials().0 - done) as u64);
+        done = walk.trials().0;
+        failed = checkpoint::write(folder, &file, &of, walk, steps).err().or(failed.take());
+    });
+    failed.map_or(Ok(found), Err)
+}
+
+fn block() -> Result<Block, Error> {
+    let mut block = match Block::calibrated(BLOCK_NODES, BLOCK_PA) {
+        Some(block) => block,
+        None => Block::standard(BLOCK_NODES, BLOCK_PA)?,
+    };
+    block.tissue.depth_limit_m = DEEPEST_RADII * RADIUS_M;
+    Ok(block)
+}
+
+/// Fits, presses and breaks the model on the block.
+///
+/// # Errors
+/// What the core or a method refuses.
+pub fn on_block(folder: &OutputFolder, size: &Size, bar: &ProgressBar) -> Result<OnBlock, Error> {
+    let block = block()?;
+    bar.set_message("block: annealing");
+    let target = Target::new(&block, FIT_N, FIT_STEPS_S[0])?;
+    let walk = |name, seed| anneal(folder, name, &target, size.trials[0], seed, bar);
+    let (first, second) = rayon::join(|| walk("block-1", 1), || walk("block-2", 2));
+    let walks = vec![first?, second?];
+    let best = walks.iter().map(|w| w.best).min_by(|a, b| a.distance_mm.total_cmp(&b.distance_mm));
+    let (k, d) = best.map_or((f64::NAN, f64::NAN), |b| (b.stiffness_n_per_m, b.damping_n_s_per_m));
+    bar.set_message("block: what the objective sees");
+    let seen = seen(&target, k, d)?;
+    let steps = [[k, 0.0], [k, d], [PRINTED[0], 0.0], PRINTED];
+    let steps = steps.into_iter().map(|[k, d]| Ok(([k, d], largest_step_s(&block, k, d)?))).collect::<Result<_, Error>>()?;
+    bar.set_message("block: presses");
+    let fitted = with_region(&block, k, d)?;
+    let curves = curves(&block, fitted, size, bar)?;
+    bar.set_message("block: failures");
+    let step_s: Vec<f64> = (0..size.halvings).map(|n| 5e-4 / f64::from(1 << n)).collect();
+    let thresholds: Vec<f64> = (0..if size.layered.is_some() { 14 } else { 6 }).map(|n| 3000.0 * 0.56_f64.powi(n)).collect();
+    let coefficients = [0.0, 1e5, 3e5, 1e6, 2e6, 5e6, 1e7, 2e7, 5e7, 1e8];
+    Ok(OnBlock {
+        walks,
+        seen,
+        steps,
+        curves,
+        correction: correction::measure(&block, k, &step_s)?,
+        region: region::measure(&block, k, &thresholds)?,
+        volume: (barycentre::net_share(&block), barycentre::measure(&block, k, &coefficients)?),
+        block,
+    })
+}
+
+/// Fits and presses the model on an organ.
+///
+/// # Errors
+/// A scene that cannot be, or what the core or a method refuses.
+pub fn on_organ(folder: &OutputFolder, scene: PressScene, site: Site, size: &Size, bar: &ProgressBar) -> Result<OnOrgan, Error> {
+    bar.set_message(format!("{}: pictures", scene.name));
+    let mut smooth = scene.clone();
+    if let Some(mesh) = &mut smooth.mesh {
+        mesh.growth *= PICTURE_GROWTH;
+    }
+    let smooth = Site::of(&smooth, 1.0)?;
+    let product = Contestant::Charted(Method::Palpate);
+    let pictured =
+        curve(&product, &smooth.block, &scene.finger.forces_n, || bar.tick())?.unwrap_or_else(|| Curve::empty(product.name()));
+    bar.set_message(format!("{}: annealing", scene.name));
+    let target = Target::new(&site.block, FIT_N, FIT_STEPS_S[1])?;
+    let walk = anneal(folder, &scene.name, &target, size.trials[1], 1, bar)?;
+    bar.set_message(format!("{}: presses", scene.name));
+    let fitted = with_region(&site.block, walk.best.stiffness_n_per_m, walk.best.damping_n_s_per_m)?;
+    let curves = curves(&site.block, fitted, size, bar)?;
+    let layered = match size.layered {
+        None => None,
+        Some((edge_m, most_nodes)) => {
+            bar.set_message(format!("{}: layered reference", scene.name));
+            let fine = site.refined(&scene, edge_m, most_nodes)?;
+            let held = Truth::layered(&fine).press(&scene.finger.forces_n, |_| ())?;
+            let points = held.into_iter().zip(&scene.finger.forces_n).map(|(held, &force_n)| super::sweep::Point {
+                force_n,
+                depth_m: held.depth_m,
+                virtual_s: None,
+                cpu_s: held.cpu_s,
+                position_m: held.position_m,
+            });
+            let curve = Curve { points: points.collect(), ..Curve::empty("fem-layered") };
+            Some((curve, fine.block.size().nodes))
+        }
+    };
+    Ok(OnOrgan { scene, site, pictured: (smooth, pictured), walk, fitted, curves, layered })
+}
+
+/// Fitted values with the region that costs little; it is looked for with damped masses, so that all presses come to rest.
+fn with_region(block: &Block, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Result<Fitted, Error> {
+    let fitted = Fitted::new(stiffness_n_per_m, damping_n_s_per_m);
+    let damped = Fitted { node_damping_per_s: NODE_DAMPING_PER_S, ..fitted };
+    let region = match Contestant::LocalCompression(damped).step_s(block, REGION_N)? {
+        Some(Ok(step_s)) => region_for(block, damped, step_s, REGION_N)?,
+        _ => None,
+    };
+    Ok(Fitted { region, ..fitted })
+}
+
+fn curves(block: &Block, fitted: Fitted, size: &Size, bar: &ProgressBar) -> Result<Vec<Curve>, Error> {
+    let mut found = Vec::new();
+    for contestant in contestants(fitted) {
+        found.extend(curve(&contestant, block, size.forces_n, || bar.tick())?);
+    }
+    found.push(static_curve(&Truth::same_mesh(block), size.forces_n, || bar.tick())?);
+    Ok(found)
+}
+
+/// The curve of a method, if it could be had.
+#[must_use]
+pub fn named<'a>(curves: &'a [Curve], name: &str) -> Option<&'a Curve> {
+    curves.iter().find(|c| c.name == name)
+}
+
+/// The product's: calibrated where it can be.
+#[must_use]
+pub fn product(curves: &[Curve]) -> Option<&Curve> {
+    named(curves, Method::Calibrated.name()).or_else(|| named(curves, Method::Palpate.name()))
+}

@@ -1,0 +1,99 @@
+//! The 3-D finite-element model that Fig. 8 is compared with: [`palpate_fit::reference`] on the same mesh, with 10-node tets and the layers at their quadrature points.
+//!
+//! Static: Newton's method in steps of depth until the force is met. It has no time, so its stop criterion is the residual: 1e-8 of the contact force.
+
+use palpate::Vector3;
+
+use super::site::Site;
+use crate::error::Error;
+use crate::rivals::Block;
+use palpate_fit::reference::body::{Body, Stiffness};
+use palpate_fit::reference::newton::Press;
+use palpate_fit::reference::probe::RigidProbe;
+use palpate_fit::reference::quadratic::QuadraticMesh;
+use palpate_fit::reference::shape::{TET_EDGES, TetRule};
+use palpate_fit::reference::study::find_depth;
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::clock::thread_time;
+use palpate_tissue::scene::Shape;
+
+/// A press of the reference at a force.
+#[derive(Clone, Debug)]
+pub struct Held {
+    /// Force [N].
+    pub force_n: f64,
+    /// Depth of the tip [m].
+    pub depth_m: f64,
+    /// CPU time from rest [s].
+    pub cpu_s: f64,
+    /// Positions of the nodes of the mesh [m]; without those in the middle of edges.
+    pub position_m: Vec<Vector3<f64>>,
+}
+
+/// The reference of a block or an organ.
+pub struct Truth {
+    body: Body,
+    block: Block,
+    corners: usize,
+}
+
+impl Truth {
+    /// Prepares tissue whose tets have one stiffness each: what the other methods press.
+    #[must_use]
+    pub fn same_mesh(block: &Block) -> Self {
+        Self::new(block, |tet, _| block.tissue.stiffness_ratio[tet], TetRule::Four)
+    }
+
+    /// Prepares an organ whose layers run through its elements.
+    #[must_use]
+    pub fn layered(site: &Site) -> Self {
+        let e = f64::from(site.block.params.youngs_modulus_pa);
+        Self::new(&site.block, |tet, x| site.youngs_modulus_at_pa(tet, (*x).into()) / e, TetRule::Eleven)
+    }
+
+    fn new(block: &Block, ratio: impl Fn(usize, &Vector3<f64>) -> f64, rule: TetRule) -> Self {
+        let mesh = QuadraticMesh::new(&block.tissue.mesh);
+        let corners = block.tissue.mesh.nodes_m.len();
+        let mut held = block.fixed();
+        held.resize(mesh.nodes_m.len(), false);
+        // the middle of an edge between two fixed nodes
+        for tet in &mesh.tets {
+            for (e, [i, j]) in TET_EDGES.into_iter().enumerate() {
+                held[tet[4 + e] as usize] |= held[tet[i] as usize] && held[tet[j] as usize];
+            }
+        }
+        let fixed = held.iter().map(|held| [*held; 3]).collect();
+        let free = |t: &[u32; 6]| !t.iter().all(|n| held[*n as usize]);
+        let touchable = (0..mesh.triangles.len()).filter(|t| free(&mesh.triangles[*t])).collect();
+        let poisson_ratio = f64::from(block.params.poisson_ratio);
+        let stiffness = |tet: usize, x: &Vector3<f64>| Stiffness { ratio: ratio(tet, x), poisson_ratio };
+        let body = Body::with_stiffness(mesh, stiffness, fixed, touchable, 1.0, rule);
+        Self { body, block: block.clone(), corners }
+    }
+
+    /// Presses with rising forces, one after the other from rest; ends before the first that has no equilibrium. CPU times are those of one thread
+    /// where the caller gives it but one.
+    ///
+    /// # Errors
+    /// Memory for the factor runs out.
+    pub fn press(&self, forces_n: &[f64], mut progress: impl FnMut(f64)) -> Result<Vec<Held>, Error> {
+        let e = f64::from(self.block.params.youngs_modulus_pa);
+        let radius_m = f64::from(self.block.params.probe.radius_m);
+        let place = Vector3::from(self.block.tissue.site_m);
+        let probe = RigidProbe::new(Shape::Hemisphere, radius_m, place, self.block.params.probe.axis.cast());
+        let mut press = Press::new(&self.body, probe, place).ok_or_else(|| {
+            TissueError::Usage("not enough memory for the finite-element reference: give a coarser mesh".into())
+        })?;
+        let begun = thread_time();
+        let mut held = Vec::new();
+        for &force_n in forces_n {
+            if find_depth(&mut press, force_n / e, radius_m, &mut |_| progress(force_n)).is_err() {
+                break;
+            }
+            let position_m = (0..self.corners).map(|n| self.body.mesh.nodes_m[n] + press.displacement_m[n]).collect();
+            let cpu_s = (thread_time() - begun).as_secs_f64();
+            held.push(Held { force_n: press.force_over_e_m2() * e, depth_m: press.depth_m(), cpu_s, position_m });
+        }
+        Ok(held)
+    }
+}

@@ -1,0 +1,170 @@
+//! Paper 000, section 3: a liver with its gallbladder hung by a thread, at two resolutions. Table 1, Fig. 2, Fig. 3 and section 3.4.
+//!
+//! The paper's truth is computed tomography of a pig's organs, which is not public; ours is finite elements of the same scene.
+
+pub mod assembly;
+pub mod measured;
+pub mod method;
+pub mod network;
+mod pictures;
+mod printed;
+pub mod scene;
+pub mod steps;
+mod tables;
+pub mod truth;
+
+use std::path::Path;
+use std::time::Instant;
+
+use indicatif::ProgressBar;
+use palpate::Fault;
+use palpate::path::force::damper::DampingLaw;
+
+use crate::error::Error;
+use assembly::Assembly;
+use method::{HangingMethod, Rest, Setup, hang};
+use palpate_tissue::output::OutputFolder;
+use scene::HangingScene;
+use steps::Steps;
+use truth::{Shipped, Truth, solve};
+
+/// Largest mean landmark error of the product at full resolution that is promised, after each move [m].
+pub const PROMISED_M: [f64; 2] = [1.0e-3, 2.0e-3];
+/// Largest change of each organ's volume that is promised, after each move [%]: what the paper's authors report for a later version of theirs.
+pub const PROMISED_VOLUME_PCT: [f64; 2] = [0.03, 0.06];
+
+/// Methods, in the order of tables.
+pub const METHODS: [HangingMethod; 4] = [
+    HangingMethod::Palpate,
+    HangingMethod::VolumePreserved { rates: Some([0.0, 0.0]), damping: DampingLaw::PrintedMillimetres },
+    HangingMethod::VolumePreserved { rates: Some([0.0, 0.0]), damping: DampingLaw::Critical(0.1) },
+    HangingMethod::VolumePreserved { rates: None, damping: DampingLaw::Critical(0.1) },
+];
+
+/// A resolution: its name, its meshes, what each method made of it.
+pub struct Resolution<'a> {
+    /// "full" or "sparse".
+    pub name: &'static str,
+    /// The scene on its meshes.
+    pub assembly: Assembly<'a>,
+    /// Finite elements on the same mesh.
+    pub truth: Truth,
+    /// For each method and each move where it ended.
+    pub runs: Vec<MethodRun>,
+    /// CPU time of one picture [s].
+    pub picture_s: f64,
+}
+
+/// A method's setup and, for each move, where it ended.
+pub type MethodRun = (Setup, Vec<Result<Rest, Fault>>);
+
+/// What is to be run.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Preset or file of the scene.
+    pub scene: String,
+    /// The sparse resolution alone.
+    pub quick: bool,
+    /// Solve the finite elements of the full resolution anew instead of taking the shipped answer.
+    pub solve: bool,
+}
+
+/// Longest virtual time that a method gets to come to rest after a move [s].
+const LONGEST_S: f64 = 6.0;
+/// Weight that is put on in the second scene [m/s^2].
+const WEIGHT_M_PER_S2: [f64; 3] = [0.0, 0.0, -9.81];
+
+/// Runs the paper's section 3 and writes the report into the folder `out`, which is made once the scene is known to be sound.
+///
+/// # Errors
+/// Bad scene; finite elements that do not converge; a promise of the product that did not hold.
+pub fn run(options: &Options, out: &Path) -> Result<(), Error> {
+    let scene = HangingScene::load(&options.scene)?;
+    let sizes: &[usize] = if options.quick { &[1] } else { &[0, 1] };
+    let assemblies = sizes.iter().map(|at| assemble(&scene, *at)).collect::<Result<Vec<_>, _>>()?;
+    let folder = OutputFolder::open(out)?;
+    let started = Instant::now();
+    let bar = ProgressBar::new_spinner();
+    bar.enable_steady_tick(std::time::Duration::from_millis(200));
+    let mut resolutions = Vec::new();
+    for (assembly, at) in assemblies.into_iter().zip(sizes) {
+        resolutions.push(at_resolution(assembly, NAMES[*at], &METHODS, options.solve, &bar)?);
+    }
+    let sparse = &resolutions[resolutions.len() - 1];
+    let subdivided = subdivided(sparse, options.solve, &bar)?;
+    if options.solve && !options.quick {
+        let shipped = subdivided.as_ref().map(|finer| truth::Shipped {
+            full: truth::Answer::of(&resolutions[0].assembly, &resolutions[0].truth),
+            sparse_subdivided: truth::Answer::of(&sparse.assembly, finer),
+        });
+        folder.write_json("hanging-liver.json", &shipped)?;
+    }
+    let mut weighed = scene.clone();
+    weighed.gravity_m_per_s2 = WEIGHT_M_PER_S2;
+    let weighed = match options.quick || scene.gravity_m_per_s2 != [0.0; 3] {
+        true => None,
+        false => Some(at_resolution(assemble(&weighed, 1)?, NAMES[1], &[METHODS[0], METHODS[2]], true, &bar)?),
+    };
+    bar.set_message("steps that survive");
+    let steps = Steps::measure(&sparse.assembly, options.quick)?;
+    bar.finish_and_clear();
+    let findings = tables::Findings {
+        scene: &scene,
+        resolutions: &resolutions,
+        weighed: weighed.as_ref(),
+        subdivided: subdivided.as_ref(),
+        steps: &steps,
+        quick: options.quick,
+        elapsed_s: started.elapsed().as_secs_f64(),
+    };
+    tables::write(&findings, folder)
+}
+
+/// Names of the resolutions.
+const NAMES: [&str; 2] = ["full", "sparse"];
+
+/// The scene's meshes at full (0) or sparse (1) resolution.
+fn assemble(scene: &HangingScene, at: usize) -> Result<Assembly<'_>, Error> {
+    let tets: Vec<usize> = scene.organ.iter().map(|organ| organ.tets[at]).collect();
+    Assembly::build(scene, &tets, scene.surface.points[at])
+}
+
+/// Finite elements, then every method.
+fn at_resolution<'a>(
+    assembly: Assembly<'a>,
+    name: &'static str,
+    methods: &[HangingMethod],
+    solve_anew: bool,
+    bar: &ProgressBar,
+) -> Result<Resolution<'a>, Error> {
+    let shipped = Shipped::load().filter(|_| !solve_anew).and_then(|shipped| shipped.full.for_assembly(&assembly));
+    let truth = match shipped {
+        Some(truth) => truth,
+        None => solve(&assembly, |n, share| say_share(bar, name, &assembly, n, share))?,
+    };
+    let mut runs = Vec::new();
+    for method in methods {
+        let setup = steps::working_setup(*method, &assembly, LONGEST_S)?;
+        let rests = hang(&assembly, &setup, |n, t| {
+            bar.set_message(format!("{name}: {}, move {}, {t:.1} s", method.name(), n + 1));
+        })?;
+        runs.push((setup, rests));
+    }
+    let mut resolution = Resolution { name, assembly, truth, runs, picture_s: f64::NAN };
+    resolution.picture_s = pictures::time_of_one_s(&resolution)?;
+    Ok(resolution)
+}
+
+/// Finite elements of the sparse resolution with every tet cut into eight; only where they ship or are asked for.
+fn subdivided(sparse: &Resolution, solve_anew: bool, bar: &ProgressBar) -> Result<Option<Truth>, Error> {
+    if solve_anew {
+        let finer = sparse.assembly.subdivided();
+        return Ok(Some(solve(&finer, |n, share| say_share(bar, "sparse, subdivided", &finer, n, share))?));
+    }
+    Ok(Shipped::load().and_then(|shipped| shipped.sparse_subdivided.for_assembly(&sparse.assembly)))
+}
+
+fn say_share(bar: &ProgressBar, name: &str, assembly: &Assembly, n: usize, share: f64) {
+    let tets = assembly.quadratic.tets.len();
+    bar.set_message(format!("{name}: finite elements, {tets} tets, move {}, {:.0} %", n + 1, 100.0 * share));
+}

@@ -1,0 +1,256 @@
+//! The methods that hang the organs, all on the core's tick.
+
+use palpate::method::{Method, Product, VolumePreserved};
+use palpate::path::correct::direction::SpringDirection;
+use palpate::path::correct::length::SpringLength;
+use palpate::path::force::damper::{Dampers, DampingLaw};
+use palpate::path::probe::ProbePose;
+use palpate::{Fault, Model, Params, State, Terms, Tuned, Vector3, tick_with};
+
+use super::assembly::Assembly;
+use super::measured::Measured;
+use super::network::{Joints, Network};
+use crate::error::Error;
+use palpate_tissue::patch::{Material, Memory};
+
+/// Critical angle of (9) in the paper's experiments: pi/3.
+pub const ANGLE_RAD: f32 = std::f32::consts::FRAC_PI_3;
+/// Steps between two looks of (9) there.
+pub const LOOK_EVERY: u16 = 100;
+/// A probe this far away touches nothing [m].
+const AWAY_M: f32 = 10.0;
+/// The stick moves at this speed [m/s].
+const LIFT_M_PER_S: f64 = 0.1;
+/// At rest: no node moved more than this in [`REST_TICKS`] [m].
+const REST_M: f32 = 4e-6;
+const REST_TICKS: usize = 100;
+
+/// Which model, with its settings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum HangingMethod {
+    /// The product: springs, volume, compensation.
+    Palpate,
+    /// Paper 000.
+    VolumePreserved {
+        /// Critical stretching and compressing rates `tau_s`, `tau_c`; `None` without (6)-(8).
+        rates: Option<[f32; 2]>,
+        /// Dampers (12).
+        damping: DampingLaw,
+    },
+}
+
+/// A method with a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setup {
+    /// The method.
+    pub method: HangingMethod,
+    /// Time step [s].
+    pub dt_s: f32,
+    /// Steps a tick, where the tick sets the mass floor; else as many as make the core's shortest tick.
+    pub substeps: Option<u16>,
+    /// Longest virtual time after a move [s].
+    pub longest_s: f64,
+}
+
+/// Where a move ended.
+#[derive(Clone, Debug)]
+pub struct Rest {
+    /// What it looks like.
+    pub measured: Measured,
+    /// Steps from the move before.
+    pub steps: usize,
+    /// Whether it came to rest within the time allowed.
+    pub at_rest: bool,
+    /// CPU time [s].
+    pub cpu_s: f64,
+}
+
+impl HangingMethod {
+    /// Name in tables.
+    #[must_use]
+    pub fn name(self) -> String {
+        match self {
+            Self::Palpate => "palpate".into(),
+            Self::VolumePreserved { rates, damping } => {
+                let rates = rates.map_or("no length correction".into(), |[s, c]| format!("tau {s}/{c}"));
+                let damping = match damping {
+                    DampingLaw::PrintedMetres => "(12) as printed".into(),
+                    DampingLaw::PrintedMillimetres => "(12), l0 in mm".into(),
+                    DampingLaw::WithoutLength => "(12) without l0".into(),
+                    DampingLaw::Critical(share) => format!("{share} critical"),
+                    DampingLaw::Constant(d) => format!("d = {d} N s/m"),
+                };
+                format!("volume-preserved, {rates}, damping {damping}")
+            }
+        }
+    }
+
+    /// The organs as this method's springs.
+    #[must_use]
+    pub fn network(self, assembly: &Assembly) -> Network {
+        match self {
+            Self::Palpate => {
+                let poisson_ratio = assembly.scene.poisson_ratio;
+                let material = Material { poisson_ratio, per_tet_share: per_tet_share(poisson_ratio), ..Material::default() };
+                let mut network = Network::build(assembly, &material, Joints::Triangle);
+                network.params.node_damping_per_s = 8.0;
+                network
+            }
+            Self::VolumePreserved { .. } => {
+                let mut network =
+                    Network::build(assembly, &Material { poisson_ratio: 0.25, ..Material::default() }, Joints::Nearest);
+                network.params = Params {
+                    terms: Terms::SPRINGS_ONLY,
+                    mass_floor: 0.0,
+                    contact_mass: 0.0,
+                    node_damping_per_s: 0.0,
+                    ..network.params
+                };
+                network
+            }
+        }
+    }
+}
+
+/// The per-tet part of the volume stiffness is there against alternating modes, for which the shear modulus is the measure; all of it locks.
+fn per_tet_share(poisson_ratio: f64) -> f64 {
+    let kappa = |nu: f64| nu / ((1.0 + nu) * (1.0 - 2.0 * nu)) - 0.5 / (1.0 + nu);
+    let default = Material::default();
+    default.per_tet_share * kappa(default.poisson_ratio) / kappa(poisson_ratio)
+}
+
+/// Hangs the organs with a method: one result for each of the scene's moves, as far as it got. `progress` hears (move, virtual time [s]).
+///
+/// # Errors
+/// What [`Params::build`] refuses.
+pub fn hang(assembly: &Assembly, setup: &Setup, progress: impl FnMut(usize, f64)) -> Result<Vec<Result<Rest, Fault>>, Error> {
+    hang_network(assembly, &setup.method.network(assembly), setup, progress)
+}
+
+/// The same with a network of one's own.
+///
+/// # Errors
+/// As [`hang`].
+pub fn hang_network(
+    assembly: &Assembly,
+    network: &Network,
+    setup: &Setup,
+    mut progress: impl FnMut(usize, f64),
+) -> Result<Vec<Result<Rest, Fault>>, Error> {
+    let model = network.patch.wide_model();
+    let params = stepped(&network.params, setup.dt_s, setup.substeps);
+    let mut memory = Memory::for_model(&model);
+    let (tuned, state) = memory.start(&model, &params)?;
+    let mut run = Run { model: &model, tuned: &tuned, state, network, params: &params, at_m: Vector3::zeros() };
+    let mut results = Vec::new();
+    let damping_m_s = match setup.method {
+        HangingMethod::Palpate => Vec::new(),
+        HangingMethod::VolumePreserved { damping, .. } => {
+            let mut constants = vec![0.0; model.springs.len()];
+            damping.fill(&model, &params, &mut constants);
+            constants
+        }
+    };
+    let mut before_m: Vec<[f32; 3]> = model.nodes.iter().map(|n| n.rest_m).collect();
+    let mut printed = printed(setup.method, &damping_m_s, &mut before_m);
+    for (n, to) in assembly.scene.attachment.moves_m.iter().enumerate() {
+        let to = Vector3::from(*to);
+        let rest = match &mut printed {
+            None => run.go(assembly, to, setup.longest_s, &mut Product, |t| progress(n, t)),
+            Some(method) => run.go(assembly, to, setup.longest_s, method, |t| progress(n, t)),
+        };
+        let over = rest.is_err();
+        results.push(rest);
+        if over {
+            break;
+        }
+    }
+    Ok(results)
+}
+
+/// Parameters with steps of `dt_s`: as many a tick as asked for, else one where that is a tick the core takes.
+#[must_use]
+pub fn stepped(params: &Params, dt_s: f32, substeps: Option<u16>) -> Params {
+    const SHORTEST_TICK_S: f32 = 1e-5;
+    let fewest = (SHORTEST_TICK_S / dt_s).ceil().clamp(1.0, 1000.0) as u16;
+    let substeps = substeps.unwrap_or(fewest);
+    Params { tick_s: dt_s * f32::from(substeps), substeps, ..*params }
+}
+
+/// The stages of paper 000 that a method asks for; `None` for the product.
+pub fn printed<'a>(method: HangingMethod, damping_m_s: &'a [f32], before_m: &'a mut [[f32; 3]]) -> Option<VolumePreserved<'a>> {
+    let HangingMethod::VolumePreserved { rates, .. } = method else { return None };
+    Some(VolumePreserved {
+        dampers: Some(Dampers { damping_m_s }),
+        length: rates.map(|[stretch, compression]| SpringLength { stretch, compression }),
+        direction: Some(SpringDirection { angle_rad: ANGLE_RAD, every: LOOK_EVERY, before_m, age: 0 }),
+    })
+}
+
+struct Run<'a> {
+    model: &'a Model<'a>,
+    tuned: &'a Tuned<'a>,
+    state: State<'a>,
+    network: &'a Network,
+    params: &'a Params,
+    /// Where the stick is, from rest [m].
+    at_m: Vector3<f64>,
+}
+
+impl Run<'_> {
+    /// Moves the stick straight to `to` in equal iterations (paper 000, "attachment"), then waits for rest.
+    fn go(
+        &mut self,
+        assembly: &Assembly,
+        to: Vector3<f64>,
+        longest_s: f64,
+        method: &mut impl Method,
+        mut progress: impl FnMut(f64),
+    ) -> Result<Rest, Fault> {
+        let started = palpate_tissue::clock::thread_time().as_secs_f64();
+        let (from, tick_s) = (self.at_m, f64::from(self.params.tick_s));
+        let iterations = ((to - from).norm() / (LIFT_M_PER_S * tick_s)).ceil().max(1.0) as usize;
+        let most = iterations + (longest_s / tick_s) as usize;
+        let mut before: Vec<Vector3<f32>> = self.state.nodes().iter().map(|n| n.position_m()).collect();
+        let (mut ticks, mut at_rest) = (0, false);
+        while ticks < most && !at_rest {
+            ticks += 1;
+            let share = ticks.min(iterations) as f64 / iterations as f64;
+            let speed = if ticks <= iterations { (to - from) / (iterations as f64 * tick_s) } else { Vector3::zeros() };
+            self.at_m = from + (to - from) * share;
+            for (n, rest_m) in &self.network.held {
+                self.state.place(*n, (rest_m + self.at_m).cast(), speed.cast());
+            }
+            let away = ProbePose { tip_m: Vector3::new(0.0, 0.0, AWAY_M) };
+            let output = tick_with(self.model, self.tuned, &mut self.state, away, method);
+            if let Some(fault) = output.fault {
+                return Err(fault);
+            }
+            if ticks % REST_TICKS == 0 {
+                let mut furthest = 0.0_f32;
+                for (before, node) in before.iter_mut().zip(self.state.nodes()) {
+                    let now = node.position_m();
+                    furthest = furthest.max((now - *before).norm());
+                    *before = now;
+                }
+                // the criterion is a speed: as strict at every step
+                let allowed = REST_M * (REST_TICKS as f32 * self.params.tick_s) / 0.1;
+                at_rest = ticks > iterations + REST_TICKS && furthest <= allowed;
+                progress(ticks as f64 * tick_s);
+            }
+        }
+        let corners: Vec<Vector3<f64>> = self
+            .state
+            .nodes()
+            .iter()
+            .zip(self.model.nodes)
+            .map(|(n, r)| n.position_m().cast() - Vector3::from(r.rest_m).cast())
+            .collect();
+        Ok(Rest {
+            measured: Measured::of_corners(assembly, &corners),
+            steps: ticks * usize::from(self.params.substeps),
+            at_rest,
+            cpu_s: palpate_tissue::clock::thread_time().as_secs_f64() - started,
+        })
+    }
+}

@@ -1,0 +1,292 @@
+//! The hanging scene as a file: organs, what joins and fixes them, the stick that lifts, where errors are taken. SI, unknown keys refused.
+
+use std::path::PathBuf;
+
+use serde::Deserialize;
+
+use palpate_tissue::scene::{LengthUnit, SceneError};
+
+/// The scene that comes with the project.
+pub const PRESET: &str = "hanging-liver";
+const TEXT: &str = include_str!("../../../../scenes/hanging-liver.toml");
+
+/// Several organs, one of them lifted.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HangingScene {
+    /// The preset or file it came from, for messages.
+    #[serde(skip)]
+    pub file: String,
+    /// Shown in tables and pictures.
+    pub name: String,
+    /// Gravity [m/s^2]; the rest shape is free of it.
+    pub gravity_m_per_s2: [f64; 3],
+    /// Poisson's ratio of all organs (1).
+    pub poisson_ratio: f64,
+    /// The organs; the first one's modulus is what stiffnesses are over.
+    pub organ: Vec<OrganScene>,
+    /// What joins them.
+    pub joint: JointScene,
+    /// What does not move.
+    pub fixed: Vec<FixedScene>,
+    /// What is lifted.
+    pub attachment: Attachment,
+    /// Where errors are taken by name.
+    pub landmark: Vec<Landmark>,
+    /// Where errors are taken in numbers.
+    pub surface: SurfaceSample,
+}
+
+/// An organ: one of ours, or a mesh file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OrganScene {
+    /// Name of a shape of ours, and of the organ.
+    pub shape: String,
+    /// Mesh file to use instead of our shape, relative to the scene file; the same at both resolutions.
+    pub mesh: Option<PathBuf>,
+    /// Unit of the mesh file's coordinates.
+    pub length_unit: Option<LengthUnit>,
+    /// Young's modulus [Pa].
+    pub youngs_modulus_pa: f64,
+    /// Density [kg/m^3].
+    pub density_kg_per_m3: f64,
+    /// Tets at full and at sparse resolution.
+    pub tets: [usize; 2],
+}
+
+/// Connecting tissue between two organs.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JointScene {
+    /// Organ whose surface is joined, point by point.
+    pub organ: String,
+    /// Organ it is joined to.
+    pub onto: String,
+    /// Lowest and highest corner of the box in which it is [m].
+    pub box_m: [[f64; 3]; 2],
+    /// Its outward normal is within 60 degrees of this.
+    pub facing: [f64; 3],
+    /// How far from the other surface it may be at rest [m].
+    pub reach_m: f64,
+    /// Stiffness per area [Pa/m].
+    pub stiffness_pa_per_m: f64,
+}
+
+/// Surface that is fixed.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FixedScene {
+    /// Of which organ.
+    pub organ: String,
+    /// Lowest and highest corner of the box it is in [m].
+    pub box_m: [[f64; 3]; 2],
+    /// Its outward normal is within 60 degrees of this.
+    pub facing: [f64; 3],
+}
+
+/// A stick along a line, and where it goes.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Attachment {
+    /// Of which organ.
+    pub organ: String,
+    /// One end [m].
+    pub from_m: [f64; 3],
+    /// The other end [m].
+    pub to_m: [f64; 3],
+    /// Nodes this near to the line move with it [m].
+    pub radius_m: f64,
+    /// Its moves [m].
+    pub moves_m: Vec<[f64; 3]>,
+    /// Their names.
+    pub names: Vec<String>,
+}
+
+/// A named point of the first organ.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Landmark {
+    /// Name.
+    pub name: String,
+    /// The highest point of the surface at this x, y [m].
+    pub above_m: Option<[f64; 2]>,
+    /// A point inside [m].
+    pub inside_m: Option<[f64; 3]>,
+}
+
+/// Points of the first organ's upper surface, evenly spread over a rectangle.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SurfaceSample {
+    /// Corner of the rectangle, x and y [m].
+    pub low_m: [f64; 2],
+    /// Opposite corner [m].
+    pub high_m: [f64; 2],
+    /// How many at full and at sparse resolution.
+    pub points: [usize; 2],
+}
+
+impl HangingScene {
+    /// Reads the preset or a file.
+    ///
+    /// # Errors
+    /// Unreadable file, bad TOML, unknown key, impossible value: with the place.
+    pub fn load(name_or_path: &str) -> Result<Self, SceneError> {
+        if name_or_path == PRESET {
+            return Self::parse(PRESET, TEXT);
+        }
+        let path = PathBuf::from(name_or_path);
+        let text = std::fs::read_to_string(&path).map_err(|source| SceneError::ReadOther {
+            path: path.clone(),
+            source,
+            preset: PRESET,
+        })?;
+        let mut scene = Self::parse(name_or_path, &text)?;
+        for mesh in scene.organ.iter_mut().filter_map(|organ| organ.mesh.as_mut()) {
+            *mesh = path.parent().map_or(mesh.clone(), |folder| folder.join(&*mesh));
+        }
+        Ok(scene)
+    }
+
+    /// Reads the text of a scene; `file` names it in errors.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
+        let mut scene: Self = toml::from_str(text).map_err(|e| SceneError::of_toml(file, text, &e))?;
+        scene.file = file.into();
+        scene.check()?;
+        Ok(scene)
+    }
+
+    fn check(&self) -> Result<(), SceneError> {
+        let refuse = |key: &str, why: &str| Err(SceneError::value(&self.file, key, why));
+        if self.organ.is_empty() {
+            return refuse("organ", "is missing: give at least one [[organ]]");
+        }
+        for (n, organ) in self.organ.iter().enumerate() {
+            let positive = [
+                ("youngs_modulus_pa", organ.youngs_modulus_pa, 1.0, 1e9),
+                ("density_kg_per_m3", organ.density_kg_per_m3, 1.0, 3e4),
+            ];
+            for (key, value, low, high) in positive {
+                if !(low..=high).contains(&value) {
+                    return refuse(&format!("organ[{n}].{key}"), &format!("= {value} is out of range: give {low} .. {high}"));
+                }
+            }
+            if organ.tets.iter().any(|t| !(100..=40_000).contains(t)) {
+                return refuse(&format!("organ[{n}].tets"), &format!("= {:?} is out of range: give 100 .. 40000", organ.tets));
+            }
+            if organ.mesh.is_some() != organ.length_unit.is_some() {
+                return refuse(&format!("organ[{n}].length_unit"), "goes with mesh: give both or neither");
+            }
+        }
+        self.check_numbers()?;
+        self.check_names()?;
+        if self.attachment.moves_m.is_empty() || self.attachment.moves_m.len() != self.attachment.names.len() {
+            return refuse("attachment.names", "must name every entry of attachment.moves_m, of which there is at least one");
+        }
+        if let Some(n) = self.landmark.iter().position(|l| l.above_m.is_some() == l.inside_m.is_some()) {
+            return refuse(&format!("landmark[{n}]"), "needs above_m or inside_m, one of the two");
+        }
+        let named = |name: &str| self.organ.iter().any(|o| o.shape == name);
+        let mut others = self.fixed.iter().enumerate().map(|(n, f)| (format!("fixed[{n}].organ"), &f.organ)).collect::<Vec<_>>();
+        others.push(("attachment.organ".into(), &self.attachment.organ));
+        others.push(("joint.organ".into(), &self.joint.organ));
+        others.push(("joint.onto".into(), &self.joint.onto));
+        for (key, organ) in others {
+            if !named(organ) {
+                let known: Vec<&str> = self.organ.iter().map(|o| o.shape.as_str()).collect();
+                return refuse(&key, &format!("= \"{organ}\" is no organ of the scene: give one of {}", known.join(", ")));
+            }
+        }
+        if self.surface.points.contains(&0) {
+            return refuse("surface.points", "must be above zero");
+        }
+        Ok(())
+    }
+
+    /// Every place and direction is finite and of a body's size.
+    fn check_numbers(&self) -> Result<(), SceneError> {
+        const FARTHEST_M: f64 = 2.0;
+        let mut places: Vec<(String, &[f64])> = Vec::new();
+        let stick = &self.attachment;
+        places.push(("attachment.from_m".into(), &stick.from_m));
+        places.push(("attachment.to_m".into(), &stick.to_m));
+        stick.moves_m.iter().enumerate().for_each(|(n, m)| places.push((format!("attachment.moves_m[{n}]"), m)));
+        for (n, f) in self.fixed.iter().enumerate() {
+            f.box_m.iter().for_each(|c| places.push((format!("fixed[{n}].box_m"), c)));
+            places.push((format!("fixed[{n}].facing"), &f.facing));
+        }
+        self.joint.box_m.iter().for_each(|c| places.push(("joint.box_m".into(), c)));
+        places.push(("joint.facing".into(), &self.joint.facing));
+        places.push(("surface.low_m".into(), &self.surface.low_m));
+        places.push(("surface.high_m".into(), &self.surface.high_m));
+        for (n, l) in self.landmark.iter().enumerate() {
+            l.above_m.iter().for_each(|x| places.push((format!("landmark[{n}].above_m"), x)));
+            l.inside_m.iter().for_each(|x| places.push((format!("landmark[{n}].inside_m"), x)));
+        }
+        for (key, value) in places {
+            if !value.iter().all(|c| c.abs() <= FARTHEST_M) {
+                let why = format!("= {value:?} must be finite and at most {FARTHEST_M} m: give metres");
+                return Err(SceneError::value(&self.file, &key, &why));
+            }
+            if key.ends_with("facing") && value.iter().all(|c| *c == 0.0) {
+                return Err(SceneError::value(&self.file, &key, "= 0 points nowhere: give a direction"));
+            }
+        }
+        let ranges = [
+            (
+                "gravity_m_per_s2",
+                self.gravity_m_per_s2.iter().fold(0.0_f64, |a, b| if b.is_nan() { *b } else { a.max(b.abs()) }),
+                0.0,
+                100.0,
+            ),
+            ("poisson_ratio", self.poisson_ratio, 0.3, 0.4995),
+            ("joint.reach_m", self.joint.reach_m, 1e-7, 0.1),
+            ("joint.stiffness_pa_per_m", self.joint.stiffness_pa_per_m, 1e3, 1e9),
+            ("attachment.radius_m", self.attachment.radius_m, 1e-5, 0.2),
+            ("surface.points", self.surface.points.iter().copied().max().unwrap_or(0) as f64, 1.0, 1e4),
+        ];
+        for (key, value, low, high) in ranges {
+            if !(low..=high).contains(&value) {
+                return Err(SceneError::value(&self.file, key, &format!("= {value} is out of range: give {low} .. {high}")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Names are there, differ, and can be parts of file names.
+    fn check_names(&self) -> Result<(), SceneError> {
+        let sets: [(&str, Vec<&str>); 3] = [
+            ("organ.shape", self.organ.iter().map(|o| o.shape.as_str()).collect()),
+            ("attachment.names", self.attachment.names.iter().map(String::as_str).collect()),
+            ("landmark.name", self.landmark.iter().map(|l| l.name.as_str()).collect()),
+        ];
+        for (key, names) in sets {
+            if names.is_empty() {
+                return Err(SceneError::value(&self.file, key, "is missing: give at least one"));
+            }
+            for (n, name) in names.iter().enumerate() {
+                if name.is_empty() || name.contains(|c: char| c.is_control() || c == '/' || c == '\\' || c == '|') {
+                    return Err(SceneError::value(
+                        &self.file,
+                        key,
+                        "must be one line of text without slashes and bars, it names files: rename it",
+                    ));
+                }
+                if names[..n].contains(name) {
+                    return Err(SceneError::value(&self.file, key, &format!("= \"{name}\" is there twice: rename one")));
+                }
+            }
+        }
+        if self.fixed.is_empty() {
+            return Err(SceneError::value(&self.file, "fixed", "is missing: hold the organs somewhere, they would drift"));
+        }
+        if self.joint.organ == self.joint.onto {
+            return Err(SceneError::value(&self.file, "joint.onto", "is joint.organ itself: give two organs that touch"));
+        }
+        Ok(())
+    }
+}

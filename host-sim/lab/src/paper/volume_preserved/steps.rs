@@ -1,0 +1,157 @@
+//! Time steps: the largest one that each form of the damper (12) survives, and the force of a press against the step where lengths are corrected.
+
+use palpate::method::VolumePreserved;
+use palpate::path::correct::length::SpringLength;
+use palpate::path::force::damper::DampingLaw;
+use palpate::{Params, ProbePose, Terms, Vector3, tick_with};
+
+use super::assembly::Assembly;
+use super::method::{HangingMethod, Setup, printed, stepped};
+use crate::error::Error;
+use crate::rivals::Block;
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::patch::{Material, Memory, Patch};
+
+/// The tick.
+const TICK_S: f32 = 1e-3;
+/// Share of the limit that runs take.
+const MARGIN: f32 = 0.8;
+/// Steps without a divergence that count as survival.
+const TRIAL_STEPS: usize = 3000;
+/// What the organs are pushed with in a trial [m/s^2].
+const PUSH_M_PER_S2: f32 = 0.1;
+/// Steps are tried down to the shortest, this much apart.
+const RATIO: f32 = 1.122;
+const LONGEST_S: f32 = 8e-3;
+const SHORTEST_S: f32 = 1e-9;
+
+/// What was measured.
+#[derive(Clone, Debug)]
+pub struct Steps {
+    /// Form of the damper, largest step at the sparse resolution [s].
+    pub stable: Vec<(&'static str, f32)>,
+    /// Share of critical damping, largest step [s]: what any damper along springs costs.
+    pub damped: Vec<(f64, f64)>,
+    /// Step [s], force at 2 mm of a block [N]: with (6)-(8) at tau = 0, at tau = 0.1, and with compensation as an energy.
+    pub force: [Vec<(f64, f64)>; 3],
+}
+
+/// Forms of (12) among [`LAWS`] that have the unit wrong or the masses summed.
+pub const PRINTED_LAWS: [&str; 3] = ["2 sqrt(k (m1+m2)), without l0", "(12), l0 in mm", "(12) as printed, l0 in m"];
+
+/// Forms of the damper in tables.
+pub const LAWS: [(&str, DampingLaw); 6] = [
+    ("none", DampingLaw::Critical(0.0)),
+    ("0.1 of critical", DampingLaw::Critical(0.1)),
+    ("critical, 2 sqrt(k m1 m2/(m1+m2))", DampingLaw::Critical(1.0)),
+    ("2 sqrt(k (m1+m2)), without l0", DampingLaw::WithoutLength),
+    ("(12), l0 in mm", DampingLaw::PrintedMillimetres),
+    ("(12) as printed, l0 in m", DampingLaw::PrintedMetres),
+];
+
+/// How a method runs: the product in two steps a tick, the printed ones with most of their limit, at most a tick.
+///
+/// # Errors
+/// What the core refuses.
+pub fn working_setup(method: HangingMethod, assembly: &Assembly, longest_s: f64) -> Result<Setup, Error> {
+    Ok(match method {
+        HangingMethod::Palpate => Setup { method, dt_s: 0.5 * TICK_S, substeps: Some(2), longest_s },
+        HangingMethod::VolumePreserved { .. } => {
+            let dt_s = (MARGIN * largest_step_s(method, assembly)?).min(TICK_S);
+            Setup { method, dt_s, substeps: None, longest_s }
+        }
+    })
+}
+
+/// The largest step with which the organs sway under a light push without a divergence.
+///
+/// # Errors
+/// What the core refuses.
+pub fn largest_step_s(method: HangingMethod, assembly: &Assembly) -> Result<f32, Error> {
+    let network = method.network(assembly);
+    let model = network.patch.wide_model();
+    // rest leaves the limit of the linear system: an upper bound that is close for springs pulled, not pressed
+    let survives = |dt_s: f32| -> Result<bool, Error> {
+        // a light push excites every mode and leaves springs near their rest lengths
+        let params = Params { gravity_m_per_s2: [PUSH_M_PER_S2; 3], ..stepped(&network.params, dt_s, None) };
+        let mut memory = Memory::for_model(&model);
+        let (tuned, mut state) = memory.start(&model, &params)?;
+        let mut constants = vec![0.0; model.springs.len()];
+        if let HangingMethod::VolumePreserved { damping, .. } = method {
+            damping.fill(&model, &params, &mut constants);
+        }
+        let mut before_m: Vec<[f32; 3]> = model.nodes.iter().map(|n| n.rest_m).collect();
+        let Some(mut printed) = printed(method, &constants, &mut before_m) else { return Ok(true) };
+        let away = ProbePose { tip_m: Vector3::new(0.0, 0.0, 10.0) };
+        let ticks = TRIAL_STEPS / usize::from(params.substeps);
+        let fault = (0..ticks).find_map(|_| tick_with(&model, &tuned, &mut state, away, &mut printed).fault);
+        let fastest = state.nodes().iter().map(|n| n.velocity_m_per_s().norm()).fold(0.0, f32::max);
+        // nothing gets faster than in a free fall of that long
+        let fall_m_per_s = PUSH_M_PER_S2 * dt_s * TRIAL_STEPS as f32;
+        Ok(fault.is_none() && fastest < 2.0 * fall_m_per_s)
+    };
+    let mut dt_s = LONGEST_S;
+    while dt_s > SHORTEST_S && !survives(dt_s)? {
+        dt_s /= RATIO;
+    }
+    Ok(dt_s)
+}
+
+impl Steps {
+    /// Measures both; `quick` takes fewer steps of the second.
+    ///
+    /// # Errors
+    /// What the core or the generator refuses.
+    pub fn measure(sparse: &Assembly, quick: bool) -> Result<Self, Error> {
+        let mut stable = Vec::new();
+        for (name, damping) in LAWS {
+            stable.push((name, largest_step_s(HangingMethod::VolumePreserved { rates: None, damping }, sparse)?));
+        }
+        let shares: &[f32] = if quick { &[0.01, 0.1, 1.0, 10.0] } else { &[0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0] };
+        let damped = shares.iter().map(|share| {
+            let method = HangingMethod::VolumePreserved { rates: None, damping: DampingLaw::Critical(*share) };
+            Ok((f64::from(*share), f64::from(largest_step_s(method, sparse)?)))
+        });
+        let damped = damped.collect::<Result<Vec<_>, Error>>()?;
+        let substeps: &[u16] = if quick { &[2, 8, 32] } else { &[2, 4, 8, 16, 32, 64, 128] };
+        let force = [Some(0.0), Some(0.1), None].map(|tau| {
+            let at = |n: &u16| press_force_n(*n, tau).map(|force_n| (1e-3 / f64::from(*n), force_n));
+            substeps.iter().map(at).collect::<Result<Vec<_>, _>>()
+        });
+        let [zero, tenth, energy] = force;
+        Ok(Self { stable, damped, force: [zero?, tenth?, energy?] })
+    }
+}
+
+/// Force of a press 2 mm deep on the standard block of 130 nodes [N], the lengths corrected to within tau; `None` has compensation as an energy instead.
+fn press_force_n(substeps: u16, tau: Option<f32>) -> Result<f64, Error> {
+    const DEPTH_M: f64 = 2e-3;
+    let block = Block::standard(130, 3500.0)?;
+    let mut params = block.params;
+    params.substeps = substeps;
+    params.node_damping_per_s = 60.0;
+    let poisson_ratio = if tau.is_some() { 0.25 } else { f64::from(params.poisson_ratio) };
+    params.poisson_ratio = poisson_ratio as f32;
+    if tau.is_some() {
+        params.terms = Terms::SPRINGS_ONLY;
+        params.mass_floor = 0.0;
+        params.contact_mass = 0.0;
+    }
+    let patch = Patch::build(&block.tissue, &Material { poisson_ratio, ..Material::default() }, None);
+    let model = patch.wide_model();
+    let mut memory = Memory::for_model(&model);
+    let (tuned, mut state) = memory.start(&model, &params)?;
+    let length = tau.map(|tau| SpringLength { stretch: tau, compression: tau });
+    let mut method = VolumePreserved { dampers: None, length, direction: None };
+    let mut force_n = 0.0;
+    for n in 0..900 {
+        let depth_m = (f64::from(n) * 2e-5 - 1e-3).min(DEPTH_M);
+        let pose = ProbePose { tip_m: block.tip_m(depth_m) };
+        let output = tick_with(&model, &tuned, &mut state, pose, &mut method);
+        if let Some(fault) = output.fault {
+            return Err(TissueError::Check(format!("press with {substeps} steps a tick: {fault:?}")).into());
+        }
+        force_n = f64::from(output.force_n.norm());
+    }
+    Ok(force_n)
+}

@@ -1,0 +1,226 @@
+//! Other people's methods, and ours, at the same work: one file each, behind one trait, never in the core.
+//!
+//! All press the same block on the same meshes, in single precision, with rest data computed beforehand and no allocation in a tick. The explicit
+//! ones run *on* the core: it gives them the guard, the contact (the same foundation points and law as ours), the integrator, the node
+//! damping and the mass floor `m >= f E D T^2` from their own rest stiffness; their own file is the internal force alone. The
+//! two that solve (implicit, compliance) take contact as such methods do: unilateral, at the nodes, without friction.
+
+mod block;
+mod compliance;
+mod corotational;
+mod factor;
+mod implicit;
+mod linear;
+mod meshless;
+mod moving_least_squares;
+mod neo_hookean;
+mod node_contact;
+mod on_core;
+mod papers;
+mod rest_tet;
+mod rims;
+mod xpbd;
+
+pub use block::{BLOCK_M, Block, DEEPEST_M, RADIUS_M, Size};
+pub use compliance::Compliance;
+pub use corotational::Corotational;
+pub use factor::Factor;
+pub use implicit::Implicit;
+pub use linear::LinearElastic;
+pub use meshless::Meshless;
+pub use moving_least_squares::{ShapeFunctions, Share, integration_points_m};
+pub use neo_hookean::{NeoHookean, Volume};
+pub use on_core::{Law, OnCore};
+pub use rest_tet::RestTet;
+pub use rims::{DenseRim, LowRankRim, ModeRim};
+pub use xpbd::Xpbd;
+
+use palpate::method::Product;
+use palpate::{Fault, Limiters, Model, Params, Spring, Terms, Vector3};
+
+use palpate_tissue::error::Error;
+use palpate_tissue::patch::{Material, Memory, Patch};
+
+/// A method at work on one block.
+pub trait Rival {
+    /// One millisecond with the tip there at its end [m]. Force on the probe [N], out of the tissue.
+    ///
+    /// # Errors
+    /// Diverged or not finite; it must not be used any further.
+    fn tick(&mut self, tip_m: Vector3<f32>) -> Result<Vector3<f32>, Fault>;
+
+    /// Where a node is [m].
+    fn position_m(&self, node: usize) -> Vector3<f32>;
+
+    /// What a guard before the method has clamped in the last tick; nothing where there is none.
+    fn limiters(&self) -> Limiters {
+        Limiters::DEFAULT
+    }
+
+    /// Floating-point operations that the last tick spent in solves; 0 for methods without.
+    fn solver_flops(&self) -> f64 {
+        0.0
+    }
+}
+
+/// Every method of the chart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Springs of paper 000, eq 11 as printed, with masses and contact.
+    Springs,
+    /// Paper 000: springs with corrections of length and direction.
+    VolumePreserved,
+    /// Paper 004: springs of one stiffness with an over-compression correction.
+    LocalCompression,
+    /// Springs and per-tet volume energy.
+    SpringsVolumeTet,
+    /// Springs and nodal-averaged volume energy.
+    SpringsVolumeNodal,
+    /// Springs, volume and compression compensation: the product without calibration.
+    Palpate,
+    /// The product with a calibrated patch.
+    Calibrated,
+    /// Linear tets in the rotating frame of each.
+    Corotational,
+    /// Total-Lagrangian neo-Hookean tets.
+    NeoHookean,
+    /// The same with the volume term averaged over nodes, which does not lock.
+    NeoHookeanNodal,
+    /// The same energy on moving least squares, in cells without shape functions of their own.
+    Meshless,
+    /// Extended position-based dynamics.
+    Xpbd,
+    /// Implicit Euler, corotational forces, matrix factored once at rest.
+    Implicit,
+    /// Precomputed compliance of linear elasticity.
+    Compliance,
+}
+
+impl Method {
+    /// In the order of legends and tables.
+    pub const ALL: [Self; 14] = [
+        Self::Springs,
+        Self::VolumePreserved,
+        Self::LocalCompression,
+        Self::SpringsVolumeTet,
+        Self::SpringsVolumeNodal,
+        Self::Palpate,
+        Self::Calibrated,
+        Self::Corotational,
+        Self::NeoHookean,
+        Self::NeoHookeanNodal,
+        Self::Meshless,
+        Self::Xpbd,
+        Self::Implicit,
+        Self::Compliance,
+    ];
+
+    /// Name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Springs => "springs",
+            Self::VolumePreserved => "volume-preserved",
+            Self::LocalCompression => "local-compression",
+            Self::SpringsVolumeTet => "springs-volume-tet",
+            Self::SpringsVolumeNodal => "springs-volume-nodal",
+            Self::Palpate => "palpate",
+            Self::Calibrated => "palpate-calibrated",
+            Self::Corotational => "corotational",
+            Self::NeoHookean => "neo-hookean",
+            Self::NeoHookeanNodal => "neo-hookean-nodal",
+            Self::Meshless => "meshless",
+            Self::Xpbd => "xpbd",
+            Self::Implicit => "implicit",
+            Self::Compliance => "compliance",
+        }
+    }
+
+    /// The method of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|m| m.name() == name)
+    }
+
+    /// True for what the product runs, with or without some of its terms.
+    #[must_use]
+    pub fn is_ours(self) -> bool {
+        matches!(self, Self::Springs | Self::SpringsVolumeTet | Self::SpringsVolumeNodal | Self::Palpate | Self::Calibrated)
+    }
+
+    /// Whether more substeps can help it.
+    #[must_use]
+    pub fn takes_substeps(self) -> bool {
+        self != Self::Compliance
+    }
+
+    /// Builds the method for a block and hands it to `work`. `None` where it cannot be had: no calibrated patch of this size.
+    ///
+    /// # Errors
+    /// What the core refuses, or a stiffness matrix that cannot be factored.
+    pub fn run<T>(self, block: &Block, substeps: u16, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<Option<T>, Error> {
+        let params = Params { substeps, ..block.params };
+        let patch = |share: f64| {
+            let material = Material { per_tet_share: share, ..Material::default() };
+            Patch::build(&block.tissue, &material, None)
+        };
+        let usual = Material::default().per_tet_share;
+        let without = Terms { compensation: false, ..Terms::ALL };
+        let answer = match self {
+            Self::Springs => springs_alone(&patch(usual), &params, work)?,
+            Self::VolumePreserved => papers::volume_preserved(&patch(usual), &params, work)?,
+            Self::LocalCompression => {
+                let even = Patch::build(&block.even_tissue(), &Material::default(), None);
+                papers::local_compression(&patch(usual), &even, &params, work)?
+            }
+            Self::SpringsVolumeTet => own(&patch(1.0), &Params { terms: without, ..params }, work)?,
+            Self::SpringsVolumeNodal => own(&patch(0.0), &Params { terms: without, ..params }, work)?,
+            Self::Palpate => own(&patch(usual), &params, work)?,
+            Self::Calibrated => match calibrated(block) {
+                Some((patch, fitted)) => own(&patch, &Params { substeps, ..fitted }, work)?,
+                None => return Ok(None),
+            },
+            Self::Corotational => on_core::with_law(block, &params, Corotational::new(block), work)?,
+            Self::NeoHookean => on_core::with_law(block, &params, NeoHookean::new(block, Volume::PerTet), work)?,
+            Self::NeoHookeanNodal => on_core::with_law(block, &params, NeoHookean::new(block, Volume::Nodal), work)?,
+            Self::Meshless => on_core::with_law(block, &params, Meshless::new(block)?, work)?,
+            Self::Xpbd => xpbd::with(&patch(1.0), &params, work)?,
+            Self::Implicit => work(&mut Implicit::new(block, &params)?),
+            Self::Compliance => work(&mut Compliance::new(block)?),
+        };
+        Ok(Some(answer))
+    }
+}
+
+/// The calibrated patch for a block and the parameters fitted with it, where there is one.
+#[must_use]
+pub fn calibrated(block: &Block) -> Option<(Patch, Params)> {
+    let (mut patch, packed) = palpate_tissue::session::calibrated::sized(block.size().nodes)?;
+    patch.set_depth_limit_m(block.tissue.depth_limit_m as f32);
+    let Params { compensation, compensation_threshold, .. } = packed;
+    Some((patch, Params { compensation, compensation_threshold, ..block.params }))
+}
+
+fn own<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+    on_core_alone(&patch.wide_model(), params, work)
+}
+
+/// The papers' plain model.
+fn springs_alone<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+    let model = patch.wide_model();
+    let springs = printed_springs(&model, params);
+    let params = Params { terms: Terms::SPRINGS_ONLY, ..*params };
+    on_core_alone(&Model { springs: &springs, ..model }, &params, work)
+}
+
+/// Springs (11) as printed: our factor `1/(0.8 (1 + nu))`, with which they are meant to carry the shear alone, is taken off again.
+fn printed_springs(model: &Model, params: &Params) -> Vec<Spring> {
+    let factor = 0.8 * (1.0 + params.poisson_ratio);
+    model.springs.iter().map(|s| Spring { k: s.k * factor, k_rest: s.k_rest * factor, ..*s }).collect()
+}
+
+fn on_core_alone<T>(model: &Model, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+    let mut memory = Memory::for_model(model);
+    let (tuned, state) = memory.start(model, params)?;
+    Ok(work(&mut OnCore { model, tuned: &tuned, state, method: Product }))
+}

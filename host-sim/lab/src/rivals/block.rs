@@ -1,0 +1,111 @@
+//! The standard block: what every method presses.
+
+use palpate::{Params, ProbeShape, Vector3};
+
+use palpate_tissue::error::Error;
+use palpate_tissue::mesh::{BlockSpec, TetMesh, block};
+use palpate_tissue::scene::{Inclusion, SceneError};
+use palpate_tissue::tissue::Tissue;
+use palpate_tissue::tissue::ratio_of;
+
+/// Sides [m]; the bottom is fixed, the top at z = 0.
+pub const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
+/// Radius of the hemisphere over the centre of the top [m].
+pub const RADIUS_M: f64 = 8e-3;
+/// Deepest press [m].
+pub const DEEPEST_M: f64 = 8e-3;
+/// The patch answers presses this much deeper, so that its own limit does not act.
+const DEPTH_MARGIN: f64 = 1.25;
+
+/// A tissue with the parameters that all methods share.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// Mesh, anchors, site.
+    pub tissue: Tissue,
+    /// Stiffness, density, damping, mass floor, probe.
+    pub params: Params,
+}
+
+/// Counts that costs depend on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Nodes.
+    pub nodes: usize,
+    /// Edges.
+    pub edges: usize,
+    /// Tets.
+    pub tets: usize,
+}
+
+impl Block {
+    /// The standard block with an exact number of nodes.
+    ///
+    /// # Errors
+    /// What the mesh generator refuses.
+    pub fn standard(nodes: usize, youngs_modulus_pa: f64) -> Result<Self, Error> {
+        let spec = BlockSpec { size_m: BLOCK_M, nodes, fine_at_m: [0.0; 2], fine_radius_m: RADIUS_M };
+        let mesh = block(&spec).map_err(|cause| SceneError::value("chart", "nodes:", &cause.to_string()))?;
+        Ok(Self::of_mesh(mesh, youngs_modulus_pa, |x| x[2] <= -BLOCK_M[2] * (1.0 - 1e-9)))
+    }
+
+    /// The standard block on the mesh of the shipped patch of this size, where there is one.
+    #[must_use]
+    pub fn calibrated(nodes: usize, youngs_modulus_pa: f64) -> Option<Self> {
+        let (patch, _) = palpate_tissue::session::calibrated::sized(nodes)?;
+        Some(Self::of_mesh(patch.mesh(), youngs_modulus_pa, |x| x[2] <= -BLOCK_M[2] * (1.0 - 1e-6)))
+    }
+
+    /// Any mesh under the standard probe, pressed at the origin.
+    #[must_use]
+    pub fn of_mesh(mesh: TetMesh, youngs_modulus_pa: f64, fixed: impl Fn(&[f64; 3]) -> bool) -> Self {
+        let anchors = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| fixed(x)).map(|(n, _)| n).collect();
+        let stiffness_ratio = vec![1.0; mesh.tets.len()];
+        let tissue = Tissue::closed(mesh, stiffness_ratio, anchors, [0.0; 3], DEPTH_MARGIN * DEEPEST_M);
+        let mut params = Params { youngs_modulus_pa: youngs_modulus_pa as f32, ..Params::default() };
+        params.probe.shape = ProbeShape::Hemisphere;
+        params.probe.radius_m = RADIUS_M as f32;
+        Self { tissue, params }
+    }
+
+    /// The same with a stiffer or softer ball inside.
+    #[must_use]
+    pub fn with_inclusion(mut self, ball: Inclusion) -> Self {
+        let mesh = &self.tissue.mesh;
+        self.tissue.stiffness_ratio = mesh.tets.iter().map(|tet| ratio_of(mesh, tet, &[ball])).collect();
+        self
+    }
+
+    /// Its tissue without inclusions.
+    #[must_use]
+    pub fn even_tissue(&self) -> Tissue {
+        Tissue { stiffness_ratio: vec![1.0; self.tissue.mesh.tets.len()], ..self.tissue.clone() }
+    }
+
+    /// Counts.
+    #[must_use]
+    pub fn size(&self) -> Size {
+        let mesh = &self.tissue.mesh;
+        Size { nodes: mesh.nodes_m.len(), edges: palpate_tissue::mesh::surface::edges(&mesh.tets).len(), tets: mesh.tets.len() }
+    }
+
+    /// First and second Lamé constant over E (1).
+    #[must_use]
+    pub fn lame_over_modulus(&self) -> (f64, f64) {
+        let nu = f64::from(self.params.poisson_ratio);
+        (nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), 0.5 / (1.0 + nu))
+    }
+
+    /// Whether each node is fixed, shape \[nodes\].
+    #[must_use]
+    pub fn fixed(&self) -> Vec<bool> {
+        let mut fixed = vec![false; self.tissue.mesh.nodes_m.len()];
+        self.tissue.anchors.iter().for_each(|&n| fixed[n as usize] = true);
+        fixed
+    }
+
+    /// Tip at a depth below the site [m].
+    #[must_use]
+    pub fn tip_m(&self, depth_m: f64) -> Vector3<f32> {
+        Vector3::from(self.tissue.site_m.map(|c| c as f32)) - self.params.probe.axis * depth_m as f32
+    }
+}

@@ -1,0 +1,106 @@
+//! Moving-least-squares shape functions of scattered nodes (Lancaster and Salkauskas 1981; in Galerkin's method Belytschko, Lu and Gu 1994), linear basis.
+//!
+//! `phi_n(x) = w(|X_n - x| / R_n) p_n^T A^-1 p(x)`, `A = sum_n w_n p_n p_n^T`, `p_n = (1, X_n - x)`, so `p(x) = (1, 0, 0, 0)`. Whatever the weights, they
+//! reproduce linear fields. The weight is that of Most and Bucher 2005, `(r^2 + e)^-2 - (1 + e)^-2`: so steep at its node that the field passes through
+//! the nodal values, which the usual splines do not give. Reaches follow the mesh: each node is felt at every integration point of its own tets.
+//! A face's points then feel all corners of the tets beside it, which lie in no plane, so A can be inverted.
+
+use nalgebra::{Matrix4, Vector4};
+use palpate::Vector3;
+
+use palpate_tissue::error::Error;
+use palpate_tissue::mesh::TetMesh;
+
+/// Softens the weight's pole: the field misses a nodal value by about its square.
+const SOFTENING: f64 = 1e-5;
+
+/// Faces of a tet, counter-clockwise seen from outside.
+pub(super) const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
+
+/// A node with the value of its shape function (1).
+pub type Share = (u32, f64);
+
+/// Nodes at rest with the reach of their weights.
+#[derive(Clone, Debug)]
+pub struct ShapeFunctions {
+    node_m: Vec<Vector3<f64>>,
+    reach_m: Vec<f64>,
+}
+
+impl ShapeFunctions {
+    /// Of a mesh's nodes. A node reaches `reach` times as far as the farthest integration point of its tets; must be above 1.
+    #[must_use]
+    pub fn new(mesh: &TetMesh, reach: f64) -> Self {
+        let node_m: Vec<_> = mesh.nodes_m.iter().map(|x| Vector3::from(*x)).collect();
+        let mut reach_m = vec![0.0_f64; node_m.len()];
+        for tet in &mesh.tets {
+            let corners_m = tet.map(|n| node_m[n as usize]);
+            let points_m = FACES.map(|face| integration_points_m(&face.map(|k| corners_m[k])));
+            for (&n, corner_m) in tet.iter().zip(&corners_m) {
+                let farthest_m = points_m.iter().flatten().map(|x| (x - corner_m).norm()).fold(0.0, f64::max);
+                reach_m[n as usize] = reach_m[n as usize].max(reach * farthest_m);
+            }
+        }
+        Self { node_m, reach_m }
+    }
+
+    /// Those that are not zero at a point at rest [m], by rising node.
+    ///
+    /// # Errors
+    /// Fewer than four nodes reach it, or all that do lie in a plane.
+    pub fn at(&self, at_m: &Vector3<f64>) -> Result<Vec<Share>, Error> {
+        let mut near = Vec::new();
+        let mut moment = Matrix4::zeros();
+        for (n, (x, reach_m)) in (0_u32..).zip(self.node_m.iter().zip(&self.reach_m)) {
+            let away_m = x - at_m;
+            let square = away_m.norm_squared() / (reach_m * reach_m);
+            if square < 1.0 {
+                let basis = Vector4::new(1.0, away_m.x, away_m.y, away_m.z);
+                let weight = weight(square);
+                moment += basis * basis.transpose() * weight;
+                near.push((n, weight, basis));
+            }
+        }
+        let Some(factor) = moment.cholesky() else {
+            let [x, y, z] = [at_m.x, at_m.y, at_m.z].map(|c| c * 1e3);
+            let count = near.len();
+            return Err(Error::Usage(format!(
+                "meshless: the {count} nodes that reach ({x:.1}, {y:.1}, {z:.1}) mm span no volume: remove flat tets or let nodes reach farther"
+            )));
+        };
+        let coefficients = factor.solve(&Vector4::x());
+        Ok(near.into_iter().map(|(n, weight, basis)| (n, weight * coefficients.dot(&basis))).collect())
+    }
+
+    /// Means over a triangle at rest, by rising node.
+    ///
+    /// # Errors
+    /// As [`Self::at`].
+    pub fn mean(&self, corners_m: &[Vector3<f64>; 3]) -> Result<Vec<Share>, Error> {
+        let mut parts = Vec::new();
+        for at_m in integration_points_m(corners_m) {
+            parts.extend(self.at(&at_m)?.into_iter().map(|(n, phi)| (n, phi / 3.0)));
+        }
+        Ok(summed(parts))
+    }
+}
+
+/// Half way from a triangle's middle to its corners: equal weights integrate quadratic polynomials exactly.
+#[must_use]
+pub fn integration_points_m(corners_m: &[Vector3<f64>; 3]) -> [Vector3<f64>; 3] {
+    let middle_m = (corners_m[0] + corners_m[1] + corners_m[2]) / 3.0;
+    corners_m.map(|corner_m| middle_m.lerp(&corner_m, 0.5))
+}
+
+/// Adds what belongs to the same node; by rising node.
+pub(super) fn summed<T: Copy + std::ops::Add<Output = T>>(mut parts: Vec<(u32, T)>) -> Vec<(u32, T)> {
+    parts.sort_by_key(|(n, _)| *n);
+    let of_one = |run: &[(u32, T)]| (run[0].0, run[1..].iter().fold(run[0].1, |sum, (_, part)| sum + *part));
+    parts.chunk_by(|a, b| a.0 == b.0).map(of_one).collect()
+}
+
+/// Of the squared distance over the reach.
+fn weight(square: f64) -> f64 {
+    let pole = |s: f64| (s + SOFTENING).powi(-2);
+    pole(square) - pole(1.0)
+}

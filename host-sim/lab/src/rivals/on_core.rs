@@ -1,0 +1,98 @@
+//! Explicit rivals on the core: it moves the nodes and presses the surface, the rival says what the tissue answers.
+//!
+//! The core's tick runs with springs and volume off. After each of its substeps the rival's force gives every node a kick `v += f dt / (m (1 - alpha dt))`:
+//! as the next substep begins with damping, `v (1 - alpha dt)`, and the contact's kick and then moves, both together are one step of symplectic Euler.
+
+use palpate::method::Method;
+use palpate::{Fault, Model, NodeRest, Params, ProbePose, State, Terms, Tuned, Vector3, tick_with};
+
+use super::{Block, Rival};
+use palpate_tissue::error::Error;
+use palpate_tissue::patch::{Material, Memory, Patch};
+
+/// Internal forces of a material on a mesh.
+pub trait Law {
+    /// Writes the force on every node over E [N/Pa].
+    fn forces(&mut self, position_m: &[Vector3<f32>], force: &mut [Vector3<f32>]);
+
+    /// Mean diagonal stiffness over E of each node at rest [m], shape \[nodes\].
+    fn diagonal_m(&self) -> &[f32];
+}
+
+/// The core running a method.
+#[derive(Debug)]
+pub struct OnCore<'a, M> {
+    /// Mesh, masses, contact.
+    pub model: &'a Model<'a>,
+    /// Parameters.
+    pub tuned: &'a Tuned<'a>,
+    /// Positions and velocities.
+    pub state: State<'a>,
+    /// Its stages.
+    pub method: M,
+}
+
+impl<M: Method> Rival for OnCore<'_, M> {
+    fn tick(&mut self, tip_m: Vector3<f32>) -> Result<Vector3<f32>, Fault> {
+        let output = tick_with(self.model, self.tuned, &mut self.state, ProbePose { tip_m }, &mut self.method);
+        output.fault.map_or(Ok(output.force_n), Err)
+    }
+
+    fn position_m(&self, node: usize) -> Vector3<f32> {
+        self.state.nodes()[node].position_m()
+    }
+}
+
+/// The kick of a law.
+struct Kick<L> {
+    law: L,
+    position_m: Vec<Vector3<f32>>,
+    force: Vec<Vector3<f32>>,
+    /// `E dt / (m (1 - alpha dt))` of every node, 0 for anchors.
+    step: Vec<f32>,
+}
+
+impl<L: Law> Method for Kick<L> {
+    fn correct(&mut self, _: &Model, _: &Tuned, state: &mut State) {
+        let Self { law, position_m, force, step } = self;
+        for (x, node) in position_m.iter_mut().zip(state.nodes()) {
+            *x = node.position_m();
+        }
+        law.forces(position_m, force);
+        for (n, (f, &step)) in force.iter().zip(step.iter()).enumerate() {
+            if step > 0.0 {
+                let node = state.nodes()[n];
+                state.place(n, node.position_m(), node.velocity_m_per_s() + f * step);
+            }
+        }
+    }
+}
+
+/// Runs a law on a block.
+pub(super) fn with_law<T>(
+    block: &Block,
+    params: &Params,
+    law: impl Law,
+    work: impl FnOnce(&mut dyn Rival) -> T,
+) -> Result<T, Error> {
+    let patch = Patch::build(&block.tissue, &Material::default(), None);
+    let whole = patch.wide_model();
+    let nodes: Vec<NodeRest> =
+        whole.nodes.iter().zip(law.diagonal_m()).map(|(n, &d)| NodeRest { stiffness_m: d, ..*n }).collect();
+    let model = Model { nodes: &nodes, springs: &[], ..whole };
+    let params = Params { terms: Terms::SPRINGS_ONLY, ..*params };
+    let mut memory = Memory::for_model(&model);
+    let (tuned, state) = memory.start(&model, &params)?;
+    let step = steps(&tuned, &params, nodes.len());
+    let at_origin = vec![Vector3::zeros(); nodes.len()];
+    let method = Kick { law, position_m: at_origin.clone(), force: at_origin, step };
+    Ok(work(&mut OnCore { model: &model, tuned: &tuned, state, method }))
+}
+
+/// What a force over E changes each node's velocity by [m/s per N/Pa], before the damping that follows.
+pub(super) fn steps(tuned: &Tuned, params: &Params, nodes: usize) -> Vec<f32> {
+    let dt_s = params.tick_s / f32::from(params.substeps);
+    let mass = |n| tuned.mass_kg(n).unwrap_or(f32::INFINITY);
+    let keep = 1.0 - params.node_damping_per_s * dt_s;
+    (0..nodes).map(|n| params.youngs_modulus_pa * dt_s / (mass(n) * keep)).collect()
+}

@@ -1,0 +1,70 @@
+//! The models of the two source papers as the chart runs every explicit method: with its contact, node damping and mass floor.
+//!
+//! `volume-preserved` (000): springs (11) as printed, corrections (6)-(9) with the paper's rates (tau = 0, theta = pi/3, a look every 100 steps), dampers of a tenth of
+//! critical, because (12) as printed has no step that a tick could take. `local-compression` (004): one stiffness for all springs, velocity Verlet, over-compression
+//! correction from 10 % on; no damper, as the fit of `palpate paper local-compression` ends at the least it may take; no region, which saves nothing at 2 % of
+//! error; no volume force, whose coefficient is not printed.
+
+use palpate::method::{LocalCompression, Method, VolumePreserved};
+use palpate::path::correct::direction::SpringDirection;
+use palpate::path::correct::length::SpringLength;
+use palpate::path::correct::over_compression::OverCompression;
+use palpate::path::force::damper::{Dampers, DampingLaw};
+use palpate::path::integrate::velocity_verlet::VelocityVerlet;
+use palpate::{Model, Params, Spring, Terms};
+
+use super::{OnCore, Rival, printed_springs};
+use palpate_tissue::error::Error;
+use palpate_tissue::patch::{Memory, Patch};
+
+/// The fitted stiffness over the mean of (11), both on the block of 130 nodes and 20 kPa: `palpate paper local-compression` ends at 0.1816 N/mm, the mean is 0.1298.
+const FITTED_OVER_MEAN: f64 = 1.4;
+/// Critical compression ratio; the paper gives none.
+const RATIO: f32 = 0.1;
+
+pub(super) fn volume_preserved<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+    let own = patch.wide_model();
+    let springs = printed_springs(&own, params);
+    let model = Model { springs: &springs, ..own };
+    let mut damping_m_s = vec![0.0; springs.len()];
+    DampingLaw::Critical(0.1).fill(&model, params, &mut damping_m_s);
+    let mut before_m: Vec<[f32; 3]> = model.nodes.iter().map(|n| n.rest_m).collect();
+    let direction = SpringDirection { angle_rad: std::f32::consts::FRAC_PI_3, every: 100, before_m: &mut before_m, age: 0 };
+    let method = VolumePreserved {
+        dampers: Some(Dampers { damping_m_s: &damping_m_s }),
+        length: Some(SpringLength { stretch: 0.0, compression: 0.0 }),
+        direction: Some(direction),
+    };
+    run(&model, params, method, work)
+}
+
+/// `even` is the patch without inclusions: what they add to the springs of (11) they add to the one stiffness.
+pub(super) fn local_compression<T>(
+    patch: &Patch,
+    even: &Patch,
+    params: &Params,
+    work: impl FnOnce(&mut dyn Rival) -> T,
+) -> Result<T, Error> {
+    let (own, even) = (patch.wide_model(), even.wide_model());
+    let printed = printed_springs(&even, params);
+    let mean = printed.iter().map(|s| f64::from(s.k)).sum::<f64>() / printed.len().max(1) as f64;
+    let one = (FITTED_OVER_MEAN * mean) as f32;
+    let stiffer = own.springs.iter().zip(even.springs).map(|(s, even)| (s, one * (s.k / even.k)));
+    let springs: Vec<Spring> = stiffer.map(|(s, k)| Spring { k, k_rest: k * (s.k_rest / s.k), ..*s }).collect();
+    let model = Model { springs: &springs, ..own };
+    let method = LocalCompression {
+        dampers: None,
+        volume: None,
+        region: None,
+        step: VelocityVerlet::default(),
+        compression: Some(OverCompression { ratio: RATIO }),
+    };
+    run(&model, params, method, work)
+}
+
+fn run<T>(model: &Model, params: &Params, method: impl Method, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+    let params = Params { terms: Terms::SPRINGS_ONLY, ..*params };
+    let mut memory = Memory::for_model(model);
+    let (tuned, state) = memory.start(model, &params)?;
+    Ok(work(&mut OnCore { model, tuned: &tuned, state, method }))
+}

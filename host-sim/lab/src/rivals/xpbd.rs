@@ -1,0 +1,121 @@
+//! Extended position-based dynamics (Macklin et al. 2016), one Gauss-Seidel pass a substep ("small steps", Macklin et al. 2019).
+//!
+//! Constraints: the length of every edge with compliance `1/k`, k the spring constant of our own model, and the volume of every tet with
+//! compliance `V / kappa`, kappa = lambda - mu: the same small-strain moduli as springs with per-tet volume. The core moves the nodes and presses
+//! the surface; then the constraints move them again, and the velocity takes what they moved.
+
+use palpate::method::Method;
+use palpate::{Model, Params, State, Terms, Tuned, Vector3};
+
+use super::{OnCore, Rival};
+use palpate_tissue::error::Error;
+use palpate_tissue::patch::{Memory, Patch};
+
+struct Edge {
+    node: [u16; 2],
+    rest_m: f32,
+    /// Compliance over dt^2 [1/kg].
+    compliance: f32,
+    /// One over inverse masses plus compliance [kg].
+    gain: f32,
+}
+
+struct Cell {
+    node: [u16; 4],
+    six_volume_m3: f32,
+    /// 36 times the compliance over dt^2 [m^4/kg].
+    compliance: f32,
+}
+
+/// Constraints and the positions they work on.
+pub struct Xpbd {
+    edges: Vec<Edge>,
+    cells: Vec<Cell>,
+    inverse_mass: Vec<f32>,
+    position_m: Vec<Vector3<f32>>,
+    per_substep: f32,
+}
+
+impl Xpbd {
+    /// Floating-point operations of an edge and of a tet, counted in this file, a division or root as 14 (the Cortex-M4F's cycles).
+    pub const FLOPS: [f64; 2] = [55.0, 160.0];
+
+    fn new(model: &Model, tuned: &Tuned, params: &Params) -> Self {
+        let dt_s = params.tick_s / f32::from(params.substeps);
+        let per_dt2 = 1.0 / (dt_s * dt_s * params.youngs_modulus_pa);
+        let inverse_mass: Vec<f32> = (0..model.nodes.len()).map(|n| 1.0 / tuned.mass_kg(n).unwrap_or(f32::INFINITY)).collect();
+        let edges = model.springs.iter().map(|s| {
+            let node = [s.i, s.j];
+            let compliance = per_dt2 / s.k;
+            let inverse: f32 = node.iter().map(|&n| inverse_mass[usize::from(n)]).sum();
+            Edge { node, rest_m: s.k_rest / s.k, compliance, gain: 1.0 / (inverse + compliance) }
+        });
+        let cells = model.tets.iter().map(|t| {
+            let six_volume_m3 = 1.0 / t.six_volume_reciprocal;
+            // six times the per-tet stiffness is kappa over E; C is six times the volume change
+            Cell { node: t.node, six_volume_m3, compliance: 36.0 * per_dt2 * (six_volume_m3 / 6.0) / (6.0 * t.bulk) }
+        });
+        Self {
+            edges: edges.collect(),
+            cells: cells.collect(),
+            position_m: vec![Vector3::zeros(); model.nodes.len()],
+            inverse_mass,
+            per_substep: 1.0 / dt_s,
+        }
+    }
+
+    /// One pass over all constraints.
+    fn project(&mut self) {
+        let (x, w) = (&mut self.position_m, &self.inverse_mass);
+        for edge in &self.edges {
+            let [i, j] = edge.node.map(usize::from);
+            let d = x[j] - x[i];
+            let length = d.norm();
+            debug_assert!(edge.compliance > 0.0);
+            let pull = d * ((length - edge.rest_m) * edge.gain / length);
+            x[i] += pull * w[i];
+            x[j] -= pull * w[j];
+        }
+        for cell in &self.cells {
+            let [a, b, c, d] = cell.node.map(usize::from);
+            let (u, v, t) = (x[b] - x[a], x[c] - x[a], x[d] - x[a]);
+            let (gb, gc, gd) = (v.cross(&t), t.cross(&u), u.cross(&v));
+            let ga = -(gb + gc + gd);
+            let soft = w[a] * ga.norm_squared() + w[b] * gb.norm_squared() + w[c] * gc.norm_squared() + w[d] * gd.norm_squared();
+            let push = (cell.six_volume_m3 - u.dot(&gb)) / (soft + cell.compliance);
+            for (n, g) in [(a, ga), (b, gb), (c, gc), (d, gd)] {
+                x[n] += g * (push * w[n]);
+            }
+        }
+    }
+}
+
+struct Projection(Xpbd);
+
+impl Method for Projection {
+    fn correct(&mut self, _: &Model, _: &Tuned, state: &mut State) {
+        let xpbd = &mut self.0;
+        for (x, node) in xpbd.position_m.iter_mut().zip(state.nodes()) {
+            *x = node.position_m();
+        }
+        xpbd.project();
+        for (n, (x, w)) in xpbd.position_m.iter().zip(&xpbd.inverse_mass).enumerate() {
+            if *w > 0.0 {
+                let node = state.nodes()[n];
+                let moved = x - node.position_m();
+                state.place(n, *x, node.velocity_m_per_s() + moved * xpbd.per_substep);
+            }
+        }
+    }
+}
+
+/// Runs the constraints of a patch built with all its volume stiffness per tet.
+pub(super) fn with<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+    let whole = patch.wide_model();
+    let mut memory = Memory::for_model(&whole);
+    let params = Params { terms: Terms::SPRINGS_ONLY, ..*params };
+    let (tuned, state) = memory.start(&whole, &params)?;
+    let xpbd = Xpbd::new(&whole, &tuned, &params);
+    let model = Model { springs: &[], ..whole };
+    Ok(work(&mut OnCore { model: &model, tuned: &tuned, state, method: Projection(xpbd) }))
+}

@@ -1,0 +1,196 @@
+//! What one count of the encoder allows: the stiffest contact that is not felt to tick, whatever the control.
+//!
+//! A count that toggles changes the force by stiffness times count. The handle stays where it is while that is less than what friction holds, `2 f_c`
+//! (Abbott and Okamura, IEEE Trans. Robotics 21, 2005: `K <= 2 f_c / count`), and a hand does not notice while it swings by less than 20 mN to
+//! either side. Against it stand the slope of the tissue, and what the loop does: the stiffest tissue whose hold is quiet.
+
+use palpate::Params;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::climb::{quiet, weakened};
+use super::{DEPTH_M, FORCE_SHARE};
+use crate::error::Error;
+use palpate_loop::closed_loop::control::Control;
+use palpate_loop::closed_loop::device::{DeviceProfile, PROFILES};
+use palpate_loop::closed_loop::fidelity;
+use palpate_loop::closed_loop::hand::{HANDS, Hand};
+use palpate_loop::closed_loop::run::{Setup, run};
+use palpate_loop::closed_loop::stimulus::Stimulus;
+use palpate_loop::closed_loop::surface::{depth_at_m, force_at_n, static_curve, with_tissue};
+use palpate_loop::closed_loop::verdict::FELT_N;
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::patch::Patch;
+use palpate_tissue::session::calibrated;
+use palpate_tissue::stable_step::limits;
+
+/// Nodes of the calibrated block that is pressed.
+const NODES: usize = 130;
+/// Its depth limit [m].
+const DEEP_M: f32 = 8e-3;
+/// Tissues whose slope is tabled [Pa].
+pub const TABLED_PA: [f64; 3] = [3.5e3, 20e3, 100e3];
+/// Depths there [m].
+pub const TABLED_M: [f64; 4] = [1e-3, 2e-3, 3e-3, 4e-3];
+/// Climb of the tissue that is held [Pa], its step (1).
+const SOFTEST_PA: f64 = 3.5e3;
+const STIFFEST_PA: f64 = 200e3;
+const STEP: f64 = 1.25;
+/// Hands that hold it: H1 to H3.
+const HOLDING: std::ops::Range<usize> = 1..4;
+
+/// Slope of a tissue under the probe.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Slope {
+    /// Young's modulus [Pa].
+    pub youngs_modulus_pa: f64,
+    /// [m]
+    pub depth_m: f64,
+    /// Force there [N].
+    pub force_n: f64,
+    /// [N/m]
+    pub n_per_m: f64,
+}
+
+/// A device's ceiling.
+#[derive(Clone, Debug, Serialize)]
+pub struct Ceiling {
+    /// Name of its profile.
+    pub device: String,
+    /// One count [m].
+    pub count_m: f64,
+    /// Coulomb friction [N].
+    pub friction_n: f64,
+    /// Longest force that the loop lets out [N].
+    pub limit_n: f64,
+    /// Contact stiffness from which one count is felt [N/m].
+    pub felt_n_per_m: f64,
+    /// The tabled tissues down to 0.85 of the force limit.
+    pub slopes: Vec<Slope>,
+    /// The stiffest tissue that each hand held quietly [Pa], zero if it held none.
+    pub held_pa: Vec<(&'static str, f64)>,
+}
+
+/// Contact stiffness from which one count is felt [N/m].
+#[must_use]
+pub fn felt_n_per_m(device: &DeviceProfile) -> f64 {
+    (2.0 * device.friction_n).max(2.0 * FELT_N) / device.count_m
+}
+
+/// What is measured.
+#[derive(Clone, Debug)]
+pub(super) struct Plan {
+    devices: Vec<(&'static str, DeviceProfile)>,
+    climb_pa: Vec<f64>,
+}
+
+/// A tissue made ready: substeps for its taps, and its static curve.
+#[derive(Debug)]
+struct Ready {
+    youngs_modulus_pa: f64,
+    patch: Patch,
+    params: Params,
+    curve: Vec<(f64, f64)>,
+}
+
+impl Plan {
+    /// `quick`: the Touch on every other tissue of the climb.
+    pub(super) fn new(quick: bool, full: bool) -> Result<Self, Error> {
+        let swept = if quick { &super::SWEPT[..1] } else { &super::SWEPT[..] };
+        let names = PROFILES.iter().map(|p| p.0).filter(|name| full || swept.contains(name));
+        let devices = names.map(|name| Ok((name, DeviceProfile::load(name)?))).collect::<Result<_, Error>>()?;
+        let step = if quick { STEP * STEP } else { STEP };
+        let climb_pa = std::iter::successors(Some(SOFTEST_PA), |e| Some(e * step)).take_while(|e| *e <= STIFFEST_PA).collect();
+        Ok(Self { devices, climb_pa })
+    }
+
+    pub(super) fn steps(&self) -> usize {
+        self.climb_pa.len() + TABLED_PA.len() + self.devices.len() * HOLDING.len()
+    }
+
+    pub(super) fn measure(&self, done: &(impl Fn() + Sync)) -> Result<Vec<Ceiling>, Error> {
+        let tissues: Vec<f64> = self.climb_pa.iter().chain(&TABLED_PA).copied().collect();
+        let ready: Vec<Ready> = tissues
+            .par_iter()
+            .map(|e| {
+                let ready = Ready::new(*e);
+                done();
+                ready
+            })
+            .collect::<Result<_, Error>>()?;
+        let (climb, tabled) = ready.split_at(self.climb_pa.len());
+        let pairs: Vec<_> =
+            self.devices.iter().flat_map(|(_, device)| HANDS[HOLDING].iter().map(move |h| (device, *h))).collect();
+        let held: Vec<(&'static str, f64)> = pairs
+            .par_iter()
+            .map(|(device, hand)| {
+                let held_pa = stiffest_held_pa(climb, device, *hand);
+                done();
+                held_pa.map(|e| (hand.id, e))
+            })
+            .collect::<Result<_, Error>>()?;
+        let of = |((name, device), held): (&(&str, DeviceProfile), &[(&'static str, f64)])| Ceiling {
+            device: (*name).to_owned(),
+            count_m: device.count_m,
+            friction_n: device.friction_n,
+            limit_n: limit_n(device),
+            felt_n_per_m: felt_n_per_m(device),
+            slopes: slopes(tabled, device),
+            held_pa: held.to_vec(),
+        };
+        Ok(self.devices.iter().zip(held.chunks(HOLDING.len())).map(of).collect())
+    }
+}
+
+fn limit_n(device: &DeviceProfile) -> f64 {
+    f64::from(Control::Ours.settings(device).limits.max_force_n)
+}
+
+impl Ready {
+    fn new(youngs_modulus_pa: f64) -> Result<Self, Error> {
+        let Some((mut patch, packed)) = calibrated::sized(NODES) else {
+            return Err(TissueError::Usage(format!("the patch of {NODES} nodes that ships cannot be read: build again")).into());
+        };
+        let limits = limits(&patch, f64::from(packed.tick_s));
+        patch.set_depth_limit_m(DEEP_M);
+        let one_step = Params { limits, substeps: 1, youngs_modulus_pa: youngs_modulus_pa as f32, ..packed };
+        let params = fidelity::derive(&patch, &one_step, DEPTH_M)?.params;
+        let curve = static_curve(&patch, &params)?;
+        Ok(Self { youngs_modulus_pa, patch, params, curve })
+    }
+
+    fn depth_m(&self, device: &DeviceProfile) -> f64 {
+        DEPTH_M.min(depth_at_m(&self.curve, FORCE_SHARE * limit_n(device)))
+    }
+}
+
+fn stiffest_held_pa(climb: &[Ready], device: &DeviceProfile, hand: Hand) -> Result<f64, Error> {
+    let mut stiffest_pa = 0.0;
+    for tissue in climb {
+        let depth_m = tissue.depth_m(device);
+        let static_n = force_at_n(&tissue.curve, depth_m);
+        let settings = Control::Ours.settings(device);
+        let setup = Setup { device, hand, stimulus: Stimulus::tap(0.05), settings, depth_m, static_n };
+        let held = with_tissue(&tissue.patch, &tissue.params, |surface| run(&setup, surface))??;
+        if !quiet(&held) || weakened(&held) {
+            break;
+        }
+        stiffest_pa = tissue.youngs_modulus_pa;
+    }
+    Ok(stiffest_pa)
+}
+
+fn slopes(tabled: &[Ready], device: &DeviceProfile) -> Vec<Slope> {
+    let half_m = 0.25e-3;
+    let mut slopes = Vec::new();
+    for tissue in tabled {
+        let deepest_m = tissue.depth_m(device);
+        let tabled = TABLED_M.into_iter().filter(|d| *d < deepest_m * 0.999);
+        for depth_m in tabled.chain([deepest_m]) {
+            let at = |depth_m: f64| force_at_n(&tissue.curve, depth_m);
+            let n_per_m = (at(depth_m + half_m) - at(depth_m - half_m)) / (2.0 * half_m);
+            slopes.push(Slope { youngs_modulus_pa: tissue.youngs_modulus_pa, depth_m, force_n: at(depth_m), n_per_m });
+        }
+    }
+    slopes
+}

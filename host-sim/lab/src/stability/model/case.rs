@@ -1,0 +1,95 @@
+//! How the tip moves: the columns of the matrix, as data.
+
+use palpate_tissue::scene::Inclusion;
+
+/// Down at a speed, held, up at a speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stimulus {
+    /// Depth of the hold [m].
+    pub depth_m: f64,
+    /// Speed on the way in [m/s].
+    pub in_m_per_s: f64,
+    /// Speed on the way out [m/s].
+    pub out_m_per_s: f64,
+    /// A pose is of a moment up to this share of a tick before or after its tick (1).
+    pub jitter: f64,
+}
+
+/// What the product promises of a case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Promise {
+    /// It stands it.
+    Pass,
+    /// It refuses the depth and holds.
+    Hold,
+    /// It refuses the depth, and two radii of the probe beyond it lets the hand through without a force.
+    LetThrough,
+    /// Nothing.
+    None,
+}
+
+/// A column of the matrix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Case {
+    /// Name in files.
+    pub name: &'static str,
+    /// Two lines over the column.
+    pub label: [&'static str; 2],
+    /// How the tip moves.
+    pub stimulus: Stimulus,
+    /// The tissue has a ball in it: ten times stiffer, 12 mm deep.
+    pub inclusion: bool,
+    /// What the product promises.
+    pub promise: Promise,
+}
+
+/// Slow: a scene's ramp [m/s].
+const SLOW_M_PER_S: f64 = 0.04;
+/// The tap that is promised [m/s].
+const TAP_M_PER_S: f64 = 0.5;
+/// Fastest way out that the guard shows [m/s].
+const FASTEST_M_PER_S: f64 = 1.0;
+/// The depth that is promised [m], a fifth of the block.
+const DEEP_M: f64 = 8e-3;
+
+/// Ten times stiffer, 12 mm deep: the scene `nodule`.
+pub(super) const INCLUSION: Inclusion = Inclusion { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0 };
+
+/// The standard slow press.
+pub(super) const PRESS: Stimulus = Stimulus { depth_m: DEEP_M, in_m_per_s: SLOW_M_PER_S, out_m_per_s: SLOW_M_PER_S, jitter: 0.0 };
+/// The standard tap.
+pub(super) const TAP: Stimulus = Stimulus { in_m_per_s: TAP_M_PER_S, out_m_per_s: TAP_M_PER_S, ..PRESS };
+
+const fn deep(depth_m: f64) -> Stimulus {
+    Stimulus { depth_m, ..PRESS }
+}
+
+/// Every column.
+pub const CASES: [Case; 11] = [
+    case("press-20", ["press", "20 %"], PRESS, false, Promise::Pass),
+    case("press-40", ["press", "40 %"], deep(0.016), false, Promise::Hold),
+    case("press-60", ["press", "60 %"], deep(0.024), false, Promise::Hold),
+    case("press-80", ["press", "80 %"], deep(0.032), false, Promise::LetThrough),
+    case("tap-0.5", ["tap", "0.5 m/s"], TAP, false, Promise::Pass),
+    case("tap-1", ["tap", "1 m/s"], Stimulus { in_m_per_s: 1.0, out_m_per_s: 1.0, ..PRESS }, false, Promise::None),
+    case("jitter-press", ["press,", "jitter"], Stimulus { jitter: 0.5, ..PRESS }, false, Promise::Pass),
+    case("jitter-tap", ["tap 0.5,", "jitter"], Stimulus { jitter: 0.5, ..TAP }, false, Promise::Pass),
+    case("inclusion-press", ["press,", "inclusion"], PRESS, true, Promise::Pass),
+    case("inclusion-tap", ["tap 0.5,", "inclusion"], TAP, true, Promise::Pass),
+    case("release", ["sudden", "release"], Stimulus { out_m_per_s: FASTEST_M_PER_S, ..PRESS }, false, Promise::Pass),
+];
+
+/// Columns of the quick matrix, by name.
+pub const QUICK_CASES: [&str; 5] = ["press-20", "press-40", "tap-0.5", "jitter-press", "inclusion-press"];
+
+const fn case(name: &'static str, label: [&'static str; 2], stimulus: Stimulus, inclusion: bool, promise: Promise) -> Case {
+    Case { name, label, stimulus, inclusion, promise }
+}
+
+impl Stimulus {
+    /// Slow and even enough that the force on the way down is that of the tissue's stiffness, not of its inertia: it must not fall.
+    #[must_use]
+    pub fn is_slow(&self) -> bool {
+        self.in_m_per_s <= 0.1 && self.jitter == 0.0
+    }
+}

@@ -1,0 +1,179 @@
+//! The two pictures: verdicts, and margins.
+
+use super::margin::{Axis, Margin};
+use super::matrix::Matrix;
+use super::promise::LEAST_J;
+use super::subject::Row;
+use super::verdict::{Figures, Verdict};
+use crate::error::Error;
+use palpate_charts::{HeatCell, HeatGroup, HeatMatrix, HeatRow, Tone, heat_matrix};
+use palpate_tissue::output::OutputFolder;
+
+/// Below this multiple of the standard a margin is thin.
+const THIN: f64 = 1.25;
+
+/// Draws `stability_model` and `stability_margins`.
+///
+/// # Errors
+/// A picture cannot be drawn or written.
+pub fn pictures(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
+    verdicts(folder, matrix)?;
+    if matrix.margins.is_empty() { Ok(()) } else { margins(folder, matrix) }
+}
+
+fn look(verdict: Verdict) -> HeatCell {
+    let (tone, sign) = match verdict {
+        Verdict::Pass => (Tone::Good, "·"),
+        Verdict::Held => (Tone::Calm, "H"),
+        Verdict::NonMonotone => (Tone::Slight, "N"),
+        Verdict::Deformed => (Tone::Fault, "D"),
+        Verdict::Restless => (Tone::Serious, "R"),
+        Verdict::Pierced => (Tone::Severe, "P"),
+        Verdict::Inverted => (Tone::Failure, "I"),
+        Verdict::Diverged => (Tone::Lost, "X"),
+    };
+    HeatCell { tone, sign: sign.into() }
+}
+
+fn meaning(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Pass => "stands it",
+        Verdict::Held => "held at its limit",
+        Verdict::NonMonotone => "force falls",
+        Verdict::Deformed => "does not return",
+        Verdict::Restless => "no rest",
+        Verdict::Pierced => "pierced",
+        Verdict::Inverted => "inside out",
+        Verdict::Diverged => "diverges",
+    }
+}
+
+/// A sound press that leaves a tet less of itself than the product promises.
+fn cell_look(figures: &Figures) -> HeatCell {
+    if figures.verdict == Verdict::Pass && figures.lowest_j <= LEAST_J { squeezed() } else { look(figures.verdict) }
+}
+
+fn squeezed() -> HeatCell {
+    HeatCell { tone: Tone::Thin, sign: "s".into() }
+}
+
+fn empty() -> HeatCell {
+    HeatCell { tone: Tone::Empty, sign: String::new() }
+}
+
+/// The rows that were run; a gap before the product's other builds and before the other methods.
+fn rows(matrix: &Matrix, cells: impl Fn(&Row) -> Vec<HeatCell>) -> Vec<HeatRow> {
+    let run = |row: &&Row| matrix.cells.iter().any(|c| c.row == **row);
+    let group = |row: &Row| (row.is_promised(), row.method.is_ours());
+    let mut last = None;
+    let with_gap = |row: &Row| {
+        let apart = last.replace(group(row)).is_some_and(|before| before != group(row));
+        HeatRow { name: format!("{}, {}", row.name(), steps(matrix, row)), apart, cells: cells(row) }
+    };
+    matrix.plan.rows.iter().filter(run).map(with_gap).collect()
+}
+
+/// "1 step", "1–8 steps".
+fn steps(matrix: &Matrix, row: &Row) -> String {
+    let substeps = matrix.cells.iter().filter(|c| c.row == *row).map(|c| c.substeps);
+    let (least, most) = substeps.fold((u16::MAX, 0), |(least, most), n| (least.min(n), most.max(n)));
+    match (least, most) {
+        (1, 1) => "1 step".into(),
+        (least, most) if least == most => format!("{most} steps"),
+        (least, most) => format!("{least}–{most} steps"),
+    }
+}
+
+fn verdicts(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
+    let plan = &matrix.plan;
+    let kpa = |pa: &f64| (pa * 1e-3).to_string();
+    // there is room for the first and the last of many
+    let ends = [0, plan.moduli_pa.len().saturating_sub(1)];
+    let foot = |(n, pa): (usize, &f64)| if ends.contains(&n) { kpa(pa) } else { String::new() };
+    let group = |case: &super::Case| HeatGroup {
+        label: case.label.map(String::from),
+        feet: plan.moduli_pa.iter().enumerate().map(foot).collect(),
+    };
+    let groups: Vec<HeatGroup> = plan.cases.iter().map(group).collect();
+    let of_row = |row: &Row| {
+        let places = plan.cases.iter().flat_map(|case| plan.moduli_pa.iter().map(move |pa| (case.name, *pa)));
+        let cell = |(case, pa)| {
+            let found = matrix.cells.iter().find(|c| c.row == *row && c.case.name == case && c.youngs_modulus_pa == pa);
+            found.map_or_else(empty, |c| cell_look(&c.figures))
+        };
+        places.map(cell).collect()
+    };
+    let rows = rows(matrix, of_row);
+    let mut key: Vec<(HeatCell, &str)> = Verdict::ALL.map(|v| (look(v), meaning(v))).into();
+    key.insert(1, (squeezed(), "J < 0.2"));
+    let moduli: Vec<String> = plan.moduli_pa.iter().map(kpa).collect();
+    let below = format!(
+        "Block of {} nodes, 40 mm high, hemisphere R = 8 mm; presses at 40 mm/s; 8 mm if not said; from left {} kPa",
+        plan.nodes,
+        moduli.join(", "),
+    );
+    let drawn = HeatMatrix {
+        title: "Where the methods fail",
+        below: &below,
+        groups: &groups,
+        rows: &rows,
+        key: &key,
+        foot: "stiffness [kPa]",
+    };
+    Ok(heat_matrix(folder.draft(), "stability_model", &drawn)?)
+}
+
+fn margins(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
+    let moduli = &matrix.plan.margins_at_pa;
+    let label = |axis: Axis| match axis {
+        Axis::Tick => ["longest tick [ms]", "press and tap"],
+        Axis::Depth => ["deepest press [mm]", "at 40 mm/s"],
+        Axis::Speed => ["fastest tap [m/s]", "to 8 mm"],
+        Axis::Stiffness => ["stiffest tissue [kPa]", "press and tap"],
+    };
+    let groups: Vec<HeatGroup> = Axis::ALL
+        .iter()
+        .map(|axis| HeatGroup {
+            label: label(*axis).map(String::from),
+            feet: moduli.iter().map(|pa| format!("from {} kPa", pa * 1e-3)).collect(),
+        })
+        .collect();
+    let of_row = |row: &Row| {
+        let places = Axis::ALL.iter().flat_map(|axis| moduli.iter().map(move |pa| (*axis, *pa)));
+        let cell = |(axis, pa)| {
+            let found = matrix.margins.iter().find(|c| c.row == *row && c.axis == axis && c.youngs_modulus_pa == pa);
+            found.map_or_else(empty, |c| margin_look(axis, pa, &c.margin))
+        };
+        places.map(cell).collect()
+    };
+    let rows = rows(matrix, of_row);
+    let tone = |tone| HeatCell { tone, sign: String::new() };
+    let key = [
+        (tone(Tone::Good), "stands 1.25 times the standard and more"),
+        (tone(Tone::Slight), "stands the standard"),
+        (tone(Tone::Failure), "does not stand it"),
+        (tone(Tone::Empty), "the letter: what comes beyond (as in the verdicts)"),
+    ];
+    let drawn = HeatMatrix {
+        title: "How much more the methods stand before they fail",
+        below: "One quantity grows, the rest stays at the standard: 1 ms, 8 mm, 0.5 m/s, the stiffness below each column",
+        groups: &groups,
+        rows: &rows,
+        key: &key,
+        foot: "",
+    };
+    Ok(heat_matrix(folder.draft(), "stability_margins", &drawn)?)
+}
+
+fn margin_look(axis: Axis, youngs_modulus_pa: f64, margin: &Margin) -> HeatCell {
+    let letter = margin.beyond.map_or(String::new(), |v| format!("  {}", look(v).sign));
+    let Some(value) = margin.passes else { return HeatCell { tone: Tone::Failure, sign: format!("–{letter}") } };
+    let over = value / axis.standard(youngs_modulus_pa);
+    let tone = match over {
+        over if over >= THIN => Tone::Good,
+        // the search stops within its resolution of the standard
+        over if over >= 0.95 => Tone::Slight,
+        _ => Tone::Failure,
+    };
+    HeatCell { tone, sign: format!("{}{letter}", axis.said(value, margin.beyond.is_none())) }
+}

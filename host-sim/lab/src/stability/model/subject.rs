@@ -1,0 +1,215 @@
+//! A method on a block with the substeps that it asks for.
+
+use palpate::method::Product;
+use palpate::{Fault, Limiters, Model, Params, ProbePose, State, Tuned, Vector3, tick_with};
+
+use super::case::{INCLUSION, Stimulus};
+use super::press::{Trace, press};
+use super::verdict::{Figures, judge};
+use crate::chart::{MOST_SUBSTEPS, least_substeps};
+use crate::error::Error;
+use crate::rivals::{BLOCK_M, Block, DEEPEST_M, Method, Rival, calibrated};
+use palpate_loop::closed_loop::fidelity;
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::patch::{Material, Memory, Patch};
+use palpate_tissue::stable_step::limits;
+
+/// Depth of the taps that a loop's substeps are derived from [m].
+const FIDELITY_DEPTH_M: f64 = 4e-3;
+/// A session lets a patch answer this much more than the deepest hold.
+const DEPTH_MARGIN: f64 = 1.25;
+/// Methods without a guard answer down to the bottom.
+const NO_LIMIT_M: f64 = BLOCK_M[2];
+
+/// How a method is set up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Build {
+    /// With the substeps that it derives or needs; the product with its guard.
+    Derived,
+    /// The product without its guard: what the model alone bears.
+    Unguarded,
+}
+
+/// A row of the matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// Method.
+    pub method: Method,
+    /// How it is set up.
+    pub build: Build,
+}
+
+/// Every row: the product first, then its parts, then the others in the chart's order.
+pub const ROWS: [Row; 15] = [
+    row(Method::Palpate, Build::Derived),
+    row(Method::Calibrated, Build::Derived),
+    row(Method::Palpate, Build::Unguarded),
+    row(Method::SpringsVolumeNodal, Build::Derived),
+    row(Method::SpringsVolumeTet, Build::Derived),
+    row(Method::Springs, Build::Derived),
+    row(Method::VolumePreserved, Build::Derived),
+    row(Method::LocalCompression, Build::Derived),
+    row(Method::Corotational, Build::Derived),
+    row(Method::NeoHookean, Build::Derived),
+    row(Method::NeoHookeanNodal, Build::Derived),
+    row(Method::Meshless, Build::Derived),
+    row(Method::Xpbd, Build::Derived),
+    row(Method::Implicit, Build::Derived),
+    row(Method::Compliance, Build::Derived),
+];
+
+const fn row(method: Method, build: Build) -> Row {
+    Row { method, build }
+}
+
+impl Row {
+    /// Name in files and pictures.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let words = match self.build {
+            Build::Derived => "",
+            Build::Unguarded => " no guard",
+        };
+        format!("{}{words}", self.method.name())
+    }
+
+    /// True for what the product promises.
+    #[must_use]
+    pub fn is_promised(&self) -> bool {
+        self.is_product() && self.build == Build::Derived
+    }
+
+    fn is_product(&self) -> bool {
+        matches!(self.method, Method::Palpate | Method::Calibrated)
+    }
+}
+
+/// A row on one tissue.
+#[derive(Clone, Debug)]
+pub struct Subject {
+    /// The row.
+    pub row: Row,
+    /// Tissue and parameters; substeps apart.
+    pub block: Block,
+    /// Substeps of a tick.
+    pub substeps: u16,
+    /// Patch and limits of the product with its guard.
+    guarded: Option<Patch>,
+}
+
+impl Subject {
+    /// Sets a row up on the standard block. `None` where the method cannot be had.
+    ///
+    /// # Errors
+    /// What building it refuses.
+    pub fn new(row: Row, nodes: usize, youngs_modulus_pa: f64, inclusion: bool) -> Result<Option<Self>, Error> {
+        let block = match row.method {
+            Method::Calibrated => match Block::calibrated(nodes, youngs_modulus_pa) {
+                Some(block) => block,
+                None => return Ok(None),
+            },
+            _ => Block::standard(nodes, youngs_modulus_pa)?,
+        };
+        let mut block = if inclusion { block.with_inclusion(INCLUSION) } else { block };
+        if !row.is_product() {
+            block.tissue.depth_limit_m = NO_LIMIT_M;
+            let substeps = match least_substeps(row.method, &block)? {
+                None => return Ok(None),
+                Some(Ok(survival)) => survival.substeps,
+                Some(Err(_)) => MOST_SUBSTEPS,
+            };
+            return Ok(Some(Self { row, block, substeps, guarded: None }));
+        }
+        block.tissue.depth_limit_m = DEPTH_MARGIN * DEEPEST_M;
+        let Some((patch, params)) = product(&block, row.method, inclusion) else { return Ok(None) };
+        let params = Params { substeps: 1, limits: limits(&patch, f64::from(params.tick_s)), ..params };
+        let derived = fidelity::derive(&patch, &params, FIDELITY_DEPTH_M)?;
+        let (params, substeps) = (derived.params, derived.params.substeps);
+        if row.build == Build::Unguarded {
+            block.tissue.depth_limit_m = NO_LIMIT_M;
+            return Ok(Some(Self { row, block, substeps, guarded: None }));
+        }
+        block.params = params;
+        Ok(Some(Self { row, block, substeps, guarded: Some(patch) }))
+    }
+
+    /// The same at another tick [s], with the masses and the foundation of this one.
+    #[must_use]
+    pub fn with_tick(&self, tick_s: f32) -> Self {
+        let params = self.block.params;
+        let longer = tick_s / params.tick_s;
+        let params = Params {
+            tick_s,
+            mass_floor: params.mass_floor / (longer * longer),
+            contact_mass: params.contact_mass / (longer * longer),
+            contact_cap: params.contact_cap * longer * longer,
+            contact_damping: params.contact_damping / longer,
+            ..params
+        };
+        Self { block: Block { params, tissue: self.block.tissue.clone() }, ..self.clone() }
+    }
+
+    /// The same in another stiffness [Pa], with the substeps of this one.
+    #[must_use]
+    pub fn with_modulus(&self, youngs_modulus_pa: f64) -> Self {
+        let params = Params { youngs_modulus_pa: youngs_modulus_pa as f32, ..self.block.params };
+        Self { block: Block { params, tissue: self.block.tissue.clone() }, ..self.clone() }
+    }
+
+    /// Presses and judges.
+    ///
+    /// # Errors
+    /// What building the method refuses.
+    pub fn stand(&self, stimulus: &Stimulus) -> Result<Figures, Error> {
+        Ok(judge(&self.press(stimulus)?, stimulus.is_slow()))
+    }
+
+    /// Presses.
+    ///
+    /// # Errors
+    /// What building the method refuses.
+    pub fn press(&self, stimulus: &Stimulus) -> Result<Trace, Error> {
+        let Some(patch) = &self.guarded else {
+            let trace = self.row.method.run(&self.block, self.substeps, |rival| press(&self.block, rival, stimulus))?;
+            return Ok(trace.ok_or_else(|| TissueError::Usage(format!("{} cannot be had", self.row.name())))?);
+        };
+        let model = patch.wide_model();
+        let mut memory = Memory::for_model(&model);
+        let (tuned, state) = memory.start(&model, &Params { substeps: self.substeps, ..self.block.params })?;
+        let mut guarded = Guarded { model: &model, tuned: &tuned, state, limiters: Limiters::DEFAULT };
+        Ok(press(&self.block, &mut guarded, stimulus))
+    }
+}
+
+/// The product's patch of a block and its parameters.
+fn product(block: &Block, method: Method, inclusion: bool) -> Option<(Patch, Params)> {
+    if method == Method::Calibrated {
+        let (patch, params) = calibrated(block)?;
+        return Some((if inclusion { patch.with_inclusions(&[INCLUSION]) } else { patch }, params));
+    }
+    Some((Patch::build(&block.tissue, &Material::default(), None), block.params))
+}
+
+/// The product behind its guard.
+struct Guarded<'a> {
+    model: &'a Model<'a>,
+    tuned: &'a Tuned<'a>,
+    state: State<'a>,
+    limiters: Limiters,
+}
+
+impl Rival for Guarded<'_> {
+    fn tick(&mut self, tip_m: Vector3<f32>) -> Result<Vector3<f32>, Fault> {
+        let output = tick_with(self.model, self.tuned, &mut self.state, ProbePose { tip_m }, &mut Product);
+        self.limiters = output.limiters;
+        output.fault.map_or(Ok(output.force_n), Err)
+    }
+
+    fn position_m(&self, node: usize) -> Vector3<f32> {
+        self.state.nodes()[node].position_m()
+    }
+
+    fn limiters(&self) -> Limiters {
+        self.limiters
+    }
+}

@@ -1,0 +1,193 @@
+//! The matrix as CSV and JSON.
+
+use palpate::Limiters;
+use serde::Serialize;
+
+use super::case::Stimulus;
+use super::matrix::{Cell, Matrix};
+use super::promise::{is_promised, promises};
+use super::verdict::Verdict;
+use crate::error::Error;
+use palpate_tissue::output::OutputFolder;
+
+/// What `summary.json` says.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    /// What was pressed.
+    pub scene: String,
+    /// Processor.
+    pub machine: String,
+    /// Version and profile.
+    pub build: String,
+    /// What the words mean.
+    pub terms: [&'static str; 5],
+    /// Cells of every row by verdict.
+    pub rows: Vec<Counts>,
+    /// The worst figures of the product where it promises something.
+    pub product: Worst,
+    /// Promises that did not hold.
+    pub broken: Vec<String>,
+}
+
+/// Cells of a row by verdict.
+#[derive(Clone, Debug, Serialize)]
+pub struct Counts {
+    /// Row.
+    pub row: String,
+    /// Substeps at each stiffness, without the inclusion.
+    pub substeps: Vec<u16>,
+    /// Verdicts and how many cells have them.
+    pub verdicts: Vec<(Verdict, usize)>,
+}
+
+/// Extremes of the promised cells.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Worst {
+    /// Cells that a promise covers.
+    pub cells: usize,
+    /// Smallest J in any tick (1).
+    pub lowest_j: f64,
+    /// Smallest J at the end of a hold (1).
+    pub held_j: f64,
+    /// Most that is left half a second after a release [mm].
+    pub residual_mm: f64,
+    /// Most that the force falls in a slow press [% of its largest].
+    pub drop_pct: f64,
+    /// The same in a slow press of jittered poses: the tip's speed jumps from tick to tick, and the force with it.
+    pub jitter_drop_pct: f64,
+    /// Most that the force changes in the last 20 ms of a hold [%].
+    pub force_change_pct: f64,
+}
+
+impl Summary {
+    /// Counts.
+    #[must_use]
+    pub fn of(matrix: &Matrix) -> Self {
+        let rows = matrix.plan.rows.iter().filter_map(|row| {
+            let own: Vec<&Cell> = matrix.cells.iter().filter(|c| c.row == *row).collect();
+            let of = |pa: &f64| own.iter().find(|c| c.youngs_modulus_pa == *pa && !c.case.inclusion).map(|c| c.substeps);
+            let substeps = matrix.plan.moduli_pa.iter().filter_map(of).collect();
+            let count = |verdict: Verdict| own.iter().filter(|c| c.figures.verdict == verdict).count();
+            let verdicts = Verdict::ALL.map(|v| (v, count(v))).into_iter().filter(|(_, n)| *n > 0).collect();
+            (!own.is_empty()).then(|| Counts { row: row.name(), substeps, verdicts })
+        });
+        Self {
+            scene: format!("block 80 x 80 x 40 mm of {} nodes, nu 0.45, hemisphere R = 8 mm", matrix.plan.nodes),
+            machine: palpate_tissue::machine::processor(),
+            build: palpate_tissue::machine::build(),
+            terms: [
+                "substeps: the product's as a session derives them, the others' the fewest with which they survive the chart's press to 8 mm on the same tissue",
+                "jitter: the pose that a tick is given was sensed up to half a tick before or after it; the step of the model stays what it is, as on a device",
+                "held: the product's guard let the tip no deeper than 10 mm; the other methods have no depth limit, and no more than 1 m/s is shown to any but implicit and compliance",
+                "force is cut at 12 N, the most the core lets out: above that a fall of it is not seen; it is judged in slow presses only",
+                "margins: one quantity grows while the others stay at the press to 8 mm and the tap of 0.5 m/s, found within 5 %; the tick up to 2 ms, which is what the foundation's damping and slope allow",
+            ],
+            rows: rows.collect(),
+            product: Worst::of(matrix),
+            broken: promises(matrix),
+        }
+    }
+}
+
+impl Worst {
+    fn of(matrix: &Matrix) -> Self {
+        let none = Self {
+            cells: 0,
+            lowest_j: f64::INFINITY,
+            held_j: f64::INFINITY,
+            residual_mm: 0.0,
+            drop_pct: 0.0,
+            jitter_drop_pct: 0.0,
+            force_change_pct: 0.0,
+        };
+        matrix.cells.iter().filter(|c| is_promised(c)).fold(none, |worst, cell| {
+            let f = &cell.figures;
+            let stimulus = cell.case.stimulus;
+            let even = Stimulus { jitter: 0.0, ..stimulus };
+            let drop_pct = if stimulus.is_slow() { f.drop_pct } else { 0.0 };
+            let jitter_drop_pct = if even.is_slow() { f.drop_pct } else { 0.0 };
+            Self {
+                cells: worst.cells + 1,
+                lowest_j: worst.lowest_j.min(f.lowest_j),
+                held_j: worst.held_j.min(f.held_j),
+                residual_mm: worst.residual_mm.max(f.residual_mm),
+                drop_pct: worst.drop_pct.max(drop_pct),
+                jitter_drop_pct: worst.jitter_drop_pct.max(jitter_drop_pct),
+                force_change_pct: worst.force_change_pct.max(f.force_change_pct),
+            }
+        })
+    }
+}
+
+/// Writes `stability_model.csv` and `stability_margins.csv`.
+///
+/// # Errors
+/// The folder cannot be written.
+pub fn write(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
+    folder.write("stability_model.csv", cells(matrix).as_bytes())?;
+    Ok(folder.write("stability_margins.csv", margins(matrix).as_bytes())?)
+}
+
+fn cells(matrix: &Matrix) -> String {
+    let mut text = String::from(
+        "row,method,substeps,youngs_modulus_pa,case,depth_m,in_m_per_s,out_m_per_s,jitter,inclusion,promised,verdict,lowest_j,held_j,residual_mm,force_drop_pct,moved_mm,force_change_pct,held_n,peak_n,diverged_at_mm,depth_held,speed_limited,force_cut\n",
+    );
+    for cell in &matrix.cells {
+        let (f, s) = (&cell.figures, cell.case.stimulus);
+        let clamped = |limiter: Limiters| f.limiters.contains(limiter).to_string();
+        let row = [
+            cell.row.name(),
+            cell.row.method.name().into(),
+            cell.substeps.to_string(),
+            cell.youngs_modulus_pa.to_string(),
+            cell.case.name.into(),
+            s.depth_m.to_string(),
+            s.in_m_per_s.to_string(),
+            s.out_m_per_s.to_string(),
+            s.jitter.to_string(),
+            cell.case.inclusion.to_string(),
+            is_promised(cell).to_string(),
+            f.verdict.name().into(),
+            number(f.lowest_j, 4),
+            number(f.held_j, 4),
+            number(f.residual_mm, 5),
+            number(f.drop_pct, 3),
+            number(f.moved_mm, 5),
+            number(f.force_change_pct, 3),
+            number(f.held_n, 5),
+            number(f.peak_n, 5),
+            f.diverged_at_mm.map_or(String::new(), |d| number(d, 2)),
+            clamped(Limiters::DEPTH),
+            clamped(Limiters::SPEED),
+            clamped(Limiters::FORCE),
+        ];
+        text.push_str(&row.join(","));
+        text.push('\n');
+    }
+    text
+}
+
+fn margins(matrix: &Matrix) -> String {
+    let mut text = String::from("row,method,substeps,youngs_modulus_pa,quantity,standard,passes_up_to,largest_tried,beyond\n");
+    for cell in &matrix.margins {
+        let row = [
+            cell.row.name(),
+            cell.row.method.name().into(),
+            cell.substeps.to_string(),
+            cell.youngs_modulus_pa.to_string(),
+            cell.axis.name().into(),
+            cell.axis.standard(cell.youngs_modulus_pa).to_string(),
+            cell.margin.passes.map_or(String::new(), |v| format!("{v:.4e}")),
+            cell.axis.range()[1].to_string(),
+            cell.margin.beyond.map_or("", Verdict::name).into(),
+        ];
+        text.push_str(&row.join(","));
+        text.push('\n');
+    }
+    text
+}
+
+/// Empty where nothing was measured.
+fn number(value: f64, digits: usize) -> String {
+    if value.is_finite() { format!("{value:.digits$}") } else { String::new() }
+}

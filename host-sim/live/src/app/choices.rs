@@ -1,0 +1,149 @@
+//! What the controls ask of the physics.
+
+use super::App;
+
+impl App {
+    /// Tells the physics what is chosen now.
+    pub(crate) fn choose(&mut self) {
+        let controls = &mut self.controls;
+        controls.choice.nodule =
+            controls.exercise.as_ref().map(|s| s.exercise.hidden).or(controls.nodule.filter(|_| controls.block));
+        self.link.send(Request::Choose(controls.choice.clone(), controls.holding.clone()));
+    }
+
+    pub(crate) fn rechoose(&mut self, choice: Choice) {
+        let controls = &mut self.controls;
+        let same = choice.same_patch(&controls.choice);
+        controls.choice = choice;
+        controls.nodule = controls.choice.nodule;
+        if let (true, Ok(scene)) = (same, controls.choice.scene()) {
+            // no other tissue comes: this one gets its own numbers back
+            controls.stiffness_kpa = scene.tissue.youngs_modulus_pa as f32 * 1e-3;
+            controls.damping_per_s = scene.tissue.node_damping_per_s as f32;
+            self.said = (format!("{} is as it began.", controls.title()), false);
+            self.choose();
+            return;
+        }
+        controls.put_by = Some((controls.exercise.take(), controls.found.take()));
+        self.said = ("Preparing the tissue ...".into(), false);
+        self.choose();
+    }
+
+    pub(crate) fn damp(&mut self, per_s: f32) {
+        self.controls.damping_per_s = per_s.clamp(0.0, 200.0);
+        self.controls.choice.node_damping_per_s = Some(f64::from(self.controls.damping_per_s));
+        self.choose();
+    }
+
+    /// The nodule of the sliders, or none; in a block, and not while one is searched.
+    pub(crate) fn put_nodule(&mut self, there: bool) {
+        let controls = &mut self.controls;
+        if controls.block && controls.exercise.is_none() {
+            (controls.nodule, controls.found) = (there.then_some(NODULE), None);
+            self.choose();
+        }
+    }
+
+    pub(crate) fn stiffen(&mut self, kpa: f32) {
+        self.controls.stiffness_kpa = kpa.clamp(1.0, 100.0);
+        self.controls.choice.youngs_modulus_pa = Some(f64::from(self.controls.stiffness_kpa) * 1e3);
+        self.choose();
+    }
+
+    /// Starts or ends the exercise.
+    pub(crate) fn search(&mut self) {
+        let controls = &mut self.controls;
+        controls.found = None;
+        if controls.exercise.take().is_none() {
+            controls.seed = controls.seed.wrapping_add(self.frame.ticks | 1);
+            let exercise = Exercise::hide(controls.seed);
+            controls.exercise = Some(Search { exercise, begun: None, peak_n: 0.0 });
+            let nodes = controls.choice.nodes;
+            controls.choice = Choice { nodes, ..Choice::preset("block") };
+            (controls.shown.springs, controls.nodule) = (false, None);
+        }
+        self.choose();
+    }
+
+    /// The place under the tip is the answer.
+    pub(crate) fn answer(&mut self) {
+        let place_m = self.pointer.place_m();
+        // before its tissue is there, there is nothing to answer
+        let Some(search) = self.controls.exercise.take_if(|s| s.begun.is_some()) else { return };
+        let place_m = [f64::from(place_m.x), f64::from(place_m.y)];
+        let found = search.exercise.judge(place_m, search.peak_n.into(), search.taken_s());
+        self.said = (
+            format!(
+                "{}: score {:.2}, {:.1} mm off, strongest press {:.2} N, {:.0} s.",
+                if found.found { "Found" } else { "Not found" },
+                found.score,
+                found.apart_m * 1e3,
+                found.peak_n,
+                found.time_s
+            ),
+            !found.found,
+        );
+        self.controls.found = Some((found, place_m, search.exercise.hidden));
+        // what was felt stays, to be felt again
+        self.controls.nodule = Some(search.exercise.hidden);
+    }
+
+    pub(crate) fn record(&mut self) {
+        self.link.send(if self.frame.recorded.is_some() { Request::Finish } else { Request::Record });
+    }
+
+    pub(crate) fn recolour(&mut self) {
+        let colour = &mut self.controls.shown.colour;
+        *colour = if *colour == Colour::J { Colour::Displacement } else { Colour::J };
+    }
+
+    pub(crate) fn theme(&mut self, ctx: &egui::Context) {
+        self.controls.light ^= true;
+        ctx.set_theme(if self.controls.light { egui::Theme::Light } else { egui::Theme::Dark });
+    }
+
+    /// A dropped or opened file: a trace or a scene.
+    pub(crate) fn opened(&mut self, ctx: &egui::Context) {
+        for (name, bytes) in self.files.opened(ctx) {
+            if bytes.starts_with(&palpate_loop::live::trace::MAGIC) {
+                self.link.send(Request::Replay(bytes));
+            } else if name.to_ascii_lowercase().ends_with(".toml") {
+                if bytes.trim_ascii().is_empty() {
+                    self.said = (format!("{name} is empty: give a scene, see host-sim/scenes."), true);
+                    continue;
+                }
+                let text = String::from_utf8_lossy(&bytes).into_owned();
+                self.rechoose(Choice { text, ..Choice::preset(&name) });
+            } else {
+                self.said = (format!("{name} is neither a live trace nor a scene (.toml): give one of these."), true);
+            }
+        }
+    }
+
+    /// Lets the user choose a trace or a scene.
+    pub(crate) fn ask_for_a_file(&mut self) {
+        if !self.files.ask() {
+            self.path = Some(String::new());
+        }
+    }
+
+    /// The line for a path, on a desktop.
+    pub(crate) fn typed(&mut self, ctx: &egui::Context) {
+        let Some(path) = &mut self.path else { return };
+        let (mut open, mut given) = (true, false);
+        egui::Window::new("Open a trace or a scene").collapsible(false).resizable(false).open(&mut open).show(ctx, |ui| {
+            let line = ui.add(egui::TextEdit::singleline(path).hint_text("out/live/live-1.trace").desired_width(360.0));
+            given = line.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+            if !given {
+                line.request_focus();
+            }
+            ui.weak("Enter opens, Esc leaves");
+        });
+        if given && let Some(why) = self.files.open(path.trim()) {
+            self.said = (why, true);
+        }
+        if given || !open || ctx.input(|i| i.key_pressed(egui::Key::Escape)) {
+            self.path = None;
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! The loop closed over an emulated hand and device: what a person would feel.
+//!
+//! ```text
+//! stimulus ─ hand ─ plant ─ sense ─ core::haptic::cycle ─ actuate ─ plant      every tick watched against the invariants
+//! ```
+//!
+//! [`run::run`] is that line; [`campaign`] runs it with the faults of [`faulty`]. A [`device`] profile and a [`hand`] are data; a
+//! [`control`] is ours or a rival; a [`surface`] is a wall or the product's patch; a [`verdict`] is frozen.
+
+pub mod campaign;
+pub mod control;
+pub mod device;
+pub mod faulty;
+pub mod fidelity;
+pub mod hand;
+pub mod paths;
+pub mod plant;
+pub mod prepared;
+pub mod report;
+pub mod run;
+pub mod soak;
+pub mod spectrum;
+pub mod stimulus;
+pub mod surface;
+pub mod trace;
+pub mod verdict;
+pub mod watch;

@@ -1,0 +1,118 @@
+//! The fault campaign: every kind of fault, in every hand, at every moment of a touch, on a wall and on a patch, every tick watched.
+//!
+//! A [`Case`] is one run, drawn from a number; [`Bed`] is what it runs on, armed once. Nothing in it reads a clock, and the same number gives the
+//! same run.
+
+mod case;
+mod inject;
+mod run;
+mod state;
+mod table;
+mod verdict;
+
+pub use case::{Case, MOTIONS, Moment, Motion};
+pub use run::Bed;
+pub use state::Outcome;
+pub use table::{Row, Table};
+
+use palpate::{BuildError, Params};
+use rayon::prelude::*;
+
+use super::device::DeviceProfile;
+use super::surface::{Wall, force_at_n, static_curve, with_tissue};
+use palpate_tissue::patch::Patch;
+
+/// Runs that are handed to a thread at a time.
+const BATCH: u64 = 64;
+/// Stiffness of the wall [N/m]: the ceiling of the default device.
+pub const WALL_N_PER_M: f64 = 400.0;
+/// Depth that a press rests at [m].
+pub const DEPTH_M: f64 = 4e-3;
+
+/// The patch: nodes, stiffness [Pa], deepest press [m].
+const NODES: usize = 130;
+const YOUNGS_MODULUS_PA: f32 = 20e3;
+const DEEPEST_M: f32 = 8e-3;
+
+/// What the runs run on.
+#[derive(Clone, Copy, Debug)]
+pub struct Ground<'a> {
+    /// The device.
+    pub device: &'a DeviceProfile,
+    /// The patch.
+    pub patch: &'a Patch,
+    /// Its parameters.
+    pub params: &'a Params,
+    /// Its force at [`DEPTH_M`] [N].
+    pub patch_n: f64,
+}
+
+impl<'a> Ground<'a> {
+    /// This device over this patch.
+    #[must_use]
+    pub fn new(device: &'a DeviceProfile, light: &'a LightPatch) -> Self {
+        Self { device, patch: &light.patch, params: &light.params, patch_n: light.static_n }
+    }
+}
+
+/// Runs `runs` cases of this seed, half of them on a wall, half on the patch; `done` is told of every batch.
+///
+/// # Errors
+/// What the loop or the patch refuses.
+pub fn campaign(ground: &Ground, runs: u64, seed: u64, done: impl Fn(u64) + Sync) -> Result<Table, BuildError> {
+    let batches: Vec<u64> = (0..runs.div_ceil(BATCH)).collect();
+    let parts: Vec<Result<Table, BuildError>> =
+        batches.par_iter().map(|batch| part(ground, batch * BATCH..runs.min((batch + 1) * BATCH), seed, &done)).collect();
+    let mut table = Table::default();
+    for part in parts {
+        table.add(&part?);
+    }
+    Ok(table)
+}
+
+fn part(ground: &Ground, numbers: std::ops::Range<u64>, seed: u64, done: &(impl Fn(u64) + Sync)) -> Result<Table, BuildError> {
+    let cases: Vec<Case> = numbers.clone().map(|n| Case::draw(n, seed)).collect();
+    let mut table = Table::default();
+    let mut wall = Wall::new(WALL_N_PER_M, ground.device.force_limit_n, Case::WALL_NORMAL);
+    let bed = Bed::arm(ground.device, &mut wall, WALL_N_PER_M * DEPTH_M)?;
+    for case in cases.iter().filter(|c| !c.on_patch) {
+        table.count(case, &bed.run(case, &mut wall)?);
+    }
+    with_tissue(ground.patch, ground.params, |tissue| {
+        let bed = Bed::arm(ground.device, tissue, ground.patch_n)?;
+        for case in cases.iter().filter(|c| c.on_patch) {
+            table.count(case, &bed.run(case, tissue)?);
+        }
+        Ok(())
+    })??;
+    done(numbers.end - numbers.start);
+    Ok(table)
+}
+
+/// The patch of the campaign.
+#[derive(Clone, Debug)]
+pub struct LightPatch {
+    /// 130 nodes, calibrated.
+    pub patch: Patch,
+    /// One step a tick, as on the board: the faults are the loop's, not the patch's.
+    pub params: Params,
+    /// Its force at [`DEPTH_M`] [N].
+    pub static_n: f64,
+}
+
+impl LightPatch {
+    /// The shipped patch of 130 nodes at 20 kPa, one step a tick: what a campaign can afford a hundred million times.
+    ///
+    /// # Errors
+    /// It does not build.
+    pub fn load() -> Result<Self, BuildError> {
+        let Some((mut patch, packed)) = palpate_tissue::session::calibrated::sized(NODES) else {
+            return Err(BuildError::NotAPatch);
+        };
+        patch.set_depth_limit_m(DEEPEST_M);
+        let limits = palpate_tissue::stable_step::limits(&patch, f64::from(packed.tick_s));
+        let params = Params { youngs_modulus_pa: YOUNGS_MODULUS_PA, limits, substeps: 1, ..packed };
+        let curve = static_curve(&patch, &params)?;
+        Ok(Self { static_n: force_at_n(&curve, DEPTH_M), patch, params })
+    }
+}

@@ -1,0 +1,57 @@
+//! A fault begins: in the device, the tissue, the plant, or what the host says.
+
+use palpate::haptic::cycle::Command;
+use palpate::haptic::limits::LimitValues;
+
+use super::state::Scene;
+use crate::closed_loop::faulty::{Drive, Host, Injection};
+use crate::closed_loop::surface::Surface;
+
+/// Begins the fault; what went wrong at once.
+pub(super) fn begin<S: Surface>(injection: Injection, scene: &mut Scene<'_, S>) -> Option<&'static str> {
+    match injection {
+        Injection::Reading(fault) => scene.device.break_reading(Some(fault)),
+        Injection::Drive(fault) => {
+            scene.device.break_drive(Some(fault));
+            match fault {
+                Drive::Lag(lag_s) => scene.plant().device_mut().amplifier_lag_s = lag_s,
+                Drive::Friction(ratio) => scene.plant().device_mut().friction_n *= ratio,
+                _ => {}
+            }
+        }
+        Injection::Tissue(fault) => scene.tissue.break_it(Some(fault)),
+        Injection::Host(Host::Lowers) => {
+            let now = *scene.armed.cycle.limits();
+            let asked = LimitValues { max_force_n: 0.5 * now.max_force_n, ..now };
+            if scene.armed.cycle.lower_limits(&asked).is_err() || *scene.armed.cycle.limits() != asked {
+                return Some("a lowered limit was not taken");
+            }
+        }
+        Injection::Host(Host::Raises(which)) => {
+            let now = *scene.armed.cycle.limits();
+            let asked = match which {
+                0 => LimitValues { max_force_n: now.max_force_n * 1.05, ..now },
+                1 => LimitValues { max_force_n: f32::NAN, ..now },
+                2 => LimitValues { max_slew_n_per_s: now.max_slew_n_per_s * 2.0, ..now },
+                _ => LimitValues { max_speed_m_per_s: -1.0, ..now },
+            };
+            if scene.armed.cycle.lower_limits(&asked).is_ok() || *scene.armed.cycle.limits() != now {
+                return Some("a limit was raised");
+            }
+        }
+        _ => {}
+    }
+    None
+}
+
+/// What the host says in the tick so long after the beginning.
+pub(super) fn command(injection: Injection, since: Option<u32>) -> Command {
+    let Some(since) = since else { return Command::HEARD };
+    match injection {
+        Injection::Host(Host::Silent) => Command { heard: false, ..Command::HEARD },
+        Injection::Host(Host::Asks(asked)) => Command { asked: Some(asked), ..Command::HEARD },
+        Injection::Found(fault) => Command { found: Some(fault), ..Command::HEARD },
+        Injection::Late { ticks, every } if since.is_multiple_of(every) => Command { late_ticks: ticks, ..Command::HEARD },
+        _ => Command::HEARD,
+    }
+}

@@ -1,0 +1,212 @@
+//! One case from its first tick to its verdict.
+
+use palpate::haptic::cycle::{Ask, Command, Cycle, Settings};
+use palpate::haptic::mode::Mode;
+use palpate::path::probe::ProbePose;
+use palpate::{BuildError, Fault};
+use rand_xoshiro::SplitMix64;
+use rand_xoshiro::rand_core::SeedableRng;
+
+use super::case::{Case, Moment};
+use super::inject::{begin, command};
+use super::state::{Armed, Outcome, Scene};
+use super::verdict::{reacted, verdict};
+use crate::closed_loop::device::DeviceProfile;
+use crate::closed_loop::faulty::{Expected, Faulty, FaultyTissue, Needs, Opening};
+use crate::closed_loop::hand::HANDS;
+use crate::closed_loop::plant::Plant;
+use crate::closed_loop::run::{Setup, Watched, course_of};
+use crate::closed_loop::stimulus::{CLEAR_M, Course, Stimulus};
+use crate::closed_loop::surface::Surface;
+
+/// Ticks for arming and ramping in.
+const ARMING_TICKS: u32 = 700;
+/// Longest wait for the moment of a fault [ticks].
+const PATIENCE_TICKS: u32 = 1500;
+/// Ticks that are watched after a fault begins, and after the loop gave up.
+const AFTER_TICKS: u32 = 260;
+const AFTER_FAULT_TICKS: u32 = 80;
+/// Weakest force and speed that count as such [N, m/s].
+const FORCE_N: f32 = 0.3;
+const FAST_M_PER_S: f64 = 0.35;
+/// Force that a ramp must have come to within [`RAMP_TICKS`] [N].
+const RAMP_END_N: f32 = 0.05;
+const RAMP_TICKS: u32 = 150;
+
+/// A loop in free space, ready for runs.
+pub struct Bed<'a> {
+    device: &'a DeviceProfile,
+    settings: Settings,
+    static_n: f64,
+    /// Ramped in, and as soon as it was armed.
+    ready: Armed,
+    fresh: Armed,
+}
+
+impl<'a> Bed<'a> {
+    /// Arms a loop over this surface; `static_n` is its force where a press rests [N].
+    ///
+    /// # Errors
+    /// What [`Cycle::build`] refuses.
+    pub fn arm(device: &'a DeviceProfile, surface: &mut impl Surface, static_n: f64) -> Result<Self, BuildError> {
+        let site = surface.site();
+        let limits = device.limits(site.at_m.cast());
+        let settings = Settings { limits: device.limit_values(), ..Settings::safe(&limits) };
+        let mut plant = Plant::new(device, HANDS[0], site.at_m.cast(), site.normal.cast(), site.point_m(-CLEAR_M, 0.0, 0.0));
+        let mut armed =
+            Armed { cycle: Cycle::build(&settings, &limits)?, watched: Watched::of(&settings, &limits, surface), readings: 0 };
+        let mut fresh = armed.clone();
+        for n in 0..ARMING_TICKS {
+            let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(n as usize).copied();
+            let told = armed.watched.cycle(&mut armed.cycle, &mut plant, surface, Command { asked, ..Command::HEARD });
+            armed.readings += 1;
+            if told.mode != Mode::Active {
+                fresh = armed.clone();
+            }
+        }
+        Ok(Self { device, settings, static_n, ready: armed, fresh })
+    }
+
+    /// One run.
+    ///
+    /// # Errors
+    /// What [`Cycle::build`] refuses.
+    pub fn run<S: Surface>(&self, case: &Case, surface: &mut S) -> Result<Outcome, BuildError> {
+        let site = surface.site();
+        let limits = self.device.limits(site.at_m.cast());
+        let armed = match case.kind().opening {
+            Opening::Active => self.ready.clone(),
+            Opening::RampingIn => self.fresh.clone(),
+            Opening::Inside | Opening::Waving => Armed {
+                cycle: Cycle::build(&self.settings, &limits)?,
+                watched: Watched::of(&self.settings, &limits, surface),
+                readings: 0,
+            },
+        };
+        let stimulus = case.motion.stimulus().unwrap_or(crate::closed_loop::stimulus::STIMULI[0]);
+        let course = self.course(case, stimulus, surface);
+        let from_s = case.motion.from_s();
+        let begin = course.aim(from_s);
+        surface.reset();
+        let mut plant = Plant::new(self.device, case.hand, site.at_m.cast(), site.normal.cast(), begin.at_m);
+        plant.set_velocity_m_per_s(if course.entry_m_per_s() > 0.0 {
+            -site.normal * course.entry_m_per_s()
+        } else {
+            begin.velocity_m_per_s
+        });
+        let mut device =
+            Faulty::new(plant, site.at_m.cast(), site.normal.cast(), site.along.cast(), SplitMix64::seed_from_u64(case.noise));
+        device.number_from(armed.readings);
+        let mut scene = Scene { armed, device, tissue: FaultyTissue::new(surface) };
+        let mut outcome = match case.kind().opening {
+            Opening::Active | Opening::RampingIn => {
+                // the patch has seen the probe outside, as it had while arming
+                palpate::haptic::cycle::Renderer::render(&mut scene.tissue, ProbePose { tip_m: begin.at_m.cast() });
+                follow(case, &course, from_s, &mut scene)
+            }
+            Opening::Inside | Opening::Waving => never_felt(case, &mut scene),
+        };
+        outcome.broken = scene.armed.watched.broken;
+        Ok(outcome)
+    }
+
+    fn course(&self, case: &Case, stimulus: Stimulus, surface: &impl Surface) -> Course {
+        let (static_n, depth_m) = (self.static_n, super::DEPTH_M);
+        course_of(&Setup { device: self.device, hand: case.hand, stimulus, settings: self.settings, depth_m, static_n }, surface)
+    }
+}
+
+/// Power on where no force may come.
+fn never_felt<S: Surface>(case: &Case, scene: &mut Scene<'_, S>) -> Outcome {
+    let site = scene.tissue.site();
+    let inside = case.kind().opening == Opening::Inside;
+    let mut outcome = Outcome { injected: true, ..Outcome::default() };
+    for n in 0..400_u32 {
+        let to_and_fro = f64::from(if n % 80 < 40 { n % 40 } else { 40 - n % 40 });
+        let out_m = if inside { -(0.3e-3 + 4e-3 * case.share) } else { CLEAR_M + 0.8e-3 * to_and_fro };
+        scene.plant().put(site.point_m(-out_m, 8e-3 * (case.share - 0.5), 0.0));
+        let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(n as usize).copied();
+        let told = scene.cycle(Command { asked, ..Command::HEARD });
+        outcome.peak_n = outcome.peak_n.max(told.applied_n.norm());
+        outcome.fault = outcome.fault.or(told.fault);
+        if told.mode.allows_force() {
+            outcome.wrong = Some("armed where no force may come");
+        }
+    }
+    outcome
+}
+
+fn follow<S: Surface>(case: &Case, course: &Course, from_s: f64, scene: &mut Scene<'_, S>) -> Outcome {
+    let kind = case.kind();
+    let mut outcome = Outcome::default();
+    let (mut begun, mut ended): (Option<u32>, Option<u32>) = (None, None);
+    let (mut touched_ticks, mut waited, mut last_n) = (0_u32, 0_u32, 0.0_f32);
+    let mut last_mode = scene.armed.cycle.mode();
+    for n in 0.. {
+        let aim = course.aim(from_s + f64::from(n) * 1e-3);
+        if begun.is_none() {
+            let normal = scene.tissue.site().normal;
+            let speed = scene.plant().velocity_m_per_s();
+            let due = match case.moment {
+                Moment::Free => n >= 2,
+                Moment::Touch => touched_ticks > 0,
+                Moment::Deep => touched_ticks > 40,
+                Moment::Release => touched_ticks > 20 && (aim.let_go || speed.dot(&normal) > 5e-3 || touched_ticks > 400),
+            };
+            waited += u32::from(due);
+            let met = match kind.needs {
+                Needs::Nothing => true,
+                Needs::Force | Needs::NobodysForce => last_n > FORCE_N,
+                Needs::FastForce => last_n > FORCE_N && speed.norm() > FAST_M_PER_S,
+            };
+            if waited > case.after_ticks && met {
+                begun = Some(n);
+                outcome.injected = true;
+                outcome.wrong = begin(kind.injection, scene);
+            } else if n >= PATIENCE_TICKS {
+                break;
+            }
+        }
+        let since = begun.map(|b| n - b);
+        let on = since.is_some_and(|s| s < kind.ticks);
+        if since == Some(kind.ticks) {
+            scene.device.break_reading(None);
+            scene.device.break_drive(None);
+            scene.tissue.break_it(None);
+        }
+        let mut command = command(kind.injection, since.filter(|_| on));
+        // what nobody may get after a fault: its end, or another reason
+        let ago = ended.map(|e| n - e);
+        if ago.is_some_and(|a| matches!(a, 3 | 20)) {
+            command.asked = Some(Ask::Clear);
+        } else if ago == Some(6) {
+            command.found = Some(Fault::SelfTestFailed);
+        }
+        for _ in 0..command.late_ticks {
+            scene.plant().step(&aim, last_n > 0.0);
+        }
+        let told = scene.cycle(command);
+        last_n = told.applied_n.norm();
+        last_mode = told.mode;
+        let touches = told.output.depth_m > 0.0;
+        touched_ticks += u32::from(touches);
+        scene.plant().step(&aim, touches || last_n > 0.0);
+        if let Some(since) = since {
+            outcome.peak_n = outcome.peak_n.max(last_n);
+            if outcome.reaction_ticks.is_none() && reacted(&kind.expected, &told) {
+                outcome.reaction_ticks = Some(since + 1);
+            }
+            if matches!(kind.expected, Expected::Ramp(_)) && since >= RAMP_TICKS && last_n > RAMP_END_N {
+                outcome.wrong = Some("the force did not end in its ramp");
+            }
+        }
+        if ended.is_none() && told.mode == Mode::Fault {
+            (ended, outcome.fault) = (Some(n), told.fault);
+        }
+        if ended.is_some_and(|e| n - e > AFTER_FAULT_TICKS) || since.is_some_and(|s| s > AFTER_TICKS) {
+            break;
+        }
+    }
+    outcome.wrong = outcome.wrong.or_else(|| verdict(case, &outcome, last_mode));
+    outcome
+}

@@ -1,0 +1,53 @@
+//! State of a campaign run, and its result.
+
+use palpate::Fault;
+use palpate::haptic::cycle::{Command, Cycle, Telemetry};
+
+use crate::closed_loop::faulty::{Faulty, FaultyTissue};
+use crate::closed_loop::plant::Plant;
+use crate::closed_loop::run::Watched;
+use crate::closed_loop::surface::Surface;
+use crate::closed_loop::watch::Broken;
+
+/// What a run showed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// Its moment came.
+    pub injected: bool,
+    /// Ticks from the injection to what had to follow; 1 in the same tick.
+    pub reaction_ticks: Option<u32>,
+    /// Fault that ended it.
+    pub fault: Option<Fault>,
+    /// Strongest force from the injection on [N].
+    pub peak_n: f32,
+    /// Invariants broken.
+    pub broken: Vec<Broken>,
+    /// What did not follow as it had to.
+    pub wrong: Option<&'static str>,
+}
+
+#[derive(Clone)]
+pub(super) struct Armed {
+    pub(super) cycle: Cycle,
+    pub(super) watched: Watched,
+    /// Readings so far.
+    pub(super) readings: u32,
+}
+
+/// Everything that moves in a run.
+pub(super) struct Scene<'s, S> {
+    pub(super) armed: Armed,
+    pub(super) device: Faulty<Plant>,
+    pub(super) tissue: FaultyTissue<'s, S>,
+}
+
+impl<S: Surface> Scene<'_, S> {
+    pub(super) fn cycle(&mut self, command: Command) -> Telemetry {
+        self.armed.watched.cycle(&mut self.armed.cycle, &mut self.device, &mut self.tissue, command)
+    }
+
+    /// The plant.
+    pub(super) fn plant(&mut self) -> &mut Plant {
+        self.device.device()
+    }
+}

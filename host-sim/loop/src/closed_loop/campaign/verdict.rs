@@ -1,0 +1,40 @@
+//! Whether what followed is what had to follow.
+
+use palpate::haptic::cycle::Telemetry;
+use palpate::haptic::mode::Mode;
+use palpate::{Fault, Vector3};
+
+use super::case::Case;
+use super::state::Outcome;
+use crate::closed_loop::faulty::Expected;
+
+/// Whether this tick is what has to follow.
+pub(super) fn reacted(expected: &Expected, told: &Telemetry) -> bool {
+    match expected {
+        Expected::Ramp(_) => matches!(told.mode, Mode::SafeRamp | Mode::Idle),
+        // a renderer that goes on asking for a force when it has pushed the probe out is found by the comparison of the tips
+        Expected::Degraded(_) => told.mode == Mode::Degraded || told.fault == Some(Fault::TipApart),
+        _ => told.mode == Mode::Fault && told.applied_n == Vector3::zeros(),
+    }
+}
+
+/// What did not follow as it had to; `mode` is the last one.
+pub(super) fn verdict(case: &Case, outcome: &Outcome, mode: Mode) -> Option<&'static str> {
+    let (fault, reaction) = (outcome.fault, outcome.reaction_ticks);
+    let in_time = |within: u32| reaction.is_some_and(|r| r <= within);
+    let wrong = |what, holds: bool| (!holds).then_some(what);
+    if !outcome.injected {
+        return wrong("a fault that nobody injected", fault.is_none());
+    }
+    match case.kind().expected {
+        Expected::Fault(of, within) => wrong("not noticed", fault.is_some())
+            .or(wrong("noticed as something else", fault.is_some_and(|f| of.contains(&f))))
+            .or(wrong("noticed too late", in_time(within))),
+        Expected::Ridden => wrong("a false alarm", fault.is_none())
+            .or(wrong("the force was taken away", matches!(mode, Mode::Active | Mode::Degraded))),
+        Expected::Bounded(of) => wrong("ended by another fault", fault.is_none_or(|f| of.contains(&f))),
+        Expected::Ramp(within) => wrong("a fault instead of a ramp", fault.is_none()).or(wrong("ramp too late", in_time(within))),
+        Expected::Degraded(within) => wrong("not scaled down", in_time(within)),
+        Expected::Nothing => None,
+    }
+}

@@ -1,0 +1,174 @@
+//! Devices as data: what a profile file says of one.
+
+use std::path::Path;
+
+use palpate::Vector3;
+use palpate::haptic::device::DeviceLimits;
+use palpate::haptic::limits::LimitValues;
+use serde::Deserialize;
+
+use palpate_tissue::error::Error;
+
+/// The profiles that ship, by name; the first is the default.
+pub const PROFILES: [(&str, &str); 8] = [
+    ("touch", include_str!("../../../devices/touch.toml")),
+    ("omni", include_str!("../../../devices/omni.toml")),
+    ("touch-x", include_str!("../../../devices/touch-x.toml")),
+    ("falcon", include_str!("../../../devices/falcon.toml")),
+    ("omega3", include_str!("../../../devices/omega3.toml")),
+    ("inverse3", include_str!("../../../devices/inverse3.toml")),
+    ("hapkit", include_str!("../../../devices/hapkit.toml")),
+    ("frictionless", include_str!("../../../devices/frictionless.toml")),
+];
+
+/// A device.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct DeviceProfile {
+    /// Shown in tables and pictures.
+    pub name: String,
+    /// Where the numbers are from.
+    pub source: String,
+    /// Axes that it moves along: 3, or 1 for a paddle, which moves along the press.
+    pub axes: u8,
+    /// Longest force in every direction [N].
+    pub max_force_n: f64,
+    /// Longest force that the loop lets out [N].
+    pub force_limit_n: f64,
+    /// Stiffest spring that its maker names for it [N/m].
+    pub stiffness_ceiling_n_per_m: f64,
+    /// One encoder count at the probe [m]; zero for an ideal sensor.
+    pub count_m: f64,
+    /// Mass at the probe [kg].
+    pub mass_kg: f64,
+    /// Viscous friction [N s/m].
+    pub damping_n_s_per_m: f64,
+    /// Coulomb friction [N].
+    pub friction_n: f64,
+    /// Time constant of amplifier and motor [s].
+    pub amplifier_lag_s: f64,
+    /// Whole ticks between computing a force and the amplifier getting it.
+    pub delay_ticks: u8,
+    /// Sides of the workspace [m], centred on the site.
+    pub workspace_m: [f64; 3],
+}
+
+impl DeviceProfile {
+    /// A profile by name, or from a file.
+    ///
+    /// # Errors
+    /// Neither, or a file with an unknown key or a number that no device has: by name and line.
+    pub fn load(name_or_file: &str) -> Result<Self, Error> {
+        if let Some((name, text)) = PROFILES.iter().find(|(name, _)| *name == name_or_file) {
+            return Self::parse(text, name);
+        }
+        let path = Path::new(name_or_file);
+        if path.extension().is_none_or(|e| e != "toml") {
+            let names: Vec<&str> = PROFILES.iter().map(|p| p.0).collect();
+            return Err(Error::Usage(format!(
+                "--device {name_or_file} is no profile: give one of {}, or the path of a .toml file",
+                names.join(", ")
+            )));
+        }
+        let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
+        Self::parse(&text, name_or_file)
+    }
+
+    fn parse(text: &str, file: &str) -> Result<Self, Error> {
+        let profile: Self = toml::from_str(text).map_err(|e| {
+            let line = e.span().map_or(1, |s| text.get(..s.start).unwrap_or(text).matches('\n').count() + 1);
+            Error::Usage(format!("{file}:{line}: {}", e.message().trim()))
+        })?;
+        profile.check(&|key| {
+            let line = text.lines().position(|l| l.trim_start().starts_with(key)).map_or(1, |n| n + 1);
+            format!("{file}:{line}: {key}")
+        })?;
+        Ok(profile)
+    }
+
+    /// Checks every number; `place` says where a key's is from.
+    ///
+    /// # Errors
+    /// The first that no device has, by its place.
+    pub fn check(&self, place: &dyn Fn(&str) -> String) -> Result<(), Error> {
+        let sides = self.workspace_m.map(|side| ("workspace_m", side, 0.02, 2.0));
+        for (key, value, least, most) in [
+            ("axes", f64::from(self.axes), 1.0, 3.0),
+            ("max_force_n", self.max_force_n, 0.01, 20.0),
+            ("force_limit_n", self.force_limit_n, 0.01, self.max_force_n),
+            ("stiffness_ceiling_n_per_m", self.stiffness_ceiling_n_per_m, 1.0, 1e5),
+            ("count_m", self.count_m, 0.0, 1e-3),
+            ("mass_kg", self.mass_kg, 1e-3, 5.0),
+            ("damping_n_s_per_m", self.damping_n_s_per_m, 0.0, 50.0),
+            ("friction_n", self.friction_n, 0.0, 5.0),
+            ("amplifier_lag_s", self.amplifier_lag_s, 0.0, 0.02),
+            ("delay_ticks", f64::from(self.delay_ticks), 0.0, f64::from(DeviceLimits::MOST_DELAY_TICKS)),
+        ]
+        .into_iter()
+        .chain(sides)
+        {
+            // NaN is outside every range
+            if !(least <= value && value <= most) {
+                let place = place(key);
+                return Err(Error::Usage(format!("{place} = {value} is outside {least} .. {most}: give a number in that range")));
+            }
+        }
+        if self.axes == 2 {
+            return Err(Error::Usage(format!("{} = 2 is not emulated: give 1 or 3", place("axes"))));
+        }
+        Ok(())
+    }
+
+    /// What the loop is told, around a site [m].
+    #[must_use]
+    pub fn limits(&self, site_m: Vector3<f32>) -> DeviceLimits {
+        let half = Vector3::from(self.workspace_m.map(|side| 0.5 * side as f32));
+        DeviceLimits {
+            max_force_n: self.max_force_n as f32,
+            workspace_low_m: site_m - half,
+            workspace_high_m: site_m + half,
+            count_m: self.count_m as f32,
+            delay_ticks: self.delay_ticks,
+            lag_s: self.amplifier_lag_s as f32,
+        }
+    }
+
+    /// Its limits of the loop.
+    #[must_use]
+    pub fn limit_values(&self) -> LimitValues {
+        LimitValues { max_force_n: self.force_limit_n as f32, ..LimitValues::DESKTOP }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_shipped_profile_reads_and_is_told_apart() {
+        let all = PROFILES.map(|(name, _)| DeviceProfile::load(name).unwrap());
+        for (profile, (name, _)) in all.iter().zip(PROFILES) {
+            assert!(profile.limits(Vector3::zeros()).check().is_ok(), "{name}");
+            assert!(profile.source.len() > 20, "{name} says where its numbers are from");
+            assert_eq!(all.iter().filter(|p| p.name == profile.name).count(), 1);
+        }
+    }
+
+    #[test]
+    fn an_impossible_number_and_an_unknown_key_are_named_with_their_line() {
+        let (_, text) = PROFILES[0];
+        for (from, to, says) in [
+            ("mass_kg", "mass_kg = -1.0 #", "mass_kg = -1"),
+            ("count_m", "count_m = nan #", "count_m = NaN"),
+            ("max_force_n", "max_force_n = 1e9 #", "max_force_n"),
+            ("delay_ticks", "delay_ticks = 9 #", "delay_ticks = 9"),
+            ("workspace_m", "workspace_m = [0.1, nan, 0.1] #", "workspace_m = NaN"),
+            ("friction_n", "frictoin_n", "frictoin_n"),
+        ] {
+            let bad = text.replacen(from, to, 1);
+            let line = bad.lines().position(|l| l.starts_with(to)).unwrap() + 1;
+            let said = DeviceProfile::parse(&bad, "my.toml").unwrap_err().to_string();
+            assert!(said.contains(says) && said.starts_with(&format!("my.toml:{line}:")), "{said}");
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! How many substeps a patch needs to answer a tap as tissue does, not as floored masses do.
+//!
+//! A mass floor lets one step a millisecond hold, and statics do not see it; a tap does. `n` substeps with the floor of the *substep* weigh `n^2` times
+//! less. What that gains is measured when a patch is made ready: half-sine taps against the same patch with true masses and steps so small that
+//! they need no floor.
+
+use palpate::path::probe::ProbePose;
+use palpate::{BuildError, Limits, Params, tick};
+
+use palpate_tissue::measure::volumes;
+use palpate_tissue::patch::{Memory, Patch};
+use palpate_tissue::stable_step::StableStep;
+
+/// Speeds of the taps [m/s] and the RMS error allowed, as a share of the largest force (1). 5 and 10 % would do for the taps; what is closer also
+/// makes one encoder count a weaker kick, since it is the floored masses that kick.
+pub const TAPS: [(f64, f64); 2] = [(0.2, 0.02), (0.5, 0.075)];
+/// In no tap may a tet become smaller than this share of itself (1): crushed between heavy neighbours it would.
+pub const LEAST_J: f64 = 0.2;
+/// Numbers of substeps that are tried.
+const TRIED: [u16; 8] = [1, 2, 3, 4, 6, 8, 12, 16];
+/// Substeps beyond which the true masses are not stepped: a mesh with such a sliver has no reference.
+const MOST_TRUE: f64 = 4000.0;
+
+/// Substeps of a patch, and what they give.
+#[derive(Clone, Copy, Debug)]
+pub struct Fidelity {
+    /// Parameters with these substeps and the masses for them.
+    pub params: Params,
+    /// RMS error of each of [`TAPS`] (1).
+    pub errors: [f64; TAPS.len()],
+    /// Every tap is within its limit, and no tet is crushed by one.
+    pub held: bool,
+}
+
+/// `n` substeps a tick, masses floored for the substep: `n^2` lighter, and the probe may sink `n` times faster.
+#[must_use]
+pub fn with_substeps(params: &Params, n: u16) -> Params {
+    let n_f = f32::from(n);
+    let max_sink_m_per_s = (params.limits.max_sink_m_per_s * n_f).min(Limits::HIGHEST.max_sink_m_per_s);
+    Params {
+        substeps: n,
+        mass_floor: params.mass_floor / (n_f * n_f),
+        contact_mass: params.contact_mass / (n_f * n_f),
+        contact_cap: params.contact_cap * n_f * n_f,
+        limits: Limits { max_sink_m_per_s, ..params.limits },
+        ..*params
+    }
+}
+
+/// The fewest substeps that answer [`TAPS`] to `depth_m` well enough; the most tried if none does. `params` are those of one step.
+///
+/// # Errors
+/// What [`Params::build`] refuses.
+pub fn derive(patch: &Patch, params: &Params, depth_m: f64) -> Result<Fidelity, BuildError> {
+    let answers = true_answers(patch, params, depth_m)?;
+    let mut last = None;
+    for n in TRIED {
+        let tried = with_substeps(params, n);
+        if StableStep::measure(&patch.wide_model(), &tried, patch.site_m())?.is_none_or(|s| s.substeps(1e-3) > f64::from(n)) {
+            continue;
+        }
+        let judged = judge(patch, &tried, depth_m, &answers)?;
+        last = Some(judged);
+        if judged.held {
+            break;
+        }
+    }
+    Ok(last.unwrap_or(Fidelity { params: *params, errors: [f64::NAN; TAPS.len()], held: false }))
+}
+
+/// What a patch gives with the substeps that it has.
+///
+/// # Errors
+/// What [`Params::build`] refuses.
+pub fn as_it_is(patch: &Patch, params: &Params, depth_m: f64) -> Result<Fidelity, BuildError> {
+    judge(patch, params, depth_m, &true_answers(patch, &Params { substeps: 1, ..*params }, depth_m)?)
+}
+
+/// [`TAPS`] into the patch with true masses; none where it has no reference.
+fn true_answers(patch: &Patch, params: &Params, depth_m: f64) -> Result<Vec<Vec<f64>>, BuildError> {
+    let Some(truth) = true_masses(patch, params)? else { return Ok(Vec::new()) };
+    TAPS.iter().map(|(speed, _)| tap(patch, &truth, depth_m, *speed)).collect()
+}
+
+fn judge(patch: &Patch, tried: &Params, depth_m: f64, answers: &[Vec<f64>]) -> Result<Fidelity, BuildError> {
+    let mut errors = [f64::NAN; TAPS.len()];
+    for ((error, (speed, _)), truth) in errors.iter_mut().zip(TAPS).zip(answers) {
+        *error = rms_error(&tap(patch, tried, depth_m, speed)?, truth);
+    }
+    let held = errors.iter().zip(TAPS).all(|(e, (_, most))| *e <= most) && lowest_j(patch, tried)? > LEAST_J;
+    Ok(Fidelity { params: *tried, errors, held })
+}
+
+/// The patch without any floor, in steps that hold it.
+fn true_masses(patch: &Patch, params: &Params) -> Result<Option<Params>, BuildError> {
+    let bare = Params { mass_floor: 0.0, contact_mass: 0.0, limits: Limits::HIGHEST, ..*params };
+    let mut n = 16_u16;
+    while f64::from(n) <= MOST_TRUE {
+        let n_f = f32::from(n);
+        let tried = Params { substeps: n, contact_cap: params.contact_cap * n_f * n_f, ..bare };
+        if StableStep::measure(&patch.wide_model(), &tried, patch.site_m())?.is_some_and(|s| s.substeps(1e-3) <= f64::from(n)) {
+            return Ok(Some(tried));
+        }
+        n *= 2;
+    }
+    Ok(None)
+}
+
+/// Force along the press [N] of a half-sine tap with this speed at the touch, tick by tick.
+fn tap(patch: &Patch, params: &Params, depth_m: f64, m_per_s: f64) -> Result<Vec<f64>, BuildError> {
+    let model = patch.wide_model();
+    let mut memory = Memory::for_model(&model);
+    let (tuned, mut state) = memory.start(&model, params)?;
+    let axis = params.probe.axis;
+    let mut at = |depth_m: f64| {
+        let tip_m = patch.site_m() - axis * depth_m as f32;
+        f64::from(tick(&model, &tuned, &mut state, ProbePose { tip_m }).force_n.dot(&axis))
+    };
+    let half_s = depth_m * std::f64::consts::PI / m_per_s;
+    let ticks = (half_s * 1e3).ceil() as i32;
+    let depth = |n: i32| {
+        let t = f64::from(n) * 1e-3;
+        if n < 0 { m_per_s * t } else { depth_m * (std::f64::consts::PI * t / half_s).sin() }
+    };
+    Ok((-5..=ticks).map(|n| at(depth(n))).collect())
+}
+
+/// Smallest volume of a tet over its rest volume in any tick of the fastest tap to the patch's depth limit, held for 50 ms, and
+/// of its way out (1).
+fn lowest_j(patch: &Patch, params: &Params) -> Result<f64, BuildError> {
+    let model = patch.wide_model();
+    let mut memory = Memory::for_model(&model);
+    let (tuned, mut state) = memory.start(&model, params)?;
+    let step_m = TAPS.map(|t| t.0).into_iter().fold(0.0, f64::max) * 1e-3;
+    let deepest_m = f64::from(model.depth_limit_m);
+    let ticks = (deepest_m / step_m).ceil() as i32 + 50;
+    let mut lowest_j = f64::INFINITY;
+    let out = (deepest_m / step_m).ceil() as i32 + 50;
+    let depths_m = (-2..=ticks).map(|n| f64::from(n) * step_m).chain((0..=out).map(|n| deepest_m - f64::from(n) * step_m));
+    for depth_m in depths_m.map(|d| d.min(deepest_m)) {
+        let tip_m = patch.site_m() - params.probe.axis * depth_m as f32;
+        tick(&model, &tuned, &mut state, ProbePose { tip_m });
+        lowest_j = lowest_j.min(volumes(&model, &state).0);
+    }
+    Ok(lowest_j)
+}
+
+/// RMS difference over the largest true force (1).
+fn rms_error(found: &[f64], truth: &[f64]) -> f64 {
+    let most = truth.iter().copied().fold(0.0, f64::max);
+    let square: f64 = found.iter().zip(truth).map(|(a, b)| (a - b) * (a - b)).sum();
+    (square / truth.len() as f64).sqrt() / most
+}

@@ -1,0 +1,101 @@
+//! Every shipped patch with its geometry at rest, and every device, for the paths to run on.
+
+use std::sync::Arc;
+
+use palpate::{BuildError, Params, Vector3};
+
+use crate::closed_loop::device::{DeviceProfile, PROFILES};
+use crate::closed_loop::stimulus::Site;
+use crate::closed_loop::surface::{depth_at_m, static_curve};
+use crate::closed_loop::watch::RestSolid;
+use palpate_tissue::error::Error;
+use palpate_tissue::patch::Patch;
+use palpate_tissue::session::packed;
+
+/// Static force at the guard's depth, as a multiple of the device's longest force (1).
+const GUARD_SHARE: f64 = 1.09;
+
+/// The patches that ship, and how many of 1000 paths run on each: the large ones cost ten times as much per tick.
+const SHIPPED: [(&str, &[u8], u32); 7] = [
+    ("block-m4f-168", include_bytes!("../../../../../firmware/patches/block-m4f-168.patch"), 400),
+    ("liver-m4f-168", include_bytes!("../../../../../firmware/patches/liver-m4f-168.patch"), 400),
+    ("block-m7-480", include_bytes!("../../../../../firmware/patches/block-m7-480.patch"), 100),
+    ("nodule-m7-480", include_bytes!("../../../../../firmware/patches/nodule-m7-480.patch"), 50),
+    ("block-130", include_bytes!("../../../../patches/block-130.patch"), 35),
+    ("block-410", include_bytes!("../../../../patches/block-410.patch"), 10),
+    ("block-1020", include_bytes!("../../../../patches/block-1020.patch"), 5),
+];
+
+/// A patch, ready for paths.
+#[derive(Clone, Debug)]
+pub struct PathPatch {
+    /// File name without its ending.
+    pub name: &'static str,
+    /// The patch.
+    pub patch: Patch,
+    /// Parameters that it was packed with.
+    pub params: Params,
+    /// Paths of 1000 that run on it.
+    pub share: u32,
+    /// Its geometry at rest.
+    pub shape: Arc<RestSolid>,
+    /// Site of the press, and axes.
+    pub site: Site,
+    /// Extent along the site's axes `along`, `across`, `normal`, from the site [m].
+    pub extent_m: [[f64; 3]; 2],
+    /// Static force over depth, both per pascal as packed [m, N/Pa].
+    curve: Vec<(f64, f64)>,
+}
+
+/// Every patch and every device.
+#[derive(Clone, Debug)]
+pub struct PathGround {
+    /// The patches that ship.
+    pub patches: Vec<PathPatch>,
+    /// The devices.
+    pub devices: Vec<DeviceProfile>,
+}
+
+impl PathGround {
+    /// Loads everything that ships.
+    ///
+    /// # Errors
+    /// A patch or a profile that the core refuses.
+    pub fn load() -> Result<Self, Error> {
+        let patches: Result<Vec<PathPatch>, BuildError> =
+            SHIPPED.iter().map(|(name, bytes, share)| PathPatch::of(name, bytes, *share)).collect();
+        let devices: Result<Vec<DeviceProfile>, Error> = PROFILES.iter().map(|(name, _)| DeviceProfile::load(name)).collect();
+        Ok(Self { patches: patches?, devices: devices? })
+    }
+
+    /// The index of a patch by name.
+    #[must_use]
+    pub fn patch_named(&self, name: &str) -> Option<usize> {
+        self.patches.iter().position(|p| p.name == name)
+    }
+}
+
+impl PathPatch {
+    fn of(name: &'static str, bytes: &[u8], share: u32) -> Result<Self, BuildError> {
+        let (patch, params) = packed::unpack(bytes)?;
+        let shape = Arc::new(RestSolid::of(&patch.model(), &params.probe));
+        let site = Site::new(patch.site_m().cast(), params.probe.axis.cast());
+        let extent_m = shape.extent_m(&site.at_m, &[site.along, site.across(), site.normal]);
+        let per_pascal = 1.0 / f64::from(params.youngs_modulus_pa);
+        let curve =
+            static_curve(&patch, &params)?.into_iter().map(|(depth_m, force_n)| (depth_m, force_n * per_pascal)).collect();
+        Ok(Self { name, patch, params, share, shape, site, extent_m, curve })
+    }
+
+    /// Depth of the guard for a device: where the static force is 1.09 times its longest [m].
+    #[must_use]
+    pub fn guard_depth_m(&self, youngs_modulus_pa: f64, force_limit_n: f64) -> f64 {
+        depth_at_m(&self.curve, GUARD_SHARE * force_limit_n / youngs_modulus_pa)
+    }
+
+    /// A point by its distances along the site's axes [m].
+    #[must_use]
+    pub fn point_m(&self, at: &[f64; 3]) -> Vector3<f64> {
+        self.site.point_m(-at[2], at[0], at[1])
+    }
+}

@@ -1,0 +1,241 @@
+//! One path from arming to the end of its rest, every tick watched.
+
+use std::collections::VecDeque;
+
+use palpate::haptic::cycle::{Ask, Command, Cycle, PatchRenderer, Renderer, Settings, Telemetry};
+use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+use palpate::haptic::limits::LimitValues;
+use palpate::haptic::mode::Mode;
+use palpate::path::probe::ProbePose;
+use palpate::{BuildError, Fault, Model, Output, Params, Vector3};
+
+use super::case::PathCase;
+use super::ground::PathGround;
+use crate::closed_loop::device::DeviceProfile;
+use crate::closed_loop::watch::{Broken, Seen, Tick, Watch};
+use palpate_tissue::patch::Memory;
+
+/// Ticks for arming and ramping in.
+const ARMING_TICKS: u32 = 700;
+/// Ticks that are still run after a fault.
+const AFTER_FAULT_TICKS: u32 = 20;
+/// Half a side of the workspace: every path stays inside [m].
+const REACH_M: f32 = 0.5;
+/// The tick [s].
+const TICK_S: f64 = 1e-3;
+/// Fastest honest motion that no fault may end [m/s].
+const HONEST_M_PER_S: f64 = 1.5;
+/// Sharpest corner or stop that cannot be taken for an encoder that sticks [m/s^2]: more than this no hand gives a stylus.
+const SHARPEST_M_PER_S2: f64 = 200.0;
+
+/// Result of one path.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PathOutcome {
+    /// Ticks along the path.
+    pub ticks: u64,
+    /// Extremes seen by the geometric watch.
+    pub seen: Seen,
+    /// Invariants broken, each once, with the tick along the path.
+    pub broken: Vec<(Broken, u32)>,
+    /// Fault that ended it.
+    pub fault: Option<Fault>,
+    /// The tip was no faster than honest motion until it ended, and no corner so sharp that the fault is right to call the encoder stuck.
+    pub honest: bool,
+    /// No hand is faster, nor turns more sharply, than this motion.
+    pub by_hand: bool,
+    /// Energy created by the worst contact, from true positions and the force that acted [J].
+    pub created_j: f64,
+    /// Strongest force [N].
+    pub peak_n: f32,
+}
+
+/// One tick of a run, for whoever looks closer.
+#[derive(Clone, Copy, Debug)]
+pub struct Track {
+    /// True position [m].
+    pub at_m: Vector3<f64>,
+    /// The loop's record of this tick.
+    pub told: Telemetry,
+    /// Created by the contact so far [J].
+    pub created_j: f64,
+}
+
+/// Runs a case.
+///
+/// # Errors
+/// The loop or the patch refuses its settings.
+pub(super) fn run(ground: &PathGround, case: &PathCase) -> Result<PathOutcome, BuildError> {
+    case.follow(ground, |_| ())
+}
+
+impl PathCase {
+    /// Runs the case; `see` is shown every tick along the path.
+    ///
+    /// # Errors
+    /// The loop or the patch refuses its settings.
+    pub fn follow(&self, ground: &PathGround, mut see: impl FnMut(&Track)) -> Result<PathOutcome, BuildError> {
+        let (on, profile) = (&ground.patches[self.patch], &ground.devices[self.device]);
+        let e = self.youngs_modulus_pa;
+        let mut model = on.patch.wide_model();
+        if self.guarded {
+            model = Model { depth_limit_m: on.guard_depth_m(e, profile.force_limit_n) as f32, ..model };
+        }
+        let params = Params { youngs_modulus_pa: e as f32, ..on.params };
+        let mut memory = Memory::for_model(&model);
+        let (tuned, mut state) = memory.start(&model, &params)?;
+
+        let start_m = self.route.at_m.first().copied().unwrap_or(on.site.at_m);
+        let mut device = Scripted::new(profile, on.site.at_m.cast(), start_m);
+        let settings = Settings { limits: profile.limit_values(), ..Settings::safe(&device.limits) };
+        let mut cycle = Cycle::build(&settings, &device.limits)?;
+        let mut watch = Watch::of(&settings, &device.limits).over(on.shape.clone());
+        for n in 0..ARMING_TICKS {
+            let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(n as usize).copied();
+            // arming happens far from the tissue, where a patch at rest answers with nothing
+            let told = cycle.run(&mut device, &mut Nothing, Command { asked, ..Command::HEARD });
+            let _armed = watch.check(&device.tick(&cycle, asked, told));
+        }
+        let limits: LimitValues = *cycle.limits();
+        let mut outcome = PathOutcome { honest: true, ..PathOutcome::default() };
+        let (mut ended, mut last_m, mut last_way_m, mut sharpest_m) = (None, start_m, Vector3::zeros(), 0.0_f64);
+        for at_m in &self.route.at_m {
+            let way_m = at_m - last_m;
+            if ended.is_none() {
+                outcome.honest &= way_m.norm() <= HONEST_M_PER_S * TICK_S * 1.0001;
+                sharpest_m = sharpest_m.max((way_m - last_way_m).norm());
+            }
+            device.energy.step(&way_m);
+            (last_m, last_way_m) = (*at_m, way_m);
+            device.at_m = *at_m;
+            let told =
+                cycle.run(&mut device, &mut PatchRenderer { model: &model, tuned: &tuned, state: &mut state }, Command::HEARD);
+            let tick = Tick { limits, ..device.tick(&cycle, None, told) };
+            device.energy.push(tick.force_n().cast(), told.output.depth_m > 0.0);
+            if let Err(broken) = watch.check(&tick)
+                && !outcome.broken.iter().any(|(b, _)| *b == broken)
+            {
+                outcome.broken.push((broken, outcome.ticks as u32));
+            }
+            outcome.peak_n = outcome.peak_n.max(tick.force_n().norm());
+            outcome.ticks += 1;
+            see(&Track { at_m: *at_m, told, created_j: device.energy.created_j });
+            if told.mode == Mode::Fault {
+                outcome.fault = outcome.fault.or(told.fault);
+                let since = ended.get_or_insert(0);
+                *since += 1;
+                if *since > AFTER_FAULT_TICKS {
+                    break;
+                }
+            }
+        }
+        // no hand stops dead, nor starts by several counts at once: an encoder that sticks or has another unit does
+        let stuck = matches!(outcome.fault, Some(Fault::SensorFault | Fault::UnitMismatch))
+            && sharpest_m > SHARPEST_M_PER_S2 * TICK_S * TICK_S;
+        outcome.honest &= !stuck;
+        outcome.by_hand = outcome.honest && sharpest_m <= SHARPEST_M_PER_S2 * TICK_S * TICK_S;
+        outcome.seen = watch.seen();
+        outcome.created_j = device.energy.worst_j;
+        Ok(outcome)
+    }
+}
+
+/// Free space.
+struct Nothing;
+
+impl Renderer for Nothing {
+    fn render(&mut self, pose: ProbePose) -> Output {
+        Output { point_m: pose.tip_m, ..Output::NONE }
+    }
+
+    fn reset(&mut self) {}
+}
+
+/// A device that is where the path says, and counts.
+struct Scripted {
+    limits: DeviceLimits,
+    at_m: Vector3<f64>,
+    reading: Sensed,
+    got_n: Option<Vector3<f32>>,
+    energy: TrueEnergy,
+}
+
+impl Scripted {
+    fn new(profile: &DeviceProfile, site_m: Vector3<f32>, at_m: Vector3<f64>) -> Self {
+        let reach_m = Vector3::repeat(REACH_M);
+        let limits =
+            DeviceLimits { workspace_low_m: site_m - reach_m, workspace_high_m: site_m + reach_m, ..profile.limits(site_m) };
+        let reading = Sensed { position_m: at_m.cast(), sequence: 0, status: SensorStatus::Good };
+        Self { limits, at_m, reading, got_n: None, energy: TrueEnergy::of(profile) }
+    }
+
+    fn tick(&self, cycle: &Cycle, asked: Option<Ask>, told: Telemetry) -> Tick {
+        let command = Command { asked, ..Command::HEARD };
+        Tick { command, reading: self.reading, limits: *cycle.limits(), told, got_n: self.got_n, unsound: None }
+    }
+}
+
+impl HapticDevice for Scripted {
+    fn limits(&self) -> DeviceLimits {
+        self.limits
+    }
+
+    fn sense(&mut self) -> Sensed {
+        let count_m = f64::from(self.limits.count_m);
+        let counted = |x: f64| if count_m > 0.0 { (x / count_m).floor() * count_m } else { x };
+        self.reading.position_m = self.at_m.map(counted).cast();
+        self.reading.sequence = self.reading.sequence.wrapping_add(1);
+        self.reading
+    }
+
+    fn actuate(&mut self, force_n: Vector3<f32>) {
+        self.got_n = Some(force_n);
+    }
+
+    fn release(&mut self) {
+        self.got_n = None;
+    }
+}
+
+/// Work of the force that truly acts, late by whole ticks and smoothed by the amplifier, along the true path; contact by contact.
+struct TrueEnergy {
+    /// Forces on their way to the amplifier [N], the newest last.
+    line_n: VecDeque<Vector3<f64>>,
+    acting_n: Vector3<f64>,
+    lag_s: f64,
+    given_j: f64,
+    created_j: f64,
+    worst_j: f64,
+}
+
+impl TrueEnergy {
+    fn of(profile: &DeviceProfile) -> Self {
+        let line_n = vec![Vector3::zeros(); usize::from(profile.delay_ticks) + 1].into();
+        let lag_s = profile.amplifier_lag_s;
+        Self { line_n, acting_n: Vector3::zeros(), lag_s, given_j: 0.0, created_j: 0.0, worst_j: 0.0 }
+    }
+
+    /// The tip has moved by this in the last tick [m].
+    fn step(&mut self, way_m: &Vector3<f64>) {
+        let to_n = self.line_n.front().copied().unwrap_or_default();
+        let mut mean_n = to_n;
+        if self.lag_s > 0.0 {
+            let left = (-TICK_S / self.lag_s).exp();
+            mean_n += (self.acting_n - to_n) * ((1.0 - left) * self.lag_s / TICK_S);
+            self.acting_n = to_n + (self.acting_n - to_n) * left;
+        } else {
+            self.acting_n = to_n;
+        }
+        self.given_j += mean_n.dot(way_m);
+        self.created_j = self.created_j.max(self.given_j);
+        self.worst_j = self.worst_j.max(self.created_j);
+    }
+
+    /// The loop sent a force [N].
+    fn push(&mut self, force_n: Vector3<f64>, touches: bool) {
+        self.line_n.pop_front();
+        self.line_n.push_back(force_n);
+        if !touches && self.acting_n.norm() < 1e-4 && self.line_n.iter().all(|f| *f == Vector3::zeros()) {
+            (self.given_j, self.created_j) = (0.0, 0.0);
+        }
+    }
+}

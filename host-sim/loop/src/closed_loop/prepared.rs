@@ -1,0 +1,153 @@
+//! A scene made ready for a device: how deep it may be pressed, how many substeps answer a tap, how far the encoder reaches.
+
+use palpate::Params;
+
+use super::device::DeviceProfile;
+use super::fidelity::{self, TAPS};
+use super::stimulus::CLEAR_M;
+use super::surface::{depth_at_m, force_at_n, static_curve};
+use super::verdict::FELT_N;
+use palpate_tissue::error::Error;
+use palpate_tissue::patch::Patch;
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::Session;
+
+/// A press rests at this depth at most [m] ...
+pub const DEPTH_M: f64 = 4e-3;
+/// ... and at this share of the loop's longest force: saturation is another thing (1).
+pub const FORCE_SHARE: f64 = 0.85;
+/// The guard holds the probe where the static force is this many times the longest (1).
+pub const GUARD_SHARE: f64 = 1.09;
+/// No press rests nearer to the surface [m].
+const SHALLOWEST_M: f64 = 0.25e-3;
+/// A drag goes this far aside [m].
+const ASIDE_M: f64 = 8e-3;
+
+/// A patch for a device.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// The patch, with the depth limit of the guard.
+    pub patch: Patch,
+    /// Parameters, with the substeps that answer taps.
+    pub params: Params,
+    /// RMS error of taps at 0.2 and 0.5 m/s (1); NaN where the mesh has no reference with true masses.
+    pub tap_errors: [f64; TAPS.len()],
+    /// Every tap is within its limit.
+    pub taps_held: bool,
+    /// The substeps are those that answer taps; a patch for a board keeps its own.
+    pub substeps_chosen: bool,
+    /// Static force over depth [m, N].
+    pub curve: Vec<(f64, f64)>,
+    /// Where presses rest [m].
+    pub depth_m: f64,
+    /// Force there [N].
+    pub static_n: f64,
+    /// Slope there [N/m].
+    pub slope_n_per_m: f64,
+}
+
+impl Prepared {
+    /// A scene for a device.
+    ///
+    /// # Errors
+    /// Bad input, or a model that cannot keep 1 kHz.
+    pub fn of(scene: &Scene, device: &DeviceProfile) -> Result<Self, Error> {
+        Self::prepare(scene, device, true)
+    }
+
+    /// The same with the substeps that the patch was packed with: what a board computes in a tick.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub fn as_packed(scene: &Scene, device: &DeviceProfile) -> Result<Self, Error> {
+        Self::prepare(scene, device, false)
+    }
+
+    fn prepare(scene: &Scene, device: &DeviceProfile, choose_substeps: bool) -> Result<Self, Error> {
+        let session = Session::prepare(scene)?;
+        let fitted_for = scene.solver.patch.is_some();
+        let deepest_m = if fitted_for { f64::from(session.patch.model().depth_limit_m) } else { scene.probe.radius_m };
+        Self::with(session.patch, &session.params, deepest_m, device, choose_substeps)
+    }
+
+    /// Presses rest here instead [m].
+    ///
+    /// # Errors
+    /// [`Error::Usage`]: deeper than the device's force limit lets it, or hardly touching.
+    pub fn press_to(&mut self, depth_m: f64) -> Result<(), Error> {
+        if !(SHALLOWEST_M..=self.depth_m).contains(&depth_m) {
+            return Err(Error::Usage(format!(
+                "--depth-m {depth_m} is outside {SHALLOWEST_M} .. {:.6}, where 4 mm or the device's force limit is met: give a depth in that range",
+                self.depth_m
+            )));
+        }
+        (self.static_n, self.slope_n_per_m) = rest(&self.curve, depth_m);
+        self.depth_m = depth_m;
+        Ok(())
+    }
+
+    /// A patch pressed to `deepest_m` at most.
+    ///
+    /// # Errors
+    /// A workspace too small for the stimuli, or what the core refuses.
+    pub fn of_patch(patch: Patch, params: &Params, deepest_m: f64, device: &DeviceProfile) -> Result<Self, Error> {
+        Self::with(patch, params, deepest_m, device, true)
+    }
+
+    fn with(
+        mut patch: Patch,
+        params: &Params,
+        deepest_m: f64,
+        device: &DeviceProfile,
+        substeps_chosen: bool,
+    ) -> Result<Self, Error> {
+        fits(device, deepest_m)?;
+        patch.set_depth_limit_m(deepest_m as f32);
+        let one = Params { substeps: 1, ..*params };
+        let curve = static_curve(&patch, params)?;
+        let depth_m = depth_at_m(&curve, FORCE_SHARE * device.force_limit_n).min(DEPTH_M);
+        let fidelity = match substeps_chosen {
+            true => fidelity::derive(&patch, &one, depth_m)?,
+            false => fidelity::as_it_is(&patch, params, depth_m)?,
+        };
+        // without a reference the substeps of the session stand
+        let params = if fidelity.errors.iter().any(|e| e.is_nan()) { *params } else { fidelity.params };
+        let curve = static_curve(&patch, &params)?;
+        patch.set_depth_limit_m(depth_at_m(&curve, GUARD_SHARE * device.force_limit_n) as f32);
+        let (static_n, slope_n_per_m) = rest(&curve, depth_m);
+        let (tap_errors, taps_held) = (fidelity.errors, fidelity.held);
+        Ok(Self { patch, params, tap_errors, taps_held, substeps_chosen, curve, depth_m, static_n, slope_n_per_m })
+    }
+}
+
+/// Force [N] and slope [N/m] at a depth.
+fn rest(curve: &[(f64, f64)], depth_m: f64) -> (f64, f64) {
+    let (static_n, h_m) = (force_at_n(curve, depth_m), SHALLOWEST_M);
+    (static_n, (static_n - force_at_n(curve, depth_m - h_m)) / h_m)
+}
+
+/// Stiffness up to which one count of the encoder is not felt [N/m]: its force is hidden by the friction of the device in both directions, or is
+/// weaker, toggling, than what is felt. Above it some depths have no count that balances the hand.
+#[must_use]
+pub fn encoder_ceiling_n_per_m(device: &DeviceProfile) -> f64 {
+    if device.count_m > 0.0 { 2.0 * device.friction_n.max(FELT_N) / device.count_m } else { f64::INFINITY }
+}
+
+/// Every stimulus stays within the workspace.
+///
+/// # Errors
+/// [`Error::Usage`] says by how much not.
+pub fn fits(device: &DeviceProfile, deepest_m: f64) -> Result<(), Error> {
+    // half as much again: a hand overshoots
+    let least_m = 3.0 * CLEAR_M.max(deepest_m).max(ASIDE_M);
+    let sides: &[f64] = if device.axes == 1 { &device.workspace_m[2..] } else { &device.workspace_m };
+    match sides.iter().find(|side| **side < least_m) {
+        None => Ok(()),
+        Some(side) => Err(Error::Usage(format!(
+            "device {}: the stimuli leave its workspace: a side is {:.0} mm, they need {:.0} mm: give a larger workspace_m or press less deep",
+            device.name,
+            side * 1e3,
+            least_m * 1e3
+        ))),
+    }
+}

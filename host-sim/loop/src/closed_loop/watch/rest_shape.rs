@@ -1,0 +1,282 @@
+//! Where a force is possible, from geometry at rest alone: a plane, or the solid that a patch's tets fill.
+//!
+//! The watch believes neither the patch nor the loop on contact. It asks this, in double precision, with the *sensed* tip.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use palpate::{Model, Probe, ProbeShape, Vector3};
+
+use super::box_tree::{BoxTree, around};
+use palpate_tissue::mesh::surface;
+
+/// How far below the touchable surface, beside the tissue, a ball may still touch its edge [m].
+const BELOW_M: f64 = 1e-3;
+/// Rounding at the face between two tets [m].
+const FACE_M: f64 = 1e-9;
+/// Triangles whose distances differ by less are equally near: those that meet at an edge [m].
+const EQUALLY_NEAR_M: f64 = 1e-7;
+/// Samples on the rim of a flat probe.
+const RIM: usize = 16;
+
+/// Geometry at rest, of whatever is touched.
+pub trait RestShape: Debug + Send + Sync {
+    /// Distance of a tip from the places where it can feel a force [m]; zero where it can.
+    fn outside_m(&self, tip_m: &Vector3<f64>) -> f64;
+
+    /// Whether a tip is inside the tissue.
+    fn inside(&self, tip_m: &Vector3<f64>) -> bool;
+
+    /// Outward normals of the touchable surface that the probe's end can press at once: within its radius, the nearest in any case.
+    fn normals(&self, tip_m: &Vector3<f64>) -> Vec<Vector3<f64>>;
+}
+
+/// Everything below a plane is tissue.
+#[derive(Clone, Copy, Debug)]
+pub struct HalfSpace {
+    /// A point on the plane [m].
+    pub at_m: Vector3<f64>,
+    /// Out of the tissue.
+    pub normal: Vector3<f64>,
+}
+
+impl RestShape for HalfSpace {
+    fn outside_m(&self, tip_m: &Vector3<f64>) -> f64 {
+        (tip_m - self.at_m).dot(&self.normal).max(0.0)
+    }
+
+    fn inside(&self, tip_m: &Vector3<f64>) -> bool {
+        (tip_m - self.at_m).dot(&self.normal) < 0.0
+    }
+
+    fn normals(&self, _: &Vector3<f64>) -> Vec<Vector3<f64>> {
+        vec![self.normal]
+    }
+}
+
+/// A shape in another frame: a point `x` there is `turn * x + shift_m` here.
+#[derive(Clone, Debug)]
+pub struct Placed {
+    /// The shape in its own frame.
+    pub shape: Arc<dyn RestShape>,
+    /// From the frame of the questions to the shape's own.
+    pub turn: nalgebra::Matrix3<f64>,
+    /// Where the origin of the questions is in the shape's frame [m].
+    pub shift_m: Vector3<f64>,
+}
+
+impl RestShape for Placed {
+    fn outside_m(&self, tip_m: &Vector3<f64>) -> f64 {
+        self.shape.outside_m(&(self.turn * tip_m + self.shift_m))
+    }
+
+    fn inside(&self, tip_m: &Vector3<f64>) -> bool {
+        self.shape.inside(&(self.turn * tip_m + self.shift_m))
+    }
+
+    fn normals(&self, tip_m: &Vector3<f64>) -> Vec<Vector3<f64>> {
+        let mut normals = self.shape.normals(&(self.turn * tip_m + self.shift_m));
+        normals.iter_mut().for_each(|n| *n = self.turn.transpose() * *n);
+        normals
+    }
+}
+
+/// The union of a patch's tets, its closed boundary, and the part of it that can be touched.
+#[derive(Clone, Debug)]
+pub struct RestSolid {
+    nodes_m: Vec<Vector3<f64>>,
+    /// Corners of each tet.
+    tets: Vec<[u32; 4]>,
+    tets_tree: BoxTree,
+    boundary: Vec<[u32; 3]>,
+    boundary_tree: BoxTree,
+    skin: Vec<[u32; 3]>,
+    skin_tree: BoxTree,
+    probe: Probe,
+}
+
+impl RestSolid {
+    /// The rest geometry of a model, for this probe.
+    #[must_use]
+    pub fn of(model: &Model, probe: &Probe) -> Self {
+        let nodes_m: Vec<Vector3<f64>> = model.nodes.iter().map(|n| Vector3::from(n.rest_m).cast()).collect();
+        let tets: Vec<[u32; 4]> = model.tets.iter().map(|t| t.node.map(u32::from)).collect();
+        // what faces away from the handle by more than 30 degrees cannot be pressed by a probe that has one
+        let axis = probe.axis.cast::<f64>();
+        let faces_handle = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|n| nodes_m[n as usize]);
+            (b - a).cross(&(c - a)).normalize().dot(&axis) >= -0.5
+        };
+        let skin: Vec<[u32; 3]> = model
+            .triangles
+            .iter()
+            .map(|t| t.node.map(u32::from))
+            .filter(|t| probe.shape == ProbeShape::Sphere || faces_handle(t))
+            .collect();
+        let boundary = surface::surface(&tets);
+        fn tree<const N: usize>(nodes_m: &[Vector3<f64>], items: &[[u32; N]]) -> BoxTree {
+            let corners = |item: &[u32; N]| around(item.map(|n| <[f64; 3]>::from(nodes_m[n as usize])).iter());
+            BoxTree::over(&items.iter().map(corners).collect::<Vec<_>>())
+        }
+        Self {
+            tets_tree: tree(&nodes_m, &tets),
+            boundary_tree: tree(&nodes_m, &boundary),
+            skin_tree: tree(&nodes_m, &skin),
+            nodes_m,
+            tets,
+            boundary,
+            skin,
+            probe: *probe,
+        }
+    }
+
+    /// Whether a point is inside the tissue at rest.
+    #[must_use]
+    pub fn contains(&self, p: &Vector3<f64>) -> bool {
+        self.tets_tree.any(&(*p).into(), FACE_M, |n| {
+            let [a, b, c, d] = self.tets[n].map(|v| self.nodes_m[v as usize]);
+            // each face with its outward normal; the fourth corner is on the inner side
+            [[a, c, b], [a, b, d], [a, d, c], [b, c, d]].iter().all(|[u, v, w]| {
+                let normal = (v - u).cross(&(w - u));
+                (p - u).dot(&normal) <= FACE_M * normal.norm()
+            })
+        })
+    }
+
+    /// Distance of a point from the tissue at rest [m]; zero inside.
+    #[must_use]
+    pub fn distance_m(&self, p: &Vector3<f64>) -> f64 {
+        if self.contains(p) {
+            return 0.0;
+        }
+        let square = |n: usize| (self.on(&self.boundary[n], p) - p).norm_squared();
+        self.boundary_tree.nearest(&(*p).into(), square).map_or(f64::INFINITY, |(_, square)| square.sqrt())
+    }
+
+    /// Whether the boundary nearest to a point can be touched.
+    #[must_use]
+    pub fn touchable(&self, p: &Vector3<f64>) -> bool {
+        let square = |n: usize| (self.on(&self.boundary[n], p) - p).norm_squared();
+        let Some((_, boundary)) = self.boundary_tree.nearest(&(*p).into(), square) else { return false };
+        self.skin_near(p).is_some_and(|(foot_m, _)| (foot_m - p).norm_squared() <= boundary + FACE_M * FACE_M)
+    }
+
+    /// Lower and upper corner of the tissue [m], along three axes from a point.
+    #[must_use]
+    pub fn extent_m(&self, from_m: &Vector3<f64>, axes: &[Vector3<f64>; 3]) -> [[f64; 3]; 2] {
+        let local = self.nodes_m.iter().map(|x| axes.map(|axis| (x - from_m).dot(&axis))).collect::<Vec<_>>();
+        around(local.iter())
+    }
+
+    /// The touchable point nearest to a point, and the outward normal there.
+    fn skin_near(&self, p: &Vector3<f64>) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let square = |n: usize| (self.on(&self.skin[n], p) - p).norm_squared();
+        let (nearest, _) = self.skin_tree.nearest(&(*p).into(), square)?;
+        let [a, b, c] = self.skin[nearest].map(|v| self.nodes_m[v as usize]);
+        Some((self.on(&self.skin[nearest], p), (b - a).cross(&(c - a)).normalize()))
+    }
+
+    /// The point of a triangle that is nearest to `p`.
+    fn on(&self, triangle: &[u32; 3], p: &Vector3<f64>) -> Vector3<f64> {
+        let [a, b, c] = triangle.map(|v| self.nodes_m[v as usize]);
+        nearest_on_triangle(p, &a, &b, &c)
+    }
+
+    /// Centre of the probe's ball, or of its flat end [m].
+    fn end_m(&self, tip_m: &Vector3<f64>) -> Vector3<f64> {
+        let arm_m = if self.probe.shape == ProbeShape::Flat { 0.0 } else { f64::from(self.probe.radius_m) };
+        tip_m + self.probe.axis.cast::<f64>() * arm_m
+    }
+
+    /// Whether a tip is on the outer side, or at most [`BELOW_M`] below, of a touchable triangle that the probe's end overlaps, or else of
+    /// the nearest. Triangles that meet at an edge are equally near to a ball outside it: it is enough to be above one of them.
+    fn above_skin(&self, tip_m: &Vector3<f64>) -> bool {
+        let end_m = self.end_m(tip_m);
+        let Some((foot_m, _)) = self.skin_near(&end_m) else { return false };
+        let near_m = f64::from(self.probe.radius_m).max((foot_m - end_m).norm() + EQUALLY_NEAR_M);
+        self.skin_tree.any(&end_m.into(), near_m, |n| {
+            let [a, b, c] = self.skin[n].map(|v| self.nodes_m[v as usize]);
+            let normal = (b - a).cross(&(c - a)).normalize();
+            (nearest_on_triangle(&end_m, &a, &b, &c) - end_m).norm() <= near_m && (tip_m - a).dot(&normal) >= -BELOW_M
+        })
+    }
+
+    /// Free space between the probe's end and the tissue [m].
+    fn gap_m(&self, tip_m: &Vector3<f64>) -> f64 {
+        let (radius_m, axis) = (f64::from(self.probe.radius_m), self.probe.axis.cast::<f64>());
+        if self.probe.shape != ProbeShape::Flat {
+            return (self.distance_m(&(tip_m + axis * radius_m)) - radius_m).max(0.0);
+        }
+        let along = if axis.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
+        let across = axis.cross(&along).normalize();
+        let along = across.cross(&axis);
+        let rim = (0..RIM).flat_map(|n| {
+            let (sin, cos) = (std::f64::consts::TAU * n as f64 / RIM as f64).sin_cos();
+            [0.5, 1.0].map(|share| tip_m + (along * cos + across * sin) * (radius_m * share))
+        });
+        rim.chain([*tip_m]).map(|p| self.distance_m(&p)).fold(f64::INFINITY, f64::min)
+    }
+}
+
+impl RestShape for RestSolid {
+    /// Inside: zero. Above the touchable surface, or at most `BELOW_M` below it: the gap between probe and tissue. Elsewhere, beside or below
+    /// the tissue: the distance of the tip.
+    fn outside_m(&self, tip_m: &Vector3<f64>) -> f64 {
+        if self.contains(tip_m) {
+            return 0.0;
+        }
+        if self.above_skin(tip_m) { self.gap_m(tip_m) } else { self.distance_m(tip_m) }
+    }
+
+    fn inside(&self, tip_m: &Vector3<f64>) -> bool {
+        self.contains(tip_m)
+    }
+
+    fn normals(&self, tip_m: &Vector3<f64>) -> Vec<Vector3<f64>> {
+        let end_m = self.end_m(tip_m);
+        let Some((foot_m, _)) = self.skin_near(&end_m) else { return Vec::new() };
+        let near_m = f64::from(self.probe.radius_m).max((foot_m - end_m).norm() + EQUALLY_NEAR_M);
+        let mut normals = Vec::new();
+        self.skin_tree.any(&end_m.into(), near_m, |n| {
+            let [a, b, c] = self.skin[n].map(|v| self.nodes_m[v as usize]);
+            if (nearest_on_triangle(&end_m, &a, &b, &c) - end_m).norm() <= near_m {
+                normals.push((b - a).cross(&(c - a)).normalize());
+            }
+            false
+        });
+        normals
+    }
+}
+
+/// The point of a triangle that is nearest to `p`, by Voronoi regions (Ericson, Real-Time Collision Detection, 5.1.5).
+fn nearest_on_triangle(p: &Vector3<f64>, a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) -> Vector3<f64> {
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return *a;
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return *b;
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return a + ab * (d1 / (d1 - d3));
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return *c;
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return a + ac * (d2 / (d2 - d6));
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    }
+    let all = va + vb + vc;
+    a + ab * (vb / all) + ac * (vc / all)
+}

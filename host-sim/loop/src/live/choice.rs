@@ -1,0 +1,122 @@
+//! What is pressed: a scene, and what the sliders change of it.
+
+use palpate::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::tissue::LiveTissue;
+use palpate_tissue::error::Error;
+use palpate_tissue::scene::{Drive, Inclusion, Scene};
+use palpate_tissue::session::{Session, calibrated};
+use palpate_tissue::tissue::DEPTH_MARGIN;
+
+/// Node counts offered for the block: those with a calibrated patch, and one without.
+pub const SIZES: [usize; 4] = [130, 230, 410, 1020];
+
+/// A stiffer ball.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Nodule {
+    /// Its centre: place on the surface, and depth below it [m].
+    pub place_m: [f64; 2],
+    /// Depth of the centre [m].
+    pub depth_m: f64,
+    /// Radius [m].
+    pub radius_m: f64,
+    /// Stiffness as a multiple of the tissue's.
+    pub ratio: f64,
+}
+
+impl Nodule {
+    /// As a scene has it, in a block whose top is at z = 0.
+    #[must_use]
+    pub fn inclusion(&self) -> Inclusion {
+        let [x, y] = self.place_m;
+        Inclusion { center_m: [x, y, -self.depth_m], radius_m: self.radius_m, stiffness_ratio: self.ratio }
+    }
+}
+
+/// What is pressed.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Choice {
+    /// A preset's name, or what `text` is called.
+    pub scene: String,
+    /// Text of a scene file; empty for a preset.
+    pub text: String,
+    /// Nodes of the mesh; the scene's own if `None`.
+    pub nodes: Option<usize>,
+    /// Young's modulus [Pa]; the scene's own if `None`.
+    pub youngs_modulus_pa: Option<f64>,
+    /// Damping of the nodes [1/s]; the scene's own if `None`.
+    pub node_damping_per_s: Option<f64>,
+    /// In place of the scene's inclusions, in a block; `None` leaves the scene's.
+    pub nodule: Option<Nodule>,
+}
+
+impl Choice {
+    /// A preset as it is.
+    #[must_use]
+    pub fn preset(name: &str) -> Self {
+        Self {
+            scene: name.into(),
+            text: String::new(),
+            nodes: None,
+            youngs_modulus_pa: None,
+            node_damping_per_s: None,
+            nodule: None,
+        }
+    }
+
+    /// The scene with every change in it, checked.
+    ///
+    /// # Errors
+    /// The first thing wrong with it, by its place.
+    pub fn scene(&self) -> Result<Scene, Error> {
+        let mut scene = if self.text.is_empty() { Scene::load(&self.scene)? } else { Scene::parse(&self.scene, &self.text)? };
+        let tissue = &mut scene.tissue;
+        if self.nodes.is_some() {
+            tissue.nodes = self.nodes;
+        }
+        tissue.youngs_modulus_pa = self.youngs_modulus_pa.unwrap_or(tissue.youngs_modulus_pa);
+        tissue.node_damping_per_s = self.node_damping_per_s.unwrap_or(tissue.node_damping_per_s);
+        if let (Some(nodule), true) = (self.nodule, tissue.block_m.is_some()) {
+            tissue.inclusion = vec![nodule.inclusion()];
+        }
+        scene.check()?;
+        Ok(scene)
+    }
+
+    /// The same but for what [`LiveTissue::retune`] changes.
+    #[must_use]
+    pub fn same_patch(&self, other: &Self) -> bool {
+        let bare = |c: &Self| Self { youngs_modulus_pa: None, node_damping_per_s: None, ..c.clone() };
+        bare(self) == bare(other)
+    }
+
+    /// Makes the patch.
+    ///
+    /// # Errors
+    /// A scene that does not fit, or a model that cannot keep 1 kHz.
+    pub fn tissue(&self) -> Result<LiveTissue, Error> {
+        let mut scene = self.scene()?;
+        if let Some((patch, params)) = calibrated::as_shipped(&scene) {
+            return Ok(LiveTissue::new(patch, params)?);
+        }
+        // pressed to the probe's radius, where the contact law was measured, whatever the scene's own drive
+        let deepest_m = scene.probe.radius_m as f32;
+        if scene.tissue.block_m.is_some() {
+            let holds_m = vec![scene.probe.radius_m / DEPTH_MARGIN];
+            scene.drive = Drive::Depth { holds_m, ramp_m_per_s: 0.04, hold_s: 0.3 };
+        }
+        let session = Session::prepare(&scene)?;
+        let mut patch = session.patch;
+        if patch.model().depth_limit_m > deepest_m {
+            patch.set_depth_limit_m(deepest_m);
+        }
+        Ok(LiveTissue::new(patch, session.params)?)
+    }
+}
+
+/// Outward normal of a patch's press.
+#[must_use]
+pub(super) fn axis(tissue: &LiveTissue) -> Vector3<f64> {
+    tissue.params().probe.axis.cast()
+}

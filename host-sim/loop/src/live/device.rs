@@ -1,0 +1,128 @@
+//! What the tip is fixed to: the pointer itself, or an emulated hand on an emulated device that follows it.
+
+use palpate::Vector3;
+use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+use serde::{Deserialize, Serialize};
+
+use crate::closed_loop::device::DeviceProfile;
+use crate::closed_loop::hand::{Aim, Hand};
+use crate::closed_loop::plant::Plant;
+use palpate_tissue::error::Error;
+
+/// Longest force with the pointer as probe [N]: nobody feels it, and the curve should not end early.
+pub const POINTER_FORCE_N: f32 = 12.0;
+
+/// Who holds the probe.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Holding {
+    /// Device profile by name; `None`: the tip is where the pointer is.
+    pub device: Option<String>,
+    /// Hand by its id, H1 .. H6.
+    pub hand: String,
+    /// Ticks between a force and the amplifier getting it; the profile's own if `None`.
+    pub delay_ticks: Option<u8>,
+}
+
+impl Default for Holding {
+    /// The pointer; a firm fingertip once a device is taken.
+    fn default() -> Self {
+        Self { device: None, hand: "H2".into(), delay_ticks: None }
+    }
+}
+
+/// Either.
+#[derive(Clone, Debug)]
+pub(super) enum Port {
+    Pointer(Pointer),
+    Held(Box<Plant>),
+}
+
+/// The tip is at the target; it has no mass and feels nothing.
+#[derive(Clone, Debug)]
+pub(super) struct Pointer {
+    limits: DeviceLimits,
+    at_m: Vector3<f64>,
+    sequence: u32,
+}
+
+impl Port {
+    /// At rest at `start_m`, above the site.
+    ///
+    /// # Errors
+    /// A device or hand of an unknown name.
+    pub(super) fn new(
+        holding: &Holding,
+        site_m: Vector3<f32>,
+        normal: Vector3<f32>,
+        start_m: Vector3<f64>,
+    ) -> Result<(Self, f32), Error> {
+        let Some(device) = &holding.device else {
+            let half = Vector3::repeat(0.5);
+            let limits = DeviceLimits {
+                max_force_n: POINTER_FORCE_N,
+                workspace_low_m: site_m - half,
+                workspace_high_m: site_m + half,
+                count_m: 0.0,
+                delay_ticks: holding.delay_ticks.unwrap_or(0),
+                lag_s: 0.0,
+            };
+            return Ok((Self::Pointer(Pointer { limits, at_m: start_m, sequence: 0 }), POINTER_FORCE_N));
+        };
+        let mut profile = DeviceProfile::load(device)?;
+        profile.delay_ticks = holding.delay_ticks.unwrap_or(profile.delay_ticks);
+        profile.check(&|key| format!("device {device}: {key}"))?;
+        let hand = Hand::named(&holding.hand)
+            .ok_or_else(|| Error::Usage(format!("{} is no hand: give one of H1 to H6", holding.hand)))?;
+        let plant = Plant::new(&profile, hand, site_m, normal, start_m);
+        Ok((Self::Held(Box::new(plant)), profile.force_limit_n as f32))
+    }
+
+    pub(super) fn at_m(&self) -> Vector3<f64> {
+        match self {
+            Self::Pointer(pointer) => pointer.at_m,
+            Self::Held(plant) => plant.at_m(),
+        }
+    }
+
+    /// One tick towards a target.
+    pub(super) fn step(&mut self, target_m: Vector3<f64>, velocity_m_per_s: Vector3<f64>, touched: bool) {
+        match self {
+            Self::Pointer(pointer) => pointer.at_m = target_m,
+            Self::Held(plant) => {
+                let push_n = Vector3::zeros();
+                plant.step(&Aim { at_m: target_m, velocity_m_per_s, push_n, let_go: false, steady: false }, touched);
+            }
+        }
+    }
+}
+
+impl HapticDevice for Port {
+    fn limits(&self) -> DeviceLimits {
+        match self {
+            Self::Pointer(pointer) => pointer.limits,
+            Self::Held(plant) => plant.limits(),
+        }
+    }
+
+    fn sense(&mut self) -> Sensed {
+        match self {
+            Self::Pointer(pointer) => {
+                pointer.sequence = pointer.sequence.wrapping_add(1);
+                Sensed { position_m: pointer.at_m.cast(), sequence: pointer.sequence, status: SensorStatus::Good }
+            }
+            Self::Held(plant) => plant.sense(),
+        }
+    }
+
+    fn actuate(&mut self, force_n: Vector3<f32>) {
+        if let Self::Held(plant) = self {
+            plant.actuate(force_n);
+        }
+    }
+
+    fn release(&mut self) {
+        if let Self::Held(plant) = self {
+            plant.release();
+        }
+    }
+}

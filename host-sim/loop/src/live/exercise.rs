@@ -1,0 +1,107 @@
+//! Find the nodule: a stiffer ball somewhere under the surface, found by pressing, scored by equation (14) of paper 004.
+//!
+//! The paper's three physicians mark from 0 to 10; here three measured things take their places and their weights: how near the answer is
+//! (0.45, the chief's), how gently it was found (0.35), how soon (0.20).
+
+use rand_xoshiro::SplitMix64;
+use rand_xoshiro::rand_core::{RngCore, SeedableRng};
+use serde::{Deserialize, Serialize};
+
+use super::choice::Nodule;
+
+/// Full mark of a physician in paper 004.
+const FULL_MARK: f64 = 10.0;
+/// Weights of the three marks: chief, associate chief and attending physician of paper 004.
+const WEIGHTS: [f64; 3] = [0.45, 0.35, 0.20];
+/// The nodule lies within this distance of the middle, where the patch's mesh is fine [m].
+const REACH_M: f64 = 14e-3;
+/// Answers this near get the full mark, this far none [m]; one beside the nodule gets none either.
+const NEAR_M: [f64; 2] = [3e-3, 9e-3];
+/// The same of the strongest press [N].
+const GENTLE_N: [f64; 2] = [0.4, 1.5];
+/// The same of the time [s].
+const SOON_S: [f64; 2] = [20.0, 120.0];
+
+/// An exercise under way.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Exercise {
+    /// What is to be found.
+    pub hidden: Nodule,
+}
+
+/// How it ended.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Found {
+    /// From the answer to the nodule, along the surface [m].
+    pub apart_m: f64,
+    /// The answer lies over the nodule. The other marks alone would pass for half of the score.
+    pub found: bool,
+    /// Strongest press [N].
+    pub peak_n: f64,
+    /// Time taken [s].
+    pub time_s: f64,
+    /// Marks from 0 to 10: place, gentleness, time.
+    pub marks: [f64; 3],
+    /// Equation (14), from 0 to 1.
+    pub score: f64,
+}
+
+impl Exercise {
+    /// Hides a nodule; every seed hides it somewhere else.
+    #[must_use]
+    pub fn hide(seed: u64) -> Self {
+        let mut random = SplitMix64::seed_from_u64(seed);
+        let mut share = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+        let (from_m, turn) = (REACH_M * (0.15 + 0.85 * share()).sqrt(), std::f64::consts::TAU * share());
+        let place_m = [from_m * turn.cos(), from_m * turn.sin()];
+        Self { hidden: Nodule { place_m, depth_m: 9e-3 + 2e-3 * share(), radius_m: 6e-3, ratio: 10.0 } }
+    }
+
+    /// Judges an answer on the surface [m].
+    #[must_use]
+    pub fn judge(&self, place_m: [f64; 2], peak_n: f64, time_s: f64) -> Found {
+        let [x, y] = self.hidden.place_m;
+        let apart_m = (place_m[0] - x).hypot(place_m[1] - y);
+        let mark = |value: f64, [full, none]: [f64; 2]| FULL_MARK * ((none - value) / (none - full)).clamp(0.0, 1.0);
+        let found = apart_m <= self.hidden.radius_m;
+        let place = if found { mark(apart_m, NEAR_M) } else { 0.0 };
+        let marks = [place, mark(peak_n, GENTLE_N), mark(time_s, SOON_S)];
+        let score = marks.iter().zip(WEIGHTS).map(|(mark, weight)| mark / FULL_MARK * weight).sum();
+        Found { apart_m, found, peak_n, time_s, marks, score }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hidden_nodules_differ_and_lie_where_the_mesh_is_fine() {
+        let all: Vec<Nodule> = (0..50).map(|seed| Exercise::hide(seed).hidden).collect();
+        for (n, one) in all.iter().enumerate() {
+            assert!(one.place_m[0].hypot(one.place_m[1]) <= REACH_M && one.depth_m - one.radius_m > 2e-3);
+            assert!(all.iter().skip(n + 1).all(|other| other.place_m != one.place_m));
+        }
+    }
+
+    #[test]
+    fn the_score_is_equation_14_of_three_marks() {
+        let exercise = Exercise::hide(7);
+        let at = exercise.hidden.place_m;
+        assert_eq!(exercise.judge(at, 0.3, 10.0).score, 1.0);
+        let late = exercise.judge(at, 0.3, 70.0);
+        assert!((late.marks[2] - 5.0).abs() < 1e-12 && (late.score - 0.9).abs() < 1e-12);
+        let missed = exercise.judge([at[0] + 0.03, at[1]], 9.0, 200.0);
+        assert_eq!((missed.score, missed.marks), (0.0, [0.0; 3]));
+    }
+
+    #[test]
+    fn a_gentle_and_quick_guess_beside_the_nodule_has_not_found_it() {
+        let exercise = Exercise::hide(7);
+        let [x, y] = exercise.hidden.place_m;
+        let guess = |apart_m: f64| exercise.judge([x + apart_m, y], 0.0, 1.0);
+        let (beside, over) = (guess(6.1e-3), guess(5.9e-3));
+        assert!(!beside.found && beside.marks == [0.0, 10.0, 10.0], "{beside:?}");
+        assert!(over.found && over.marks[0] > 5.0, "{over:?}");
+    }
+}

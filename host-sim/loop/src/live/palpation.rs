@@ -1,0 +1,264 @@
+//! A loop that lives: tissue, device, cycle, and the trace of what went in and came out.
+
+use palpate::haptic::cycle::{Ask, Command, Cycle, Settings, Telemetry};
+use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed};
+use palpate::haptic::mode::Mode;
+use palpate::{Params, Vector3};
+
+use super::choice::{Choice, axis};
+use super::device::{Holding, Port};
+use super::tissue::LiveTissue;
+use super::trace::{Head, Recorder};
+use crate::closed_loop::watch::{Broken, Tick, Watch};
+use palpate_tissue::error::Error;
+use palpate_tissue::scene::TICK_S;
+
+/// Where the tip waits above the surface [m].
+pub const CLEAR_M: f64 = 5e-3;
+/// A pointer comes in jumps of a frame; the hand follows with this time constant [s] ...
+const FOLLOW_S: f64 = 8e-3;
+/// ... and no faster [m/s].
+const FASTEST_M_PER_S: f64 = 0.5;
+
+/// The way of a tick towards a target that is this far away [m]; none to one that is not finite.
+fn followed(apart_m: Vector3<f64>) -> Vector3<f64> {
+    let way_m = apart_m * (TICK_S / FOLLOW_S);
+    let (length_m, most_m) = (way_m.norm(), FASTEST_M_PER_S * TICK_S);
+    match length_m {
+        _ if !length_m.is_finite() => Vector3::zeros(),
+        _ if length_m > most_m => way_m * (most_m / length_m),
+        _ => way_m,
+    }
+}
+
+/// What a tick showed.
+#[derive(Clone, Copy, Debug)]
+pub struct Told {
+    /// Where the tip is [m].
+    pub at_m: Vector3<f64>,
+    /// What the loop told.
+    pub telemetry: Telemetry,
+    /// The invariant of the loop that this tick broke.
+    pub broken: Option<Broken>,
+}
+
+/// A loop.
+#[derive(Clone, Debug)]
+pub struct Live {
+    choice: Choice,
+    holding: Holding,
+    tissue: LiveTissue,
+    port: Port,
+    settings: Settings,
+    cycle: Cycle,
+    watch: Watch,
+    target_m: Vector3<f64>,
+    /// What waits until nothing is touched.
+    waiting: Option<Params>,
+    asked: Option<Ask>,
+    recorder: Option<Recorder>,
+}
+
+impl Live {
+    /// A loop about to arm.
+    ///
+    /// # Errors
+    /// A scene that does not fit, an unknown device, or what the core refuses.
+    pub fn new(choice: &Choice, holding: &Holding) -> Result<Self, Error> {
+        Self::of_tissue(choice.clone(), choice.tissue()?, holding)
+    }
+
+    fn of_tissue(choice: Choice, tissue: LiveTissue, holding: &Holding) -> Result<Self, Error> {
+        let site_m = tissue.patch().site_m();
+        let start_m = site_m.cast() + axis(&tissue) * CLEAR_M;
+        let (port, max_force_n) = Port::new(holding, site_m, tissue.params().probe.axis, start_m)?;
+        let mut settings = Settings::safe(&port.limits());
+        settings.limits.max_force_n = max_force_n;
+        let cycle = Cycle::build(&settings, &port.limits())?;
+        let watch = Watch::of(&settings, &port.limits()).over(tissue.rest_shape());
+        Ok(Self {
+            choice,
+            holding: holding.clone(),
+            tissue,
+            port,
+            settings,
+            cycle,
+            watch,
+            target_m: start_m,
+            waiting: None,
+            asked: None,
+            recorder: None,
+        })
+    }
+
+    /// What is pressed.
+    #[must_use]
+    pub fn choice(&self) -> &Choice {
+        &self.choice
+    }
+
+    /// Who holds the probe.
+    #[must_use]
+    pub fn holding(&self) -> &Holding {
+        &self.holding
+    }
+
+    /// The tissue.
+    #[must_use]
+    pub fn tissue(&self) -> &LiveTissue {
+        &self.tissue
+    }
+
+    /// What the device bears.
+    #[must_use]
+    pub fn device(&self) -> DeviceLimits {
+        self.port.limits()
+    }
+
+    /// The mode.
+    #[must_use]
+    pub fn mode(&self) -> Mode {
+        self.cycle.mode()
+    }
+
+    /// A change of stiffness or damping waits for the probe to leave.
+    #[must_use]
+    pub fn waits(&self) -> bool {
+        self.waiting.is_some()
+    }
+
+    /// Other tissue or another device. What stiffens waits until nothing is touched; what is more than stiffness and damping is a new loop, and
+    /// ends a recording: its bytes.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; nothing changes then, and a recording goes on.
+    pub fn choose(&mut self, choice: &Choice, holding: &Holding) -> Result<Option<Vec<u8>>, Error> {
+        if *holding == self.holding && choice.same_patch(&self.choice) {
+            let scene = choice.scene()?;
+            let params = Params {
+                youngs_modulus_pa: scene.tissue.youngs_modulus_pa as f32,
+                node_damping_per_s: scene.tissue.node_damping_per_s as f32,
+                ..*self.tissue.params()
+            };
+            // whatever would be refused later is refused now
+            self.tissue.clone().retune(params)?;
+            self.waiting = (params != *self.tissue.params()).then_some(params);
+            self.choice = choice.clone();
+            return Ok(None);
+        }
+        let tissue = match choice.same_patch(&self.choice) && *choice == self.choice {
+            true => self.fresh()?,
+            false => choice.tissue()?,
+        };
+        let fresh = Self::of_tissue(choice.clone(), tissue, holding)?;
+        let ended = self.finish();
+        *self = fresh;
+        Ok(ended)
+    }
+
+    /// The same tissue at rest.
+    fn fresh(&self) -> Result<LiveTissue, Error> {
+        let params = self.waiting.unwrap_or(*self.tissue.params());
+        Ok(LiveTissue::new(self.tissue.patch().clone(), params)?)
+    }
+
+    /// Asks the loop for something in the next tick; arming, and what follows a fault, it asks for itself.
+    pub fn ask(&mut self, ask: Ask) {
+        self.asked = Some(ask);
+    }
+
+    /// Starts a recording: with a loop from its first tick on, for a trace begins where everything is known.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn record(&mut self) -> Result<(), Error> {
+        let mut fresh = Self::of_tissue(self.choice.clone(), self.fresh()?, &self.holding)?;
+        let head = Head {
+            scene: self.choice.scene.clone(),
+            device: self.holding.device.clone().unwrap_or_else(|| "pointer".into()),
+            hand: self.holding.hand.clone(),
+        };
+        fresh.recorder = Some(Recorder::new(&head, &fresh.settings, &fresh.port.limits(), &fresh.tissue));
+        *self = fresh;
+        Ok(())
+    }
+
+    /// Ticks recorded so far; `None` without a recording.
+    #[must_use]
+    pub fn recorded(&self) -> Option<u32> {
+        self.recorder.as_ref().map(Recorder::ticks)
+    }
+
+    /// Ends the recording: the bytes of the trace.
+    pub fn finish(&mut self) -> Option<Vec<u8>> {
+        let hash = self.tissue.hash();
+        self.recorder.take().map(|recorder| recorder.finish(hash))
+    }
+
+    /// One tick towards a target [m]. `heard`: whoever moves it is there; a silent one loses the force.
+    pub fn step(&mut self, target_m: Vector3<f64>, heard: bool) -> Told {
+        // what softens comes at once; what stiffens under the probe would give energy that nobody brought
+        let softens = self.waiting.is_some_and(|p| p.youngs_modulus_pa <= self.tissue.params().youngs_modulus_pa);
+        if (softens || !self.cycle.in_contact())
+            && let Some(params) = self.waiting.take()
+            && self.tissue.retune(params).is_ok()
+            && let Some(recorder) = &mut self.recorder
+        {
+            recorder.retuned(&params);
+        }
+        let asked = self.asked.take().or(match self.cycle.mode() {
+            Mode::Boot => Some(Ask::Booted),
+            Mode::SelfTest => Some(Ask::TestPassed),
+            Mode::Idle if heard => Some(Ask::Arm),
+            _ => None,
+        });
+        let command = Command { heard, asked, ..Command::default() };
+        let limits = *self.cycle.limits();
+        let mut listened = Listened { port: &mut self.port, reading: None, got_n: None };
+        let told = self.cycle.run(&mut listened, &mut self.tissue, command);
+        let Listened { reading, got_n, .. } = listened;
+        let seen = reading.map(|reading| Tick { command, reading, limits, told, got_n, unsound: None });
+        let broken = seen.and_then(|tick| self.watch.check(&tick).err());
+        let telemetry = told;
+        if let (Some(recorder), Some(reading)) = (&mut self.recorder, reading) {
+            recorder.row(&reading, &command, &telemetry);
+            if recorder.hash_due() {
+                recorder.hash(self.tissue.hash());
+            }
+        }
+        let way_m = followed(target_m - self.target_m);
+        self.target_m += way_m;
+        let touched = telemetry.output.depth_m > 0.0 || telemetry.applied_n != Vector3::zeros();
+        self.port.step(self.target_m, way_m / TICK_S, touched);
+        Told { at_m: self.port.at_m(), telemetry, broken }
+    }
+}
+
+/// A device whose readings are listened to.
+struct Listened<'a> {
+    port: &'a mut Port,
+    reading: Option<Sensed>,
+    got_n: Option<Vector3<f32>>,
+}
+
+impl HapticDevice for Listened<'_> {
+    fn limits(&self) -> DeviceLimits {
+        self.port.limits()
+    }
+
+    fn sense(&mut self) -> Sensed {
+        let reading = self.port.sense();
+        self.reading = Some(reading);
+        reading
+    }
+
+    fn actuate(&mut self, force_n: Vector3<f32>) {
+        self.got_n = Some(force_n);
+        self.port.actuate(force_n);
+    }
+
+    fn release(&mut self) {
+        self.got_n = None;
+        self.port.release();
+    }
+}

@@ -1,0 +1,182 @@
+//! Repeats a trace with the same core and says where the first bit differs.
+
+use palpate::haptic::cycle::{Command, Cycle, Telemetry};
+use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+use palpate::{Params, PatchFile, Vector3};
+
+use super::tissue::LiveTissue;
+use super::trace::{Piece, Trace, digest};
+use crate::closed_loop::watch::{Broken, Tick, Watch};
+use palpate_tissue::error::Error;
+use palpate_tissue::patch::Patch;
+
+/// What a replay showed.
+#[derive(Clone, Debug)]
+pub struct Replayed {
+    /// One a tick, as told here.
+    pub told: Vec<Telemetry>,
+    /// Hash of all nodes at the end.
+    pub hash: u64,
+    /// The first thing that differs: its tick, and what.
+    pub differs: Option<(u32, &'static str)>,
+    /// Invariants of the loop that a tick broke, each once, with its tick.
+    pub broken: Vec<(u32, Broken)>,
+}
+
+/// A controller that is given the same beside this one.
+pub trait Witness {
+    /// Another Young's modulus after the next tick [Pa]: a board weighs its nodes anew when the force is out.
+    fn retuned(&mut self, youngs_modulus_pa: f32);
+
+    /// A tick: what was read and asked, told, and given to the device; none is its release.
+    fn tick(&mut self, reading: Sensed, command: Command, told: &Telemetry, got_n: Option<Vector3<f32>>);
+}
+
+/// Nobody.
+impl Witness for () {
+    fn retuned(&mut self, _: f32) {}
+
+    fn tick(&mut self, _: Sensed, _: Command, _: &Telemetry, _: Option<Vector3<f32>>) {}
+}
+
+/// Runs a trace again. It goes on after a difference, so that the rest can be drawn.
+///
+/// # Errors
+/// A patch or settings that the core refuses.
+pub fn replay(trace: &Trace) -> Result<Replayed, Error> {
+    replay_beside(trace, &mut ())
+}
+
+/// The same with a witness.
+///
+/// # Errors
+/// As [`replay`].
+pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replayed, Error> {
+    let mut cycle = Cycle::build(&trace.settings, &trace.device)?;
+    let mut device = Replay { limits: trace.device, reading: UNREAD, got_n: None };
+    let mut tissue: Option<LiveTissue> = None;
+    let mut told = Vec::with_capacity(trace.ticks as usize);
+    let mut replayed = Replayed { told: Vec::new(), hash: 0, differs: None, broken: Vec::new() };
+    let mut watch = Watch::of(&trace.settings, &trace.device);
+    for (n, piece) in trace.pieces.iter().enumerate() {
+        match piece {
+            Piece::Tissue(bytes) => {
+                let unpacked = unpack(bytes)?;
+                watch = watch.over(unpacked.rest_shape());
+                tissue = Some(unpacked);
+            }
+            Piece::Retuned([youngs_modulus_pa, node_damping_per_s]) => {
+                let tissue = tissue.as_mut().ok_or(palpate::BuildError::Empty)?;
+                let (youngs_modulus_pa, node_damping_per_s) = (*youngs_modulus_pa, *node_damping_per_s);
+                tissue.retune(Params { youngs_modulus_pa, node_damping_per_s, ..*tissue.params() })?;
+            }
+            Piece::Hash(expected) => {
+                replayed.hash = tissue.as_mut().map_or(0, LiveTissue::hash);
+                if replayed.hash != *expected && replayed.differs.is_none() {
+                    replayed.differs = Some((told.len() as u32, "the nodes"));
+                }
+            }
+            Piece::Rows(rows) => {
+                let tissue = tissue.as_mut().ok_or(palpate::BuildError::Empty)?;
+                let coming = coming_pa(&trace.pieces[n + 1..]);
+                for (k, row) in rows.iter().enumerate() {
+                    if let (Some(pascal), true) = (coming, k + 1 == rows.len()) {
+                        witness.retuned(pascal);
+                    }
+                    device.reading.position_m = row.position_m;
+                    device.reading.sequence = device.reading.sequence.wrapping_add(1);
+                    let limits = *cycle.limits();
+                    let now = cycle.run(&mut device, tissue, row.command);
+                    let (command, reading, got_n) = (row.command, device.reading, device.got_n);
+                    if let Err(broken) = watch.check(&Tick { command, reading, limits, told: now, got_n, unsound: None })
+                        && !replayed.broken.iter().any(|(_, b)| *b == broken)
+                    {
+                        replayed.broken.push((now.tick, broken));
+                    }
+                    witness.tick(device.reading, row.command, &now, device.got_n);
+                    let same_force = now.applied_n.map(f32::to_bits) == row.applied_n.map(f32::to_bits);
+                    if !same_force && replayed.differs.is_none() {
+                        replayed.differs = Some((now.tick, "the force"));
+                    }
+                    if digest(&now) != row.digest && replayed.differs.is_none() {
+                        replayed.differs = Some((now.tick, "what the loop told"));
+                    }
+                    told.push(now);
+                }
+            }
+        }
+    }
+    replayed.told = told;
+    Ok(replayed)
+}
+
+/// Young's modulus that the next tick finds changed [Pa].
+fn coming_pa(pieces: &[Piece]) -> Option<f32> {
+    let before = pieces.iter().take_while(|piece| !matches!(piece, Piece::Rows(_)));
+    let retuned = before.filter_map(|piece| match piece {
+        Piece::Retuned([youngs_modulus_pa, _]) => Some(*youngs_modulus_pa),
+        _ => None,
+    });
+    retuned.last()
+}
+
+/// On a 4-byte boundary, where the core reads a patch in place.
+pub fn aligned(bytes: &[u8]) -> Vec<u32> {
+    let mut words = vec![0_u32; bytes.len().div_ceil(4)];
+    bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(bytes);
+    words
+}
+
+/// The tissue that a trace carries as a packed patch.
+///
+/// # Errors
+/// A patch that the core refuses.
+pub fn unpack(bytes: &[u8]) -> Result<LiveTissue, Error> {
+    let words = aligned(bytes);
+    let file = PatchFile::open(&bytemuck::cast_slice(&words)[..bytes.len()])?;
+    file.model.check()?;
+    Ok(LiveTissue::new(Patch::of_file(&file), file.params)?)
+}
+
+/// Before the first tick.
+const UNREAD: Sensed = Sensed { position_m: Vector3::new(0.0, 0.0, 0.0), sequence: 0, status: SensorStatus::Good };
+
+/// A device that reads what was read.
+struct Replay {
+    limits: DeviceLimits,
+    reading: Sensed,
+    got_n: Option<Vector3<f32>>,
+}
+
+impl HapticDevice for Replay {
+    fn limits(&self) -> DeviceLimits {
+        self.limits
+    }
+
+    fn sense(&mut self) -> Sensed {
+        self.reading
+    }
+
+    fn actuate(&mut self, force_n: Vector3<f32>) {
+        self.got_n = Some(force_n);
+    }
+
+    fn release(&mut self) {
+        self.got_n = None;
+    }
+}
+
+/// One row a tick, as CSV.
+#[must_use]
+pub fn table(replayed: &Replayed) -> String {
+    use std::fmt::Write;
+    let mut text = String::from("t_s,probe_x_m,probe_y_m,probe_z_m,depth_m,force_x_n,force_y_n,force_z_n,energy_given_j,mode\n");
+    for (n, told) in replayed.told.iter().enumerate() {
+        let (p, f) = (told.position_m, told.applied_n);
+        let (depth_m, energy_j, mode) = (told.output.depth_m, told.energy.given_j, told.mode);
+        let t_s = n as f64 * palpate_tissue::scene::TICK_S;
+        // a string takes every write
+        let _taken = writeln!(text, "{t_s:.3},{},{},{},{depth_m},{},{},{},{energy_j},{mode:?}", p.x, p.y, p.z, f.x, f.y, f.z);
+    }
+    text
+}

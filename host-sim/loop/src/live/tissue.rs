@@ -1,0 +1,130 @@
+//! A patch that owns its memory, so that it lives as long as a window does.
+
+use std::sync::Arc;
+
+use palpate::haptic::cycle::Renderer;
+use palpate::{BuildError, Fault, Held, Node, Output, Params, ProbePose, State, TetShapes, tick};
+
+use crate::closed_loop::watch::{RestShape, RestSolid};
+use palpate_tissue::patch::Patch;
+
+/// Patch, parameters and state, with every array of its own.
+#[derive(Clone, Debug)]
+pub struct LiveTissue {
+    patch: Patch,
+    params: Params,
+    nodes: Vec<Node>,
+    candidates: Vec<u16>,
+    shapes: Vec<TetShapes>,
+    node_step: Vec<f32>,
+    cap_m: Vec<f32>,
+    held: Held,
+    /// The next tick puts the patch to rest, in place of its answer: as on the board, or the two would differ by that tick.
+    resting: bool,
+}
+
+impl LiveTissue {
+    /// At rest.
+    ///
+    /// # Errors
+    /// What [`Params::build`] refuses.
+    pub fn new(patch: Patch, params: Params) -> Result<Self, BuildError> {
+        let (nodes, triangles, shapes) = {
+            let model = patch.wide_model();
+            (model.nodes.len(), model.triangles.len(), TetShapes::count(&model))
+        };
+        let mut tissue = Self {
+            patch,
+            params,
+            nodes: vec![Node::ZERO; nodes],
+            candidates: vec![0; triangles],
+            shapes: vec![TetShapes::ZERO; shapes],
+            node_step: vec![0.0; nodes],
+            cap_m: vec![0.0; triangles],
+            held: Held::default(),
+            resting: false,
+        };
+        tissue.retune(params)?;
+        tissue.rest();
+        Ok(tissue)
+    }
+
+    /// The patch.
+    #[must_use]
+    pub fn patch(&self) -> &Patch {
+        &self.patch
+    }
+
+    /// Its parameters.
+    #[must_use]
+    pub fn params(&self) -> &Params {
+        &self.params
+    }
+
+    /// Its geometry at rest, for the watch.
+    #[must_use]
+    pub fn rest_shape(&self) -> Arc<dyn RestShape> {
+        Arc::new(RestSolid::of(&self.patch.model(), &self.params.probe))
+    }
+
+    /// Its nodes, in the patch's order.
+    #[must_use]
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// Other parameters; what moves, goes on.
+    ///
+    /// # Errors
+    /// What [`Params::build`] refuses; nothing changes then.
+    pub fn retune(&mut self, params: Params) -> Result<(), BuildError> {
+        let model = self.patch.wide_model();
+        let (mut node_step, mut cap_m) = (self.node_step.clone(), self.cap_m.clone());
+        params.build(&model, &mut node_step, &mut cap_m)?;
+        (self.params, self.node_step, self.cap_m) = (params, node_step, cap_m);
+        Ok(())
+    }
+
+    /// Hash of all positions and velocities.
+    #[must_use]
+    pub fn hash(&mut self) -> u64 {
+        self.with_state(|_, state| state.hash()).unwrap_or_default()
+    }
+
+    fn rest(&mut self) {
+        // sizes were checked when it was built
+        let _fits = self.with_state(|model, state| state.reset(model));
+    }
+
+    fn with_state<T>(&mut self, work: impl FnOnce(&palpate::Model, &mut State) -> T) -> Result<T, BuildError> {
+        let model = self.patch.wide_model();
+        let mut state = State::resume(&model, &mut self.nodes, &mut self.candidates, &mut self.shapes, self.held)?;
+        let done = work(&model, &mut state);
+        self.held = state.held();
+        Ok(done)
+    }
+}
+
+impl Renderer for LiveTissue {
+    fn render(&mut self, pose: ProbePose) -> Output {
+        if std::mem::take(&mut self.resting) {
+            self.rest();
+            return Output::NONE;
+        }
+        let Self { patch, params, nodes, candidates, shapes, node_step, cap_m, held, .. } = self;
+        let model = patch.wide_model();
+        let tuned = params.derive(node_step, cap_m);
+        match State::resume(&model, nodes, candidates, shapes, *held) {
+            Ok(mut state) => {
+                let output = tick(&model, &tuned, &mut state, pose);
+                *held = state.held();
+                output
+            }
+            Err(_) => Output { fault: Some(Fault::SizeMismatch), ..Output::NONE },
+        }
+    }
+
+    fn reset(&mut self) {
+        self.resting = true;
+    }
+}

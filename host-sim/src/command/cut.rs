@@ -1,0 +1,267 @@
+//! `palpate cut`: a patch cut out of a whole organ, with its far field, calibrated.
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use super::Common;
+use super::pack::BoardArg;
+use crate::error::Error;
+use palpate_fit::calibrate::Round;
+use palpate_fit::calibrate::accuracy::Accuracy;
+use palpate_fit::far_field::fitted::{Fitted, Prepared, Recipe, Short, Truth};
+use palpate_fit::far_field::springs;
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::budget::{Cost, Machine, triangles_in_reach};
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::patch::Patch;
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::Session;
+
+/// Element sizes that are tried when none is given [probe radii].
+const ELEMENTS_RADII: [f64; 2] = [0.3, 0.9];
+/// Halvings between them: a few tenths of a millimetre.
+const HALVINGS: usize = 5;
+/// A fit that ends further off [%] is no patch.
+const WORST_RMS_PCT: f64 = 10.0;
+/// Rounds of the fit may be fewer, but not places: 20 over-fit.
+const PLACES_RANGE: std::ops::RangeInclusive<usize> = 20..=2000;
+
+#[derive(Args, Clone, Debug)]
+pub(super) struct CutArgs {
+    #[command(flatten)]
+    common: Common,
+    #[command(flatten)]
+    board: BoardArg,
+    /// The patch holds what lies within this of the site [m], 1.5 to 2.5 probe radii; rim springs stand in for the rest of the organ.
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    radius_m: f64,
+    /// Edge length of the elements at the site [m] [default: the smallest that fits the board].
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    element_m: Option<f64>,
+    /// How far the probe slides, along x and y, centred on the site [m]: the patch is then as long. The default block only.
+    #[arg(long, value_names = ["X", "Y"], value_delimiter = ',', num_args = 2, allow_negative_numbers = true)]
+    stroke_m: Option<Vec<f64>>,
+    /// Places to calibrate over.
+    #[arg(long, value_name = "COUNT", default_value_t = 100)]
+    places: usize,
+}
+
+impl CutArgs {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let (common, machine, radius_m) = (&self.common, self.board.machine()?, self.radius_m);
+        let scene = Scene::load(&common.scene)?;
+        if !PLACES_RANGE.contains(&self.places) {
+            return Err(TissueError::Usage(format!(
+                "--places {}: take {} to {}",
+                self.places,
+                PLACES_RANGE.start(),
+                PLACES_RANGE.end()
+            ))
+            .into());
+        }
+        let probe_m = scene.probe.radius_m;
+        let recipe = |fine_m: f64| {
+            let mut recipe = Recipe::new(radius_m, fine_m, probe_m);
+            recipe.settings.places = self.places;
+            if let Some([x, y]) = self.stroke_m.as_deref() {
+                recipe.sizes.stroke_m = [*x, *y, 0.0];
+            }
+            recipe
+        };
+        let bar = bar();
+        let fine_m = match self.element_m {
+            Some(fine_m) => fine_m,
+            None => smallest_element(&scene, machine, probe_m, &recipe, &bar)?,
+        };
+        let recipe = recipe(fine_m);
+        let prepared = Prepared::of(&scene, &recipe)?;
+        let before = cost(&prepared.patch(), machine, probe_m, 1);
+        if before.units > before.budget {
+            return Err(too_slow(&prepared.patch(), &before, machine));
+        }
+        let folder = OutputFolder::open(&common.folder("cut"))?;
+        bar.set_message("finite elements of the whole");
+        let truth = Truth::of(&scene, &prepared.placed, |done, all| {
+            bar.set_message(format!("finite elements of the whole: {done} of {all} presses"));
+        })?;
+        let mut rounds = 0;
+        let fitted = prepared.fit(&truth, &recipe.settings, &mut |r: &Round| {
+            rounds += 1;
+            bar.set_message(format!("fit: round {rounds}, force error {:.2} % rms", r.force_rms_pct));
+        })?;
+        let session = Session::of_fitted(fitted.patch.clone(), fitted.params)?;
+        let cost = cost(&session.patch, machine, probe_m, session.params.substeps);
+        bar.finish_and_clear();
+        if cost.units > cost.budget {
+            return Err(too_slow(&session.patch, &cost, machine));
+        }
+        let errors = fitted.short(0.124 * probe_m, 0.51 * probe_m);
+        if errors.disc_rms_pct > WORST_RMS_PCT || !errors.disc_rms_pct.is_finite() {
+            return Err(TissueError::Check(format!(
+                "the fitted patch is {:.1} % rms off at unseen places, nothing is written: take smaller elements or a larger radius",
+                errors.disc_rms_pct
+            )).into());
+        }
+        write(folder, &scene, &prepared, &fitted, &session, machine, &cost)
+    }
+}
+
+/// A line that says what is being done.
+pub(super) fn bar() -> ProgressBar {
+    let bar = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(std::time::Duration::from_millis(200));
+    bar
+}
+
+fn cost(patch: &Patch, machine: &Machine, radius_m: f64, substeps: u16) -> Cost {
+    let radius_m = radius_m as f32;
+    let model = patch.model();
+    let site_m = patch.site_m();
+    let touched = triangles_in_reach(&model, site_m.into(), radius_m);
+    machine.cost(&model, touched, substeps)
+}
+
+fn too_slow(patch: &Patch, cost: &Cost, machine: &Machine) -> Error {
+    Error::Tissue(TissueError::TooSlow(format!(
+        "{} nodes take about {:.0} {} a tick, {:.0} fit on {}: take a larger --element-m, a smaller --radius-m or a faster board",
+        patch.model().nodes.len(),
+        cost.units,
+        machine.unit,
+        cost.budget,
+        machine.name
+    )))
+}
+
+/// The smallest element with which a patch fits the machine in one substep.
+fn smallest_element(
+    scene: &Scene,
+    machine: &Machine,
+    probe_m: f64,
+    recipe: &impl Fn(f64) -> Recipe,
+    bar: &ProgressBar,
+) -> Result<f64, Error> {
+    let fits = |fine_m: f64| {
+        bar.set_message(format!("elements of {:.2} mm", fine_m * 1e3));
+        let patch = Prepared::of(scene, &recipe(fine_m))?.patch();
+        let cost = cost(&patch, machine, probe_m, 1);
+        if cost.units <= cost.budget { Ok(()) } else { Err(too_slow(&patch, &cost, machine)) }
+    };
+    let [mut small, mut large] = ELEMENTS_RADII.map(|r| r * probe_m);
+    fits(large)?;
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (small + large);
+        if fits(middle).is_ok() { large = middle } else { small = middle }
+    }
+    Ok(large)
+}
+
+#[derive(Serialize)]
+struct Summary<'a> {
+    scene: &'a str,
+    board: &'a str,
+    nodes: usize,
+    springs: usize,
+    tets: usize,
+    rim_nodes: usize,
+    rim_edges: usize,
+    rim_lowest_eigenvalue_over_e_m: f64,
+    outside_tets: usize,
+    radius_m: f64,
+    element_m: f64,
+    substeps: u16,
+    stable_dt_s: f64,
+    estimated_units: f64,
+    budget_units: f64,
+    unit: &'a str,
+    fitted_places: u32,
+    errors: Short,
+    rounds: &'a [Round],
+    accuracy: &'a Accuracy,
+    machine: String,
+}
+
+fn write(
+    folder: OutputFolder,
+    scene: &Scene,
+    prepared: &Prepared,
+    fitted: &Fitted,
+    session: &Session,
+    machine: &Machine,
+    cost: &Cost,
+) -> Result<(), Error> {
+    let name = format!("{}-{}.patch", scene.name, machine.name);
+    let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
+    folder.write(&name, &bytes)?;
+    let model = session.patch.model();
+    let radius_m = scene.probe.radius_m;
+    let errors = fitted.short(0.124 * radius_m, 0.51 * radius_m);
+    let rows = fitted
+        .accuracy
+        .forces
+        .iter()
+        .map(|f| [f.depth_mm, f.centred_pct, f.disc_rms_pct.unwrap_or(f64::NAN), f.disc_worst_pct.unwrap_or(f64::NAN)]);
+    folder.write_csv("accuracy.csv", ["depth_mm", "centred_pct", "disc_rms_pct", "disc_worst_pct"], rows)?;
+    folder.write_json(
+        "summary.json",
+        &Summary {
+            scene: &scene.name,
+            board: machine.name,
+            nodes: model.nodes.len(),
+            springs: model.springs.len(),
+            tets: model.tets.len(),
+            rim_nodes: model.rim_nodes.len(),
+            rim_edges: model.rim_edges.len(),
+            rim_lowest_eigenvalue_over_e_m: springs::lowest_m(&prepared.far.springs),
+            outside_tets: prepared.far.cut.outside.mesh.tets.len(),
+            radius_m: model_radius_m(session),
+            element_m: session.patch.element_m(),
+            substeps: session.params.substeps,
+            stable_dt_s: session.stable.pressed_s,
+            estimated_units: cost.units,
+            budget_units: cost.budget,
+            unit: machine.unit,
+            fitted_places: session.patch.fitted_places(),
+            errors,
+            rounds: &fitted.rounds,
+            accuracy: &fitted.accuracy,
+            machine: palpate_tissue::machine::processor(),
+        },
+    )?;
+    let out = folder.publish()?;
+    println!(
+        "{}: {} nodes, {} springs, {} tets, {} rim nodes and {} rim edges for {} elements outside, {} bytes",
+        out.join(&name).display(),
+        model.nodes.len(),
+        model.springs.len(),
+        model.tets.len(),
+        model.rim_nodes.len(),
+        model.rim_edges.len(),
+        prepared.far.cut.outside.mesh.tets.len(),
+        bytes.len()
+    );
+    println!(
+        "about {:.0} of {:.0} {} a tick on {} (estimate), {} substeps, stable step {:.2} ms",
+        cost.units,
+        cost.budget,
+        machine.unit,
+        machine.name,
+        session.params.substeps,
+        session.stable.pressed_s * 1e3
+    );
+    println!(
+        "force against finite elements of the whole: centred {:.2} % rms, unseen places {:.2} % rms, worst {:+.2} %",
+        errors.centred_rms_pct, errors.disc_rms_pct, errors.disc_worst_pct
+    );
+    Ok(())
+}
+
+/// Farthest node from the site [m].
+fn model_radius_m(session: &Session) -> f64 {
+    let site = session.patch.site_m();
+    let model = session.patch.model();
+    f64::from(model.nodes.iter().map(|n| (palpate::Vector3::from(n.rest_m) - site).norm()).fold(0.0, f32::max))
+}

@@ -1,0 +1,177 @@
+//! Cargo and rustup, run in a package's folder, where its settings are.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+
+use serde_json::Value;
+
+use crate::error::Error;
+use palpate_tissue::Error as TissueError;
+
+const INSTALL: &str = "install the toolchain from https://rustup.rs";
+
+/// Of the toolchain in use.
+pub(super) struct Tools {
+    pub package: PathBuf,
+    cargo: OsString,
+    rustc: OsString,
+    rustup: OsString,
+}
+
+impl Tools {
+    pub fn in_use(package: PathBuf) -> Self {
+        let named = |variable: &str, usual: &str| std::env::var_os(variable).unwrap_or_else(|| usual.into());
+        Self { package, cargo: named("CARGO", "cargo"), rustc: named("RUSTC", "rustc"), rustup: "rustup".into() }
+    }
+
+    /// Adds the standard library for `target`, if it is not there. Also a toolchain that rustup knows nothing of may have it.
+    pub fn add_target(&self, target: &str) -> Result<(), Error> {
+        let mut ask = self.command(&self.rustc);
+        if let Ok(told) = ask.args(["--print", "target-libdir", "--target", target]).output()
+            && Path::new(String::from_utf8_lossy(&told.stdout).trim()).is_dir()
+        {
+            return Ok(());
+        }
+        eprintln!("adding {target} to the toolchain");
+        let refused = |why: &str, fix: &str| {
+            TissueError::Usage(format!("the page is built for {target}, which could not be added to the toolchain: {why}: {fix}"))
+        };
+        match self.command(&self.rustup).args(["target", "add", target]).output() {
+            Ok(added) if added.status.success() => Ok(()),
+            Ok(added) => {
+                let told = String::from_utf8_lossy(&added.stderr);
+                let why = told.lines().find_map(|l| l.strip_prefix("error: ")).unwrap_or("rustup does not say why");
+                let package = self.package.display();
+                Err(Error::Tissue(refused(why, &format!("run `rustup target add {target}` in {package}, with a network"))))
+            }
+            Err(why) => Err(Error::Tissue(refused(&format!("rustup: {why}"), INSTALL))),
+        }
+    }
+
+    /// Builds, and asks cargo where it put what it made of `target`: settings may name any folder. Cargo shows its own progress.
+    pub fn build(&self, arguments: &[&str], target: &str) -> Result<PathBuf, Error> {
+        let what = format!("cargo build {} in {}", arguments.join(" "), self.package.display());
+        let mut cargo = self.command(&self.cargo);
+        cargo.args(["build", "--message-format", "json-render-diagnostics"]).args(arguments).stderr(Stdio::inherit());
+        let built = cargo.output().map_err(|why| TissueError::Usage(format!("{what}: {why}: {INSTALL}")))?;
+        ended(built.status, &what)?;
+        let told = String::from_utf8_lossy(&built.stdout);
+        Ok(told.lines().find_map(|line| file_of(target, line)).ok_or_else(|| {
+            TissueError::Usage(format!("{what}: it names no file of {target}: {INSTALL} that rust-toolchain.toml names"))
+        })?)
+    }
+
+    fn command(&self, program: &OsString) -> Command {
+        let mut command = Command::new(program);
+        command.current_dir(&self.package);
+        // relative to where the user stands, not to the package
+        for variable in ["CARGO_TARGET_DIR", "CARGO_BUILD_TARGET_DIR"] {
+            if let Some(folder) = std::env::var_os(variable).filter(|f| !f.is_empty())
+                && let Ok(folder) = std::path::absolute(folder)
+            {
+                command.env(variable, folder);
+            }
+        }
+        command
+    }
+}
+
+/// The program or the module that a line of cargo's messages names.
+fn file_of(target: &str, line: &str) -> Option<PathBuf> {
+    let told: Value = serde_json::from_str(line).ok()?;
+    if told["reason"] != "compiler-artifact" || told["target"]["name"] != target {
+        return None;
+    }
+    let module = || told["filenames"].as_array()?.iter().filter_map(Value::as_str).find(|f| f.ends_with(".wasm"));
+    told["executable"].as_str().or_else(module).map(PathBuf::from)
+}
+
+/// Runs a program that says itself what is wrong.
+pub(super) fn run(command: &mut Command, what: &str) -> Result<ExitStatus, Error> {
+    Ok(command.status().map_err(|why| TissueError::Usage(format!("{what} does not start: {why}: build it anew")))?)
+}
+
+/// Turns an exit status other than success into an error.
+pub(super) fn ended(status: ExitStatus, what: &str) -> Result<(), Error> {
+    if status.success() {
+        Ok(())
+    } else {
+        Err(TissueError::Usage(format!("{what}: {status}: what it said above tells why")).into())
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    const WASM: &str = "wasm32-unknown-unknown";
+
+    /// Tools that are scripts; a script without lines is missing.
+    fn scripts(rustc: &str, rustup: &str, cargo: &str) -> (tempfile::TempDir, Tools) {
+        let folder = tempfile::tempdir().unwrap();
+        let put = |name: &str, lines: &str| {
+            let path = folder.path().join(name);
+            if !lines.is_empty() {
+                let text = path.with_extension("text");
+                std::fs::write(&text, format!("#!/bin/sh\n{lines}\n")).unwrap();
+                // by a program of its own: a file that a test beside this one inherits open for writing does not start
+                let made = Command::new("install").args(["-m", "755"]).args([&text, &path]).status().unwrap();
+                assert!(made.success());
+            }
+            path.into_os_string()
+        };
+        let tools = Tools {
+            package: folder.path().into(),
+            cargo: put("cargo", cargo),
+            rustc: put("rustc", rustc),
+            rustup: put("rustup", rustup),
+        };
+        (folder, tools)
+    }
+
+    #[test]
+    fn a_target_that_is_there_needs_no_rustup() {
+        let (_folder, tools) = scripts("[ $4 = wasm32-unknown-unknown ] && pwd", "", "");
+        tools.add_target(WASM).unwrap();
+    }
+
+    #[test]
+    fn a_target_that_is_missing_is_added() {
+        let (folder, tools) = scripts("echo /nowhere", "echo $* > asked", "");
+        tools.add_target(WASM).unwrap();
+        assert_eq!(std::fs::read_to_string(folder.path().join("asked")).unwrap(), "target add wasm32-unknown-unknown\n");
+    }
+
+    #[test]
+    fn a_target_that_cannot_be_added_gets_one_line() {
+        let no_net = "echo 'info: downloading' >&2; echo 'error: could not download' >&2; echo 'Caused by: dns' >&2; exit 1";
+        for (rustup, says) in [("", "https://rustup.rs"), (no_net, "could not download: run `rustup target add")] {
+            let (_folder, tools) = scripts("echo /nowhere", rustup, "");
+            let error = tools.add_target(WASM).unwrap_err();
+            let told = error.to_string();
+            assert!(told.contains(says) && told.contains(WASM) && !told.contains('\n') && error.exit_code() == 2, "{told}");
+        }
+    }
+
+    #[test]
+    fn cargo_says_where_it_put_what_it_built() {
+        let program = r#"echo '{"reason":"compiler-artifact","target":{"name":"other"},"executable":"/x/other"}'
+            echo 'no message'
+            echo '{"reason":"compiler-artifact","target":{"name":"palpate-live"},"executable":"/x/release/palpate-live"}'"#;
+        let (_folder, tools) = scripts("", "", program);
+        assert_eq!(tools.build(&[], "palpate-live").unwrap(), Path::new("/x/release/palpate-live"));
+        let module = r#"echo '{"reason":"compiler-artifact","target":{"name":"palpate_live"},"executable":null,"filenames":["/x/a.rlib","/x/a.wasm"]}'"#;
+        let (_folder, tools) = scripts("", "", module);
+        assert_eq!(tools.build(&[], "palpate_live").unwrap(), Path::new("/x/a.wasm"));
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_build_is_told_apart() {
+        for (cargo, says) in [("", INSTALL), ("exit 101", "what it said above"), ("echo {}", "no file of palpate-live")] {
+            let (_folder, tools) = scripts("", "", cargo);
+            let told = tools.build(&["--release"], "palpate-live").unwrap_err().to_string();
+            assert!(told.contains(says) && told.contains("cargo build --release"), "{told}");
+        }
+    }
+}

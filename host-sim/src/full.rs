@@ -1,0 +1,7 @@
+//! `palpate` with all commands.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    palpate_sim::run()
+}

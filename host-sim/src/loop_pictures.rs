@@ -1,0 +1,91 @@
+//! One run in pictures: force and depth over time, energy, spectrum.
+
+use palpate_charts::{ChartError, Level, LineSeries, Lines, Scale, ScaledAxis, lines};
+use palpate_loop::closed_loop::run::{Row, Run};
+use palpate_loop::closed_loop::spectrum::density;
+use palpate_loop::closed_loop::stimulus::Site;
+use palpate_tissue::output::OutputFolder;
+
+/// Points of a curve: more do not show.
+const POINTS: usize = 2000;
+/// Ticks shown before the touch and after the handle has come to rest.
+const BEFORE_TICKS: usize = 100;
+const AFTER_TICKS: usize = 500;
+/// It rests within this share of the deepest press (1).
+const RESTS: f64 = 0.02;
+
+/// Draws `<name>_force`, `_depth`, `_energy` and `_spectrum` as SVG and PNG.
+///
+/// # Errors
+/// A folder that cannot be written.
+pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Site) -> Result<(), ChartError> {
+    let shown = shown(run, site);
+    let stride = shown.len().div_ceil(POINTS).max(1);
+    let curve = |name: &'static str, value: &dyn Fn(&Row) -> f64| LineSeries {
+        name,
+        points: shown.iter().step_by(stride).map(|r| (r.t_s, value(r))).collect(),
+        joined: true,
+        marked: false,
+    };
+    // where the mode lets no force out, from the fault on
+    let fault = run.fault.and(shown.iter().find(|r| r.told.fault.is_some()));
+    let time = ScaledAxis { title: "time [s]", scale: Scale::Linear };
+    let chart = |file: &str, title: &str, y: &str, series: &[LineSeries], levels: &[Level]| {
+        let y = ScaledAxis { title: y, scale: Scale::Linear };
+        lines(folder.draft(), &format!("{name}_{file}"), &Lines { title, below, x: time, y, series, levels })
+    };
+    let normal = site.normal;
+    let along = |force: palpate::Vector3<f32>| f64::from(force.dot(&normal.cast()));
+    let mut force = vec![
+        curve("force of the tissue, behind", &|r| along(r.told.output.force_n)),
+        curve("force on the hand", &|r| r.acting_n.dot(&normal)),
+    ];
+    force.extend(fault.map(|r| LineSeries { name: "fault: force off", points: vec![(r.t_s, 0.0)], joined: false, marked: true }));
+    chart("force", "What the hand feels", "force along the normal [N]", &force, &[])?;
+    let depth = [curve("handle", &|r| -(r.at_m - site.at_m).dot(&normal) * 1e3)];
+    chart("depth", "Where the handle is", "depth below the surface [mm]", &depth, &[Level { name: "surface", y: 0.0 }])?;
+    let energy = [curve("given since the touch", &|r| r.energy.given_j * 1e3)];
+    chart("energy", "Energy given to the hand", "energy [mJ]", &energy, &[Level { name: "above: created", y: 0.0 }])?;
+    let points = density(&run.rows.iter().map(|r| along(r.told.applied_n)).collect::<Vec<_>>());
+    let points: Vec<(f64, f64)> = points.into_iter().map(|(hz, d)| (hz, (d * 1e3).max(1e-6))).collect();
+    if points.is_empty() {
+        return Ok(());
+    }
+    let series = [LineSeries { name: "force on the hand", points, joined: true, marked: false }];
+    let x = ScaledAxis { title: "frequency [Hz]", scale: Scale::Log };
+    let y = ScaledAxis { title: "density [mN/sqrt(Hz)]", scale: Scale::Log };
+    let title = "Spectrum of the force";
+    lines(folder.draft(), &format!("{name}_spectrum"), &Lines { title, below, x, y, series: &series, levels: &[] })
+}
+
+/// From shortly before the touch to shortly after the handle came to rest.
+fn shown<'a>(run: &'a Run, site: &Site) -> &'a [Row] {
+    let depth_m = |row: &Row| -(row.at_m - site.at_m).dot(&site.normal);
+    let touch = run.rows.iter().position(|r| depth_m(r) > 0.0).unwrap_or(0);
+    let deepest_m = run.rows.iter().map(depth_m).fold(0.0, f64::max);
+    let rests_m = run.rows.last().map_or(site.at_m, |r| r.at_m);
+    // along the surface too: a drag begins when the press has long come to rest
+    let moves = |row: &Row| (row.at_m - rests_m).norm() > RESTS * deepest_m;
+    let end = run.rows.iter().rposition(moves).unwrap_or(run.rows.len());
+    let end = end.max(touch).saturating_add(AFTER_TICKS).min(run.rows.len());
+    run.rows.get(touch.saturating_sub(BEFORE_TICKS)..end).unwrap_or(&run.rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use palpate_loop::closed_loop::device::DeviceProfile;
+    use palpate_loop::closed_loop::hand::HANDS;
+    use palpate_loop::closed_loop::report::Target;
+    use palpate_loop::closed_loop::stimulus::Stimulus;
+
+    #[test]
+    fn a_drag_is_shown_and_the_hold_after_it_is_not() {
+        let (device, target) = (DeviceProfile::load("touch").unwrap(), Target::Wall(400.0));
+        let (run, site) = (target.run(&device, HANDS[1], Stimulus::named("S6").unwrap()).unwrap(), target.site());
+        let shown = shown(&run, &site);
+        let farthest_m = shown.iter().map(|r| (r.at_m - site.at_m).dot(&site.along).abs()).fold(0.0, f64::max);
+        assert!(farthest_m > 7e-3, "{farthest_m} m of 8 mm aside");
+        assert!(shown.len() + 1000 < run.rows.len(), "{} of {} ticks", shown.len(), run.rows.len());
+    }
+}

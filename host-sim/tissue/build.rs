@@ -1,0 +1,11 @@
+//! Tells the crate which cargo profile it is built with; cargo itself tells build scripts only "debug" or "release".
+
+use std::path::Path;
+
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+    // <target>/<profile>/build/<package>/out
+    let out = std::env::var("OUT_DIR").unwrap_or_default();
+    let profile = Path::new(&out).ancestors().nth(3).and_then(Path::file_name).and_then(|name| name.to_str());
+    println!("cargo::rustc-env=PALPATE_PROFILE={}", profile.unwrap_or("unknown"));
+}

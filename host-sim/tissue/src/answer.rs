@@ -1,0 +1,155 @@
+//! What a converged solution says, as a file.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+mod surface_grid;
+
+use crate::error::Error;
+use crate::output::OutputFolder;
+use crate::scene::{Inclusion, Scene, Shape};
+pub use surface_grid::SurfaceGrid;
+
+/// The block 80 x 80 x 40 mm, nu = 0.45, under a hemisphere of 8 mm.
+const BLOCK: &str = include_str!("../../references/block.json");
+/// Places and depths that differ by less are the same [m].
+const SAME_M: f64 = 1e-7;
+
+/// Forces and displacements of one tissue under one probe. Everything is over Young's modulus, so it holds for any.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Answer {
+    /// What was pressed.
+    pub tissue: AnswerTissue,
+    /// With what.
+    pub probe: AnswerProbe,
+    /// Every place and depth.
+    pub holds: Vec<HoldAnswer>,
+    /// Discs glued to the surface and moved a little, if they were solved; the probe has no part in them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub glued: Vec<GluedAnswer>,
+}
+
+/// What was pressed.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct AnswerTissue {
+    /// Sides of the block [m]; top at z = 0, bottom fixed.
+    pub block_m: Option<[f64; 3]>,
+    /// Or the mesh file, as the scene names it.
+    pub mesh: Option<String>,
+    /// Poisson's ratio (1).
+    pub poisson_ratio: f64,
+    /// Stiffer or softer balls inside.
+    pub inclusion: Vec<Inclusion>,
+}
+
+/// With what.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct AnswerProbe {
+    /// Shape.
+    pub shape: Shape,
+    /// Radius [m].
+    pub radius_m: f64,
+}
+
+/// The tissue in equilibrium under the probe at one place and depth.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct HoldAnswer {
+    /// Where the tip first touches, on the rest surface [m].
+    pub place_m: [f64; 3],
+    /// Depth of the tip below that place [m].
+    pub depth_m: f64,
+    /// Force along the press over Young's modulus [m^2], positive out of the tissue.
+    pub force_over_e_m2: f64,
+    /// Displacement of the top surface around the place.
+    pub surface: Option<SurfaceGrid>,
+}
+
+/// What a disc glued to the surface meets, to first order: see [`super::glued`].
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct GluedAnswer {
+    /// Centre of the disc on the rest surface [m].
+    pub place_m: [f64; 3],
+    /// Its radius [m].
+    pub radius_m: f64,
+    /// Which way it moves, a unit vector.
+    pub direction: [f64; 3],
+    /// Force along the way over Young's modulus, per way [m].
+    pub stiffness_over_e_m: f64,
+}
+
+impl Answer {
+    /// The shipped answer: block 80 x 80 x 40 mm, nu = 0.45, hemisphere R = 8 mm.
+    ///
+    /// # Panics
+    /// Never: the tests read the shipped file.
+    #[must_use]
+    pub fn block() -> Self {
+        serde_json::from_str(BLOCK).expect("the shipped answer is well-formed")
+    }
+
+    /// Reads an answer.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is not an answer.
+    pub fn load(path: &Path) -> Result<Self, Error> {
+        let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
+        let refuse = |cause: String| Error::Usage(format!("{}: {cause}: write it anew with palpate reference", path.display()));
+        let answer: Self = serde_json::from_str(&text).map_err(|cause| refuse(cause.to_string()))?;
+        for (n, hold) in answer.holds.iter().enumerate() {
+            let positive = [hold.depth_m, hold.force_over_e_m2].iter().all(|v| v.is_finite() && *v > 0.0);
+            if !positive || !hold.place_m.iter().all(|c| c.is_finite()) {
+                return Err(refuse(format!("holds[{n}] has a depth, force or place that cannot be")));
+            }
+            if answer.hold(hold.place_m, hold.depth_m).is_some_and(|first| !std::ptr::eq(first, hold)) {
+                return Err(refuse(format!("holds[{n}] is there twice")));
+            }
+        }
+        for (n, disc) in answer.glued.iter().enumerate() {
+            let positive = [disc.radius_m, disc.stiffness_over_e_m].iter().all(|v| v.is_finite() && *v > 0.0);
+            let length = disc.direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+            if !positive || !disc.place_m.iter().all(|c| c.is_finite()) || (length - 1.0).is_nan() || (length - 1.0).abs() > 1e-6
+            {
+                return Err(refuse(format!("glued[{n}] has a radius, stiffness, place or direction that cannot be")));
+            }
+        }
+        Ok(answer)
+    }
+
+    /// Writes `name` into a folder; the same answer gives the same bytes.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn save(&self, folder: &OutputFolder, name: &str) -> Result<(), Error> {
+        let mut text =
+            serde_json::to_string(self).map_err(|cause| Error::Usage(format!("{name}: {cause}: check the scene's numbers")))?;
+        // one hold a line, so that differences can be read
+        text = text.replace("{\"place_m\"", "\n{\"place_m\"");
+        text.push('\n');
+        folder.write(name, text.as_bytes())
+    }
+
+    /// Whether the answer is for a scene's tissue and probe, at any stiffness, place and depth. Gravity has no answer.
+    #[must_use]
+    pub fn is_for(&self, scene: &Scene) -> bool {
+        let (own, tissue) = (&self.tissue, &scene.tissue);
+        own.block_m == tissue.block_m
+            && own.mesh == tissue.mesh.as_ref().map(|path| path.display().to_string())
+            && own.poisson_ratio == tissue.poisson_ratio
+            && own.inclusion == tissue.inclusion
+            && tissue.gravity_m_per_s2 == [0.0; 3]
+            && self.probe == AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m }
+    }
+
+    /// The hold at a place and depth, if it was solved.
+    #[must_use]
+    pub fn hold(&self, place_m: [f64; 3], depth_m: f64) -> Option<&HoldAnswer> {
+        let same = |a: f64, b: f64| (a - b).abs() < SAME_M;
+        self.holds.iter().find(|h| same(h.depth_m, depth_m) && (0..3).all(|k| same(h.place_m[k], place_m[k])))
+    }
+}

@@ -1,0 +1,206 @@
+//! What a tick costs on which machine, estimated from the patch's size.
+//!
+//! Board figures: cycles per item from exact instruction counts in the emulator times the Cortex-M4F's documented cycle table; **not hardware
+//! cycles** (`cargo test -p palpate-tests --release --test board board_cost -- --nocapture` measures them anew). Desktop: measured, see the README.
+
+use palpate::{Model, Terms};
+
+/// Cost of one item in one substep, and what a tick may cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Machine {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// What the units are: "cycles" or "ns".
+    pub unit: &'static str,
+    spring: f64,
+    /// What of a spring is compensation: on the M4F nine instructions of its loop, a cycle each. A tet's barrier is not counted.
+    compensation: f64,
+    tet: f64,
+    node: f64,
+    /// A surface triangle that the probe presses, with four foundation points.
+    touched: f64,
+    /// Each point more on it.
+    extra_point: f64,
+    /// A surface triangle that it does not, per tick.
+    passed: f64,
+    rim_node: f64,
+    rim_edge: f64,
+    /// Per tick, whatever the patch.
+    tick: f64,
+    /// Units that 1 ms has.
+    per_ms: f64,
+    /// Share of the millisecond that the tick may use.
+    pub load: f64,
+    /// Memory; `None` where there is plenty.
+    room: Option<Room>,
+}
+
+/// What a board's firmware keeps for a patch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Room {
+    /// Nodes and surface triangles whose state the firmware reserves (`firmware/controller/src/patch.rs`).
+    nodes: usize,
+    triangles: usize,
+    /// Flash for the patch file [bytes]: that of `memory.x` less an eighth for the program.
+    flash_bytes: usize,
+}
+
+/// The least of the boards: 1 MB of flash, 128 KB of RAM.
+const LEAST_BOARD: Room = Room { nodes: 512, triangles: 1024, flash_bytes: 7 * 128 * 1024 };
+/// State of a node and of a surface triangle on the board [bytes]: position, velocity, force, pressure and step; candidate and cap.
+const NODE_BYTES: usize = 10 * 4 + 4;
+const TRIANGLE_BYTES: usize = 2 + 4;
+
+const M4F_168: Machine = Machine {
+    name: "m4f-168",
+    unit: "cycles",
+    spring: 95.0,
+    compensation: 9.0,
+    tet: 291.0,
+    node: 130.0,
+    touched: 840.0,
+    extra_point: 160.0,
+    passed: 61.0,
+    rim_node: 75.0,
+    rim_edge: 99.0,
+    tick: 2300.0,
+    per_ms: 168e3,
+    load: 0.65,
+    room: Some(LEAST_BOARD),
+};
+
+/// Machines that `pack --board` and the press budget know.
+pub const MACHINES: [Machine; 3] = [
+    Machine {
+        name: "desktop",
+        unit: "ns",
+        spring: 2.0,
+        compensation: 0.2,
+        tet: 4.0,
+        node: 4.0,
+        touched: 60.0,
+        extra_point: 12.0,
+        passed: 3.0,
+        rim_node: 6.0,
+        rim_edge: 8.0,
+        tick: 100.0,
+        per_ms: 1e6,
+        load: 1.0,
+        room: None,
+    },
+    M4F_168,
+    // the M4F's cycle table for want of a public one: dual issue can only make it faster
+    Machine { name: "m7-480", per_ms: 480e3, ..M4F_168 },
+];
+
+/// What a tick of a patch costs at worst.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cost {
+    /// Units of the machine.
+    pub units: f64,
+    /// Units that a tick may use.
+    pub budget: f64,
+}
+
+/// What of a patch costs time, by count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Counts {
+    /// Nodes.
+    pub nodes: usize,
+    /// Springs.
+    pub springs: usize,
+    /// Tets.
+    pub tets: usize,
+    /// Surface triangles.
+    pub triangles: usize,
+    /// Surface triangles that the probe can touch.
+    pub touched: usize,
+    /// Foundation points on each of them.
+    pub points: usize,
+    /// Rim nodes.
+    pub rim_nodes: usize,
+    /// Rim edges.
+    pub rim_edges: usize,
+}
+
+impl Counts {
+    /// Of a model with `touched` triangles under the probe.
+    #[must_use]
+    pub fn of(model: &Model, touched: usize) -> Self {
+        Self {
+            nodes: model.nodes.len(),
+            springs: model.springs.len(),
+            tets: model.tets.len(),
+            triangles: model.triangles.len(),
+            touched,
+            points: model.points_per_triangle(),
+            rim_nodes: model.rim_nodes.len(),
+            rim_edges: model.rim_edges.len(),
+        }
+    }
+
+    /// State that a tick moves, on a board [bytes].
+    #[must_use]
+    pub fn ram_bytes(&self) -> usize {
+        NODE_BYTES * self.nodes + TRIANGLE_BYTES * self.triangles
+    }
+}
+
+impl Machine {
+    /// The machine of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<&'static Self> {
+        MACHINES.iter().find(|m| m.name == name)
+    }
+
+    /// Cost of so many rim springs in a substep.
+    #[must_use]
+    pub fn rim(&self, nodes: usize, edges: usize) -> f64 {
+        nodes as f64 * self.rim_node + edges as f64 * self.rim_edge
+    }
+
+    /// Cost of a tick with `touched` triangles under the probe.
+    #[must_use]
+    pub fn cost(&self, model: &Model, touched: usize, substeps: u16) -> Cost {
+        self.cost_of(&Counts::of(model, touched), Terms::ALL, substeps)
+    }
+
+    /// The same by counts, with some terms off.
+    #[must_use]
+    pub fn cost_of(&self, counts: &Counts, terms: Terms, substeps: u16) -> Cost {
+        let of = |count: usize, each: f64| count as f64 * each;
+        let on = |term: bool| if term { 1.0 } else { 0.0 };
+        let step = of(counts.springs, self.spring - on(!terms.compensation) * self.compensation)
+            + on(terms.volume) * of(counts.tets, self.tet)
+            + of(counts.nodes, self.node)
+            + on(terms.rim) * self.rim(counts.rim_nodes, counts.rim_edges)
+            + of(counts.touched, self.touched + of(counts.points.saturating_sub(4), self.extra_point));
+        let units = self.tick + of(counts.triangles, self.passed) + f64::from(substeps) * step;
+        Cost { units, budget: self.load * self.per_ms }
+    }
+
+    /// Whether state and patch file (`patch_bytes` long) fit the memory.
+    #[must_use]
+    pub fn has_room(&self, counts: &Counts, patch_bytes: usize) -> bool {
+        self.room.is_none_or(|room| {
+            counts.nodes <= room.nodes && counts.triangles <= room.triangles && patch_bytes <= room.flash_bytes
+        })
+    }
+
+    /// What a tick may cost here.
+    #[must_use]
+    pub fn budget(&self) -> f64 {
+        self.load * self.per_ms
+    }
+}
+
+/// Surface triangles that a probe of this radius, pressed to the patch's depth limit at `site_m`, can touch.
+#[must_use]
+pub fn triangles_in_reach(model: &Model, site_m: [f32; 3], radius_m: f32) -> usize {
+    let near = |n: u16| {
+        let x = model.nodes.get(usize::from(n)).map_or([f32::INFINITY; 3], |n| n.rest_m);
+        let square: f32 = x.iter().zip(site_m).map(|(a, b)| (a - b) * (a - b)).sum();
+        square <= radius_m * radius_m
+    };
+    model.triangles.iter().filter(|t| t.node.iter().any(|&n| near(n))).count()
+}

@@ -1,0 +1,69 @@
+//! Bad input and failed checks: one line that says what, where, and how to fix it.
+
+use std::path::PathBuf;
+
+use crate::mesh::MeshError;
+
+/// Why a command did not do what it promises.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A scene that cannot be read.
+    #[error("{0}")]
+    Scene(#[from] crate::scene::SceneError),
+    /// A mesh that cannot be used.
+    #[error("{0}")]
+    Mesh(#[from] MeshError),
+    /// Parameters or a model that the core refuses.
+    #[error("{0}")]
+    Build(#[from] palpate::BuildError),
+    /// A patch file that cannot be used.
+    #[error("{path}: {cause}")]
+    Patch {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        cause: palpate::BuildError,
+    },
+    /// A file that cannot be written.
+    #[error("cannot write {path}: {source}: choose a folder that can be written with --out")]
+    Write {
+        /// What was to be written.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// An output folder that another run writes.
+    #[error("{path}: another run of palpate writes there: wait until it is done or choose another folder with --out")]
+    InUse {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A file that cannot be read.
+    #[error("cannot read {path}: {source}: check the path")]
+    Read {
+        /// What was to be read.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// Options that do not fit together.
+    #[error("{0}")]
+    Usage(String),
+    /// A model that cannot keep 1 kHz.
+    #[error("{0}")]
+    TooSlow(String),
+    /// What was promised did not hold; the files are written all the same.
+    #[error("check failed: {0}")]
+    Check(String),
+}
+
+impl Error {
+    /// 1 when a check failed, 2 on bad input.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Check(_) => 1,
+            _ => 2,
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! Names of the processor and of the build, for tables of measured times.
+
+/// The processor, as the system names it.
+#[must_use]
+pub fn processor() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = info.lines().find_map(|l| l.strip_prefix("model name")?.split_once(':').map(|(_, n)| n.trim().to_string()));
+    name.unwrap_or_else(|| format!("{} {}", std::env::consts::OS, std::env::consts::ARCH))
+}
+
+/// Cargo profile this program was built with. Published times are those of `measure`.
+pub const PROFILE: &str = env!("PALPATE_PROFILE");
+
+/// Version, profile and vector instructions of this program.
+#[must_use]
+pub fn build() -> String {
+    let vectors = if cfg!(target_feature = "avx2") { "AVX2" } else { "baseline" };
+    format!("palpate {} {PROFILE}, {} {vectors}", env!("CARGO_PKG_VERSION"), std::env::consts::ARCH)
+}

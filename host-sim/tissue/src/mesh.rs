@@ -1,0 +1,38 @@
+//! Tetrahedral meshes: the built-in graded block, files, checks, surface and distance to it.
+
+pub mod block;
+mod check;
+mod distance;
+mod error;
+mod gmsh;
+pub mod import;
+mod lines;
+mod quality;
+mod raw;
+mod resolve;
+mod solid;
+pub mod surface;
+mod tetgen;
+mod topology;
+pub mod triangle;
+mod vtk;
+mod word;
+
+pub use block::{BlockError, BlockSpec, block, block_with_rim, radius_ratio};
+pub use distance::{ClosedSurface, Foot};
+pub use error::{Defect, MeshError};
+pub use import::{ImportReport, Imported};
+pub use quality::WorstTet;
+pub use quality::worst;
+
+/// A tetrahedral mesh in metres. Frame: x to the operator, y to the operator's right, z up.
+/// Every tet (a, b, c, d) is positively oriented: `(b-a) x (c-a) . (d-a) > 0`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TetMesh {
+    /// Node positions \[m\], shape \[nodes\]\[3\].
+    pub nodes_m: Vec<[f64; 3]>,
+    /// Node indices of every tet, shape \[tets\]\[4\].
+    pub tets: Vec<[u32; 4]>,
+    /// Region (physical group, attribute) of every tet, shape \[tets\]; 0 where the file names none.
+    pub regions: Vec<u32>,
+}

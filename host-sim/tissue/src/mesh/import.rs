@@ -1,0 +1,135 @@
+//! Tetrahedral meshes from files: Gmsh 1, 2.x and 4.1 ASCII, `TetGen`, legacy ASCII VTK.
+
+use std::collections::BTreeMap;
+use std::ffi::OsStr;
+use std::path::Path;
+use std::{fs, io};
+
+pub use super::check::MIN_QUALITY;
+use super::check::check;
+use super::error::{Defect, MeshError, printable, quoted};
+use super::quality::WorstTet;
+use super::raw::RawMesh;
+use super::resolve::resolve;
+use super::tetgen::{self, Source};
+use super::{TetMesh, gmsh, vtk};
+
+/// The most that is read of a file. 65 535 nodes and their tets take some 30 MB as text; the rest
+/// is room for results saved along with them.
+const MAX_FILE_MIB: u64 = 512;
+
+/// A mesh that passed every check.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Imported {
+    /// Nodes in use, in the order of the file; tets in the order of the file.
+    pub mesh: TetMesh,
+    /// What was read, left out and put right.
+    pub report: ImportReport,
+}
+
+/// What an import found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImportReport {
+    /// Name and version of the file format.
+    pub format: &'static str,
+    /// Nodes in use.
+    pub nodes: usize,
+    /// Tets of the mesh.
+    pub tets: usize,
+    /// Inverted tets of the file, two of whose nodes were swapped.
+    pub flipped_tets: usize,
+    /// Elements left out, by kind: triangles, lines, but also hexahedra and other solids.
+    pub ignored: BTreeMap<&'static str, usize>,
+    /// Nodes left out because no tet names them.
+    pub unused_nodes: usize,
+    /// Extents along x, y, z [m].
+    pub size_m: [f64; 3],
+    /// Sum over the tets [m^3].
+    pub volume_m3: f64,
+    /// The flattest tet.
+    pub worst_tet: WorstTet,
+}
+
+/// Reads, checks and orients the mesh in the file at `path`, `unit_m` metres a file unit.
+/// Of a `TetGen` pair either file will do.
+///
+/// # Errors
+/// The first defect met: of the file, of its text, of a number in it, of the mesh.
+pub fn import(path: &Path, unit_m: f64) -> Result<Imported, MeshError> {
+    if !(unit_m > 0.0 && unit_m.is_finite()) {
+        return Err(whole_file(path, Defect::LengthUnit(unit_m)));
+    }
+    let raw = read(path)?;
+    let mut solid = resolve(&raw, unit_m)?;
+    let found = check(&mut solid, unit_m)?;
+    let (index, quality) = found.worst;
+    Ok(Imported {
+        report: ImportReport {
+            format: raw.format,
+            nodes: solid.mesh.nodes_m.len(),
+            tets: solid.mesh.tets.len(),
+            flipped_tets: found.flipped_tets,
+            ignored: raw.ignored,
+            unused_nodes: solid.unused_nodes,
+            size_m: found.size_m,
+            volume_m3: found.volume_m3,
+            worst_tet: WorstTet { index, quality },
+        },
+        mesh: solid.mesh,
+    })
+}
+
+/// Only `TetGen` files have no header, so only they are known by their extension.
+fn read(path: &Path) -> Result<RawMesh, MeshError> {
+    let extension = path.extension().map(OsStr::to_ascii_lowercase);
+    if extension.is_some_and(|text| text == "node" || text == "ele") {
+        return read_tetgen_pair(path);
+    }
+    let (file, text) = (name(path), text(path)?);
+    let head = text.trim_start();
+    if head.starts_with('$') {
+        gmsh::read(&file, &text)
+    } else if head.starts_with("# vtk DataFile") {
+        vtk::read(&file, &text)
+    } else if head.starts_with("<?xml") || head.starts_with("<VTKFile") {
+        Err(whole_file(path, Defect::Xml))
+    } else {
+        let starts = quoted(head.lines().next().unwrap_or("").trim());
+        Err(whole_file(path, Defect::UnknownFormat { starts }))
+    }
+}
+
+fn read_tetgen_pair(path: &Path) -> Result<RawMesh, MeshError> {
+    let (node, ele) = (path.with_extension("node"), path.with_extension("ele"));
+    tetgen::read(&Source { file: &name(&node), text: &text(&node)? }, &Source { file: &name(&ele), text: &text(&ele)? })
+}
+
+/// The file as text. Bytes that are not text stay visible as replacement characters: harmless in
+/// a title, an error in a number.
+fn text(path: &Path) -> Result<String, MeshError> {
+    let unreadable = |error: io::Error| whole_file(path, Defect::Read(error));
+    let metadata = fs::metadata(path).map_err(unreadable)?;
+    // A pipe or a device may never end.
+    if !metadata.is_file() {
+        return Err(whole_file(path, Defect::NotAFile));
+    }
+    if metadata.len() > MAX_FILE_MIB << 20 {
+        let limit_mib = MAX_FILE_MIB;
+        return Err(whole_file(path, Defect::FileTooLarge { limit_mib }));
+    }
+    let bytes = fs::read(path).map_err(unreadable)?;
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+    let text = String::from_utf8_lossy(bytes);
+    if text.trim().is_empty() {
+        return Err(whole_file(path, Defect::Empty));
+    }
+    Ok(text.into_owned())
+}
+
+fn name(path: &Path) -> String {
+    printable(&path.display().to_string())
+}
+
+fn whole_file(path: &Path, defect: Defect) -> MeshError {
+    MeshError { file: name(path), line: None, defect }
+}

@@ -1,0 +1,190 @@
+//! The output folder: a result appears whole, in place of an earlier one, or not at all.
+//!
+//! A run writes into a draft beside the folder and moves it into place at the end. An error, a kill or a full
+//! disk before that leaves the earlier result as it was. For `--out out/press`:
+//!
+//! ```text
+//! out/press           the last result that was finished
+//! out/.press.lock     held while a run writes; a second run is refused
+//! out/.press.draft    the result being written; after the exchange, for a moment, the earlier one
+//! out/.press.old      the earlier result, for a moment, where two folders cannot be exchanged
+//! out/.press.notes    where a stopped run resumes
+//! ```
+//!
+//! The next run that takes the lock clears what a killed one left.
+
+mod lock;
+mod place;
+mod record;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+use lock::Lock;
+use place::Place;
+use record::Record;
+
+/// How a result gets into its folder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mode {
+    /// The whole folder is replaced.
+    Replace,
+    /// Each file is a result of its own and is added.
+    Add,
+}
+
+/// A result being written.
+#[derive(Debug)]
+pub struct OutputFolder {
+    /// As given on the command line.
+    shown: PathBuf,
+    place: Place,
+    mode: Mode,
+    /// Patches of an earlier run that do not outlive this one.
+    dropped: Vec<String>,
+    // released last
+    _lock: Lock,
+}
+
+impl OutputFolder {
+    /// Locks the folder, restores what a killed run left, and begins an empty draft. [`Self::publish`] replaces
+    /// the earlier result. Patch files of earlier runs, and files that were put beside a result, stay.
+    ///
+    /// # Errors
+    /// The folder cannot be written, is in use, or holds files and no result.
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        Self::begin(path, Mode::Replace)
+    }
+
+    /// As [`Self::open`], but the files of this run are added to whatever the folder holds: for commands whose
+    /// files are each a result of their own, such as patches.
+    ///
+    /// # Errors
+    /// The folder cannot be written or is in use.
+    pub fn add_to(path: &Path) -> Result<Self, Error> {
+        Self::begin(path, Mode::Add)
+    }
+
+    fn begin(path: &Path, mode: Mode) -> Result<Self, Error> {
+        let refuse = |source| Error::Write { path: path.into(), source };
+        let (place, made) = Place::of(path).map_err(refuse)?;
+        let Some(lock) = Lock::take(place.lock(), made).map_err(refuse)? else {
+            return Err(Error::InUse { path: path.into() });
+        };
+        let folder = Self { shown: path.into(), place, mode, dropped: Vec::new(), _lock: lock };
+        folder.place.recover().map_err(refuse)?;
+        if mode == Mode::Replace {
+            folder.place.refuse_foreign(path)?;
+        }
+        if folder.place.folder().exists() {
+            // a result that was made read-only on purpose stays
+            tempfile::tempfile_in(folder.place.folder()).map_err(refuse)?;
+        }
+        std::fs::create_dir(folder.place.draft()).map_err(refuse)?;
+        Ok(folder)
+    }
+
+    /// The folder in which this run's files are written until they are published.
+    #[must_use]
+    pub fn draft(&self) -> &Path {
+        self.place.draft()
+    }
+
+    /// Moves the result into place; returns the folder as it was given on the command line.
+    ///
+    /// # Errors
+    /// The disk is full, or the folder changed while the run was under way. The earlier result is still there.
+    pub fn publish(self) -> Result<PathBuf, Error> {
+        let refuse = |source| Error::Write { path: self.shown.clone(), source };
+        match self.mode {
+            Mode::Replace => {
+                self.place.refuse_foreign(&self.shown)?;
+                self.place.replace(&self.dropped).map_err(refuse)?;
+            }
+            Mode::Add => self.place.add().map_err(refuse)?,
+        }
+        // a note that stays behind is only ever read by the same run
+        let _ = std::fs::remove_dir_all(self.place.notes());
+        Ok(self.shown.clone())
+    }
+
+    /// Lets a patch of an earlier run go with the rest of its result.
+    pub fn drop_earlier(&mut self, name: &str) {
+        self.dropped.push(name.to_owned());
+    }
+
+    /// Writes a file of the result.
+    ///
+    /// # Errors
+    /// The disk is full, or the draft has gone.
+    pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), Error> {
+        std::fs::write(self.draft().join(name), bytes).map_err(|source| Error::Write { path: self.shown.join(name), source })
+    }
+
+    /// Writes a note for a later run, in case this one is stopped: whole or not at all, and not part of the result.
+    ///
+    /// # Errors
+    /// The disk is full.
+    pub fn write_note(&self, name: &str, note: &impl serde::Serialize) -> Result<(), Error> {
+        let notes = self.place.notes();
+        let refuse = |source| Error::Write { path: notes.join(name), source };
+        std::fs::create_dir_all(&notes).map_err(refuse)?;
+        let mut file = tempfile::NamedTempFile::new_in(&notes).map_err(refuse)?;
+        file.write_all(json(name, note)?.as_bytes()).map_err(refuse)?;
+        file.persist(notes.join(name)).map_err(|e| refuse(e.error))?;
+        Ok(())
+    }
+
+    /// The note of a run that was stopped, if there is one.
+    #[must_use]
+    pub fn read_note(&self, name: &str) -> Option<String> {
+        std::fs::read_to_string(self.place.notes().join(name)).ok()
+    }
+
+    /// Writes a value as JSON.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub fn write_json(&self, name: &str, value: &impl serde::Serialize) -> Result<(), Error> {
+        self.write(name, json(name, value)?.as_bytes())
+    }
+
+    /// Writes rows as CSV under a header.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub fn write_csv<const COLUMNS: usize>(
+        &self,
+        name: &str,
+        header: [&str; COLUMNS],
+        rows: impl IntoIterator<Item = [f64; COLUMNS]>,
+    ) -> Result<(), Error> {
+        let mut text = header.join(",");
+        for row in rows {
+            text.push('\n');
+            // the shortest decimal that reads back as the same number
+            let cells = row.map(|v| v.to_string());
+            text.push_str(&cells.join(","));
+        }
+        text.push('\n');
+        self.write(name, text.as_bytes())
+    }
+}
+
+impl Drop for OutputFolder {
+    fn drop(&mut self) {
+        // an unfinished draft goes; if this fails, the next run does it
+        let _ = self.place.recover();
+    }
+}
+
+/// Where a file of a draft will lie.
+pub fn published(file: &Path) -> PathBuf {
+    place::published(file).unwrap_or_else(|| file.to_owned())
+}
+
+fn json(name: &str, value: &impl serde::Serialize) -> Result<String, Error> {
+    let json = serde_json::to_string_pretty(value).map_err(|e| Error::Write { path: name.into(), source: e.into() })?;
+    Ok(format!("{json}\n"))
+}

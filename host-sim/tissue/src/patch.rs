@@ -1,0 +1,360 @@
+//! From a tet mesh to a patch: rest data per pascal of Young's modulus, in `f64` until the last rounding.
+//!
+//! Springs (paper 000, eq 11) times `1/(0.8 (1 + nu))`, so that their shear modulus is the tissue's; nodal and per-tet volume stiffness for the
+//! rest; foundation points on the surface; masses. Multipliers for each edge, node and foundation point are what calibration fits.
+
+mod foundation;
+mod neighbours;
+mod order;
+mod rim;
+mod stiffness;
+
+use std::collections::BTreeMap;
+
+use palpate::{
+    FoundationPoint, Model, Node, NodeRest, Params, PatchFile, RimEdge, RimNode, Spring, State, Tet, TetShapes, Triangle, Tuned,
+    Vector3,
+};
+
+use crate::mesh::TetMesh;
+use crate::scene::Inclusion;
+use crate::tissue::{Joint, Tissue, ratio_of};
+pub use rim::RimSprings;
+use stiffness::Elastic;
+
+/// Positive factors on what the formulas give; all 1 without calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Multipliers {
+    /// On each spring, in the order of [`surface::edges`], shape \[edges\].
+    pub edge: Vec<f64>,
+    /// On each node's volume stiffness, shape \[nodes\].
+    pub node: Vec<f64>,
+    /// On each foundation point, shape [skin triangles][points], triangles in the order of [`Tissue::skin`].
+    pub point: Vec<Vec<f64>>,
+    /// On the volume stiffness that acts per tet.
+    pub bulk: f64,
+    /// On the stiffening of the foundation.
+    pub stiffening: f64,
+}
+
+/// Constants of the material model that do not scale with E.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// Poisson's ratio (1).
+    pub poisson_ratio: f64,
+    /// Share of the volume stiffness that acts per tet (beta).
+    pub per_tet_share: f64,
+    /// Foundation stiffness times element size over E (1).
+    pub foundation_stiffness: f64,
+    /// Foundation stiffening times element size (1).
+    pub foundation_stiffening: f64,
+    /// Foundation points on a triangle, 4 or 9.
+    pub points_per_triangle: usize,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            poisson_ratio: 0.45,
+            per_tet_share: 0.109,
+            foundation_stiffness: 3.0,
+            foundation_stiffening: 2.0,
+            points_per_triangle: 4,
+        }
+    }
+}
+
+/// A patch that owns its arrays.
+#[derive(Clone, Debug)]
+pub struct Patch {
+    poisson_ratio: f32,
+    stiffening_per_m: f32,
+    depth_limit_m: f32,
+    site_m: [f32; 3],
+    element_m: f64,
+    fitted_places: u32,
+    /// Inclusions were scaled into a fitted patch: packed, it no longer counts as one of the homogeneous block.
+    scaled: bool,
+    nodes: Vec<NodeRest>,
+    anchors: Vec<u16>,
+    spring_rows: Vec<u16>,
+    springs: Vec<Spring>,
+    scheduled: Vec<Spring>,
+    tets: Vec<Tet>,
+    neighbours: Vec<[u32; 4]>,
+    triangles: Vec<Triangle>,
+    owners: Vec<u32>,
+    foundation: Vec<FoundationPoint>,
+    rim_nodes: Vec<RimNode>,
+    rim_edges: Vec<RimEdge>,
+}
+
+impl Patch {
+    /// Builds the patch of a tissue. The mesh must have passed its check; more than 65 535 nodes are refused there.
+    #[must_use]
+    pub fn build(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>) -> Self {
+        Self::build_joined(tissue, material, multipliers, &[])
+    }
+
+    /// The same with springs that join nodes of different organs, at least a hair apart.
+    #[must_use]
+    pub fn build_joined(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>, joints: &[Joint]) -> Self {
+        let elastic = Elastic::of(tissue, material, multipliers, joints);
+        let law = foundation::of(tissue, material, multipliers);
+        let nodes = elastic.nodes(&tissue.mesh, &law.contact_m);
+        let (springs, spring_rows) = order::rows(&elastic.springs, nodes.len());
+        let tets = order::interleave(&elastic.tets);
+        let (neighbours, owners) = neighbours::of(&tets, &law.triangles);
+        Self {
+            poisson_ratio: material.poisson_ratio as f32,
+            stiffening_per_m: law.stiffening_per_m as f32,
+            depth_limit_m: tissue.depth_limit_m as f32,
+            site_m: tissue.site_m.map(|c| c as f32),
+            element_m: law.element_m,
+            fitted_places: 0,
+            scaled: false,
+            anchors: tissue.anchors.iter().map(|&a| a as u16).collect(),
+            scheduled: order::schedule(&springs),
+            tets,
+            neighbours,
+            owners,
+            nodes,
+            spring_rows,
+            springs,
+            triangles: law.triangles,
+            foundation: law.points,
+            rim_nodes: Vec::new(),
+            rim_edges: Vec::new(),
+        }
+    }
+
+    /// Takes over a packed patch.
+    #[must_use]
+    pub fn of_file(file: &PatchFile) -> Self {
+        let model = &file.model;
+        let areas = model.triangles.iter().map(|t| {
+            let [a, b, c] = t.node.map(|n| Vector3::from(model.nodes[usize::from(n)].rest_m).cast::<f64>());
+            let from_site = ((a + b + c) / 3.0 - file.site_m.cast()).norm_squared();
+            (from_site, (b - a).cross(&(c - a)).norm() / 2.0)
+        });
+        let nearest = areas.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |(_, area)| area);
+        Self {
+            poisson_ratio: model.poisson_ratio,
+            stiffening_per_m: model.stiffening_per_m,
+            depth_limit_m: model.depth_limit_m,
+            site_m: file.site_m.into(),
+            element_m: foundation::element_size(nearest),
+            fitted_places: file.fitted_places,
+            scaled: false,
+            nodes: model.nodes.to_vec(),
+            anchors: model.anchors.to_vec(),
+            spring_rows: model.spring_rows.to_vec(),
+            springs: model.springs.to_vec(),
+            scheduled: order::schedule(model.springs),
+            tets: model.tets.to_vec(),
+            neighbours: model.neighbours.to_vec(),
+            owners: model.owners.to_vec(),
+            triangles: model.triangles.to_vec(),
+            foundation: model.foundation.to_vec(),
+            rim_nodes: model.rim_nodes.to_vec(),
+            rim_edges: model.rim_edges.to_vec(),
+        }
+    }
+
+    /// The patch's mesh, as rounded for the core.
+    #[must_use]
+    pub fn mesh(&self) -> TetMesh {
+        TetMesh {
+            nodes_m: self.nodes.iter().map(|n| n.rest_m.map(f64::from)).collect(),
+            tets: self.tets.iter().map(|t| t.node.map(u32::from)).collect(),
+            regions: vec![0; self.tets.len()],
+        }
+    }
+
+    /// The patch as the board runs it: springs in rows.
+    #[must_use]
+    pub fn model(&self) -> Model<'_> {
+        Model {
+            poisson_ratio: self.poisson_ratio,
+            stiffening_per_m: self.stiffening_per_m,
+            depth_limit_m: self.depth_limit_m,
+            nodes: &self.nodes,
+            anchors: &self.anchors,
+            spring_rows: &self.spring_rows,
+            springs: &self.springs,
+            tets: &self.tets,
+            neighbours: &self.neighbours,
+            owners: &self.owners,
+            triangles: &self.triangles,
+            foundation: &self.foundation,
+            rim_nodes: &self.rim_nodes,
+            rim_edges: &self.rim_edges,
+        }
+    }
+
+    /// The patch as the desktop runs it: springs scheduled so that neighbours in the list share no node. Same bits.
+    #[must_use]
+    pub fn wide_model(&self) -> Model<'_> {
+        Model { spring_rows: &[], springs: &self.scheduled, ..self.model() }
+    }
+
+    /// Site of the press on the rest surface [m].
+    #[must_use]
+    pub fn site_m(&self) -> Vector3<f32> {
+        self.site_m.into()
+    }
+
+    /// Element size at the site: the side of the equilateral triangle of the nearest triangle's area [m].
+    #[must_use]
+    pub fn element_m(&self) -> f64 {
+        self.element_m
+    }
+
+    /// Makes nodes heavier or lighter: their weight and inertia times `ratio`, shape \[nodes\]. Volumes that resist compression stay.
+    pub fn scale_masses(&mut self, ratio: &[f64]) {
+        for (node, ratio) in self.nodes.iter_mut().zip(ratio) {
+            node.volume_m3 = (f64::from(node.volume_m3) * ratio) as f32;
+        }
+    }
+
+    /// Moves the site of the press [m].
+    pub fn set_site_m(&mut self, site_m: [f64; 3]) {
+        self.site_m = site_m.map(|c| c as f32);
+    }
+
+    /// The same patch with stiffer or softer balls inside: every constant times what the ball makes of its formula.
+    #[must_use]
+    pub fn with_inclusions(mut self, inclusions: &[Inclusion]) -> Self {
+        if inclusions.is_empty() {
+            return self;
+        }
+        let build = |inclusions: &[Inclusion]| {
+            let mesh = self.mesh();
+            let stiffness_ratio = mesh.tets.iter().map(|tet| ratio_of(&mesh, tet, inclusions)).collect();
+            let material = Material {
+                poisson_ratio: f64::from(self.poisson_ratio),
+                points_per_triangle: self.model().points_per_triangle(),
+                ..Material::default()
+            };
+            let anchors = self.anchors.iter().map(|&a| a.into()).collect();
+            let site_m = self.site_m.map(f64::from);
+            let skin = self.triangles.iter().map(|t| t.node.map(u32::from)).collect();
+            let tissue = Tissue { mesh, stiffness_ratio, skin, anchors, site_m, depth_limit_m: self.depth_limit_m.into() };
+            Self::build(&tissue, &material, None)
+        };
+        let (plain, stiffened) = (build(&[]), build(inclusions));
+        self.scaled = true;
+        for ((own, a), b) in self.springs.iter_mut().zip(&plain.springs).zip(&stiffened.springs) {
+            let ratio = b.k / a.k;
+            own.k *= ratio;
+            own.k_rest *= ratio;
+        }
+        self.scheduled = order::schedule(&self.springs);
+        // what the far field adds to a rim node is not the tissue's
+        let mut rim_m = vec![0.0; self.nodes.len()];
+        self.rim_nodes.iter().for_each(|rim| rim_m[rim.node as usize] = mean_diagonal(&rim.block_m));
+        for (((own, a), b), rim_m) in self.nodes.iter_mut().zip(&plain.nodes).zip(&stiffened.nodes).zip(rim_m) {
+            own.pressure *= b.pressure / a.pressure;
+            own.stiffness_m = (own.stiffness_m - rim_m) * (b.stiffness_m / a.stiffness_m) + rim_m;
+        }
+        let by_node = |tets: &[Tet]| tets.iter().map(|t| (t.node, *t)).collect::<BTreeMap<_, _>>();
+        let (plain, stiffened) = (by_node(&plain.tets), by_node(&stiffened.tets));
+        for own in &mut self.tets {
+            if let (Some(a), Some(b)) = (plain.get(&own.node), stiffened.get(&own.node)) {
+                own.bulk *= b.bulk / a.bulk;
+                own.barrier *= b.barrier / a.barrier;
+            }
+        }
+        self
+    }
+
+    /// Places that the constants were fitted over; 0 if they come from formulas alone.
+    #[must_use]
+    pub fn fitted_places(&self) -> u32 {
+        self.fitted_places
+    }
+
+    /// Puts another far field around the patch; nothing else of it changes.
+    pub fn set_rim(&mut self, rim: &RimSprings) {
+        for old in &self.rim_nodes {
+            self.nodes[old.node as usize].stiffness_m -= mean_diagonal(&old.block_m);
+        }
+        (self.rim_nodes, self.rim_edges) = (Vec::new(), Vec::new());
+        for ([i, j], b) in &rim.blocks {
+            let [ni, nj] = [i, j].map(|k| rim.node[*k]);
+            if i == j {
+                let block_m = [b[0][0], b[1][1], b[2][2], b[0][1], b[0][2], b[1][2]].map(|v| v as f32);
+                self.nodes[ni as usize].stiffness_m += mean_diagonal(&block_m);
+                self.rim_nodes.push(RimNode { node: ni, block_m });
+            } else {
+                let row = |r: usize| b[r].map(|v| v as f32);
+                let [[a, b, c], [d, e, g], [h, k, l]] = [row(0), row(1), row(2)];
+                self.rim_edges.push(RimEdge { node: [ni as u16, nj as u16], block_m: [a, b, c, d, e, g, h, k, l] });
+            }
+        }
+    }
+
+    /// Says over how many places the constants were fitted.
+    pub fn set_fitted_places(&mut self, places: u32) {
+        self.fitted_places = places;
+    }
+
+    /// Changes the deepest press the patch answers [m].
+    pub fn set_depth_limit_m(&mut self, depth_limit_m: f32) {
+        self.depth_limit_m = depth_limit_m;
+    }
+
+    /// Bytes of the patch file.
+    #[must_use]
+    pub fn pack(&self, params: &Params, stable_dt_s: f32) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let file = PatchFile {
+            model: self.model(),
+            params: *params,
+            site_m: self.site_m(),
+            stable_dt_s,
+            fitted_places: if self.scaled { 0 } else { self.fitted_places },
+        };
+        file.write(|b| bytes.extend_from_slice(b));
+        bytes
+    }
+}
+
+fn mean_diagonal([xx, yy, zz, ..]: &[f32; 6]) -> f32 {
+    (xx + yy + zz) / 3.0
+}
+
+/// Memory of a running patch: what the board reserves in statics, allocated once.
+#[derive(Clone, Debug)]
+pub struct Memory {
+    nodes: Vec<Node>,
+    candidates: Vec<u16>,
+    shapes: Vec<TetShapes>,
+    node_step: Vec<f32>,
+    cap_m: Vec<f32>,
+}
+
+impl Memory {
+    /// Enough for a model.
+    #[must_use]
+    pub fn for_model(model: &Model) -> Self {
+        let (nodes, triangles) = (model.nodes.len(), model.triangles.len());
+        Self {
+            nodes: vec![Node::ZERO; nodes],
+            candidates: vec![0; triangles],
+            shapes: vec![TetShapes::ZERO; TetShapes::count(model)],
+            node_step: vec![0.0; nodes],
+            cap_m: vec![0.0; triangles],
+        }
+    }
+
+    /// Splits into the two halves of a running patch.
+    ///
+    /// # Errors
+    /// What [`Params::build`] refuses.
+    pub fn start(&mut self, model: &Model, params: &Params) -> Result<(Tuned<'_>, State<'_>), palpate::BuildError> {
+        let tuned = params.build(model, &mut self.node_step, &mut self.cap_m)?;
+        let state = State::new(model, &mut self.nodes, &mut self.candidates, &mut self.shapes)?;
+        Ok((tuned, state))
+    }
+}

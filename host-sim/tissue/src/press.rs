@@ -1,0 +1,214 @@
+//! `press`: an emulated finger presses the scene at 1 kHz in virtual time.
+//!
+//! One tick follows the other without waiting; the tick's own CPU time is what is held against the millisecond.
+
+mod promise;
+
+use palpate::{Fault, Limiters, Output, Probe, ProbePose, State, Vector3, tick};
+
+use crate::clock::thread_time;
+use crate::error::Error;
+use crate::finger::Finger;
+use crate::measure;
+use crate::patch::Memory;
+use crate::probe_surface::outer_face_m;
+use crate::scene::Scene;
+use crate::scene::TICK_S;
+use crate::session::Session;
+
+/// Time after the release in which the tissue must come back [s].
+pub const SETTLE_S: f64 = 0.5;
+/// Where the finger starts and ends: this share of the probe's radius above the surface.
+const CLEAR_RADII: f64 = 1.0 / 16.0;
+
+/// What a tick may take [us].
+const BUDGET_US: f32 = TICK_S as f32 * 1e6;
+/// A tick over the budget is run again from the same state, to the same bits: a tick that is really too slow is so every time, one during which
+/// the machine was taken away is not.
+const REPEATS: usize = 3;
+
+/// One tick of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct TickRow {
+    /// Start of the tick [s].
+    pub t_s: f64,
+    /// Tip as commanded [m].
+    pub tip_m: Vector3<f32>,
+    /// The same as a depth below the rest surface along the press, negative above [m].
+    pub command_m: f64,
+    /// What the core answered.
+    pub output: Output,
+    /// CPU time [us].
+    pub tick_us: f32,
+}
+
+/// End of a hold.
+#[derive(Clone, Debug)]
+pub struct Hold {
+    /// Depth [m], force [N] or hand target [m], as the drive's kind says.
+    pub target: f64,
+    /// Depth of the tip along the press, as commanded [m].
+    pub command_m: f64,
+    /// Depth reached, along the contact normal [m].
+    pub depth_m: f64,
+    /// Force along the press [N], positive out of the tissue.
+    pub force_n: f64,
+    /// Smallest tet volume over its rest volume.
+    pub min_j: f64,
+    /// Change of the total volume [%].
+    pub volume_change_pct: f64,
+    /// Time of its last tick [s].
+    pub t_s: f64,
+    /// Tip at that time [m].
+    pub tip_m: Vector3<f32>,
+    /// Displacement of every node [m].
+    pub displacement_m: Vec<Vector3<f32>>,
+    /// The same, but at a surface node inside the probe that of the foundation's outer face there, which lies on the probe.
+    pub surface_displacement_m: Vec<Vector3<f32>>,
+}
+
+/// A run.
+#[derive(Clone, Debug)]
+pub struct Press {
+    /// Every tick.
+    pub ticks: Vec<TickRow>,
+    /// Every hold.
+    pub holds: Vec<Hold>,
+    /// Largest displacement left after the release [m].
+    pub residual_m: f64,
+    /// Ticks that took more than the millisecond.
+    pub deadline_misses: usize,
+    /// The fault that ended it.
+    pub fault: Option<Fault>,
+    /// Everything that was clamped in any tick.
+    pub limiters: Limiters,
+    /// Hash of the final state.
+    pub state_hash: u64,
+    /// What the tick times hold on.
+    pub timed_on: String,
+}
+
+/// Where the tips of a run come from.
+enum Tips {
+    Finger(Finger),
+    Recorded(std::vec::IntoIter<[f32; 3]>),
+}
+
+/// Runs a scene.
+///
+/// # Errors
+/// What the core refuses to build.
+pub fn run(scene: &Scene, session: &Session, mut progress: impl FnMut(usize)) -> Result<Press, Error> {
+    let model = session.patch.wide_model();
+    let mut memory = Memory::for_model(&model);
+    let (tuned, mut state) = memory.start(&model, &session.params)?;
+    let axis = session.params.probe.axis;
+    let mut tips = match Finger::new(&scene.drive, clear_m(scene, session), TICK_S, SETTLE_S) {
+        Some(finger) => Tips::Finger(finger),
+        None => Tips::Recorded(session.tips_m.clone().into_iter()),
+    };
+    let targets = scene.drive.targets();
+
+    let mut spare = Memory::for_model(&model);
+    let (_, mut before) = spare.start(&model, &session.params)?;
+    let mut press = Press::empty(crate::machine::processor());
+    let mut force_n = 0.0;
+    while press.fault.is_none() {
+        let (tip_m, hold_ends) = match &mut tips {
+            Tips::Finger(finger) => match finger.next(force_n) {
+                Some(step) => (session.tip_m(step.depth_m), step.hold_ends),
+                None => break,
+            },
+            Tips::Recorded(tips) => match tips.next() {
+                Some(tip) => (tip.into(), None),
+                None => break,
+            },
+        };
+        before.copy_from(&state);
+        let timed = |state: &mut State| {
+            let started = thread_time();
+            let output = tick(&model, &tuned, state, ProbePose { tip_m });
+            (output, (thread_time() - started).as_secs_f32() * 1e6)
+        };
+        let (output, mut tick_us) = timed(&mut state);
+        for _ in 0..REPEATS {
+            if tick_us <= BUDGET_US {
+                break;
+            }
+            state.copy_from(&before);
+            let (_, again_us) = timed(&mut state);
+            tick_us = tick_us.min(again_us);
+        }
+
+        force_n = f64::from(output.force_n.dot(&axis));
+        let t_s = press.ticks.len() as f64 * TICK_S;
+        let command_m = f64::from((session.patch.site_m() - tip_m).dot(&axis));
+        let row = TickRow { t_s, tip_m, command_m, output, tick_us };
+        press.ticks.push(row);
+        press.deadline_misses += usize::from(tick_us > BUDGET_US);
+        press.limiters.set(output.limiters);
+        press.fault = output.fault;
+        if let Some(n) = hold_ends {
+            press.holds.push(hold(&model, &session.params.probe, &state, targets[n], force_n, &row));
+        }
+        progress(press.ticks.len());
+    }
+    press.residual_m = measure::largest_displacement_m(&model, &state);
+    press.state_hash = state.hash();
+    Ok(press)
+}
+
+/// Where the finger starts above the surface [m]: at least two steps of the ramp, for a first pose that is not outside counts as started inside the tissue.
+pub fn clear_m(scene: &Scene, session: &Session) -> f64 {
+    let ramp_step_m = scene.drive.ramp_m_per_s().unwrap_or(0.0) * TICK_S;
+    (CLEAR_RADII * f64::from(session.params.probe.radius_m)).max(2.0 * ramp_step_m)
+}
+
+/// What is to be known of a hold's end.
+pub fn hold(model: &palpate::Model, probe: &Probe, state: &State, target: f64, force_n: f64, row: &TickRow) -> Hold {
+    let (min_j, volume_change_pct) = measure::volumes(model, state);
+    let displacement_m = measure::displacements(model, state);
+    let mut surface_displacement_m = displacement_m.clone();
+    for n in model.triangles.iter().flat_map(|t| t.node).map(usize::from) {
+        let rest_m = Vector3::from(model.nodes[n].rest_m);
+        let face_m = outer_face_m(probe, row.tip_m.cast(), (rest_m + displacement_m[n]).cast());
+        surface_displacement_m[n] = face_m.cast() - rest_m;
+    }
+    Hold {
+        target,
+        command_m: row.command_m,
+        depth_m: f64::from(row.output.depth_m),
+        force_n,
+        min_j,
+        volume_change_pct,
+        t_s: row.t_s,
+        tip_m: row.tip_m,
+        displacement_m,
+        surface_displacement_m,
+    }
+}
+
+impl Press {
+    /// Nothing has run yet.
+    pub fn empty(timed_on: String) -> Self {
+        Self {
+            ticks: Vec::new(),
+            holds: Vec::new(),
+            residual_m: 0.0,
+            deadline_misses: 0,
+            fault: None,
+            limiters: Limiters::default(),
+            state_hash: 0,
+            timed_on,
+        }
+    }
+
+    /// Tick times [us]: median, 99th percentile, largest.
+    #[must_use]
+    pub fn tick_us(&self) -> [f32; 3] {
+        let mut times: Vec<f32> = self.ticks.iter().map(|t| t.tick_us).collect();
+        times.sort_by(f32::total_cmp);
+        let at = |share: f64| times.get(((times.len().max(1) - 1) as f64 * share) as usize).copied().unwrap_or(0.0);
+        [at(0.5), at(0.99), at(1.0)]
+    }
+}

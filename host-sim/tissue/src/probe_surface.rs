@@ -1,0 +1,48 @@
+//! The probe's surface in double precision: penetration of a point, and the tissue surface that belongs to it.
+
+use nalgebra::{Matrix3, Vector3};
+use palpate::path::force::foundation::FLAT_EDGE;
+use palpate::{Probe, ProbeShape};
+
+/// Penetration [m], its outward direction (1), and the curvature of the penetration [1/m].
+pub type Inside = (f64, Vector3<f64>, Matrix3<f64>);
+
+/// Where the surface is that belongs to a point of the mesh [m]: inside the probe the foundation is compressed, and its outer face lies on the probe.
+#[must_use]
+pub fn outer_face_m(probe: &Probe, tip_m: Vector3<f64>, point_m: Vector3<f64>) -> Vector3<f64> {
+    inside(probe, point_m - tip_m).map_or(point_m, |(pen, out, _)| point_m + out * pen)
+}
+
+/// Penetration of a point at `at`, relative to the tip [m]; `None` outside the probe.
+#[must_use]
+pub fn inside(probe: &Probe, at: Vector3<f64>) -> Option<Inside> {
+    let (axis, r): (Vector3<f64>, f64) = (probe.axis.cast(), f64::from(probe.radius_m));
+    let above_tip = at.dot(&axis);
+    let across = Matrix3::identity() - axis * axis.transpose();
+    if probe.shape == ProbeShape::Flat {
+        let edge = r * f64::from(FLAT_EDGE);
+        let off_axis = at - axis * above_tip;
+        let off = off_axis.norm();
+        if above_tip <= 0.0 || off >= r {
+            return None;
+        }
+        if off <= r - edge {
+            return Some((above_tip, -axis, Matrix3::zeros()));
+        }
+        let arm = off_axis * ((off - (r - edge)) / off) - axis * (edge - above_tip).max(0.0);
+        let length = arm.norm();
+        // the curvature along the ring is small beside the one across it and left out
+        return (length < edge).then(|| (edge - length, arm / length, Matrix3::zeros()));
+    }
+    let (mut d, mut around) = (at - axis * r, Matrix3::identity());
+    if probe.shape == ProbeShape::Hemisphere && above_tip > r {
+        d = at - axis * above_tip;
+        around = across;
+    }
+    let l = d.norm();
+    if l >= r || l == 0.0 {
+        return None;
+    }
+    let out = d / l;
+    Some((r - l, out, (around - out * out.transpose()) * (-1.0 / l)))
+}

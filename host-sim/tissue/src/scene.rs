@@ -1,0 +1,257 @@
+//! Scene files: what is pressed, with what, and how. SI units, every key named with its unit; an unknown key is an error.
+
+mod check;
+mod drive;
+mod error;
+mod params;
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+pub use drive::Drive;
+pub use error::{CHARTED_METHODS, SceneError};
+
+/// The device's tick [s].
+pub const TICK_S: f64 = 1e-3;
+
+/// In place of a patch file: the scene's formulas alone, even where a calibrated patch ships.
+pub const NO_PATCH: &str = "none";
+
+/// The presets, by name.
+pub const PRESETS: [(&str, &str); 8] = [
+    ("block", include_str!("../../scenes/block.toml")),
+    ("block-deep", include_str!("../../scenes/block-deep.toml")),
+    ("block-20kpa", include_str!("../../scenes/block-20kpa.toml")),
+    ("liver", include_str!("../../scenes/liver.toml")),
+    ("nodule", include_str!("../../scenes/nodule.toml")),
+    ("abdomen", include_str!("../../scenes/abdomen.toml")),
+    ("foot", include_str!("../../scenes/foot.toml")),
+    ("organ-liver", include_str!("../../scenes/organ-liver.toml")),
+];
+
+/// A scene.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// The preset or file it came from, for messages.
+    #[serde(skip)]
+    pub file: String,
+    /// Shown in tables and pictures.
+    pub name: String,
+    /// What is pressed.
+    pub tissue: TissueScene,
+    /// With what.
+    pub probe: ProbeScene,
+    /// How.
+    pub drive: Drive,
+    /// By which method.
+    #[serde(default)]
+    pub solver: Solver,
+}
+
+/// The tissue: a block or an organ made here, or a mesh from a file.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct TissueScene {
+    /// Sides of the block [m]; top at z = 0, bottom fixed.
+    pub block_m: Option<[f64; 3]>,
+    /// An organ of [`crate::organ`] by its name; its underside and its bones are fixed.
+    pub organ: Option<String>,
+    /// Regions of the organ that have another stiffness than the rest.
+    #[serde(default)]
+    pub region: Vec<RegionScene>,
+    /// Nodes of the block's mesh; of an organ's, about.
+    pub nodes: Option<usize>,
+    /// Mesh file, relative to the scene file (to the working directory for a preset); its underside is fixed.
+    pub mesh: Option<PathBuf>,
+    /// Unit of the mesh file's coordinates.
+    pub length_unit: Option<LengthUnit>,
+    /// Young's modulus [Pa]. Contact follows from it: of an organ in layers, give that of the tissue touched.
+    pub youngs_modulus_pa: f64,
+    /// Poisson's ratio (1).
+    pub poisson_ratio: f64,
+    /// Density [kg/m^3].
+    pub density_kg_per_m3: f64,
+    /// Mass-proportional damping [1/s].
+    #[serde(default = "default_damping")]
+    pub node_damping_per_s: f64,
+    /// Gravity [m/s^2]; zero means that the rest shape is the shape under gravity.
+    #[serde(default)]
+    pub gravity_m_per_s2: [f64; 3],
+    /// Stiffer or softer balls inside.
+    #[serde(default)]
+    pub inclusion: Vec<Inclusion>,
+}
+
+fn default_damping() -> f64 {
+    f64::from(palpate::Params::default().node_damping_per_s)
+}
+
+/// Unit of length of a mesh file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LengthUnit {
+    /// Metres per unit of the file.
+    pub metres: f64,
+}
+
+impl<'de> Deserialize<'de> for LengthUnit {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged, expecting = "not \"m\", \"mm\" or a number of metres")]
+        enum Raw {
+            Name(String),
+            Metres(f64),
+            Whole(i64),
+        }
+        let metres = match Raw::deserialize(deserializer)? {
+            Raw::Name(name) if name == "m" => 1.0,
+            Raw::Name(name) if name == "mm" => 1e-3,
+            Raw::Metres(metres) => metres,
+            Raw::Whole(metres) => metres as f64,
+            Raw::Name(name) => {
+                return Err(serde::de::Error::custom(format!("\"{name}\" is not \"m\", \"mm\" or a number of metres")));
+            }
+        };
+        if !(metres.is_finite() && metres > 0.0) {
+            return Err(serde::de::Error::custom(format!("{metres} m must be above zero and finite")));
+        }
+        Ok(Self { metres })
+    }
+}
+
+/// A ball of another stiffness.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Inclusion {
+    /// Centre [m].
+    pub center_m: [f64; 3],
+    /// Radius [m].
+    pub radius_m: f64,
+    /// Stiffness as a multiple of the tissue's.
+    pub stiffness_ratio: f64,
+}
+
+impl Inclusion {
+    /// Whether a point [m] is in it.
+    #[must_use]
+    pub fn holds(&self, at_m: [f64; 3]) -> bool {
+        (0..3).map(|k| (at_m[k] - self.center_m[k]).powi(2)).sum::<f64>() <= self.radius_m * self.radius_m
+    }
+}
+
+/// A region of an organ.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct RegionScene {
+    /// As the organ calls it.
+    pub name: String,
+    /// Young's modulus [Pa].
+    pub youngs_modulus_pa: f64,
+}
+
+/// Shape of the probe in a scene file.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Shape {
+    /// Cylinder with a half-sphere at its tip.
+    Hemisphere,
+    /// Full sphere.
+    Sphere,
+    /// Cylinder with a flat end.
+    Flat,
+}
+
+/// The probe.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct ProbeScene {
+    /// Shape.
+    pub shape: Shape,
+    /// Radius [m].
+    pub radius_m: f64,
+    /// Where on the block's top [m].
+    pub position_m: Option<[f64; 2]>,
+    /// Where on a mesh or an organ [m]: the nearest surface point is pressed, along its normal.
+    pub site: Option<[f64; 3]>,
+}
+
+/// Method and its input.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct Solver {
+    /// Which method.
+    pub method: Method,
+    /// Packed patch to press instead of building one; "none" keeps even a shipped one away.
+    pub patch: Option<PathBuf>,
+}
+
+impl Default for Solver {
+    fn default() -> Self {
+        Self { method: Method::Palpate, patch: None }
+    }
+}
+
+/// Methods that run on the core.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// Everything.
+    Palpate,
+    /// Springs, masses and contact only: the papers' plain model.
+    Springs,
+}
+
+impl Method {
+    /// As in scene files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Palpate => "palpate",
+            Self::Springs => "springs",
+        }
+    }
+}
+
+impl Scene {
+    /// Reads a preset by name or a scene file by path.
+    ///
+    /// # Errors
+    /// Unknown name, unreadable file, bad TOML, unknown key, impossible value: with the place.
+    pub fn load(name_or_path: &str) -> Result<Self, SceneError> {
+        if let Some((_, text)) = PRESETS.iter().find(|(name, _)| *name == name_or_path) {
+            return Self::parse(name_or_path, text);
+        }
+        let path = Path::new(name_or_path);
+        let looks_like_path = path.extension().is_some() || path.components().count() > 1;
+        if !looks_like_path && !path.exists() {
+            return Err(SceneError::unknown_name(name_or_path));
+        }
+        let text = std::fs::read_to_string(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
+        let mut scene = Self::parse(name_or_path, &text)?;
+        if let Some(folder) = path.parent() {
+            scene.resolve_paths(folder);
+        }
+        Ok(scene)
+    }
+
+    /// Reads the text of a scene; `file` names it in errors.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
+        let mut scene: Self = toml::from_str(text).map_err(|e| SceneError::of_toml(file, text, &e))?;
+        scene.file = file.into();
+        scene.check()?;
+        Ok(scene)
+    }
+
+    fn resolve_paths(&mut self, folder: &Path) {
+        let mut resolve = |path: &mut PathBuf| *path = folder.join(&*path);
+        self.tissue.mesh.as_mut().map(&mut resolve);
+        self.solver.patch.as_mut().filter(|p| p.as_os_str() != NO_PATCH).map(&mut resolve);
+        if let Drive::Trace { trace, .. } = &mut self.drive {
+            resolve(trace);
+        }
+    }
+}

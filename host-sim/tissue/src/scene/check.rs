@@ -1,0 +1,223 @@
+//! What types cannot check, before anything is built or written.
+
+use palpate::{BuildError, Limits};
+
+use super::{Drive, Scene, SceneError};
+
+/// Smallest and largest side of a block [m]: beyond it a unit is wrong. A mesh file has the same range.
+const SIDE_M: std::ops::RangeInclusive<f64> = 1e-3..=2.0;
+/// Nodes that an organ's mesh may be asked for, and Young's modulus [Pa] of its regions.
+const ORGAN_NODES: std::ops::RangeInclusive<usize> = 100..=5000;
+const MODULUS_PA: std::ops::RangeInclusive<f64> = 1.0..=1e9;
+/// Longest run, in tissue time [s].
+const LONGEST_S: f64 = 1000.0;
+
+impl Scene {
+    /// Checks every value that the types let pass.
+    ///
+    /// # Errors
+    /// The first value outside its range, with its key.
+    pub fn check(&self) -> Result<(), SceneError> {
+        self.check_name()?;
+        self.check_source()?;
+        self.check_block()?;
+        self.check_inclusions()?;
+        let up = [0.0, 0.0, 1.0];
+        self.params(up).check().map_err(|cause| SceneError::parameter(&self.file, cause))?;
+        self.check_drive()
+    }
+
+    /// An error at a key.
+    pub fn bad<T>(&self, key: &str, why: &str) -> Result<T, SceneError> {
+        Err(SceneError::value(&self.file, key, why))
+    }
+
+    /// Refuses holds deeper than `most_m`; `because` goes on with "than ..".
+    pub fn refuse_deeper_than(&self, most_m: f64, because: &str) -> Result<(), SceneError> {
+        let (Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. }) = &self.drive else { return Ok(()) };
+        match holds_m.iter().position(|h| *h > most_m) {
+            None => Ok(()),
+            Some(n) => {
+                let why = format!("= {} is deeper than {because} ({most_m:.4} m): press less deep", holds_m[n]);
+                self.bad(&format!("drive.holds_m[{n}]"), &why)
+            }
+        }
+    }
+
+    /// The name is printed in tables and is part of file names.
+    fn check_name(&self) -> Result<(), SceneError> {
+        if self.name.is_empty() || self.name.contains(|c: char| c.is_control() || c == '/' || c == '\\') {
+            return self.bad("name", "must be one line of text without slashes, it becomes part of file names: rename the scene");
+        }
+        Ok(())
+    }
+
+    /// One source of tissue, with the keys that belong to it.
+    fn check_source(&self) -> Result<(), SceneError> {
+        let (tissue, probe) = (&self.tissue, &self.probe);
+        match (tissue.block_m.is_some(), tissue.mesh.is_some(), tissue.organ.is_some()) {
+            (false, false, false) if self.solver.patch.is_none() => {
+                return self.bad("tissue", "has neither block_m nor mesh nor organ: give one");
+            }
+            (true, true, _) => return self.bad("tissue", "has both block_m and mesh: keep one"),
+            (true, _, true) => return self.bad("tissue", "has both block_m and organ: keep one"),
+            (_, true, true) => return self.bad("tissue", "has both mesh and organ: keep one"),
+            (_, true, _) if self.solver.patch.is_some() => {
+                return self.bad("solver.patch", "replaces the mesh: remove one of the two");
+            }
+            (.., true) if self.solver.patch.as_ref().is_some_and(|p| p.as_os_str() != super::NO_PATCH) => {
+                return self.bad("solver.patch", "replaces the organ: remove one of the two");
+            }
+            _ => {}
+        }
+        if tissue.organ.is_some() {
+            return self.check_organ();
+        }
+        if !tissue.region.is_empty() {
+            return self.bad("tissue.region", "belongs to an organ: remove it");
+        }
+        if tissue.mesh.is_none() {
+            if tissue.length_unit.is_some() {
+                return self.bad("tissue.length_unit", "belongs to a mesh file; block_m is in metres: remove it");
+            }
+            if probe.site.is_some() {
+                return self.bad("probe.site", "belongs to a mesh or an organ; a block has position_m = [x, y]: use that");
+            }
+            return Ok(());
+        }
+        if tissue.length_unit.is_none() {
+            return self
+                .bad("tissue.length_unit", "is missing: say \"m\", \"mm\" or the number of metres of one unit of the mesh file");
+        }
+        if tissue.nodes.is_some() {
+            return self.bad("tissue.nodes", "belongs to a block; a mesh file has its own nodes: remove it");
+        }
+        self.check_site("a mesh")
+    }
+
+    /// An organ with its regions.
+    fn check_organ(&self) -> Result<(), SceneError> {
+        let tissue = &self.tissue;
+        if tissue.length_unit.is_some() {
+            return self.bad("tissue.length_unit", "belongs to a mesh file; organs are in metres: remove it");
+        }
+        if let Some(nodes) = tissue.nodes.filter(|n| !ORGAN_NODES.contains(n)) {
+            let why = format!("= {nodes}: give a number from {} to {}", ORGAN_NODES.start(), ORGAN_NODES.end());
+            return self.bad("tissue.nodes", &why);
+        }
+        for (n, region) in tissue.region.iter().enumerate() {
+            let e = region.youngs_modulus_pa;
+            if !MODULUS_PA.contains(&e) {
+                let why = format!("= {e} is out of range: give {} .. {}", MODULUS_PA.start(), MODULUS_PA.end());
+                return self.bad(&format!("tissue.region[{n}].youngs_modulus_pa"), &why);
+            }
+        }
+        self.check_site("an organ")
+    }
+
+    /// Where `what` is pressed.
+    fn check_site(&self, what: &str) -> Result<(), SceneError> {
+        if self.probe.position_m.is_some() {
+            return self.bad("probe.position_m", &format!("belongs to a block; {what} has site = [x, y, z]: use that"));
+        }
+        match self.probe.site {
+            None => self.bad("probe.site", &format!("is missing: {what} needs the place to press, site = [x, y, z] in metres")),
+            Some(site) if !site.iter().all(|c| c.is_finite()) => {
+                self.bad("probe.site", &format!("= {site:?} is not finite: give x, y, z in metres"))
+            }
+            Some(_) => Ok(()),
+        }
+    }
+
+    fn check_block(&self) -> Result<(), SceneError> {
+        let Some(block_m) = self.tissue.block_m else { return Ok(()) };
+        for (axis, side) in block_m.iter().enumerate() {
+            if !SIDE_M.contains(side) {
+                let why = format!("= {side} must be from {} to {}: give metres", SIDE_M.start(), SIDE_M.end());
+                return self.bad(&format!("tissue.block_m[{axis}]"), &why);
+            }
+        }
+        for (axis, place) in self.probe.position_m.iter().flatten().enumerate() {
+            let half = 0.5 * block_m[axis];
+            if place.is_nan() || place.abs() > half {
+                let why = format!("= {place} is outside the block's top: stay within -{half} .. {half}");
+                return self.bad(&format!("probe.position_m[{axis}]"), &why);
+            }
+        }
+        Ok(())
+    }
+
+    fn check_inclusions(&self) -> Result<(), SceneError> {
+        for (n, ball) in self.tissue.inclusion.iter().enumerate() {
+            for (key, value) in [("radius_m", ball.radius_m), ("stiffness_ratio", ball.stiffness_ratio)] {
+                if !(value.is_finite() && value > 0.0) {
+                    return self
+                        .bad(&format!("tissue.inclusion[{n}].{key}"), &format!("= {value} must be above zero and finite"));
+                }
+            }
+            if !ball.center_m.iter().all(|c| c.is_finite()) {
+                let why = format!("= {:?} is not finite: give x, y, z in metres", ball.center_m);
+                return self.bad(&format!("tissue.inclusion[{n}].center_m"), &why);
+            }
+        }
+        Ok(())
+    }
+
+    fn check_drive(&self) -> Result<(), SceneError> {
+        let (key, ramp, hold_s) = match self.drive {
+            Drive::Depth { ramp_m_per_s, hold_s, .. } | Drive::Hand { ramp_m_per_s, hold_s, .. } => {
+                ("drive.holds_m", ramp_m_per_s, hold_s)
+            }
+            Drive::Force { ramp_m_per_s, hold_s, .. } => ("drive.holds_n", ramp_m_per_s, hold_s),
+            Drive::Trace { depth_limit_m: Some(limit_m), .. } if !(limit_m.is_finite() && limit_m > 0.0) => {
+                let why = format!("= {limit_m} must be above zero and finite");
+                return self.bad("drive.depth_limit_m", &why);
+            }
+            Drive::Trace { .. } => return Ok(()),
+        };
+        let holds = self.drive.targets();
+        if holds.is_empty() {
+            return self.bad(key, "is empty: give at least one");
+        }
+        for (n, target) in holds.iter().enumerate() {
+            if !(target.is_finite() && *target > 0.0) {
+                return self.bad(&format!("{key}[{n}]"), &format!("= {target} must be above zero and finite"));
+            }
+            let most_n = f64::from(Limits::HIGHEST.max_force_n);
+            if matches!(self.drive, Drive::Force { .. }) && *target > most_n {
+                return self
+                    .bad(&format!("{key}[{n}]"), &format!("= {target} must be at most {most_n}: no larger force is rendered"));
+            }
+        }
+        let fastest = f64::from(Limits::HIGHEST.max_speed_m_per_s);
+        if !(ramp > 0.0 && ramp <= fastest) {
+            return self.bad("drive.ramp_m_per_s", &format!("= {ramp} must be above zero and at most {fastest}"));
+        }
+        if !((0.001..=60.0).contains(&hold_s)) {
+            return self.bad("drive.hold_s", &format!("= {hold_s} must be from 0.001 to 60"));
+        }
+        // a force drive moves by the force; its way out is at most as long as the probe is wide
+        let way_m = match &self.drive {
+            Drive::Force { .. } => self.probe.radius_m,
+            _ => holds.iter().fold((0.0, 0.0), |(sum, from): (f64, f64), to| (sum + (to - from).abs(), *to)).0,
+        };
+        let run_s = way_m / ramp + holds.len() as f64 * hold_s;
+        if run_s > LONGEST_S {
+            let why =
+                format!("makes a run of {run_s:.0} s, at most {LONGEST_S} fit: ramp faster, hold shorter or hold less often");
+            return self.bad("drive", &why);
+        }
+        Ok(())
+    }
+}
+
+impl SceneError {
+    /// A parameter that the core refuses, by its key in the scene.
+    pub(crate) fn parameter(file: &str, cause: BuildError) -> Self {
+        let table = match cause {
+            BuildError::OutOfRange { parameter, .. } if parameter.starts_with("probe.") => "",
+            _ => "tissue.",
+        };
+        Self::Parameter { file: file.into(), table, cause }
+    }
+}

@@ -1,0 +1,164 @@
+//! Errors of scene files, with line and a suggestion.
+
+use std::path::PathBuf;
+
+use super::PRESETS;
+
+/// Methods that `palpate chart` compares and no press runs, but for "palpate" and "springs".
+pub const CHARTED_METHODS: [&str; 14] = [
+    "springs",
+    "volume-preserved",
+    "local-compression",
+    "springs-volume-tet",
+    "springs-volume-nodal",
+    "palpate",
+    "palpate-calibrated",
+    "corotational",
+    "neo-hookean",
+    "neo-hookean-nodal",
+    "meshless",
+    "xpbd",
+    "implicit",
+    "compliance",
+];
+
+/// Why a scene cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// The file cannot be read.
+    #[error("cannot read scene {path}: {source}: check the path, or use a preset ({})", presets())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// A file of another kind of scene cannot be read.
+    #[error("cannot read scene {path}: {source}: check the path, or leave it out for \"{preset}\"")]
+    ReadOther {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+        /// The preset of that kind.
+        preset: &'static str,
+    },
+    /// Neither a preset nor a file.
+    #[error("no scene \"{name}\": did you mean \"{nearest}\"? Presets: {}; or give the path of a .toml file", presets())]
+    UnknownName {
+        /// What was asked for.
+        name: String,
+        /// The preset spelled most like it.
+        nearest: &'static str,
+    },
+    /// Bad TOML, a missing or unknown key, a value of the wrong kind.
+    #[error("{file}:{line}: {what}")]
+    Toml {
+        /// The file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong and how to fix it.
+        what: String,
+    },
+    /// A parameter that the core refuses.
+    #[error("{file}: {table}{cause}")]
+    Parameter {
+        /// The file.
+        file: String,
+        /// Its table, with the dot, where the core's name has none.
+        table: &'static str,
+        /// Name, value, range.
+        cause: palpate::BuildError,
+    },
+    /// A value that cannot be.
+    #[error("{file}: {key} {why}")]
+    Value {
+        /// The file.
+        file: String,
+        /// Key with its table.
+        key: String,
+        /// What is wrong and how to fix it.
+        why: String,
+    },
+}
+
+fn presets() -> String {
+    PRESETS.map(|(name, _)| name).join(", ")
+}
+
+impl SceneError {
+    pub(super) fn unknown_name(name: &str) -> Self {
+        let nearest = nearest(name, PRESETS.iter().map(|(n, _)| *n)).unwrap_or(PRESETS[0].0);
+        Self::UnknownName { name: name.into(), nearest }
+    }
+
+    /// A value of `key` in `file` that cannot be used, and why.
+    #[must_use]
+    pub fn value(file: &str, key: &str, why: &str) -> Self {
+        Self::Value { file: file.into(), key: key.into(), why: why.into() }
+    }
+
+    /// A TOML error of `file`, with its line and a suggestion.
+    #[must_use]
+    pub fn of_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
+        let mut line = error.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
+        let at = text.lines().nth(line - 1).unwrap_or_default();
+        let message = error.message().lines().collect::<Vec<_>>().join(" ");
+        let what = if let Some((key, near)) = unknown(&message, "unknown field `") {
+            // serde points at the table
+            line += text.lines().skip(line - 1).position(|l| key_of(l) == Some(key)).unwrap_or(0);
+            near.map_or(format!("unknown key \"{key}\": remove it"), |near| {
+                format!("unknown key \"{key}\": did you mean \"{near}\"?")
+            })
+        } else if let Some((word, near)) = unknown(&message, "unknown variant `") {
+            not_known(word, near.unwrap_or_default())
+        } else if let Some(key) = message.strip_prefix("missing field `").and_then(|rest| rest.strip_suffix('`')) {
+            let table = if at.trim_start().starts_with('[') { at.trim() } else { "the file" };
+            format!("key \"{key}\" is missing in {table}: add it, as in the presets under host-sim/scenes")
+        } else {
+            let key = key_of(at).map_or(String::new(), |key| format!("{key}: "));
+            format!("{key}{}: see the presets under host-sim/scenes for the form", in_toml_words(&message))
+        };
+        Self::Toml { file: file.into(), line, what }
+    }
+}
+
+/// A word that is not a variant; the charted methods are words of their own.
+fn not_known(word: &str, near: &str) -> String {
+    if CHARTED_METHODS.contains(&word) {
+        let names = CHARTED_METHODS.join(", ");
+        return format!(
+            "method \"{word}\" runs in palpate chart (as do {names}), press runs \"palpate\" and \"springs\": use one of these two, or palpate chart"
+        );
+    }
+    format!("\"{word}\" is not known here: did you mean \"{near}\"?")
+}
+
+/// The key that a line sets.
+fn key_of(line: &str) -> Option<&str> {
+    line.split_once('=').map(|(key, _)| key.trim())
+}
+
+/// What serde calls by Rust's names.
+fn in_toml_words(message: &str) -> String {
+    [
+        ("expected f64", "expected a number"),
+        ("expected usize", "expected a whole number from 0"),
+        ("expected a sequence", "expected a list [..]"),
+        ("invalid type: sequence", "invalid type: a list"),
+        ("expected an array of length", "expected a list of length"),
+    ]
+    .iter()
+    .fold(message.to_owned(), |text, (rust, toml)| text.replace(rust, toml))
+}
+
+/// The word that serde does not know, and the known one spelled most like it.
+fn unknown<'a>(message: &'a str, prefix: &str) -> Option<(&'a str, Option<&'a str>)> {
+    let (word, expected) = message.strip_prefix(prefix)?.split_once('`')?;
+    Some((word, nearest(word, expected.split('`').skip(1).step_by(2))))
+}
+
+fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    known.min_by_key(|k| strsim::damerau_levenshtein(word, k))
+}

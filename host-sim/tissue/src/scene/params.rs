@@ -1,0 +1,35 @@
+//! What a scene says to the core.
+
+use palpate::{Params, Probe, ProbeShape, Terms};
+
+use super::{Method, Scene, Shape};
+
+impl Scene {
+    /// Parameters of the core; `axis` leads from the tip to the handle.
+    #[must_use]
+    pub fn params(&self, axis: [f64; 3]) -> Params {
+        let tissue = &self.tissue;
+        Params {
+            youngs_modulus_pa: tissue.youngs_modulus_pa as f32,
+            poisson_ratio: tissue.poisson_ratio as f32,
+            density_kg_per_m3: tissue.density_kg_per_m3 as f32,
+            node_damping_per_s: tissue.node_damping_per_s as f32,
+            gravity_m_per_s2: tissue.gravity_m_per_s2.map(|g| g as f32),
+            tick_s: crate::scene::TICK_S as f32,
+            probe: Probe {
+                shape: match self.probe.shape {
+                    Shape::Hemisphere => ProbeShape::Hemisphere,
+                    Shape::Sphere => ProbeShape::Sphere,
+                    Shape::Flat => ProbeShape::Flat,
+                },
+                radius_m: self.probe.radius_m as f32,
+                axis: axis.map(|c| c as f32).into(),
+            },
+            terms: match self.solver.method {
+                Method::Palpate => Terms::ALL,
+                Method::Springs => Terms::SPRINGS_ONLY,
+            },
+            ..Params::default()
+        }
+    }
+}

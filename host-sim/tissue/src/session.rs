@@ -1,0 +1,220 @@
+//! A scene made ready to run: patch, parameters, stable step, start-up report.
+
+pub mod calibrated;
+pub mod packed;
+
+use palpate::{Limits, Params, ProbeShape, Terms, Vector3};
+
+use crate::budget::{MACHINES, Machine, triangles_in_reach};
+use crate::error::Error;
+use crate::mesh::{WorstTet, worst};
+use crate::patch::{Material, Patch};
+use crate::recorded_tips::read_tips;
+use crate::scene::{NO_PATCH, Scene, TICK_S};
+use crate::stable_step::{MARGIN, StableStep, limits, substeps_for_taps};
+use crate::tissue::{DEFAULT_NODES, place};
+
+/// A scene ready to run.
+#[derive(Clone, Debug)]
+pub struct Session {
+    /// The patch.
+    pub patch: Patch,
+    /// Parameters, with the substeps the patch needs.
+    pub params: Params,
+    /// Its limits.
+    pub stable: StableStep,
+    /// Probe tips of a recorded trace [m]; empty for a finger.
+    pub tips_m: Vec<[f32; 3]>,
+    /// What a user should see before anything moves.
+    pub report: Report,
+}
+
+/// Start-up report: whoever typed a wrong unit sees it here.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Report {
+    /// Sides of the bounding box [mm].
+    pub size_mm: [f64; 3],
+    /// Mass of the tissue [g].
+    pub mass_g: f64,
+    /// Mass that the tick moves, with the mass floor, over the true mass of the nodes that move (1).
+    pub mass_floor_ratio: f64,
+    /// Nodes.
+    pub nodes: usize,
+    /// Fixed nodes.
+    pub anchors: usize,
+    /// Springs.
+    pub springs: usize,
+    /// Tets.
+    pub tets: usize,
+    /// Surface triangles.
+    pub triangles: usize,
+    /// Index of the flattest tet.
+    pub worst_tet: usize,
+    /// Its volume over the cube of its longest edge, 1 for the regular tet.
+    pub worst_tet_quality: f64,
+    /// Element size at the site [mm].
+    pub element_mm: f64,
+    /// Tets turned round on import.
+    pub flipped_tets: usize,
+    /// Stable substep at rest [ms].
+    pub stable_rest_ms: f64,
+    /// Stable substep pressed [ms].
+    pub stable_pressed_ms: f64,
+    /// Deepest press the patch answers [mm].
+    pub depth_limit_mm: f64,
+    /// Substeps of a tick.
+    pub substeps: u16,
+    /// Force expected at 1 mm [N]: Hertz for a sphere, the rigid punch for a flat end, on a half-space.
+    pub half_space_force_at_1mm_n: f64,
+}
+
+impl Session {
+    /// Builds the patch of a scene and measures its stable step.
+    ///
+    /// # Errors
+    /// Bad input, or a model that cannot keep 1 kHz: with the numbers.
+    pub fn prepare(scene: &Scene) -> Result<Self, Error> {
+        let tips_m = read_tips(&scene.drive)?;
+        if let Some(path) = scene.solver.patch.as_deref().filter(|p| p.as_os_str() != NO_PATCH) {
+            let (patch, packed) = packed::open(scene, path)?;
+            // a patch fitted as a whole block is a homogeneous one's; any other was packed with its inclusions
+            let homogeneous = patch.fitted_places() > 0 && patch.model().rim_nodes.is_empty();
+            let patch = if homogeneous { patch.with_inclusions(&scene.tissue.inclusion) } else { patch };
+            let params = fitted(scene, &packed);
+            return Self::of_patch(patch, params, tips_m, 0);
+        }
+        let placed = place(scene, &tips_m)?;
+        if scene.solver.patch.is_none()
+            && let Some((mut patch, packed)) = calibrated::of(scene, DEFAULT_NODES)
+        {
+            patch.set_site_m(placed.tissue.site_m);
+            patch.set_depth_limit_m(placed.tissue.depth_limit_m as f32);
+            return Self::of_patch(patch, fitted(scene, &packed), tips_m, 0);
+        }
+        let params = scene.params(placed.axis);
+        let material = Material { poisson_ratio: f64::from(params.poisson_ratio), ..Material::default() };
+        let flipped = placed.import.as_ref().map_or(0, |i| i.flipped_tets);
+        Self::of_patch(Patch::build(&placed.tissue, &material, None), params, tips_m, flipped)
+    }
+
+    /// A patch made elsewhere, with the parameters it was made with.
+    ///
+    /// # Errors
+    /// A model that cannot keep 1 kHz: with the numbers.
+    pub fn of_fitted(patch: Patch, params: Params) -> Result<Self, Error> {
+        Self::of_patch(patch, params, Vec::new(), 0)
+    }
+
+    fn of_patch(patch: Patch, params: Params, tips_m: Vec<[f32; 3]>, flipped_tets: usize) -> Result<Self, Error> {
+        let own = limits(&patch, TICK_S);
+        let max_sink_m_per_s = own.max_sink_m_per_s.min(params.limits.max_sink_m_per_s);
+        let params = Params { limits: Limits { max_sink_m_per_s, ..params.limits }, ..params };
+        let model = patch.wide_model();
+        let site_m = patch.site_m();
+        let measured = StableStep::measure(&model, &params, site_m)?;
+        let depth_mm = f64::from(model.depth_limit_m) * 1e3;
+        let does_not_survive = || {
+            Error::TooSlow(format!(
+                "the tissue does not survive a press to {depth_mm:.1} mm, even with the smallest substeps tried: press less deep, or take another mesh or probe"
+            ))
+        };
+        let stable = measured.ok_or_else(does_not_survive)?;
+        let wanted = stable.substeps(TICK_S);
+        let touched = triangles_in_reach(&model, site_m.into(), params.probe.radius_m);
+        let fits = |substeps: f64| refuse_if_too_slow(&MACHINES[0], &model, touched, substeps, &stable);
+        fits(wanted)?;
+        let substeps = substeps_for_taps(&model, &params, site_m, wanted as u16)?.ok_or_else(does_not_survive)?;
+        fits(f64::from(substeps))?;
+        let params = Params { substeps, ..params };
+        let report = report(&patch, &params, &stable, flipped_tets)?;
+        Ok(Self { patch, params, stable, tips_m, report })
+    }
+
+    /// Tip position for a depth along the press [m].
+    #[must_use]
+    pub fn tip_m(&self, depth_m: f64) -> Vector3<f32> {
+        self.patch.site_m() - self.params.probe.axis * depth_m as f32
+    }
+}
+
+/// The scene's parameters with what was fitted or lowered in a packed patch.
+fn fitted(scene: &Scene, packed: &Params) -> Params {
+    let own = scene.params(packed.probe.axis.map(f64::from).into());
+    // a patch fitted without a term has no use for it
+    let terms = Terms {
+        volume: own.terms.volume && packed.terms.volume,
+        compensation: own.terms.compensation && packed.terms.compensation,
+        rim: own.terms.rim && packed.terms.rim,
+    };
+    Params {
+        compensation: packed.compensation,
+        compensation_threshold: packed.compensation_threshold,
+        mass_floor: packed.mass_floor,
+        contact_mass: packed.contact_mass,
+        limits: packed.limits,
+        terms,
+        ..own
+    }
+}
+
+fn refuse_if_too_slow(
+    machine: &Machine,
+    model: &palpate::Model,
+    touched: usize,
+    substeps: f64,
+    stable: &StableStep,
+) -> Result<(), Error> {
+    let depth_mm = f64::from(model.depth_limit_m) * 1e3;
+    let cost = machine.cost(model, touched, substeps.min(f64::from(u16::MAX)) as u16);
+    if cost.units <= cost.budget {
+        return Ok(());
+    }
+    Err(Error::TooSlow(format!(
+        "cannot run at 1 kHz: {} nodes pressed to {depth_mm:.1} mm need {substeps} substeps a tick (stable step {:.4} ms, {:.0} % of it used), about {:.0} us of the {:.0} us there are: take fewer nodes, press less deep, or take a more even mesh",
+        model.nodes.len(),
+        stable.pressed_s * 1e3,
+        MARGIN * 100.0,
+        cost.units * 1e-3,
+        cost.budget * 1e-3,
+    )))
+}
+
+fn report(patch: &Patch, params: &Params, stable: &StableStep, flipped_tets: usize) -> Result<Report, Error> {
+    let (mesh, model) = (patch.mesh(), patch.wide_model());
+    let size_mm = [0, 1, 2].map(|k| {
+        let (low, high) = mesh.nodes_m.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x[k]), h.max(x[k])));
+        (high - low) * 1e3
+    });
+    let mut memory = crate::patch::Memory::for_model(&model);
+    let (tuned, _) = memory.start(&model, params)?;
+    let lumped = |n: usize| f64::from(params.density_kg_per_m3 * model.nodes[n].volume_m3);
+    let moving = |n: &usize| tuned.mass_kg(*n).is_some_and(f32::is_finite);
+    let moved: f64 = (0..model.nodes.len()).filter(moving).filter_map(|n| tuned.mass_kg(n)).map(f64::from).sum();
+    let true_mass: f64 = (0..model.nodes.len()).filter(moving).map(lumped).sum();
+    let worst_tet = worst(&mesh).unwrap_or(WorstTet { index: 0, quality: 1.0 });
+    let (e, nu, r) = (f64::from(params.youngs_modulus_pa), f64::from(params.poisson_ratio), f64::from(params.probe.radius_m));
+    let plane_modulus = e / (1.0 - nu * nu);
+    let half_space_force_at_1mm_n = match params.probe.shape {
+        ProbeShape::Flat => 2.0 * r * plane_modulus * 1e-3,
+        ProbeShape::Hemisphere | ProbeShape::Sphere => 4.0 / 3.0 * plane_modulus * r.sqrt() * 1e-3_f64.powf(1.5),
+    };
+    Ok(Report {
+        size_mm,
+        mass_g: (0..model.nodes.len()).map(lumped).sum::<f64>() * 1e3,
+        mass_floor_ratio: moved / true_mass,
+        nodes: model.nodes.len(),
+        anchors: model.anchors.len(),
+        springs: model.springs.len(),
+        tets: model.tets.len(),
+        triangles: model.triangles.len(),
+        worst_tet: worst_tet.index,
+        worst_tet_quality: worst_tet.quality,
+        element_mm: patch.element_m() * 1e3,
+        flipped_tets,
+        stable_rest_ms: stable.rest_s * 1e3,
+        stable_pressed_ms: stable.pressed_s * 1e3,
+        depth_limit_mm: f64::from(model.depth_limit_m) * 1e3,
+        substeps: params.substeps,
+        half_space_force_at_1mm_n,
+    })
+}

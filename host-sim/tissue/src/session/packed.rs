@@ -1,0 +1,95 @@
+//! A packed patch in place of a built one: it must be what the scene says.
+
+use std::path::Path;
+
+use palpate::{BuildError, Params, PatchFile};
+
+use crate::error::Error;
+use crate::patch::Patch;
+use crate::scene::{Scene, SceneError};
+
+/// How far the packed tissue may be from the scene's, as a share of the block's side or of the probe's radius: well above single precision.
+const ROUNDING: f64 = 1e-4;
+
+/// Reads the patch and the parameters that it was packed with.
+pub(super) fn open(scene: &Scene, path: &Path) -> Result<(Patch, Params), Error> {
+    let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    let in_file = |cause| Error::Patch { path: path.into(), cause };
+    let words = words(&bytes);
+    let file = PatchFile::open(&bytemuck::cast_slice(&words)[..bytes.len()]).map_err(in_file)?;
+    file.model.check().map_err(in_file)?;
+    agree(scene, path, &file)?;
+    Ok((Patch::of_file(&file), file.params))
+}
+
+/// The same of bytes that came with the program.
+pub fn unpack(bytes: &[u8]) -> Result<(Patch, Params), BuildError> {
+    let words = words(bytes);
+    let file = PatchFile::open(&bytemuck::cast_slice(&words)[..bytes.len()])?;
+    file.model.check()?;
+    Ok((Patch::of_file(&file), file.params))
+}
+
+/// On a 4-byte boundary, where the core reads a patch in place.
+fn words(bytes: &[u8]) -> Vec<u32> {
+    let mut words = vec![0_u32; bytes.len().div_ceil(4)];
+    bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(bytes);
+    words
+}
+
+/// What is packed and also in the scene must be the same in both.
+fn agree(scene: &Scene, path: &Path, file: &PatchFile) -> Result<(), SceneError> {
+    let path = path.display();
+    let packed = file.model.poisson_ratio;
+    if scene.tissue.poisson_ratio as f32 != packed {
+        let why = format!("= {}, but {path} was packed for {packed}: use that or pack it again", scene.tissue.poisson_ratio);
+        return scene.bad("tissue.poisson_ratio", &why);
+    }
+    // a patch with a far field is smaller than what it answers for
+    let whole = file.model.rim_nodes.is_empty();
+    for (axis, side) in scene.tissue.block_m.iter().filter(|_| whole).flatten().enumerate() {
+        let (low, high) =
+            file.model.nodes.iter().fold((f32::MAX, f32::MIN), |(l, h), n| (l.min(n.rest_m[axis]), h.max(n.rest_m[axis])));
+        let packed = f64::from(high - low);
+        if (packed - side).abs() > ROUNDING * side {
+            let why = format!("= {side}, but {path} is {packed:.6} there: use that or pack it again");
+            return scene.bad(&format!("tissue.block_m[{axis}]"), &why);
+        }
+    }
+    if !whole {
+        agree_with_its_fit(scene, &path.to_string(), file)?;
+    }
+    for (axis, place) in scene.probe.position_m.iter().flatten().enumerate() {
+        let packed = f64::from(file.site_m[axis]);
+        if (packed - place).abs() > ROUNDING * scene.probe.radius_m {
+            let why = format!("= {place}, but {path} is made for {packed:.6} there: use that or pack it again");
+            return scene.bad(&format!("probe.position_m[{axis}]"), &why);
+        }
+    }
+    scene.refuse_deeper_than(f64::from(file.model.depth_limit_m), &format!("{path} answers"))
+}
+
+/// A patch with a far field answers for the organ, the probe and the inclusions that it was cut and fitted with; the organ itself is not in the file.
+fn agree_with_its_fit(scene: &Scene, path: &str, file: &PatchFile) -> Result<(), SceneError> {
+    let (packed, own) = (file.params.probe, scene.params([0.0, 0.0, 1.0]).probe);
+    if packed.shape != own.shape || packed.radius_m != own.radius_m {
+        let why = format!(
+            "is not the one {path} was fitted with ({:?}, {} m): use that or pack it again",
+            packed.shape, packed.radius_m
+        );
+        return scene.bad("probe", &why);
+    }
+    if scene.tissue.gravity_m_per_s2 != [0.0; 3] {
+        return scene.bad(
+            "tissue.gravity_m_per_s2",
+            &format!("is not zero, but the far field of {path} carries no weight: leave it out"),
+        );
+    }
+    if !scene.tissue.inclusion.is_empty() {
+        return scene.bad(
+            "tissue.inclusion",
+            &format!("cannot be put into {path}, which brings those it was packed with: leave it out or pack it again"),
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,249 @@
+//! From a scene to a tissue: mesh (`shape`, `organ` for an organ), what it is made of ([`Layout`]), what is fixed, where the probe presses.
+
+mod body;
+mod material;
+pub mod organ;
+pub mod shape;
+
+use crate::error::Error;
+use crate::mesh::{BlockError, BlockSpec, ImportReport, TetMesh, block, surface};
+use crate::scene::{Drive, Inclusion, Scene, SceneError};
+pub use body::{Joint, Tissue};
+pub use material::Layout;
+pub use organ::DEFAULT_ORGAN_NODES;
+use shape::Shape;
+
+/// A mesh rests on its underside: surface triangles whose outward normal has less than this cosine with the press axis are fixed.
+pub const UNDERSIDE_COSINE: f64 = -0.5;
+/// The patch answers presses this much deeper than the deepest hold.
+pub const DEPTH_MARGIN: f64 = 1.25;
+/// Deepest press of a force drive, and of a trace that never touches, in probe radii: where the contact law was measured.
+const DEFAULT_DEPTH_RADII: f64 = 0.75;
+
+/// Nodes of a block whose scene does not say.
+pub const DEFAULT_NODES: usize = 410;
+
+/// A tissue with its press direction.
+#[derive(Clone, Debug)]
+pub struct Placed {
+    /// What is pressed.
+    pub tissue: Tissue,
+    /// From the tip to the handle: the outward normal of the surface at the site.
+    pub axis: [f64; 3],
+    /// What the import found, for a mesh file.
+    pub import: Option<ImportReport>,
+}
+
+/// Meshes or imports the tissue of a scene.
+///
+/// # Errors
+/// What the generator or the import refuses; a place or a press outside the tissue.
+pub fn place(scene: &Scene, tips_m: &[[f32; 3]]) -> Result<Placed, Error> {
+    place_fine(scene, tips_m, 1.0)
+}
+
+/// The same with a block's elements smallest `fine_radii` probe radii around the site.
+///
+/// # Errors
+/// As [`place`].
+pub fn place_fine(scene: &Scene, tips_m: &[[f32; 3]], fine_radii: f64) -> Result<Placed, Error> {
+    // a region that the organ does not have is refused before anything is meshed
+    Layout::of(scene)?;
+    match Shape::of(scene)? {
+        Some(Shape::File(_, mesh, report)) => return place_imported(scene, tips_m, mesh, report),
+        Some(shape) => {
+            let site = shape.near_site(scene)?;
+            let mesh = organ::graded(scene, &shape, &site)?;
+            return on_shape(scene, tips_m, &shape, mesh, (site.at_m, site.axis));
+        }
+        None => {}
+    }
+    let size_m = scene.tissue.block_m.unwrap_or_default();
+    let [x, y] = scene.probe.position_m.unwrap_or_default();
+    let nodes = scene.tissue.nodes.unwrap_or(DEFAULT_NODES);
+    let mesh = block(&BlockSpec { size_m, nodes, fine_at_m: [x, y], fine_radius_m: fine_radii * scene.probe.radius_m })
+        .map_err(|cause| not_meshed(scene, cause))?;
+    place_block(scene, tips_m, mesh)
+}
+
+/// A block's own mesh, however fine where.
+pub fn place_block(scene: &Scene, tips_m: &[[f32; 3]], mesh: TetMesh) -> Result<Placed, Error> {
+    let size_m = scene.tissue.block_m.unwrap_or_default();
+    let [x, y] = scene.probe.position_m.unwrap_or_default();
+    // the generator puts the bottom nodes exactly there
+    let anchors = anchored(&mesh, |x| x[2] <= -size_m[2] * (1.0 - 1e-9));
+    let axis = [0.0, 0.0, 1.0];
+    let tissue = finish(scene, tips_m, mesh, anchors, [x, y, 0.0], axis)?;
+    Ok(Placed { tissue, axis, import: None })
+}
+
+/// The file's own mesh.
+fn place_imported(scene: &Scene, tips_m: &[[f32; 3]], mesh: TetMesh, report: ImportReport) -> Result<Placed, Error> {
+    let site = scene.probe.site.unwrap_or_default();
+    let (site_m, axis) = nearest_on_surface(&mesh, site, scene.probe.radius_m);
+    let (away, long) = (sub(site, site_m), report.size_m.into_iter().fold(0.0, f64::max));
+    if dot(away, away) > long * long {
+        let why =
+            format!("= {site:?} is further from the mesh than that is long ({long:.4} m): give metres, in the mesh's frame");
+        return Err(SceneError::value(&scene.file, "probe.site", &why).into());
+    }
+    let anchors = underside(&mesh, axis);
+    let tissue = finish(scene, tips_m, mesh, anchors, site_m, axis)?;
+    Ok(Placed { tissue, axis, import: Some(report) })
+}
+
+/// A mesh made of a shape, held where the shape is.
+pub fn on_shape(
+    scene: &Scene,
+    tips_m: &[[f32; 3]],
+    shape: &Shape,
+    mesh: TetMesh,
+    (site_m, axis): ([f64; 3], [f64; 3]),
+) -> Result<Placed, Error> {
+    let anchors = shape.anchors(&mesh, axis);
+    if anchors.is_empty() {
+        let why = "leaves nothing of the surface that faces away from the press to rest on: press another side";
+        return Err(SceneError::value(&scene.file, "probe.site", why).into());
+    }
+    let tissue = finish(scene, tips_m, mesh, anchors, site_m, axis)?;
+    let import = if let Shape::File(_, _, report) = shape { Some(report.clone()) } else { None };
+    Ok(Placed { tissue, axis, import })
+}
+
+fn not_meshed(scene: &Scene, cause: BlockError) -> SceneError {
+    let key = if matches!(cause, BlockError::Aspect { .. }) { "tissue.block_m:" } else { "tissue.nodes:" };
+    SceneError::value(&scene.file, key, &cause.to_string())
+}
+
+/// Deepest press the patch must answer [m].
+fn depth_limit_m(scene: &Scene, tips_m: &[[f32; 3]], site_m: [f64; 3], axis: [f64; 3]) -> f64 {
+    let deepest = match &scene.drive {
+        Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } => holds_m.iter().copied().fold(0.0, f64::max),
+        Drive::Force { .. } => DEFAULT_DEPTH_RADII * scene.probe.radius_m,
+        Drive::Trace { depth_limit_m: Some(limit_m), .. } => return *limit_m,
+        Drive::Trace { .. } => {
+            let depths = tips_m.iter().map(|tip| dot(sub(site_m, tip.map(f64::from)), axis));
+            let deepest = depths.fold(0.0, f64::max);
+            if deepest > 0.0 { deepest } else { DEFAULT_DEPTH_RADII * scene.probe.radius_m }
+        }
+    };
+    DEPTH_MARGIN * deepest
+}
+
+fn finish(
+    scene: &Scene,
+    tips_m: &[[f32; 3]],
+    mesh: TetMesh,
+    anchors: Vec<u32>,
+    site_m: [f64; 3],
+    axis: [f64; 3],
+) -> Result<Tissue, SceneError> {
+    let heights = mesh.nodes_m.iter().map(|x| dot(*x, axis));
+    let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
+    scene.refuse_deeper_than(high - low, "the tissue is thick")?;
+    let depth_limit_m = depth_limit_m(scene, tips_m, site_m, axis);
+    let layout = Layout::of(scene)?;
+    let stiffness_ratio = mesh.tets.iter().map(|tet| layout.of_tet(&mesh, tet)).collect();
+    Ok(Tissue::closed(mesh, stiffness_ratio, anchors, site_m, depth_limit_m))
+}
+
+fn anchored(mesh: &TetMesh, fixed: impl Fn(&[f64; 3]) -> bool) -> Vec<u32> {
+    (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| fixed(x)).map(|(n, _)| n).collect()
+}
+
+/// Nodes of the surface that faces away from a press along `axis`, ascending.
+pub(crate) fn underside(mesh: &TetMesh, axis: [f64; 3]) -> Vec<u32> {
+    let faces_away = |t: &[u32; 3]| {
+        let n = normal(t.map(|n| mesh.nodes_m[n as usize]));
+        dot(n, axis) < UNDERSIDE_COSINE * dot(n, n).sqrt()
+    };
+    let mut nodes: Vec<u32> = surface::surface(&mesh.tets).into_iter().filter(faces_away).flatten().collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
+/// Stiffness of a tet with balls in it: see [`blended`].
+pub fn ratio_of(mesh: &TetMesh, tet: &[u32; 4], inclusions: &[Inclusion]) -> f64 {
+    if inclusions.is_empty() {
+        return 1.0;
+    }
+    blended(mesh, tet, |x| inclusions.iter().rev().find(|ball| ball.holds(x)).map_or(1.0, |ball| ball.stiffness_ratio))
+}
+
+/// Stiffness of a tet: blended over a fine sample of it, so that a small ball or a thin layer is not lost
+/// between centroids and its size does not jump with the mesh. The blend is Hill's (1952), half way between equal strain and equal stress: equal strain alone
+/// makes a mesh coarser than the ball feel it 8 % too stiff.
+pub fn blended(mesh: &TetMesh, tet: &[u32; 4], stiffness: impl Fn([f64; 3]) -> f64) -> f64 {
+    const STEPS: usize = 6;
+    let corners = tet.map(|n| mesh.nodes_m[n as usize]);
+    let (mut sum, mut inverse, mut count) = (0.0, 0.0, 0.0);
+    for i in 0..STEPS {
+        for j in 0..STEPS - i {
+            for k in 0..STEPS - i - j {
+                let w = [i, j, k, STEPS - 1 - i - j - k].map(|n| (n as f64 + 0.25) / STEPS as f64);
+                let ratio = stiffness([0, 1, 2].map(|c| (0..4).map(|n| w[n] * corners[n][c]).sum::<f64>()));
+                sum += ratio;
+                inverse += 1.0 / ratio;
+                count += 1.0;
+            }
+        }
+    }
+    0.5 * (sum / count + count / inverse)
+}
+
+/// The surface point nearest to a place, and the mean outward normal of the surface within a probe radius of it.
+fn nearest_on_surface(mesh: &TetMesh, place: [f64; 3], radius_m: f64) -> ([f64; 3], [f64; 3]) {
+    let triangles = surface::surface(&mesh.tets);
+    let corners = |t: &[u32; 3]| t.map(|n| mesh.nodes_m[n as usize]);
+    let mut best = (f64::INFINITY, place, [0.0; 3]);
+    for t in &triangles {
+        let corners = corners(t);
+        let p = nearest_on_triangle(corners, place);
+        let d = sub(p, place);
+        if dot(d, d) < best.0 {
+            best = (dot(d, d), p, normal(corners));
+        }
+    }
+    let (_, site, own) = best;
+    let near = triangles.iter().map(corners).filter(|c| {
+        let d = sub(nearest_on_triangle(*c, site), site);
+        dot(d, d) <= radius_m * radius_m
+    });
+    let sum = near.map(normal).filter(|n| dot(*n, own) > 0.0).fold([0.0; 3], |s, n| [0, 1, 2].map(|k| s[k] + n[k]));
+    let length = dot(sum, sum).sqrt();
+    (site, sum.map(|c| c / length))
+}
+
+/// Twice the area times the outward unit normal [m^2].
+fn normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
+    let (u, v) = (sub(b, a), sub(c, a));
+    [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+}
+
+/// Nearest point of a triangle: its plane's point if that is inside, else the nearest point of its sides.
+fn nearest_on_triangle(corners: [[f64; 3]; 3], p: [f64; 3]) -> [f64; 3] {
+    let n = normal(corners);
+    let height = dot(sub(p, corners[0]), n) / dot(n, n);
+    let foot = [0, 1, 2].map(|k| p[k] - height * n[k]);
+    let inside = (0..3).all(|k| dot(normal([corners[k], corners[(k + 1) % 3], foot]), n) >= 0.0);
+    if inside {
+        return foot;
+    }
+    let side = |k: usize| {
+        let (a, b) = (corners[k], corners[(k + 1) % 3]);
+        let along = sub(b, a);
+        let s = (dot(sub(p, a), along) / dot(along, along)).clamp(0.0, 1.0);
+        [0, 1, 2].map(|k| a[k] + s * along[k])
+    };
+    let squared = |q: [f64; 3]| dot(sub(p, q), sub(p, q));
+    [side(0), side(1), side(2)].into_iter().min_by(|a, b| squared(*a).total_cmp(&squared(*b))).unwrap_or(foot)
+}
+
+fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}

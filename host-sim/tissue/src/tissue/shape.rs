@@ -1,0 +1,148 @@
+//! A closed shape that can be meshed anew: the surface of a mesh file, or an organ of [`crate::organ`]; where it is pressed, and what holds it.
+
+use nalgebra::Vector3;
+
+use super::{nearest_on_surface, underside};
+use crate::error::Error;
+use crate::mesh::import::import;
+use crate::mesh::{ClosedSurface, ImportReport, TetMesh};
+use crate::organ::{Organ, OrganError, Turned};
+use crate::scene::{PRESETS, Scene, SceneError};
+
+type V3 = Vector3<f64>;
+
+/// The way through the shape is looked at this often.
+const STEPS: u32 = 400;
+
+/// A closed shape.
+pub enum Shape {
+    /// Surface of a mesh file, flat facets, with the mesh and what its import found.
+    File(ClosedSurface, TetMesh, ImportReport),
+    /// One of our own.
+    Organ(Organ),
+}
+
+/// Where a shape is pressed.
+#[derive(Clone, Copy, Debug)]
+pub struct Site {
+    /// Surface point [m].
+    pub at_m: [f64; 3],
+    /// Outward unit normal.
+    pub axis: [f64; 3],
+    /// From there to where the scene says [m].
+    pub off_m: f64,
+}
+
+impl Shape {
+    /// The shape of a scene; `None` for a block or a packed patch.
+    pub fn of(scene: &Scene) -> Result<Option<Self>, Error> {
+        let tissue = &scene.tissue;
+        if let Some(name) = &tissue.organ {
+            let organ =
+                Organ::named(name).map_err(|cause| SceneError::value(&scene.file, "tissue.organ:", &cause.to_string()))?;
+            return Ok(Some(Self::Organ(organ)));
+        }
+        let (Some(path), Some(unit)) = (&tissue.mesh, tissue.length_unit) else { return Ok(None) };
+        if !path.is_file() && PRESETS.iter().any(|(name, _)| *name == scene.file) {
+            let why = format!(
+                "= {} is looked for from the working directory and is not there: start from the repository's root, or give your own mesh in a copy of host-sim/scenes/{}.toml",
+                path.display(),
+                scene.file
+            );
+            return Err(SceneError::value(&scene.file, "tissue.mesh", &why).into());
+        }
+        let imported = import(path, unit.metres)?;
+        // an import has tets, so it has a surface
+        Ok(ClosedSurface::of(&imported.mesh).map(|surface| Self::File(surface, imported.mesh, imported.report)))
+    }
+
+    /// What messages call it.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::File(..) => "the mesh's surface",
+            Self::Organ(organ) => organ.name(),
+        }
+    }
+
+    /// The surface point nearest to the scene's site, and the normal there: of facets, their mean within a probe radius.
+    pub fn site(&self, scene: &Scene) -> Result<Site, SceneError> {
+        let Some(wanted) = scene.probe.site else { return scene.bad("probe.site", "is missing: give x, y, z in metres") };
+        let (at_m, axis) = match self {
+            Self::File(_, mesh, _) => nearest_on_surface(mesh, wanted, scene.probe.radius_m),
+            Self::Organ(organ) => {
+                let at_m = organ.nearest_m(wanted);
+                (at_m, organ.normal(at_m))
+            }
+        };
+        Ok(Site { at_m, axis, off_m: (V3::from(wanted) - V3::from(at_m)).norm() })
+    }
+
+    /// The site, which must be within a probe radius of the surface.
+    ///
+    /// # Errors
+    /// It is not: with the surface point that would do.
+    pub fn near_site(&self, scene: &Scene) -> Result<Site, SceneError> {
+        let site = self.site(scene)?;
+        // a NaN is no distance
+        if site.off_m <= scene.probe.radius_m {
+            return Ok(site);
+        }
+        let [x, y, z] = site.at_m;
+        let why = format!(
+            "is {:.1} mm from the surface, further than the probe's radius: take its nearest point, site = [{x:.5}, {y:.5}, {z:.5}]",
+            site.off_m * 1e3
+        );
+        scene.bad("probe.site", &why)
+    }
+
+    /// Negative inside, zero on the surface [m].
+    pub fn value_m(&self, at_m: [f64; 3]) -> f64 {
+        match self {
+            Self::File(surface, ..) => surface.foot(at_m).distance_m,
+            Self::Organ(organ) => organ.implicit_m(at_m),
+        }
+    }
+
+    /// A mesh of it, regions by tet centroid.
+    pub fn mesh(&self, turned: &Turned) -> Result<TetMesh, OrganError> {
+        match self {
+            Self::File(surface, ..) => turned.mesh(self.name(), &|x| surface.foot(x).distance_m, surface.bounds_m()),
+            Self::Organ(organ) => turned.mesh(self.name(), &|x| organ.implicit_m(x), organ.bounds_m()),
+        }
+    }
+
+    /// How far it goes inward from a site [m].
+    pub fn thickness_m(&self, site: &Site) -> f64 {
+        let [low, high] = match self {
+            Self::File(surface, ..) => surface.bounds_m(),
+            Self::Organ(organ) => organ.bounds_m(),
+        }
+        .map(V3::from);
+        let longest_m = (high - low).norm();
+        let depth_m = |n: u32| longest_m * f64::from(n) / f64::from(STEPS);
+        let inside = |n: &u32| self.value_m((V3::from(site.at_m) - V3::from(site.axis) * depth_m(*n)).into()) < 0.0;
+        depth_m((1..=STEPS).take_while(inside).last().unwrap_or(1))
+    }
+
+    /// Nodes of a mesh of it that are held when it is pressed along `axis`: its underside, and what is in a bone; ascending.
+    pub fn anchors(&self, mesh: &TetMesh, axis: [f64; 3]) -> Vec<u32> {
+        match self {
+            // what an edge or a corner that is cut off shows downward holds nothing
+            Self::File(_, own, _) if underside(own, axis).is_empty() => Vec::new(),
+            Self::File(..) => underside(mesh, axis),
+            Self::Organ(organ) => held(mesh, axis, Some(organ)),
+        }
+    }
+}
+
+/// Nodes of a mesh that are held when it is pressed along `axis`: its underside, and what is in a bone of the organ; ascending.
+pub fn held(mesh: &TetMesh, axis: [f64; 3], organ: Option<&Organ>) -> Vec<u32> {
+    let mut anchors = underside(mesh, axis);
+    if let Some(organ) = organ {
+        let in_bone = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| organ.bone_m(**x).is_some_and(|d| d <= 0.0));
+        anchors.extend(in_bone.map(|(n, _)| n));
+        anchors.sort_unstable();
+        anchors.dedup();
+    }
+    anchors
+}

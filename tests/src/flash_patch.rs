@@ -1,0 +1,11 @@
+//! The patch that the image holds by default.
+
+use palpate_controller::patch::WordAligned;
+
+static PATCH_FILE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../firmware/patches/block-m4f-168.patch"));
+
+/// The packed patch in flash.
+#[must_use]
+pub fn in_flash() -> &'static [u8] {
+    &PATCH_FILE.0
+}

@@ -1,0 +1,84 @@
+//! The firmware on two emulated boards, and the same controller on this machine, end in the same state after the same forces: the block as a whole, a patch
+//! of it with rim springs, and one of a liver, pressed at its own site along its own axis.
+
+use std::path::Path;
+
+use palpate::haptic::cycle::{Command, Settings};
+use palpate::haptic::device::HapticDevice;
+use palpate::haptic::mode::Mode;
+use palpate::{Fnv, PatchFile};
+use palpate_controller::controller::{Arming, Controller};
+use palpate_controller::patch::{Memory, Patch};
+use palpate_controller::port::Port;
+use palpate_controller::script::{self, LEAD_TICKS};
+use palpate_tests::emulator::{Machine, Run, RunResult, build_firmware, build_firmware_with};
+use palpate_tests::flash_patch::in_flash;
+use palpate_tests::packed;
+
+const TICKS: u32 = 10_000;
+/// Least force that the scripted press of 4 mm must have met [N]: soft tissue of 3.5 kPa gives 0.1 N and more.
+const FELT_N: f32 = 0.05;
+
+fn on_desktop(bytes: &[u8]) -> RunResult {
+    let mut memory = Box::new(Memory::RESERVED);
+    let mut patch = Patch::open(bytes, &mut memory, None).unwrap();
+    let mut controller = Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP, Arming::ByItself).unwrap();
+    let mut forces = Fnv::default();
+    let (mut most_n, mut modes) = (0.0_f32, vec![Mode::Boot]);
+    for tick in 0..TICKS {
+        let record = controller.step(&mut patch, script::sensed(tick, LEAD_TICKS), Command::HEARD, true);
+        assert_eq!(record.fault, None, "tick {tick}");
+        forces.vector(record.applied_n);
+        most_n = most_n.max(record.applied_n.z);
+        if modes.last() != Some(&record.mode) {
+            modes.push(record.mode);
+        }
+    }
+    println!("largest force against the press: {most_n:.3} N; {modes:?}");
+    assert!(most_n > FELT_N, "the script missed the tissue: {most_n} N");
+    assert_eq!(modes, [Mode::Boot, Mode::SelfTest, Mode::Idle, Mode::Arming, Mode::Active]);
+    RunResult { state_hash: patch.state_hash(), force_hash: forces.finish(), ticks: TICKS, overruns: 0, faults: 0 }
+}
+
+fn agree(elf: &Path, expected: &RunResult) {
+    for machine in [Machine::An386, Machine::An500] {
+        let outcome =
+            Run { machine, shift: 3, ticks: TICKS, lead_ticks: LEAD_TICKS, crash: None, restart: false, exec_log: None }
+                .start(elf)
+                .unwrap();
+        assert_eq!(&outcome.result().unwrap(), expected, "{machine:?}");
+        assert_eq!(outcome.exit_status, Some(0), "{machine:?}");
+        let messages = outcome.messages(&std::fs::read(elf).unwrap());
+        assert_eq!(RunResult::parse(&messages).as_ref(), Some(expected), "the log says otherwise:\n{messages}");
+    }
+}
+
+fn target() -> &'static Path {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap()
+}
+
+/// A patch with rim springs, on both boards and here.
+fn agree_with(file: &Path) {
+    let bytes = packed::on_words(file);
+    let rim = PatchFile::open(bytes).unwrap().model.rim_edges.len();
+    assert!(rim > 0, "a patch without rim springs proves nothing here");
+    let elf = build_firmware_with(target(), &[], file).unwrap();
+    agree(&elf, &on_desktop(bytes));
+}
+
+#[test]
+fn board_and_desktop_give_the_same_bits() {
+    let elf = build_firmware(target(), &[]).unwrap();
+    agree(&elf, &on_desktop(in_flash()));
+}
+
+#[test]
+fn rim_springs_give_the_same_bits() {
+    let scratch = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    agree_with(&packed::pack(&packed::cut_block(), scratch, "bits-cut-block.patch"));
+}
+
+#[test]
+fn a_packed_liver_gives_the_same_bits() {
+    agree_with(&packed::shipped("liver-m4f-168.patch"));
+}

@@ -1,0 +1,255 @@
+//! What a tick costs on the board: exact instructions stage by stage, estimated Cortex-M4F cycles, and the budget that the shipped patches keep.
+//!
+//! `cargo test -p palpate-tests --release --test board board_cost -- --nocapture` prints the tables. **Emulated instruction counts are exact; cycles are
+//! estimated from the documented cycle table; neither is hardware timing.**
+
+use std::path::Path;
+
+use palpate::{Model, PatchFile};
+use palpate_controller::script::LEAD_TICKS;
+use palpate_tests::emulator::{Machine, Run, build_firmware, build_firmware_with};
+use palpate_tests::exec_log::ExecLog;
+use palpate_tests::firmware_image::FirmwareImage;
+use palpate_tests::instruction_mix::{Cost, InstructionMix, calls_of};
+use palpate_tests::packed;
+use palpate_tissue::budget::{Machine as Board, triangles_in_reach};
+
+/// At 32 ns an instruction the 40 ns of a clock count resolve it to one or two, and no tick meets the watchdog.
+const COUNTING_SHIFT: u32 = 5;
+/// At 4 ns an instruction the tick fits its millisecond, and the clock resolves ten instructions.
+const RUNNING_SHIFT: u32 = 2;
+const NS_PER_COUNT: u64 = 40;
+const CLOCK: &str = "palpate_firmware::board::mps2::clock_counts";
+const TICK: &str = "palpate::tick::tick";
+const RIM: &str = "palpate::path::force::rim::hold";
+/// Ticks outside the tissue in a logged run: start-up and the first of arming. The tap meets a patch that nobody feels yet, at the same cost.
+const LOGGED_LEAD: u32 = 5;
+/// The script's tap reaches 4 mm in its tick 23; every triangle that it touches later is touched here.
+const LOGGED_TICKS: u32 = LOGGED_LEAD + 25;
+/// Boot, self-test, a patch put to rest, and one tick of it.
+const FIRST_TICK: u32 = 4;
+/// 65 % of a millisecond [cycles].
+const M4F_168_BUDGET: f64 = 109_200.0;
+const M7_480_BUDGET: f64 = 312_000.0;
+/// `CoreMark` per megahertz of a Cortex-M7 over that of a Cortex-M4, both as Arm gives them: 5.01 / 3.40. An integer program; for want of a cycle table
+/// of the M7 it is printed beside the estimate, and no budget relies on it.
+const M7_PER_M4: f64 = 5.01 / 3.40;
+/// Share of the step that rim springs may take.
+const RIM_SHARE: f64 = 0.08;
+
+struct Logged {
+    image: FirmwareImage,
+    ticks: Vec<InstructionMix>,
+    /// Instructions of the longest tick by the board's own clock, which includes the haptic cycle and writing the converters.
+    by_clock_ns: u64,
+    /// The same by the log: instructions between the two reads of the clock.
+    by_log: u64,
+}
+
+fn scratch() -> &'static Path {
+    Path::new(env!("CARGO_TARGET_TMPDIR"))
+}
+
+fn target() -> &'static Path {
+    scratch().parent().unwrap()
+}
+
+/// A patch for the M7 is refused on the M4F. Both run the same instructions of the same image.
+fn board_of(elf: &Path) -> Machine {
+    let large = elf.file_stem().is_some_and(|stem| stem.to_string_lossy().ends_with("m7-480"));
+    if large { Machine::An500 } else { Machine::An386 }
+}
+
+fn logged(elf: &Path, ticks: u32, shift: u32) -> Logged {
+    let image = FirmwareImage::parse(&std::fs::read(elf).unwrap()).unwrap();
+    let log = scratch().join(format!("{}-{ticks}.log", elf.file_stem().unwrap().display()));
+    let run =
+        Run { machine: board_of(elf), shift, ticks, lead_ticks: LOGGED_LEAD, crash: None, restart: false, exec_log: Some(&log) };
+    let outcome = run.start(elf).unwrap();
+    let open = || ExecLog::new(std::io::BufReader::new(std::fs::File::open(&log).unwrap()));
+    let ticks = calls_of(TICK, &image, open()).unwrap();
+
+    let clock = image.function_named(CLOCK).unwrap().address;
+    let tick = image.function_named(TICK).unwrap().address;
+    let (mut since_read, mut saw_tick, mut by_log) = (0, false, 0);
+    for address in open().map(Result::unwrap) {
+        since_read += 1;
+        saw_tick |= address == tick;
+        if address == clock {
+            by_log = if saw_tick { by_log.max(since_read) } else { by_log };
+            (since_read, saw_tick) = (0, false);
+        }
+    }
+    std::fs::remove_file(&log).unwrap();
+    Logged { image, ticks, by_clock_ns: outcome.number("longest_tick_ns").unwrap(), by_log }
+}
+
+/// A patch's worst tick.
+struct Worst {
+    /// Cycles in the rim springs and in all, in the logged tap, with the stages kept apart.
+    rim: f64,
+    tick: f64,
+    /// Instructions of the longest tick of a long run, pose and converters included, and its cycles.
+    instructions: u64,
+    cycles: f64,
+}
+
+fn worst_tick(patch: &Path) -> Worst {
+    let name = patch.file_stem().unwrap().display();
+    let logged = logged(&build_firmware_with(target(), &["stage-cost"], patch).unwrap(), LOGGED_TICKS, RUNNING_SHIFT);
+    let worst = logged.ticks.iter().max_by(|a, b| a.total().cycles().total_cmp(&b.total().cycles())).unwrap();
+    println!("{name}: the worst tick of the tap, with the stages kept apart");
+    print(&logged.image, worst);
+    let tick = worst.total().cycles();
+    let rim = stage(worst, &logged.image, RIM).cycles();
+
+    let elf = build_firmware_with(target(), &[], patch).unwrap();
+    let run = Run {
+        machine: board_of(&elf),
+        shift: RUNNING_SHIFT,
+        ticks: 4_000,
+        lead_ticks: LEAD_TICKS,
+        crash: None,
+        restart: false,
+        exec_log: None,
+    };
+    let outcome = run.start(&elf).unwrap();
+    assert_eq!(outcome.result().unwrap().overruns, 0);
+    let instructions = outcome.number("longest_tick_ns").unwrap() >> RUNNING_SHIFT;
+    let cycles = instructions as f64 * tick / worst.total().instructions() as f64;
+    let model = PatchFile::open(packed::on_words(patch)).unwrap();
+    let touched = triangles_in_reach(&model.model, model.site_m.into(), model.params.probe.radius_m);
+    let told = Board::named("m4f-168").unwrap().cost(&model.model, touched, 1).units;
+    println!("{name}: {touched} triangles in reach, the budget counts with {told:.0} cycles");
+    println!(
+        "{name}: rim springs {:.1} % of the tick; longest tick of 4 000, haptic cycle, pose and converters included: {instructions} instructions, about {cycles:.0} cycles \
+         by the M4F's table ({:.1} % of 1 ms at 168 MHz, {:.1} % at 480 MHz), {:.0} by CoreMark's ratio M7 : M4 ({:.1} % at 480 MHz)\n",
+        100.0 * rim / tick,
+        cycles / 1.68e3,
+        cycles / 4.8e3,
+        cycles / M7_PER_M4,
+        cycles / M7_PER_M4 / 4.8e3
+    );
+    Worst { rim, tick, instructions, cycles }
+}
+
+fn stage(mix: &InstructionMix, image: &FirmwareImage, name: &str) -> Cost {
+    mix.by_function(image).find(|(function, _)| *function == name).map(|(_, cost)| *cost).unwrap()
+}
+
+/// Checks a shipped patch: it fits, and is the largest that does.
+fn keeps_budget(name: &str, budget: f64) {
+    let worst = worst_tick(&packed::shipped(name));
+    assert!(worst.cycles <= budget, "{name}: {:.0} estimated cycles, {budget:.0} fit", worst.cycles);
+    assert!(worst.tick <= budget);
+    // the largest patch that fits, not just one that fits
+    assert!(worst.cycles >= 0.85 * budget, "{name}: {:.0} estimated cycles leave room for more nodes", worst.cycles);
+}
+
+/// Checks that a rim takes no more than its share of the tick.
+fn keeps_rim_share(patch: &Path) -> Worst {
+    let worst = worst_tick(patch);
+    let share = worst.rim / worst.tick;
+    assert!(share > 0.01, "a rim of {:.0} cycles proves nothing", worst.rim);
+    assert!(share <= RIM_SHARE, "rim springs take {:.1} % of the tick", 100.0 * share);
+    worst
+}
+
+#[test]
+fn the_log_and_the_counter_agree_to_the_instruction() {
+    let elf = build_firmware(target(), &["stage-cost"]).unwrap();
+    let logged = logged(&elf, FIRST_TICK, COUNTING_SHIFT);
+    let by_log_ns = logged.by_log << COUNTING_SHIFT;
+    println!("clock {} ns, log {by_log_ns} ns", logged.by_clock_ns);
+    // less than one count of the clock, which is less than two instructions
+    assert!(logged.by_clock_ns.abs_diff(by_log_ns) < NS_PER_COUNT, "clock {} ns, log {by_log_ns} ns", logged.by_clock_ns);
+}
+
+#[test]
+fn the_default_patch_fits_a_cortex_m4f_at_168_mhz() {
+    keeps_budget("block-m4f-168.patch", M4F_168_BUDGET);
+}
+
+#[test]
+fn the_larger_patch_fits_a_cortex_m7_at_480_mhz() {
+    keeps_budget("block-m7-480.patch", M7_480_BUDGET);
+}
+
+/// An organ's lattice gives a patch of this size more rim than a block does: its rim springs take more than the share that a block's keep.
+#[test]
+fn a_liver_with_its_rim_fits_a_cortex_m4f_at_168_mhz() {
+    let worst = worst_tick(&packed::shipped("liver-m4f-168.patch"));
+    assert!(worst.cycles <= M4F_168_BUDGET, "{:.0} estimated cycles, {M4F_168_BUDGET:.0} fit", worst.cycles);
+    assert!(worst.rim <= 2.0 * RIM_SHARE * worst.tick, "rim springs take {:.0} of {:.0} cycles", worst.rim, worst.tick);
+}
+
+/// The outside of one patch cut sixteen times finer: other rim springs, the same tick.
+#[test]
+fn a_tick_costs_the_same_whatever_lies_behind_the_rim() {
+    let coarse = packed::cut_block();
+    let fine = packed::with_finer_outside(&coarse, 2);
+    let tets = [&coarse, &fine].map(|p| p.far.cut.outside.mesh.tets.len());
+    assert_eq!(tets[1], 16 * tets[0]);
+    let [coarse, fine] =
+        [(coarse, "cost-coarse.patch"), (fine, "cost-fine.patch")].map(|(p, name)| packed::pack(&p, scratch(), name));
+    let [c, f] = [&coarse, &fine].map(|file| PatchFile::open(packed::on_words(file)).unwrap().model);
+    assert_eq!(items(&c), items(&f));
+    let changed = c.rim_nodes.iter().zip(f.rim_nodes).filter(|(a, b)| a.block_m != b.block_m).count();
+    assert_eq!(changed, c.rim_nodes.len(), "a rim that does not know its outside proves nothing");
+
+    let [c, f] = [keeps_rim_share(&coarse), keeps_rim_share(&fine)];
+    println!("{} and {} elements outside: {} and {} instructions", tets[0], tets[1], c.instructions, f.instructions);
+    assert_eq!(c.rim, f.rim);
+    // what is left are branches on the contact, which is not quite the same
+    let ratio = f.instructions as f64 / c.instructions as f64;
+    assert!((1.0 / 1.05..=1.05).contains(&ratio), "{ratio}");
+}
+
+/// Lengths of all lists that a tick passes.
+fn items(model: &Model) -> [usize; 7] {
+    [
+        model.nodes.len(),
+        model.springs.len(),
+        model.tets.len(),
+        model.triangles.len(),
+        model.foundation.len(),
+        model.rim_nodes.len(),
+        model.rim_edges.len(),
+    ]
+}
+
+/// `plan` and `pack` count with what the emulator counts.
+#[test]
+fn the_budget_knows_what_a_rim_costs() {
+    let whole = packed::pack(&packed::cut_block(), scratch(), "rim-whole.patch");
+    let bare = packed::without_rim_edges(&whole, "rim-bare.patch");
+    let [with, without] = [&whole, &bare].map(|patch| rim_cycles(patch.as_path()));
+    let model = PatchFile::open(packed::on_words(&whole)).unwrap().model;
+    let (nodes, edges) = (model.rim_nodes.len() as f64, model.rim_edges.len() as f64);
+    let (node, edge) = (without / nodes, (with - without) / edges);
+    println!("a rim node takes about {node:.1} cycles, a rim edge {edge:.1}");
+
+    let board = Board::named("m4f-168").unwrap();
+    let none = Model { rim_nodes: &[], rim_edges: &[], ..model };
+    let told = board.cost(&model, 0, 1).units - board.cost(&none, 0, 1).units;
+    assert!((told / with - 1.0).abs() < 0.05, "the budget says {told:.0} cycles for a rim of {with:.0}");
+}
+
+fn rim_cycles(patch: &Path) -> f64 {
+    let logged = logged(&build_firmware_with(target(), &["stage-cost"], patch).unwrap(), FIRST_TICK, RUNNING_SHIFT);
+    stage(&logged.ticks[0], &logged.image, RIM).cycles()
+}
+
+fn print(image: &FirmwareImage, mix: &InstructionMix) {
+    use palpate_tests::thumb::Class::{Branch, FpDivide, FpLoad, FpMultiplyAdd, FpOp, FpRoot, FpStore, Integer, Load, Store};
+    let classes = [FpLoad, FpStore, FpOp, FpMultiplyAdd, FpDivide, FpRoot, Load, Store, Branch, Integer];
+    let heads = ["vldr", "vstr", "v-arith", "vmla", "vdiv", "vsqrt", "ldr", "str", "branch", "integer"];
+    let head = heads.map(|h| format!("{h:>8}")).join("");
+    println!("{:<44} {:>7} {head} {:>11}", "stage", "instr", "est. cycles");
+    let total = mix.total();
+    for (name, cost) in mix.by_function(image).chain([("total", &total)]) {
+        let counts = classes.map(|c| format!("{:>8}", cost.count(c))).join("");
+        let name = name.trim_start_matches("palpate::");
+        println!("{name:<44} {:>7} {counts} {:>11.0}", cost.instructions(), cost.cycles());
+    }
+}

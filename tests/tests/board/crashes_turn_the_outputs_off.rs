@@ -1,0 +1,102 @@
+//! Whatever crashes, the outputs are off within 200 instructions, before a word is said about it; a loop that hangs is ended by the watchdog, and a board
+//! that hangs again and again stays idle. A debugger makes the crashes in the image that is flashed; instructions are counted in the emulator's log.
+
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use palpate_tests::crash::{Crash, FILE, Place, Planned, is_of_crash};
+use palpate_tests::emulator::{Machine, Outcome, Run, build_firmware};
+use palpate_tests::exec_log::ExecLog;
+use palpate_tests::firmware_image::FirmwareImage;
+
+/// Instructions from the crash to outputs that are off.
+const MOST_INSTRUCTIONS: usize = 200;
+/// Time from the last completed tick to outputs that are off [us].
+const MOST_SILENT_US: u64 = 5_000;
+/// Passes of a place before the crash.
+const PASSES: u32 = 3;
+/// Starts that meet it, where the board restarts.
+const STARTS: u32 = 3;
+/// Every kind of crash and what it says.
+const CRASHES: [(Crash, &str); 6] = [
+    (Crash::Panics, FILE),
+    (Crash::RunsNoInstruction, "hard fault at pc"),
+    (Crash::ReadsNowhere, "hard fault at pc"),
+    (Crash::JumpsNowhere, "hard fault at pc"),
+    (Crash::OverflowsTheStack, "the stack overflowed"),
+    (Crash::PendsAStrayInterrupt, "interrupt 20 has no handler"),
+];
+const PLACES: [Place; 3] = [Place::Tick, Place::Timer, Place::Thread];
+
+fn image() -> PathBuf {
+    build_firmware(Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap(), &[]).unwrap()
+}
+
+fn run(elf: &Path, crash: (Place, Crash), ticks: u32, restart: bool, log: Option<&Path>) -> Outcome {
+    let starts = if restart { STARTS } else { 1 };
+    let crash = Some(Planned { place: crash.0, pass: PASSES, crash: crash.1, starts });
+    Run { machine: Machine::An386, shift: 3, ticks, lead_ticks: 5, crash, restart, exec_log: log }.start(elf).unwrap()
+}
+
+/// Instructions after the last one of the crash until control leaves `outputs_off`.
+fn until_off(image: &FirmwareImage, log: &Path) -> usize {
+    let (mut since, mut inside) = (None, false);
+    for address in ExecLog::new(BufReader::new(std::fs::File::open(log).unwrap())) {
+        let address = address.unwrap();
+        let name = image.function_at(address).map_or("", |f| f.name.as_str());
+        let off = ["mps2::outputs_off", "mps2::write_outputs"].iter().any(|end| name.ends_with(end));
+        match since {
+            _ if is_of_crash(address) => since = Some(0),
+            Some(n) if inside && !off => return n,
+            Some(n) => {
+                inside |= name.ends_with("mps2::outputs_off");
+                since = Some(n + 1);
+            }
+            None => {}
+        }
+    }
+    panic!("the outputs were never turned off");
+}
+
+#[test]
+fn every_crash_turns_the_outputs_off_within_two_hundred_instructions() {
+    let elf = image();
+    let read = FirmwareImage::parse(&std::fs::read(&elf).unwrap()).unwrap();
+    for place in PLACES {
+        for (crash, says) in CRASHES {
+            // the handler of an interrupt without one does not preempt an interrupt of the same or a higher priority
+            if crash == Crash::PendsAStrayInterrupt && place == Place::Timer {
+                continue;
+            }
+            let log = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("crash-{place:?}-{crash:?}.log"));
+            let outcome = run(&elf, (place, crash), 6, false, Some(&log));
+            assert!(outcome.text.contains(says), "{place:?} {crash:?}: {}", outcome.text);
+            assert!(outcome.text.contains("outputs off"), "{place:?} {crash:?}: {}", outcome.text);
+            assert_eq!(outcome.exit_status, Some(1), "{place:?} {crash:?}");
+            let instructions = until_off(&read, &log);
+            println!("{place:?} {crash:?}: outputs off after {instructions} instructions ({says})");
+            assert!((5..=MOST_INSTRUCTIONS).contains(&instructions), "{place:?} {crash:?}: {instructions} instructions");
+            std::fs::remove_file(&log).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_board_that_hangs_is_turned_off_reset_and_after_the_third_time_stays_idle() {
+    let elf = image();
+    for hang in [(Place::Tick, Crash::Hangs), (Place::Thread, Crash::StopsTheTimer)] {
+        let outcome = run(&elf, hang, 1_000, true, None);
+        let silent: Vec<u64> = outcome.text.split("silent_us=").skip(1).map(|rest| digits(rest).parse().unwrap()).collect();
+        println!("{hang:?}: watchdog after {silent:?} us");
+        assert_eq!(silent.len(), 3, "{hang:?}: {}", outcome.text);
+        assert!(silent.iter().all(|us| *us <= MOST_SILENT_US), "{hang:?}: {silent:?}");
+        assert!(outcome.text.contains("outputs off") && !outcome.text.contains("OUTPUTS ON"), "{}", outcome.text);
+        // the fourth start ends its thousand ticks, but nobody may feel anything
+        assert!(outcome.text.contains("mode=idle fault=none"), "{hang:?}: {}", outcome.text);
+        assert_eq!(outcome.result().unwrap().ticks, 1_000);
+    }
+}
+
+fn digits(text: &str) -> &str {
+    text.split(|c: char| !c.is_ascii_digit()).next().unwrap_or_default()
+}

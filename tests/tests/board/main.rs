@@ -1,0 +1,15 @@
+//! The firmware in the emulator: the same bits as the desktop, cost, crashes, late ticks.
+
+mod board_and_desktop_give_the_same_bits;
+mod board_cost;
+mod checked_image_overflows_nowhere;
+mod classes_agree_with_the_disassembler;
+mod crashes_turn_the_outputs_off;
+mod emulated_board_equals_the_desktop;
+mod emulated_loop_equals_the_desktop;
+mod image_fits_the_board;
+mod image_has_no_double_precision_and_no_allocator;
+mod late_ticks_release_the_force;
+mod live_trace_on_the_board;
+mod tick_cannot_panic;
+mod uart_carries_frames;

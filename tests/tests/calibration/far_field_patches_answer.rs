@@ -1,0 +1,65 @@
+//! A calibrated patch with a far field answers at places and depths that no fit has seen, glued discs too, and in another organ once its far field is swapped.
+
+use palpate_fit::statics::{Solver, Statics, Vector};
+use palpate_tests::far_patch::FarPatch;
+use palpate_tissue::scene::Inclusion;
+
+/// Radius and element size [m]: 68 nodes.
+const SIZE: (f64, f64) = (0.017, 0.0052);
+const DEPTHS_M: [f64; 4] = [0.001, 0.002, 0.004, 0.006];
+/// Ten times as stiff outside of the patch, under its rim.
+const OUTSIDE: Inclusion = Inclusion { center_m: [0.0, 0.0, -0.026], radius_m: 0.008, stiffness_ratio: 10.0 };
+
+/// Forces over E of centred presses [m^2].
+fn forces(statics: &Statics) -> Vec<f64> {
+    let solver = Solver::of(statics).unwrap();
+    let mut here = solver.rest(statics, Vector::zeros(), 1e-4).unwrap();
+    let mut found = Vec::new();
+    for depth_m in DEPTHS_M {
+        here = solver.press(statics, &here, -statics.axis() * depth_m, depth_m).unwrap();
+        found.push(here.force);
+    }
+    found
+}
+
+fn worst(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_patch_is_right_where_it_was_not_fitted() {
+    let patch = FarPatch::quick(SIZE.0, SIZE.1);
+    let accuracy = &patch.fitted.accuracy;
+    for at in &accuracy.forces {
+        println!("{at:?}");
+    }
+    // 1.5, 3 and 6 mm are in no fit, nor is any of the places
+    assert!(accuracy.centred_rms_pct(&[1.5, 3.0, 6.0]) < 2.0);
+    // forty places are too few for the shallowest presses: those are for a full fit
+    let (rms, worst) = accuracy.disc_pct(&[2.0, 3.0, 4.0]);
+    println!("disc {rms} {worst}, glued {:?}", accuracy.glued);
+    assert!(rms < 2.0 && worst.abs() < 5.0, "{rms} {worst}");
+    let centred = accuracy.glued.iter().filter(|disc| disc.place_mm == [0.0; 3]);
+    assert!(centred.clone().count() >= 2);
+    centred.for_each(|disc| assert!(disc.error_pct.abs() < 3.0, "{disc:?}"));
+    // before the fit it is not
+    let raw = Statics::of(&patch.prepared.patch().model(), &patch.prepared.params).unwrap();
+    let fitted = Statics::of(&patch.fitted.patch.model(), &patch.fitted.params).unwrap();
+    assert!(worst_of(&raw, &fitted) > 0.05);
+}
+
+fn worst_of(a: &Statics, b: &Statics) -> f64 {
+    worst(&forces(a), &forces(b))
+}
+
+#[test]
+fn a_fitted_patch_takes_the_far_field_of_another_organ() {
+    let patch = FarPatch::quick(SIZE.0, SIZE.1);
+    let (bench, other) = patch.with_balls(&[OUTSIDE], 0.008);
+    let swapped = Statics::of(&bench.patch.model(), &bench.params).unwrap();
+    let rim: Vec<usize> = other.far.cut.rim.iter().map(|n| *n as usize).collect();
+    let exact = swapped.with_rim(&rim, &other.far.exact_m);
+    assert!(worst_of(&swapped, &exact) < 0.005, "{}", worst_of(&swapped, &exact));
+    let kept = Statics::of(&patch.fitted.patch.model(), &patch.fitted.params).unwrap();
+    assert!(worst_of(&kept, &exact) > 0.02, "{}", worst_of(&kept, &exact));
+}

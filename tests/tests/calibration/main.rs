@@ -1,0 +1,9 @@
+//! Calibration, patches with a far field, plans.
+
+mod calibrated_patches;
+mod calibration_methods;
+mod far_field_patches_answer;
+mod far_field_patches_hold;
+mod plan_keeps_its_promise;
+mod shipped_patches_are_current;
+mod sliding;

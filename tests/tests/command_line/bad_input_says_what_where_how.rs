@@ -1,0 +1,497 @@
+//! Whatever is wrong with the input: exit code 2, one line that names the item and the remedy, nothing printed, nothing written.
+
+use std::fmt::Write;
+
+use palpate_tests::cube_mesh::cube;
+use palpate_tests::palpate_command::{Desk, palpate};
+use palpate_tests::press_run::{SMALL_BLOCK, edited};
+
+const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
+const BLOCK: &str = "block_m = [0.08, 0.08, 0.04]";
+const NODES: &str = "nodes = 129";
+const PLACE: &str = "position_m = [0.0, 0.0]";
+const HOLDS: &str = "holds_m = [0.001, 0.002, 0.004]";
+const POISSON: &str = "poisson_ratio = 0.45";
+/// Two tets on one face.
+const TWO_TETS: &str =
+    "$NOD\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n$ENDNOD\n$ELM\n2\n1 4 1 1 4 1 2 3 4\n17 4 1 1 4 2 3 4 5\n$ENDELM\n";
+
+/// Runs a command that must be refused with all of `says` in its one line.
+#[track_caller]
+fn refused(desk: &Desk, arguments: &[&str], says: &[&str]) {
+    let before = desk.listing();
+    let outcome = palpate(SCRATCH, desk.folder(), arguments);
+    let told = format!("{arguments:?}: {outcome:?}");
+    assert_eq!(outcome.code, Some(2), "{told}");
+    assert!(outcome.stderr.starts_with("palpate: ") && outcome.stderr.ends_with('\n'), "{told}");
+    assert_eq!(outcome.stderr.lines().count(), 1, "{told}");
+    for words in says {
+        assert!(outcome.stderr.contains(words), "not a word of `{words}`\n{told}");
+    }
+    for noise in ["panicked", "backtrace", "src/", "Error {", "Some("] {
+        assert!(!outcome.stderr.contains(noise), "{told}");
+    }
+    assert_eq!(outcome.stdout, "", "{told}");
+    assert_eq!(desk.listing(), before, "{told}");
+}
+
+/// Presses a scene that must be refused.
+#[track_caller]
+fn refused_scene(desk: &Desk, scene: &str, says: &[&str]) {
+    desk.put("scene.toml", scene);
+    refused(desk, &["press", "--scene", "scene.toml", "--out", "out"], says);
+}
+
+/// The small block with one edit, refused at a place of the scene file.
+#[track_caller]
+fn refused_edit(from: &str, to: &str, says: &[&str]) {
+    refused_scene(&Desk::default(), &edited(SMALL_BLOCK, from, to), &[&["scene.toml:"], says].concat());
+}
+
+#[test]
+fn the_small_block_itself_is_accepted() {
+    let desk = Desk::default();
+    desk.put("scene.toml", SMALL_BLOCK);
+    let outcome = palpate(SCRATCH, desk.folder(), &["press", "--scene", "scene.toml", "--out", "out"]);
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
+}
+
+#[test]
+fn a_scene_that_is_not_there() {
+    let desk = Desk::default();
+    let press = |scene, says: &[&str]| refused(&desk, &["press", "--scene", scene, "--out", "out"], says);
+    press("blok", &["\"blok\"", "did you mean \"block\"", "nodule", ".toml"]);
+    press("nodul", &["did you mean \"nodule\""]);
+    press("nowhere.toml", &["nowhere.toml", "No such file", "check the path", "block-20kpa"]);
+    std::fs::create_dir(desk.folder().join("folder.toml")).unwrap();
+    press("folder.toml", &["folder.toml", "directory", "check the path"]);
+    press(".", &["directory"]);
+    desk.put("binary.toml", [0xff, 0xfe, 0]);
+    press("binary.toml", &["binary.toml", "UTF-8"]);
+    desk.put("empty.toml", "");
+    press("empty.toml", &["empty.toml:1", "\"name\" is missing", "add it"]);
+}
+
+#[test]
+fn a_preset_whose_mesh_is_not_beside_the_working_directory() {
+    let desk = Desk::default();
+    let below = desk.folder().join("repository");
+    std::fs::create_dir(&below).unwrap();
+    let outcome = palpate(SCRATCH, &below, &["press", "--scene", "liver"]);
+    assert_eq!((outcome.code, outcome.stderr.lines().count()), (Some(2), 1), "{outcome:?}");
+    for words in ["liver: tissue.mesh", "liver.msh", "working directory", "repository's root"] {
+        assert!(outcome.stderr.contains(words), "{outcome:?}");
+    }
+    assert!(std::fs::read_dir(&below).unwrap().next().is_none());
+}
+
+#[test]
+fn an_unknown_key_with_its_line_and_the_nearest_known_one() {
+    for (from, to, line, near) in [
+        ("name =", "naem =", 1, "name"),
+        ("[tissue]", "[tisue]", 2, "tissue"),
+        ("youngs_modulus_pa", "youngs_modulus_kpa", 4, "youngs_modulus_pa"),
+        (POISSON, "poissons_ratio = 0.45", 5, "poisson_ratio"),
+        (NODES, "node = 129", 7, "nodes"),
+        ("radius_m", "radius_mm", 10, "radius_m"),
+        ("ramp_m_per_s", "ramp_mm_per_s", 15, "ramp_m_per_s"),
+        ("hold_s =", "hold_ms =", 16, "hold_s"),
+    ] {
+        let wrong = to.trim_matches(['[', ']']).split(' ').next().unwrap();
+        let says = [format!("scene.toml:{line}: "), format!("\"{wrong}\""), format!("did you mean \"{near}\"?")];
+        refused_edit(from, to, &says.each_ref().map(String::as_str));
+    }
+    let inclusion = "[[tissue.inclusion]]\ncentre_m = [0.0, 0.0, -0.012]\nradius_m = 0.006\nstiffness_ratio = 10.0\n[probe]";
+    refused_edit("[probe]", inclusion, &["scene.toml:9: ", "\"centre_m\"", "did you mean \"center_m\"?"]);
+    refused_edit("[probe]", "[solver]\nmetod = \"palpate\"\n[probe]", &["scene.toml:9: ", "\"metod\"", "\"method\"?"]);
+}
+
+#[test]
+fn an_unknown_word_with_its_line_and_the_nearest_known_one() {
+    refused_edit("\"hemisphere\"", "\"hemispher\"", &[":9: ", "\"hemispher\"", "did you mean \"hemisphere\"?"]);
+    refused_edit("\"depth\"", "\"dept\"", &[":13: ", "\"dept\"", "did you mean \"depth\"?"]);
+    refused_edit("[probe]", "[solver]\nmethod = \"palpat\"\n[probe]", &[":9: ", "\"palpat\"", "did you mean \"palpate\"?"]);
+    refused_edit(
+        "[probe]",
+        "[solver]\nmethod = \"xpbd\"\n[probe]",
+        &[":9: ", "\"xpbd\"", "neo-hookean", "palpate chart", "\"springs\""],
+    );
+    // a key of another kind of drive
+    refused_edit("\"depth\"", "\"force\"", &[":14: ", "\"holds_m\"", "did you mean \"holds_n\"?"]);
+    refused_edit("hold_s = 0.3", "hold_s = 0.3\ntrace = \"t.csv\"", &[":17: ", "\"trace\""]);
+}
+
+#[test]
+fn a_missing_key_by_name_and_table() {
+    for (line, key, table) in [
+        ("name = \"small\"", "name", "the file"),
+        ("youngs_modulus_pa = 3500.0", "youngs_modulus_pa", "[tissue]"),
+        (POISSON, "poisson_ratio", "[tissue]"),
+        ("density_kg_per_m3 = 1060.0", "density_kg_per_m3", "[tissue]"),
+        ("shape = \"hemisphere\"", "shape", "[probe]"),
+        ("radius_m = 0.008", "radius_m", "[probe]"),
+        ("kind = \"depth\"", "kind", "[drive]"),
+        (HOLDS, "holds_m", "[drive]"),
+        ("ramp_m_per_s = 0.04", "ramp_m_per_s", "[drive]"),
+        ("hold_s = 0.3", "hold_s", "[drive]"),
+    ] {
+        refused_edit(line, "", &[&format!("\"{key}\" is missing in {table}"), "add it"]);
+    }
+    refused_edit(BLOCK, "", &["neither block_m nor mesh", "give one"]);
+    refused_edit(&SMALL_BLOCK[SMALL_BLOCK.find("[drive]").unwrap()..], "", &["\"drive\" is missing"]);
+}
+
+#[test]
+fn a_value_of_the_wrong_type_with_key_and_line() {
+    for (from, to, says) in [
+        ("3500.0", "\"soft\"", [":4: ", "youngs_modulus_pa", "expected a number"]),
+        ("0.008", "[0.008]", [":10: ", "radius_m", "expected a number"]),
+        ("= 129", "= 12.5", [":7: ", "nodes", "whole number"]),
+        ("= 129", "= -5", [":7: ", "nodes", "whole number"]),
+        ("= 129", "= 1e9", [":7: ", "nodes", "whole number"]),
+        (BLOCK, "block_m = [0.08, 0.08]", [":3: ", "block_m", "length 3"]),
+        (PLACE, "position_m = [0.0]", [":11: ", "position_m", "length 2"]),
+        (HOLDS, "holds_m = 0.001", [":14: ", "holds_m", "a list"]),
+        ("= 0.3", "= \"long\"", [":16: ", "hold_s", "expected a number"]),
+        ("3500.0", "= 3500.0", [":4: ", "youngs_modulus_pa", "extra `=`"]),
+        (NODES, "nodes = 129\nnodes = 130", [":8: ", "nodes", "duplicate key"]),
+        ("\"small\"", "\"small", [":1: ", "name", "string"]),
+    ] {
+        refused_edit(from, to, &says);
+    }
+}
+
+#[test]
+fn a_number_out_of_range_by_key_value_and_range() {
+    let tried = |from: &str, key: &str, values: &[&str], says: &[&str]| {
+        for value in values {
+            let leaf = key.rsplit('.').next().unwrap();
+            refused_edit(from, &format!("{leaf} = {value}"), &[&[key], says].concat());
+        }
+    };
+    tried(POISSON, "tissue.poisson_ratio", &["0.5", "0.6", "0.24", "-0.3", "nan", "0.49999"], &["0.25 .. 0.4999"]);
+    tried(
+        "youngs_modulus_pa = 3500.0",
+        "tissue.youngs_modulus_pa",
+        &["0.0", "-3500.0", "nan", "inf", "1e300"],
+        &["outside 1 .."],
+    );
+    tried("density_kg_per_m3 = 1060.0", "tissue.density_kg_per_m3", &["0.0", "-1.0", "nan"], &["outside 1 .. 30000"]);
+    tried("radius_m = 0.008", "probe.radius_m", &["0.0", "-0.008", "nan", "inf", "8.0"], &["above zero and at most 1"]);
+    tried(NODES, "tissue.nodes", &["0", "3", "29", "5001", "1000000000"], &["from 30 to 5000"]);
+    tried("hold_s = 0.3", "drive.hold_s", &["0.0", "-1.0", "nan", "1e9"], &["from 0.001 to 60"]);
+    tried("ramp_m_per_s = 0.04", "drive.ramp_m_per_s", &["0.0", "-1.0", "nan", "40.0"], &["at most 1"]);
+    refused_edit("0.04\n", "1e-9\n", &["drive", "4000001 s", "at most 1000", "ramp faster"]);
+    for side in ["0.0", "-0.04", "nan", "inf", "1e-9", "1e6"] {
+        refused_edit("0.08, 0.04]", &format!("0.08, {side}]"), &["tissue.block_m[2]", "from 0.001 to 2", "metres"]);
+    }
+    refused_edit("0.08, 0.04]", "1.9, 0.04]", &["tissue.block_m", "ratio", "at most 20", "thicker"]);
+    refused_edit(NODES, "nodes = 129\ngravity_m_per_s2 = [0.0, 0.0, nan]", &["tissue.gravity_m_per_s2[2]", "-100 .. 100"]);
+    refused_edit(NODES, "nodes = 129\nnode_damping_per_s = -1.0", &["tissue.node_damping_per_s", "outside 0 .."]);
+    refused_edit(PLACE, "position_m = [0.0, 0.041]", &["probe.position_m[1] = 0.041", "outside", "-0.04 .. 0.04"]);
+    refused_edit(PLACE, "position_m = [nan, 0.0]", &["probe.position_m[0]", "-0.04 .. 0.04"]);
+    for name in ["", "../small", "two\\nlines"] {
+        refused_edit("\"small\"", &format!("\"{name}\""), &["name", "without slashes"]);
+    }
+}
+
+#[test]
+fn an_inclusion_without_size_or_stiffness() {
+    let ball = |center: &str, radius: &str, ratio: &str, says: &[&str]| {
+        let table = format!(
+            "[[tissue.inclusion]]\ncenter_m = [0.0, 0.0, {center}]\nradius_m = {radius}\nstiffness_ratio = {ratio}\n[probe]"
+        );
+        refused_edit("[probe]", &table, says);
+    };
+    for radius in ["0.0", "-0.006", "nan", "inf"] {
+        ball("-0.012", radius, "10.0", &["tissue.inclusion[0].radius_m", "above zero and finite"]);
+    }
+    for ratio in ["0.0", "-1.0", "nan", "inf"] {
+        ball("-0.012", "0.006", ratio, &["tissue.inclusion[0].stiffness_ratio", "above zero and finite"]);
+    }
+    ball("nan", "0.006", "10.0", &["tissue.inclusion[0].center_m", "not finite", "metres"]);
+}
+
+#[test]
+fn holds_that_cannot_be() {
+    for (holds, says) in [
+        ("[]", ["drive.holds_m", "is empty", "give at least one"]),
+        ("[-0.001]", ["drive.holds_m[0]", "= -0.001", "above zero"]),
+        ("[0.001, 0.0]", ["drive.holds_m[1]", "= 0 ", "above zero"]),
+        ("[nan]", ["drive.holds_m[0]", "NaN", "above zero and finite"]),
+        ("[inf]", ["drive.holds_m[0]", "inf", "above zero and finite"]),
+        ("[0.001, 4.0]", ["drive.holds_m[1]", "deeper than the tissue is thick (0.0400 m)", "less deep"]),
+    ] {
+        refused_edit(HOLDS, &format!("holds_m = {holds}"), &says);
+    }
+    let force = edited(SMALL_BLOCK, "\"depth\"", "\"force\"");
+    for (holds, says) in [
+        ("[]", ["drive.holds_n", "is empty"]),
+        ("[-1.0]", ["drive.holds_n[0] = -1", "above zero"]),
+        ("[0.1, 100.0]", ["drive.holds_n[1] = 100", "at most 12"]),
+    ] {
+        refused_scene(&Desk::default(), &edited(&force, HOLDS, &format!("holds_n = {holds}")), &says);
+    }
+}
+
+#[test]
+fn keys_that_contradict_each_other() {
+    refused_edit(BLOCK, &format!("{BLOCK}\nmesh = \"a.msh\""), &["both block_m and mesh", "keep one"]);
+    refused_edit(BLOCK, &format!("{BLOCK}\nlength_unit = \"mm\""), &["tissue.length_unit", "remove it"]);
+    refused_edit(PLACE, "site = [0.0, 0.0, 0.0]", &["probe.site", "position_m", "use that"]);
+    let mesh = edited(SMALL_BLOCK, BLOCK, "mesh = \"a.msh\"");
+    let desk = Desk::default();
+    refused_scene(&desk, &mesh, &["tissue.length_unit", "is missing", "\"mm\""]);
+    let mesh = edited(&mesh, "\"a.msh\"", "\"a.msh\"\nlength_unit = \"mm\"");
+    refused_scene(&desk, &mesh, &["tissue.nodes", "remove it"]);
+    let mesh = edited(&mesh, NODES, "");
+    refused_scene(&desk, &mesh, &["probe.position_m", "site = [x, y, z]"]);
+    refused_scene(&desk, &edited(&mesh, PLACE, ""), &["probe.site", "is missing", "site = [x, y, z]"]);
+    let packed = edited(&mesh, PLACE, "[solver]\npatch = \"a.patch\"");
+    refused_scene(&desk, &packed, &["solver.patch", "remove one of the two"]);
+}
+
+#[test]
+fn an_organ_that_is_none_or_is_pressed_elsewhere() {
+    let desk = Desk::default();
+    let organ = |source: &str, place: &str| edited(&edited(&edited(SMALL_BLOCK, BLOCK, source), NODES, ""), PLACE, place);
+    let foot = |more: &str| organ(&format!("organ = \"foot\"\n{more}"), "site = [-0.075, 0.0, 0.031]");
+    let region = |name: &str, e: &str| format!("region = [{{ name = \"{name}\", youngs_modulus_pa = {e} }}]");
+    refused_scene(
+        &desk,
+        &organ("organ = \"spleen\"", "site = [0.0, 0.0, 0.0]"),
+        &["tissue.organ", "`spleen`", "liver, gallbladder, abdomen, foot"],
+    );
+    refused_scene(&desk, &organ("organ = \"foot\"", ""), &["probe.site", "is missing", "site = [x, y, z]"]);
+    refused_scene(&desk, &organ("organ = \"foot\"", PLACE), &["probe.position_m", "site = [x, y, z]"]);
+    refused_scene(
+        &desk,
+        &organ("organ = \"foot\"", "site = [-0.075, 0.0, 0.06]"),
+        &["probe.site", "mm from the surface", "site = [-0.076"],
+    );
+    refused_scene(&desk, &foot("length_unit = \"mm\""), &["tissue.length_unit", "remove it"]);
+    refused_scene(&desk, &foot("nodes = 7"), &["tissue.nodes = 7", "from 100 to 5000"]);
+    refused_scene(&desk, &foot("mesh = \"a.msh\""), &["both mesh and organ", "keep one"]);
+    refused_scene(&desk, &foot(BLOCK), &["both block_m and organ", "keep one"]);
+    refused_scene(&desk, &foot(&region("fat", "1e4")), &["tissue.region[0].name", "\"fat\"", "skin, fat pad, deep tissue"]);
+    refused_scene(&desk, &foot(&region("skin", "0.0")), &["tissue.region[0].youngs_modulus_pa = 0", "1 .."]);
+    let twice = region("skin", "1e4").replace(']', ", { name = \"skin\", youngs_modulus_pa = 2e4 }]");
+    refused_scene(&desk, &foot(&twice), &["tissue.region[1].name", "there twice", "remove one"]);
+    refused_edit(BLOCK, &format!("{BLOCK}\n{}", region("skin", "1e4")), &["tissue.region", "belongs to an organ"]);
+    let patch = format!("{}[solver]\npatch = \"a.patch\"\n", foot(""));
+    refused_scene(&desk, &patch, &["solver.patch", "replaces the organ"]);
+}
+
+#[test]
+fn a_trace_that_cannot_be_repeated() {
+    let scene = format!("{}[drive]\nkind = \"trace\"\ntrace = \"t.csv\"\n", SMALL_BLOCK.split("[drive]").next().unwrap());
+    let desk = Desk::default();
+    refused_scene(&desk, &scene, &["t.csv", "No such file", "check the path"]);
+    for (text, says) in [
+        ("", ["t.csv:1", "no column probe_x_m", "use a trace.csv"]),
+        ("t_s,probe_x_m,probe_y_m\n0,0,0\n", ["t.csv:1", "no column probe_z_m", "use a trace.csv"]),
+        ("probe_x_m,probe_y_m,probe_z_m\n", ["t.csv:1", "no rows", "record a run"]),
+        ("probe_x_m,probe_y_m,probe_z_m\n0,0,0\n0,0,zero\n", ["t.csv:3", "\"zero\" is not a number", "use a trace.csv"]),
+        (
+            "t_s,probe_x_m,probe_y_m,probe_z_m\n0,0,0,0\n0.001,0,0,0\n0.004,0,0,0\n",
+            ["t.csv:4", "leaves a gap", "every millisecond"],
+        ),
+        ("t_s,probe_x_m,probe_y_m,probe_z_m\n0,0,0,0\n0.001,0,0,0\n0.001,0,0,0\n", ["t.csv:4", "goes back", "every millisecond"]),
+        ("probe_x_m,probe_y_m,probe_z_m\n0,0\n", ["t.csv:2", "is not a number", "use a trace.csv"]),
+        ("probe_x_m,probe_y_m,probe_z_m\n0,0,nan\n", ["t.csv:2", "\"nan\" is not a number", "use a trace.csv"]),
+        ("probe_x_m,probe_y_m,probe_z_m\n0,1e99,0\n", ["t.csv:2", "\"1e99\" is not a number", "use a trace.csv"]),
+    ] {
+        desk.put("t.csv", text);
+        refused_scene(&desk, &scene, &says);
+    }
+}
+
+/// Nodes in a row, each tet on the last three nodes of the one before.
+fn chain(nodes: usize) -> String {
+    let mut text = format!("$NOD\n{nodes}\n");
+    for node in 1..=nodes {
+        writeln!(text, "{node} {node} 0 0").unwrap();
+    }
+    writeln!(text, "$ENDNOD\n$ELM\n{}", nodes - 3).unwrap();
+    for tet in 1..=nodes - 3 {
+        writeln!(text, "{tet} 4 1 1 4 {tet} {} {} {}", tet + 1, tet + 2, tet + 3).unwrap();
+    }
+    text + "$ENDELM\n"
+}
+
+fn mesh_scene(unit: &str, site: &str) -> String {
+    let scene = edited(SMALL_BLOCK, BLOCK, &format!("mesh = \"a.msh\"\nlength_unit = {unit}"));
+    edited(&edited(&scene, NODES, ""), PLACE, &format!("site = {site}"))
+}
+
+#[test]
+fn every_defect_of_a_mesh_with_its_line_on_check_and_on_press() {
+    let last = "17 4 1 1 4 2 3 4 5";
+    let parts = TWO_TETS
+        .replace("$NOD\n5", "$NOD\n9")
+        .replace("5 1 1 1\n", "5 1 1 1\n6 2 1 1\n7 1 2 1\n8 1 1 2\n9 2 2 2\n")
+        .replace("$ELM\n2", "$ELM\n3")
+        .replace("$ENDELM", "30 4 1 1 4 6 7 8 9\n$ENDELM");
+    for (text, says) in [
+        (edited(TWO_TETS, last, "17 4 1 1 4 2 3 4 999"), ["a.msh:12", "tet 17 names node 999", "fix the element"]),
+        (edited(TWO_TETS, last, "17 4 1 1 4 2 3 4 4"), ["a.msh:12", "names node 4 twice", "remove"]),
+        (edited(TWO_TETS, last, "17 4 1 1 4 4 2 1 3"), ["a.msh:12", "same nodes as tet 1", "remove one"]),
+        (edited(TWO_TETS, "5 1 1 1\n", "5 0 0 0\n"), ["a.msh:7", "node 5 is exactly where node 1", "merge"]),
+        (edited(TWO_TETS, "5 1 1 1\n", "5 0.25 0.5 0.25\n"), ["a.msh:12", "tet 17 is flat", "slivers"]),
+        (edited(TWO_TETS, "5 1 1 1\n", "5 -1 -1 -1\n"), ["a.msh:12", "overlap", "untangle"]),
+        (edited(TWO_TETS, "5 1 1 1\n", "5 1 1 nan\n"), ["a.msh:7", "not a finite number", "re-export"]),
+        (edited(TWO_TETS, "5 1 1 1\n", "5 1 1 x\n"), ["a.msh:7", "`x`", "fix the line"]),
+        (TWO_TETS.replace("17 4 1 1 4 2 3 4 5\n$ENDELM\n", ""), ["a.msh", "announces 2", "re-export"]),
+        (TWO_TETS.replace(" 1\n", " 120\n"), ["a.msh", "outside 1 mm to 2 m", "length_unit"]),
+        (parts, ["a.msh:17", "2 parts that share no face", "keep one"]),
+        (String::new(), ["a.msh", "empty", "re-export"]),
+        ("solid cube\n".into(), ["a.msh", "unknown mesh format", "export as"]),
+        (chain(65_536), ["a.msh", "65536 nodes", "at most 65535"]),
+    ] {
+        let desk = Desk::default();
+        desk.put("a.msh", text);
+        refused_scene(&desk, &mesh_scene("1.0", "[0.0, 0.0, 0.0]"), &says);
+        refused(&desk, &["mesh", "check", "a.msh"], &says);
+    }
+}
+
+#[test]
+fn a_mesh_in_the_wrong_unit_or_pressed_elsewhere() {
+    let desk = Desk::default();
+    refused_scene(&desk, &mesh_scene("\"m\"", "[0.0, 0.0, 0.0]"), &["a.msh", "cannot read", "check the path"]);
+    desk.put("a.msh", TWO_TETS);
+    for (unit, says) in [
+        ("\"cm\"", [":4: ", "length_unit", "\"cm\" is not \"m\", \"mm\" or a number of metres"]),
+        ("0.0", [":4: ", "length_unit", "above zero"]),
+        ("nan", [":4: ", "length_unit", "above zero"]),
+        ("true", [":4: ", "length_unit", "a number of metres"]),
+        ("50", ["a.msh", "50000 mm", "\"m\" would make it 1000 mm"]),
+        ("1e-4", ["a.msh", "0.1 mm", "\"m\" would make it 1000 mm"]),
+    ] {
+        refused_scene(&desk, &mesh_scene(unit, "[0.0, 0.0, 0.0]"), &says);
+    }
+    refused_scene(&desk, &mesh_scene("0.05", "[nan, 0.0, 0.0]"), &["probe.site", "not finite", "metres"]);
+    refused_scene(&desk, &mesh_scene("0.05", "[73.0, 0.0, 0.0]"), &["probe.site", "further from the mesh", "metres"]);
+    for unit in ["0", "nan", "-1"] {
+        refused(&desk, &["mesh", "check", "a.msh", &format!("--unit-m={unit}")], &["a.msh", "length unit", "positive, finite"]);
+    }
+    refused(&desk, &["mesh", "check", "."], &["not a regular file", "give the path"]);
+    refused(&desk, &["mesh", "check", "b.msh"], &["b.msh", "cannot read", "check the path"]);
+}
+
+#[test]
+fn a_patch_file_that_is_not_what_the_scene_says() {
+    let desk = Desk::default();
+    let scene = format!("{SMALL_BLOCK}[solver]\npatch = \"a.patch\"\n");
+    refused_scene(&desk, &scene, &["a.patch", "cannot read", "check the path"]);
+
+    desk.put("scene.toml", SMALL_BLOCK);
+    let pack = ["pack", "--scene", "scene.toml", "--board", "desktop", "--out", "packed"];
+    assert_eq!(palpate(SCRATCH, desk.folder(), &pack).code, Some(0));
+    let sound = std::fs::read(desk.folder().join("packed/small-desktop.patch")).unwrap();
+    let changed = |at: usize| {
+        let mut bytes = sound.clone();
+        bytes[at] ^= 1;
+        bytes
+    };
+    for (bytes, says) in [
+        (Vec::new(), "not a patch file"),
+        (sound[..15].to_vec(), "not a patch file"),
+        (changed(0), "not a patch file"),
+        // the version
+        (changed(8), "not a patch file of this version"),
+        // the header, the body, the checksum itself
+        (changed(60), "checksum"),
+        (changed(sound.len() / 2), "checksum"),
+        (changed(sound.len() - 1), "checksum"),
+        (changed(12), "checksum"),
+        (sound[..sound.len() / 2].to_vec(), "checksum"),
+        (sound[..sound.len() - 3].to_vec(), "checksum"),
+        ([sound.as_slice(), &[0; 4]].concat(), "checksum"),
+    ] {
+        desk.put("a.patch", bytes);
+        refused_scene(&desk, &scene, &["a.patch", says, "pack it again"]);
+    }
+
+    desk.put("a.patch", &sound);
+    for (from, to, key) in [
+        (POISSON, "poisson_ratio = 0.4", "tissue.poisson_ratio = 0.4"),
+        (BLOCK, "block_m = [0.08, 0.08, 0.05]", "tissue.block_m[2] = 0.05"),
+        (PLACE, "position_m = [0.0, 0.01]", "probe.position_m[1] = 0.01"),
+        (HOLDS, "holds_m = [0.001, 0.012]", "drive.holds_m[1] = 0.012"),
+    ] {
+        refused_scene(&desk, &edited(&scene, from, to), &["scene.toml", key, "a.patch"]);
+    }
+    desk.put("scene.toml", scene);
+    let outcome = palpate(SCRATCH, desk.folder(), &["press", "--scene", "scene.toml", "--out", "out"]);
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
+}
+
+#[test]
+fn an_output_folder_with_a_file_in_the_way() {
+    let desk = Desk::default();
+    desk.put("scene.toml", SMALL_BLOCK);
+    desk.put("taken", "mine");
+    for out in ["taken", "taken/below"] {
+        refused(&desk, &["press", "--scene", "scene.toml", "--out", out], &[out, "cannot write", "--out"]);
+        refused(&desk, &["pack", "--scene", "scene.toml", "--out", out], &[out, "cannot write", "--out"]);
+    }
+    assert_eq!(std::fs::read(desk.folder().join("taken")).unwrap(), b"mine");
+}
+
+#[test]
+fn a_failed_command_leaves_an_earlier_run_as_it_was() {
+    let desk = Desk::default();
+    std::fs::create_dir(desk.folder().join("out")).unwrap();
+    desk.put("out/summary.json", "of an earlier run");
+    refused_scene(&desk, &edited(SMALL_BLOCK, "0.008", "0.0"), &["probe.radius_m"]);
+    let left: Vec<_> = std::fs::read_dir(desk.folder().join("out")).unwrap().flatten().map(|e| e.file_name()).collect();
+    assert_eq!(left, ["summary.json"]);
+    assert_eq!(std::fs::read_to_string(desk.folder().join("out/summary.json")).unwrap(), "of an earlier run");
+}
+
+#[test]
+fn a_model_too_large_for_its_millisecond_with_the_numbers() {
+    let desk = Desk::default();
+    desk.put("a.msh", cube(32, 1.0));
+    let scene = mesh_scene("0.093", "[0.0465, 0.0465, 0.093]");
+    refused_scene(&desk, &scene, &["32768 nodes", "substeps a tick", "ms", "us of the 1000 us", "fewer nodes"]);
+
+    desk.put("scene.toml", SMALL_BLOCK);
+    let pack = ["pack", "--scene", "scene.toml", "--nodes", "1000", "--out", "out"];
+    refused(&desk, &pack, &["1000 nodes", "cycles a tick", "109200 fit on m4f-168", "fewer nodes"]);
+}
+
+#[test]
+fn boards_and_options_that_do_not_fit() {
+    let desk = Desk::default();
+    refused(&desk, &["pack", "--board", "m4f"], &["no board \"m4f\"", "desktop, m4f-168, m7-480"]);
+    refused(&desk, &["pack", "--nodes", "3"], &["nodes = 3", "from 30 to 5000"]);
+    refused(&desk, &["pack", "--scene", "liver", "--nodes", "99"], &["--nodes", "own mesh", "leave it out"]);
+}
+
+#[test]
+fn a_plan_that_cannot_be() {
+    let desk = Desk::default();
+    let pack = |radius, element| ["cut", "--radius-m", radius, "--element-m", element];
+    for radius in ["-1", "0.004", "0.05", "nan"] {
+        refused(&desk, &pack(radius, "0.005"), &["give a radius of 0.0100 to 0.0320 m"]);
+    }
+    refused(&desk, &pack("0.017", "nan"), &["elements of NaN m", "above zero"]);
+    for tolerance in ["0", "-3", "nan", "inf", "101"] {
+        refused(&desk, &["plan", "--tolerance-pct", tolerance], &["--tolerance-pct", "above 0", "at most 100"]);
+    }
+    refused(&desk, &["plan", "--tolerance-pct", "0.2"], &["--tolerance-pct 0.2", "reference itself", "take 0.3 or more"]);
+    refused(&desk, &["plan", "--tolerance-pct", "3", "--board", "m4"], &["no board \"m4\"", "desktop, m4f-168, m7-480"]);
+    refused(&desk, &["plan", "--tolerance-pct", "3", "--scene", "blok"], &["did you mean \"block\""]);
+    let plan = ["plan", "--tolerance-pct", "3", "--scene", "scene.toml"];
+    desk.put("scene.toml", edited(SMALL_BLOCK, NODES, "nodes = 129\ngravity_m_per_s2 = [0.0, 0.0, -9.81]"));
+    refused(&desk, &plan, &["tissue.gravity_m_per_s2", "far field carries no weight"]);
+    desk.put("scene.toml", edited(SMALL_BLOCK, "[0.08, 0.08, 0.04]", "[0.01, 0.01, 0.006]"));
+    refused(&desk, &plan, &["scene.toml", "patch radius", "use at most"]);
+}
+
+#[test]
+fn a_path_with_a_line_end_stays_one_line() {
+    refused(&Desk::default(), &["press", "--scene", "no\nwhere.toml"], &["where.toml", "check the path"]);
+}

@@ -1,0 +1,249 @@
+//! No key of a scene file is ignored: each changes what it names, and only in the direction that mechanics allows.
+
+use palpate_tests::cube_mesh::cube;
+use palpate_tests::palpate_command::{Desk, palpate};
+use palpate_tests::press_run::{PressRun, SMALL_BLOCK, edited, press, press_at};
+
+const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
+const BLOCK: &str = "block_m = [0.08, 0.08, 0.04]";
+const NODES: &str = "nodes = 129";
+const HOLDS: &str = "holds_m = [0.001, 0.002, 0.004]";
+const PLACE: &str = "position_m = [0.0, 0.0]";
+
+fn small() -> PressRun {
+    press(SCRATCH, SMALL_BLOCK)
+}
+
+fn changed(from: &str, to: &str) -> PressRun {
+    press(SCRATCH, &edited(SMALL_BLOCK, from, to))
+}
+
+/// Forces of one run over those of another, hold by hold.
+fn ratios(of: &PressRun, to: &PressRun) -> Vec<f64> {
+    of.forces_n().iter().zip(to.forces_n()).map(|(a, b)| a / b).collect()
+}
+
+/// Largest difference of force between two runs of the same length [N].
+fn largest_difference_n(a: &PressRun, b: &PressRun) -> f64 {
+    let (a, b) = (a.trace.column("force_z_n"), b.trace.column("force_z_n"));
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// Same answer at rest, another on the way there.
+#[track_caller]
+fn dynamics_only(key: &str, from: &str, to: &str) {
+    let (plain, other) = (small(), changed(from, to));
+    let (ratios, on_the_way_n) = (ratios(&other, &plain), largest_difference_n(&other, &plain));
+    println!("{key}: holds {ratios:.5?}, on the way up to {on_the_way_n:.5} N");
+    // what is left of the motion after 0.3 s
+    assert!(ratios.iter().all(|r| (r - 1.0).abs() < 0.005), "{key}: {ratios:?}");
+    assert!(on_the_way_n > 1e-3 * plain.forces_n()[2], "{key}: {on_the_way_n} N");
+}
+
+#[test]
+fn name_is_in_the_summary() {
+    assert_eq!(changed("\"small\"", "\"other words\"").summary["scene"], "other words");
+}
+
+#[test]
+fn block_has_its_sides() {
+    let thin = changed(BLOCK, "block_m = [0.06, 0.07, 0.02]");
+    for (axis, side_mm) in [60.0, 70.0, 20.0].into_iter().enumerate() {
+        assert!((thin.number(&format!("/report/size_mm/{axis}")) - side_mm).abs() < 1e-4);
+    }
+    assert!((thin.number("/report/mass_g") - 1060.0 * 0.06 * 0.07 * 0.02 * 1e3).abs() < 1e-3);
+    // the fixed bottom is nearer
+    assert!(ratios(&thin, &small())[2] > 1.05);
+}
+
+#[test]
+fn node_count_is_exact() {
+    assert_eq!(changed(NODES, "nodes = 200").number("/nodes"), 200.0);
+    assert_eq!(changed(NODES, "").number("/nodes"), 410.0);
+}
+
+#[test]
+fn force_is_proportional_to_youngs_modulus() {
+    for ratio in ratios(&changed("3500.0", "7000.0"), &small()) {
+        assert!((ratio / 2.0 - 1.0).abs() < 0.005, "{ratio}");
+    }
+}
+
+#[test]
+fn lower_poisson_ratio_is_softer() {
+    // contact goes with 1/(1 - nu^2): 0.80/0.91 = 0.88 on a half-space, and less of the confinement
+    let ratios = ratios(&changed("= 0.45", "= 0.3"), &small());
+    println!("nu 0.3 over 0.45: {ratios:.4?}");
+    assert!(ratios.iter().all(|r| (0.75..0.95).contains(r)), "{ratios:?}");
+}
+
+#[test]
+fn density_changes_mass_and_dynamics_not_statics() {
+    dynamics_only("density_kg_per_m3", "1060.0", "5300.0");
+    let ratio = changed("1060.0", "5300.0").number("/report/mass_g") / small().number("/report/mass_g");
+    assert!((ratio / 5.0 - 1.0).abs() < 1e-6, "{ratio}");
+}
+
+#[test]
+fn node_damping_changes_dynamics_not_statics() {
+    dynamics_only("node_damping_per_s", NODES, "nodes = 129\nnode_damping_per_s = 200.0");
+}
+
+#[test]
+fn tissue_sags_under_gravity_by_its_weight() {
+    let sag = |g: f64| {
+        let scene = edited(SMALL_BLOCK, NODES, &format!("{NODES}\ngravity_m_per_s2 = [0.0, 0.0, {g}]"));
+        press(SCRATCH, &edited(&scene, HOLDS, "holds_m = [0.004]"))
+    };
+    let (full, half, up) = (sag(-9.81), sag(-4.905), sag(9.81));
+    let left = |run: &PressRun| run.number("/residual_m");
+    // a column of height H sags by rho g H^2 / 2M; M is E with free sides, E (1-nu)/((1+nu)(1-2nu)) with none: the block is between
+    let (free_m, none_m) = (1060.0 * 9.81 * 0.04 * 0.04 / 2.0 / 3500.0, 1060.0 * 9.81 * 0.04 * 0.04 / 2.0 / 13_276.0);
+    println!("sag {:.6} m, half g {:.6} m, bounds {none_m:.6} .. {free_m:.6} m", left(&full), left(&half));
+    assert!((none_m..free_m).contains(&left(&full)), "{}", left(&full));
+    // nearly linear: the strain is 5 %
+    assert!((left(&half) / left(&full) * 2.0 - 1.0).abs() < 0.1);
+    // the top is lower, so the probe meets it later and presses less; turned over, more
+    let plain_n = small().forces_n()[2];
+    assert!(full.forces_n()[0] < half.forces_n()[0] && half.forces_n()[0] < plain_n && plain_n < up.forces_n()[0]);
+    // sideways gravity pulls the top sideways
+    let side = press(SCRATCH, &edited(SMALL_BLOCK, NODES, &format!("{NODES}\ngravity_m_per_s2 = [9.81, 0.0, 0.0]")));
+    let top_x: Vec<f64> = side.surface(0).rows.iter().filter(|r| r[2] == 0.0).map(|r| r[3]).collect();
+    assert!(top_x.iter().all(|x| *x > 1e-3), "{top_x:?}");
+    assert!(small().number("/residual_m") < 1e-6, "no gravity is the default");
+}
+
+#[test]
+fn inclusion_acts_where_it_is() {
+    let ball = |center: &str, radius: &str, ratio: &str| {
+        let table = format!("[[tissue.inclusion]]\ncenter_m = {center}\nradius_m = {radius}\nstiffness_ratio = {ratio}\n[probe]");
+        ratios(&changed("[probe]", &table), &small())[2]
+    };
+    let (below, soft, small, aside) = (
+        ball("[0.0, 0.0, -0.012]", "0.006", "10.0"),
+        ball("[0.0, 0.0, -0.012]", "0.006", "0.1"),
+        ball("[0.0, 0.0, -0.012]", "0.003", "10.0"),
+        ball("[0.03, 0.03, -0.03]", "0.006", "10.0"),
+    );
+    println!("below {below:.4}, softer {soft:.4}, smaller {small:.4}, aside {aside:.4}");
+    assert!(below > 1.07 && soft < 0.99 && small > 1.0 && small < below, "{below} {soft} {small}");
+    // 50 mm away, six contact radii: not felt
+    assert!((aside - 1.0).abs() < 0.01, "{aside}");
+}
+
+#[test]
+fn smaller_probe_presses_less() {
+    // Hertz: the square root of the radius
+    let ratios = ratios(&changed("radius_m = 0.008", "radius_m = 0.004"), &small());
+    println!("radius 4 mm over 8 mm: {ratios:.4?}");
+    assert!(ratios.iter().all(|r| (0.45..0.95).contains(r)), "{ratios:?}");
+}
+
+#[test]
+fn press_is_where_the_scene_says() {
+    let run = changed(PLACE, "position_m = [0.02, -0.01]");
+    assert!(run.trace.column("probe_x_m").iter().all(|x| *x == f64::from(0.02_f32)));
+    assert!(run.trace.column("probe_y_m").iter().all(|y| *y == f64::from(-0.01_f32)));
+    let surface = run.surface(2);
+    let lowest = surface.rows.iter().min_by(|a, b| a[5].total_cmp(&b[5])).unwrap();
+    assert!((lowest[0] - 0.02).hypot(lowest[1] + 0.01) < 0.008, "{lowest:?}");
+    assert_eq!(changed(PLACE, "").summary["state_hash"], small().summary["state_hash"], "the centre is the default");
+}
+
+#[test]
+fn ramp_and_hold_set_the_time() {
+    let ticks = |from: &str, to: &str| changed(from, to).number("/ticks");
+    // 9 mm of way at 0.04 m/s is 225 ms; each of four legs may end in a short step
+    let plain = small().number("/ticks");
+    assert!((ticks("= 0.04\n", "= 0.02\n") - plain - 225.0).abs() <= 4.0);
+    assert!((ticks("hold_s = 0.3", "hold_s = 0.1") - plain + 600.0).abs() <= 3.0);
+    assert!((ticks(HOLDS, "holds_m = [0.004]") - plain + 600.0).abs() <= 3.0);
+}
+
+#[test]
+fn springs_alone_press_less() {
+    let shallow = |solver: &str| press(SCRATCH, &edited(&format!("{SMALL_BLOCK}{solver}"), HOLDS, "holds_m = [0.001, 0.002]"));
+    let (springs, all) = (shallow("[solver]\nmethod = \"springs\"\n"), shallow("[solver]\nmethod = \"palpate\"\n"));
+    println!("springs alone over all: {:.4?}", ratios(&springs, &all));
+    assert_eq!((&springs.summary["method"], &all.summary["method"]), (&"springs".into(), &"palpate".into()));
+    // nothing resists the change of volume
+    assert!(ratios(&springs, &all).iter().all(|r| (0.3..0.85).contains(r)));
+}
+
+#[test]
+fn packed_patch_presses_like_the_scene_it_came_from() {
+    let desk = Desk::default();
+    desk.put("scene.toml", SMALL_BLOCK);
+    let pack = ["pack", "--scene", "scene.toml", "--board", "desktop", "--out", "packed"];
+    assert_eq!(palpate(SCRATCH, desk.folder(), &pack).code, Some(0));
+    // without the block, a scene would not know its mesh
+    let scene = edited(&edited(&edited(SMALL_BLOCK, BLOCK, ""), NODES, ""), PLACE, "");
+    let run = press_at(SCRATCH, desk, &format!("{scene}[solver]\npatch = \"packed/small-desktop.patch\"\n"), &[]);
+    assert_eq!(run.summary["state_hash"], small().summary["state_hash"]);
+    assert_eq!(run.forces_n(), small().forces_n());
+}
+
+fn cube_scene(unit: &str, site: &str) -> String {
+    let scene = edited(SMALL_BLOCK, BLOCK, &format!("mesh = \"cube.msh\"\nlength_unit = {unit}"));
+    edited(&edited(&scene, NODES, ""), PLACE, &format!("site = {site}"))
+}
+
+#[test]
+fn length_unit_scales_the_mesh() {
+    let pressed = |n: usize, side: f64, unit: &str, site: &str| {
+        let desk = Desk::default();
+        desk.put("cube.msh", cube(n, side));
+        press_at(SCRATCH, desk, &cube_scene(unit, site), &[])
+    };
+    let top = "[0.03, 0.03, 0.06]";
+    let metres = pressed(7, 0.06, "\"m\"", top);
+    assert!((metres.number("/report/size_mm/0") - 60.0).abs() < 1e-4);
+    for (side, unit) in [(60.0, "\"mm\""), (60.0, "0.001"), (2.0, "0.03"), (0.06, "1")] {
+        let same = pressed(7, side, unit, top);
+        // coordinates differ in their last bit
+        for ratio in ratios(&same, &metres) {
+            assert!((ratio - 1.0).abs() < 1e-3, "{side} x {unit}: {ratio}");
+        }
+    }
+    let twice = pressed(11, 0.06, "2.0", "[0.06, 0.06, 0.12]");
+    assert!((twice.number("/report/size_mm/0") - 120.0).abs() < 1e-4);
+    assert!((twice.number("/report/mass_g") / metres.number("/report/mass_g") / 8.0 - 1.0).abs() < 1e-5);
+}
+
+#[test]
+fn site_is_pressed_along_its_normal() {
+    let desk = Desk::default();
+    desk.put("cube.msh", cube(7, 0.06));
+    // beside the face toward the operator, a millimetre off it
+    let run = press_at(SCRATCH, desk, &cube_scene("\"m\"", "[0.061, 0.03, 0.03]"), &[]);
+    let forces =
+        ["force_x_n", "force_y_n", "force_z_n"].map(|c| run.trace.column(c).into_iter().fold(0.0, |a: f64, f| a.max(f.abs())));
+    assert!((forces[0] - run.forces_n()[2]).abs() < 0.5 * forces[0] && forces[1].max(forces[2]) < 0.3 * forces[0], "{forces:?}");
+    let x = run.trace.column("probe_x_m");
+    let deepest = x.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!((deepest - 0.056).abs() < 1e-6, "{deepest}");
+}
+
+/// An organ pressed from above, with more keys of its tissue.
+fn organ_scene(name: &str, site: &str, more: &str) -> String {
+    let scene = edited(SMALL_BLOCK, BLOCK, &format!("organ = \"{name}\"\n{more}"));
+    edited(&edited(&scene, NODES, ""), PLACE, &format!("site = {site}"))
+}
+
+#[test]
+fn organ_has_its_shape_its_nodes_and_its_regions() {
+    let foot = |more: &str| press(SCRATCH, &organ_scene("foot", "[-0.075, 0.0, 0.031]", more));
+    let plain = foot("nodes = 300");
+    assert!((plain.number("/report/size_mm/0") / 250.0 - 1.0).abs() < 0.1);
+    assert!((plain.number("/nodes") / 300.0 - 1.0).abs() < 0.15);
+    // the probe comes down on the sole
+    assert!(plain.trace.column("probe_z_m").into_iter().fold(1.0, f64::min) < 0.03);
+    let all = ["skin", "fat pad", "deep tissue"].map(|name| format!("{{ name = \"{name}\", youngs_modulus_pa = 7000.0 }}"));
+    let all = ratios(&foot(&format!("nodes = 300\nregion = [{}]", all.join(", "))), &plain);
+    let fat = ratios(&foot("nodes = 300\nregion = [{ name = \"fat pad\", youngs_modulus_pa = 7000.0 }]"), &plain);
+    println!("all regions twice as stiff {all:.4?}, fat alone {fat:.4?}");
+    // every stiffness doubled, but the contact's, which is of the scene's own modulus: in series with it
+    assert!(all.iter().all(|r| (1.3..2.0).contains(r)) && all.is_sorted_by(|a, b| a < b));
+    assert!(fat.iter().zip(&all).all(|(fat, all)| *fat > 1.1 && fat < all));
+}

@@ -1,0 +1,12 @@
+//! The command line, as a stranger runs it.
+
+mod bad_input_says_what_where_how;
+mod drives_reach_their_targets;
+mod every_preset_presses;
+mod every_scene_key_acts;
+mod mistyped_command_lines_name_the_help;
+mod pictures;
+mod press_writes_the_contract;
+mod readme_commands_run;
+mod replay_is_bit_exact;
+mod results_are_never_mixed;

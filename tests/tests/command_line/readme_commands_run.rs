@@ -1,0 +1,116 @@
+//! Every command that the README shows runs.
+
+use std::path::Path;
+use std::process::Command;
+use std::sync::Mutex;
+use std::time::Instant;
+
+use palpate_tests::palpate_command::repository;
+
+/// Commands of the fenced `sh` blocks: lines that call cargo or a script of the repository, with their continuation lines.
+/// `./test` runs all tests and would run this one; nothing that fetches or changes the repository starts with these words.
+fn commands(text: &str) -> Vec<String> {
+    let (mut found, mut in_sh, mut whole) = (Vec::new(), false, String::new());
+    for line in text.lines().map(str::trim) {
+        if let Some(language) = line.strip_prefix("```") {
+            in_sh = !in_sh && ["sh", "bash", "console"].contains(&language.split([',', ' ']).next().unwrap_or_default());
+            continue;
+        }
+        if !in_sh {
+            continue;
+        }
+        let line = line.strip_prefix("$ ").unwrap_or(line);
+        if let Some(begun) = line.strip_suffix('\\') {
+            whole.push_str(begun);
+            continue;
+        }
+        whole.push_str(line);
+        let command = std::mem::take(&mut whole);
+        if command.starts_with("cargo ") || command.starts_with("./") && command.split([' ', '#']).next() != Some("./test") {
+            found.push(command);
+        }
+    }
+    found
+}
+
+/// The command as it is run here: what it writes stays out of the repository unless it says where itself, what takes long is quick.
+fn as_run(command: &str, out: &Path) -> String {
+    // a trailing comment would swallow the option
+    let command = command.split(" #").next().unwrap_or(command).trim_end();
+    if command.starts_with("cargo bench") && !command.contains(" -- ") {
+        // seconds instead of minutes: same code, fewer samples
+        return format!("{command} -- --quick");
+    }
+    if let Some((test, _)) = command.strip_prefix("cargo test ").map(|test| test.split_once(" -- ").unwrap_or((test, ""))) {
+        // it runs by itself among all tests; here it is enough that there is one
+        return format!("cargo test {test} -- --list");
+    }
+    let writes = ["press", "pack", "cut", "score"].iter().any(|c| command.contains(&format!("-- {c}")))
+        || command.ends_with("cargo run --release");
+    let told = command.contains("--out");
+    match (writes && !told, command.contains(" -- ")) {
+        (false, _) => command.to_owned(),
+        (true, true) => format!("{command} --out '{}'", out.display()),
+        (true, false) => format!("{command} -- press --out '{}'", out.display()),
+    }
+}
+
+/// Runs it; what went wrong.
+fn failure(line: &str) -> Option<String> {
+    let begun = Instant::now();
+    let run = Command::new("sh").args(["-c", line]).current_dir(repository()).output().expect("sh starts");
+    println!("$ {line}: {:.1} s", begun.elapsed().as_secs_f64());
+    let told = || format!("$ {line}\n{}\n{}", run.status, String::from_utf8_lossy(&run.stderr));
+    (!run.status.success()).then(told)
+}
+
+#[test]
+fn every_command_of_the_readme_exits_with_0() {
+    let path = repository().join("README.md");
+    let Ok(text) = std::fs::read_to_string(&path) else {
+        println!("skipped: there is no README.md yet");
+        return;
+    };
+    let commands = commands(&text);
+    assert!(!commands.is_empty(), "README.md shows no command");
+    let out = tempfile::tempdir().unwrap();
+    let lines = commands.iter().enumerate().map(|(n, command)| as_run(command, &out.path().join(n.to_string())));
+    // two at a time; those that link or start the board's image after each other, for it is one file
+    let (board, others): (Vec<String>, Vec<String>) =
+        lines.partition(|line| line.contains("cargo fw") || line.contains("emulate"));
+    assert!(board.len() > 2 && others.len() > 10, "{commands:?}");
+    let (others, failed) = (Mutex::new(others), Mutex::new(Vec::new()));
+    let run = |line: String| failed.lock().unwrap().extend(failure(&line));
+    // the last ones take longest
+    let next = || others.lock().unwrap().pop();
+    std::thread::scope(|scope| {
+        scope.spawn(|| board.into_iter().for_each(run));
+        scope.spawn(|| std::iter::from_fn(next).for_each(run));
+        std::iter::from_fn(next).for_each(run);
+    });
+    let failed = failed.into_inner().unwrap();
+    assert!(failed.is_empty(), "{}", failed.join("\n"));
+}
+
+#[test]
+fn commands_are_found_in_sh_blocks_only() {
+    let text = "cargo no\n```sh\n# words\ncargo run --release\n$ cargo run -- press \\\n  --scene nodule   # longer\n./test\ngit clone x\n./.ci/run\n```\n```toml\ncargo = 1\n```\n";
+    assert_eq!(commands(text), ["cargo run --release", "cargo run -- press --scene nodule   # longer", "./.ci/run"]);
+    let out = Path::new("/o");
+    assert_eq!(as_run("cargo run --release", out), "cargo run --release -- press --out '/o'");
+    assert_eq!(as_run("cargo run -- press --vtu  # words", out), "cargo run -- press --vtu --out '/o'");
+    assert_eq!(as_run("cargo run -- press --out mine", out), "cargo run -- press --out mine");
+    assert_eq!(as_run("cargo test -p x --test y -- --nocapture", out), "cargo test -p x --test y -- --list");
+    assert_eq!(as_run("cargo bench -p x", out), "cargo bench -p x -- --quick");
+}
+
+#[test]
+fn every_picture_of_the_readme_is_there() {
+    let text = std::fs::read_to_string(repository().join("README.md")).unwrap();
+    let pictures: Vec<&str> =
+        text.split("](").skip(1).filter_map(|rest| rest.split(')').next()).filter(|path| path.ends_with(".png")).collect();
+    assert!(pictures.len() > 5, "{pictures:?}");
+    for picture in pictures {
+        assert!(repository().join(picture).is_file(), "README shows {picture}, which is not there");
+    }
+}

@@ -1,0 +1,12 @@
+//! The physics of a tick: energies, momentum, rest, allocation, against an oracle in double precision and frozen force traces.
+
+mod energy_never_grows;
+mod golden_force_traces;
+mod momentum_is_balanced;
+mod oracle_agrees;
+mod reaction_equals_anchor_force;
+mod rest_stays_at_rest;
+mod rigid_motion_gives_no_force;
+mod stable_step_holds_when_pressed;
+mod taps_hold_at_one_step;
+mod tick_never_allocates;

@@ -1,0 +1,149 @@
+//! The substeps that the desktop asks for are real: within it taps and presses end as they began, and past it they do not.
+//!
+//! `--nocapture` prints how far the bound is from the step at which a press goes wrong.
+
+use palpate::path::probe::ProbePose;
+use palpate::{Vector3, tick};
+use palpate_tests::bench::{Bench, at_depth};
+use palpate_tissue::measure;
+use palpate_tissue::stable_step::{StableStep, substeps_for_taps};
+
+/// Left after a second, at most [m].
+const RESIDUAL_M: f64 = 0.05e-3;
+
+fn bench(nodes: usize, youngs_modulus_pa: f32, depth_limit_m: f32) -> Bench {
+    let mut bench = Bench::block(nodes).with(|p| p.youngs_modulus_pa = youngs_modulus_pa);
+    bench.patch.set_depth_limit_m(depth_limit_m);
+    bench
+}
+
+fn measured(bench: &Bench) -> StableStep {
+    let model = bench.patch.wide_model();
+    StableStep::measure(&model, &bench.params, bench.patch.site_m()).unwrap().expect("a patch that survives being measured")
+}
+
+/// Substeps that a session gives the patch.
+fn asked(bench: &Bench) -> u16 {
+    let least = measured(bench).substeps(1e-3) as u16;
+    let model = bench.patch.wide_model();
+    substeps_for_taps(&model, &bench.params, bench.patch.site_m(), least).unwrap().expect("a patch that stands taps")
+}
+
+/// How a press ended.
+struct Outcome {
+    /// What is wrong at the end of the hold or of the run, or stopped it.
+    wrong: Option<String>,
+    /// Smallest volume of a tet over its rest volume in any tick.
+    lowest_j: f64,
+}
+
+/// Down to the depth limit, 0.3 s there, out, a second.
+fn press(bench: &Bench, speed_m_per_s: f32) -> Outcome {
+    let mut lowest_j = f64::INFINITY;
+    let wrong = what_goes_wrong(bench, speed_m_per_s, &mut lowest_j);
+    Outcome { wrong, lowest_j }
+}
+
+fn what_goes_wrong(bench: &Bench, speed_m_per_s: f32, lowest_j: &mut f64) -> Option<String> {
+    let model = bench.patch.wide_model();
+    let mut memory = bench.memory();
+    let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
+    let step_m = speed_m_per_s * bench.params.tick_s;
+    let ticks = |metres: f32| (metres / step_m).ceil() as usize;
+    let (clear_m, deep_m) = (0.5e-3, model.depth_limit_m);
+    let down = ticks(deep_m + clear_m);
+    let way = (0..down + 300).map(|n| (step_m * n as f32 - clear_m).min(deep_m));
+    let out = (0..down + 1000).map(|n| (deep_m - step_m * n as f32).max(-clear_m));
+    let mut held = Vec::new();
+    for (n, depth_m) in way.chain(out).enumerate() {
+        let output = tick(&model, &tuned, &mut state, ProbePose { tip_m: at_depth(depth_m) });
+        if let Some(fault) = output.fault {
+            return Some(format!("{fault} in tick {n}"));
+        }
+        let (min_j, _) = measure::volumes(&model, &state);
+        *lowest_j = lowest_j.min(min_j);
+        let settled = (down + 250..down + 300).contains(&n) || n >= 2 * down + 1200;
+        if settled && min_j <= 0.0 {
+            return Some(format!("J = {min_j:.3} in tick {n}"));
+        }
+        if settled && n < down + 300 {
+            held.push(output.force_n);
+        }
+    }
+    let mean = held.iter().sum::<Vector3<f32>>() / held.len() as f32;
+    let ripple = held.iter().map(|f| (f - mean).norm()).fold(0.0, f32::max) / mean.norm();
+    if ripple > 0.02 {
+        return Some(format!("the force at the hold's end ripples by {:.0} %", ripple * 100.0));
+    }
+    let residual_m = measure::largest_displacement_m(&model, &state);
+    (residual_m > RESIDUAL_M).then(|| format!("{:.3} mm are left", residual_m * 1e3))
+}
+
+const TAP_M_PER_S: f32 = 0.5;
+const SLOW_M_PER_S: f32 = 0.04;
+
+#[test]
+fn within_the_step_taps_and_presses_end_as_they_began() {
+    for nodes in [60, 129, 410] {
+        for youngs_modulus_pa in [3.5e3, 100e3] {
+            for depth_limit_m in [4e-3, 5e-3, 6e-3, 8e-3] {
+                let bench = bench(nodes, youngs_modulus_pa, depth_limit_m);
+                let stable = measured(&bench);
+                let substeps = asked(&bench);
+                let bench = bench.with(|p| p.substeps = substeps);
+                let label = format!("{nodes} nodes, {youngs_modulus_pa} Pa, {depth_limit_m} m: {stable:?}, {substeps} substeps");
+                for speed_m_per_s in [TAP_M_PER_S, SLOW_M_PER_S] {
+                    let outcome = press(&bench, speed_m_per_s);
+                    println!("{label}, {speed_m_per_s} m/s: J down to {:.3}", outcome.lowest_j);
+                    assert_eq!(outcome.wrong, None, "{label}, {speed_m_per_s} m/s");
+                    assert!(outcome.lowest_j > 0.0, "{label}, {speed_m_per_s} m/s: J = {}", outcome.lowest_j);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn pressed_tissue_needs_a_shorter_step() {
+    // the tets under a probe that is pressed as deep as it is wide are stiffer by more than a tenth of the step
+    for nodes in [60, 129, 410] {
+        let stable = measured(&bench(nodes, 3.5e3, 8e-3));
+        assert!(stable.pressed_s < 0.9 * stable.rest_s, "{nodes} nodes: {stable:?}");
+    }
+}
+
+/// Lighter nodes have a shorter stable step; one substep a tick stays what it is. Where the press goes wrong is the dynamic limit.
+#[test]
+fn past_the_step_they_do_not() {
+    for (nodes, youngs_modulus_pa, depth_limit_m) in
+        [(60, 3.5e3, 5e-3), (129, 3.5e3, 5e-3), (129, 100e3, 8e-3), (410, 3.5e3, 4e-3), (410, 3.5e3, 8e-3)]
+    {
+        let with_floor = |mass_floor: f32| {
+            bench(nodes, youngs_modulus_pa, depth_limit_m).with(|p| {
+                p.mass_floor = mass_floor;
+                p.contact_mass = 0.0;
+                p.density_kg_per_m3 = 1.0;
+            })
+        };
+        let wrong = |bench: &Bench| press(bench, TAP_M_PER_S).wrong.or_else(|| press(bench, SLOW_M_PER_S).wrong);
+        let (mut good, mut bad) = (16.0_f32, 0.05_f32);
+        assert_eq!(wrong(&with_floor(good)), None);
+        assert!(wrong(&with_floor(bad)).is_some(), "{nodes} nodes stand a mass floor of {bad}");
+        while good / bad > 1.02 {
+            let middle = (good * bad).sqrt();
+            match wrong(&with_floor(middle)) {
+                None => good = middle,
+                Some(_) => bad = middle,
+            }
+        }
+        let (at_limit, with_room) = (asked(&with_floor(bad)), asked(&with_floor(4.0 * good)));
+        let why = wrong(&with_floor(bad)).unwrap_or_default();
+        println!(
+            "{nodes} nodes, {youngs_modulus_pa} Pa, {depth_limit_m} m: 1 ms goes wrong at mass floor {bad:.2} ({why}): {at_limit} substeps asked, {with_room} at four times that floor; bound there {:.3} ms",
+            measured(&with_floor(bad)).pressed_s * 1e3
+        );
+        assert!(at_limit > 1, "{nodes} nodes: {why} with the one substep that is asked for");
+        // twice the step that goes wrong is room enough, else the bound costs substeps for nothing
+        assert_eq!(with_room, 1, "{nodes} nodes: more than one substep at four times the floor at which one goes wrong");
+    }
+}

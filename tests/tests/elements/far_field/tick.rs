@@ -1,0 +1,94 @@
+//! The tick with a rim: it settles to the equilibrium, and what the probe feels is what the rim bears.
+
+use palpate::{Limits, Model, Node, Params, ProbePose, State, tick};
+use palpate_fit::far_field::Sizes;
+use palpate_fit::statics::{Statics, Vector};
+use palpate_tests::bench::{Bench, at_depth};
+use palpate_tissue::mesh::block_with_rim;
+use palpate_tissue::patch::{Material, Memory};
+
+use super::{BLOCK_M, RADIUS_M, far_field, forces, on_bottom, tissue};
+
+/// Off the centre, so that nothing is symmetric [m].
+const PLACE_M: [f64; 2] = [0.0023, -0.0017];
+
+/// What the rim springs pull their nodes with over E [N/Pa], all together.
+fn rim_force(model: &Model, state: &State) -> Vector {
+    let moved = |n: usize| state.nodes()[n].position_m().cast::<f64>() - Vector::from(model.nodes[n].rest_m.map(f64::from));
+    let mut sum = Vector::zeros();
+    for r in model.rim_nodes {
+        let [xx, yy, zz, xy, xz, yz] = r.block_m.map(f64::from);
+        let u = moved(r.node as usize);
+        sum += Vector::new(xx * u.x + xy * u.y + xz * u.z, xy * u.x + yy * u.y + yz * u.z, xz * u.x + yz * u.y + zz * u.z);
+    }
+    for e in model.rim_edges {
+        let [ui, uj] = e.node.map(|n| moved(n.into()));
+        for (n, v) in e.block_m.iter().enumerate() {
+            sum[n / 3] += f64::from(*v) * uj[n % 3];
+            sum[n % 3] += f64::from(*v) * ui[n / 3];
+        }
+    }
+    sum
+}
+
+/// Momentum that a tick adds is what the probe and the rim give: nothing inside the patch pushes it along.
+#[test]
+fn momentum_comes_from_the_probe_and_the_rim_alone() {
+    let bench = Bench::far_field(200, 0.018).with(|p| p.node_damping_per_s = 0.0);
+    let model = bench.patch.wide_model();
+    assert!(model.anchors.is_empty());
+    let mut memory = bench.memory();
+    let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
+    let e = f64::from(bench.params.youngs_modulus_pa);
+    let momentum = |state: &State| -> Vector {
+        let of = |(n, node): (usize, &Node)| node.velocity_m_per_s().cast::<f64>() * f64::from(tuned.mass_kg(n).unwrap());
+        state.nodes().iter().enumerate().map(of).sum()
+    };
+    let mut largest = 0.0_f64;
+    for n in 0..200_u8 {
+        // 40 mm/s to 4 mm, tilted, then a hold in which it swings
+        let depth_m = (-0.5e-3 + 40e-6 * f32::from(n)).min(4e-3);
+        let pose = ProbePose { tip_m: at_depth(depth_m) + Vector::new(0.1, 0.05, 0.0).cast::<f32>() * depth_m };
+        let (before, rim) = (momentum(&state), rim_force(&model, &state) * e);
+        let output = tick(&model, &tuned, &mut state, pose);
+        assert_eq!(output.fault, None);
+        let gained = momentum(&state) - before;
+        let given = -(output.force_n.cast::<f64>() + rim) * 1e-3;
+        largest = largest.max(rim.norm());
+        // rounding: single precision of the sums of all inner forces, a few N over the nodes
+        assert!((gained - given).norm() < 2e-8, "tick {n}: gained {gained:?}, given {given:?}");
+    }
+    assert!(largest > 0.05, "the rim must pull for this to say anything: {largest} N");
+}
+
+#[test]
+fn ticks_settle_to_the_statics_and_the_rim_bears_the_probe() {
+    let sizes = Sizes { radius_m: 0.018, fine_m: 0.004, fine_radius_m: RADIUS_M, growth: 0.45, stroke_m: [0.0; 3] };
+    let whole = tissue(block_with_rim(BLOCK_M, [0.0; 2], &sizes, 0).unwrap(), [0.0; 3], on_bottom);
+    let far = far_field(&whole, &sizes);
+    let patch = far.patch(&Material::default());
+    let model = patch.wide_model();
+    assert!(model.anchors.is_empty(), "nothing but the rim holds this patch");
+    let params =
+        Params { node_damping_per_s: 120.0, limits: Limits { max_sink_m_per_s: 0.1, ..Limits::HIGHEST }, ..Params::default() };
+    let statics = Statics::of(&model, &params).unwrap();
+    let e = f64::from(params.youngs_modulus_pa);
+    let mut memory = Memory::for_model(&model);
+    let (tuned, mut state) = memory.start(&model, &params).unwrap();
+    let tip = |depth_m: f64| ProbePose { tip_m: Vector::new(PLACE_M[0], PLACE_M[1], -depth_m).cast() };
+    tick(&model, &tuned, &mut state, tip(-0.001));
+    for depth_m in [0.001, 0.003, 0.006] {
+        let mut output = tick(&model, &tuned, &mut state, tip(depth_m));
+        for _ in 0..3000 {
+            output = tick(&model, &tuned, &mut state, tip(depth_m));
+        }
+        assert_eq!(output.fault, None);
+        let wanted_n = forces(&statics, Vector::new(PLACE_M[0], PLACE_M[1], 0.0), &[depth_m])[0] * e;
+        let felt_n: Vector = output.force_n.cast();
+        let borne_n = rim_force(&model, &state) * -e;
+        let off = felt_n.z / wanted_n - 1.0;
+        println!("{depth_m} m: {felt_n:?} N, statics {wanted_n:.5} N, rim {borne_n:?} N");
+        assert!(off.abs() < 3e-3, "{depth_m} m: {} N, statics {wanted_n} N", felt_n.z);
+        assert!((felt_n - borne_n).norm() < 3e-3 * felt_n.norm(), "{depth_m} m: {felt_n:?} N felt, {borne_n:?} N borne");
+    }
+}

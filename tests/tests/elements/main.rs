@@ -1,0 +1,10 @@
+//! Meshes and finite elements.
+
+mod block_mesh;
+mod far_field;
+mod fem_reference;
+mod hanging_reference;
+mod mesh_import;
+mod organ_meshes;
+mod statics_agree;
+mod whole_organ;

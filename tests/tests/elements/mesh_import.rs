@@ -1,0 +1,44 @@
+//! Mesh import: every format, every defect, damaged files, real files.
+
+mod block;
+mod damage;
+mod defects;
+mod formats;
+mod liver;
+mod round_trip;
+mod size;
+mod surface;
+mod syntax;
+mod write;
+
+use std::fs;
+use std::path::Path;
+
+use palpate_tissue::mesh::MeshError;
+use palpate_tissue::mesh::import::{Imported, import};
+
+/// Writes `files` (name, content) to a fresh directory and imports the first one, a metre a unit.
+fn import_files(files: &[(&str, &[u8])]) -> Result<Imported, MeshError> {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    for (name, content) in files {
+        fs::write(dir.path().join(name), content).expect("writable temporary directory");
+    }
+    import(&dir.path().join(files[0].0), 1.0)
+}
+
+fn import_text(name: &str, text: &str) -> Result<Imported, MeshError> {
+    import_files(&[(name, text.as_bytes())])
+}
+
+/// The message without the directory of the file.
+fn message(result: Result<Imported, MeshError>) -> String {
+    match result {
+        Ok(imported) => panic!("imported: {:?}", imported.report),
+        Err(error) => {
+            let mut error = error;
+            let name = Path::new(&error.file).file_name().expect("a file name");
+            error.file = name.to_string_lossy().into_owned();
+            error.to_string()
+        }
+    }
+}

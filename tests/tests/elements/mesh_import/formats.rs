@@ -1,0 +1,118 @@
+//! Which files are taken for what, and what is refused as a whole.
+
+use crate::mesh_import::{import_files, import_text, message};
+
+const ONE_TET: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n$Elements\n1\n1 4 2 9 1 1 2 3 4\n$EndElements\n";
+
+#[test]
+fn line_ends_byte_order_mark_and_extension_do_not_matter() {
+    let expected = import_text("a.msh", ONE_TET).unwrap();
+    assert_eq!(expected.mesh.regions, [9]);
+    let dos = ONE_TET.replace('\n', "\r\n");
+    let marked = format!("\u{feff}\n{ONE_TET}");
+    let spaced = ONE_TET.replace('\n', "  \n\n");
+    for (name, text) in [("a.msh", &dos), ("a.MSH", &marked), ("mesh", &spaced), ("a.txt", &dos)] {
+        assert_eq!(import_text(name, text).unwrap(), expected, "{text:?}");
+    }
+}
+
+#[test]
+fn either_file_of_a_tetgen_pair_finds_the_other() {
+    let node = ("a.1.node", b"4 3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n".as_slice());
+    let ele = ("a.1.ele", b"1 4\n1 1 2 3 4\n".as_slice());
+    let from_node = import_files(&[node, ele]).unwrap();
+    assert_eq!(from_node, import_files(&[ele, node]).unwrap());
+    assert_eq!(from_node.report.format, "TetGen");
+    let missing = message(import_files(&[node]));
+    assert!(missing.starts_with("a.1.ele: cannot read the file ("), "{missing}");
+}
+
+#[test]
+fn unused_nodes_are_left_out_and_counted() {
+    let text = ONE_TET.replace("$Nodes\n4\n", "$Nodes\n6\n90 7 7 7\n").replace("3 0 1 0\n", "3 0 1 0\n80 7 7 7\n");
+    let imported = import_text("a.msh", &text).unwrap();
+    assert_eq!(imported.report.unused_nodes, 2);
+    assert_eq!(imported.mesh, import_text("a.msh", ONE_TET).unwrap().mesh);
+}
+
+#[test]
+fn what_is_not_read_is_refused_by_name() {
+    let vtk = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\n";
+    for (name, text, expected) in [
+        ("a.msh", String::new(), "a.msh: the file is empty: re-export the mesh"),
+        ("a.msh", " \n".into(), "a.msh: the file is empty: re-export the mesh"),
+        (
+            "a.stl",
+            "solid organ\nfacet".into(),
+            "a.stl: unknown mesh format (starts with `solid organ`): export as Gmsh 2.2 or 4.1 ASCII, TetGen .node/.ele or legacy ASCII VTK",
+        ),
+        ("a.vtu", "<?xml version=\"1.0\"?>\n".into(), "a.vtu: XML VTK is not read: export as legacy ASCII VTK (.vtk)"),
+        ("a.vtu", "<VTKFile>".into(), "a.vtu: XML VTK is not read: export as legacy ASCII VTK (.vtk)"),
+        ("a.msh", ONE_TET.replace("2.2 0 8", "2.2 1 8"), "a.msh:2: binary Gmsh is not read: export as ASCII"),
+        ("a.msh", ONE_TET.replace("2.2 0", "4 0"), "a.msh:2: Gmsh version `4` is not read: export as Gmsh 2.2 or 4.1 ASCII"),
+        ("a.msh", ONE_TET.replace("2.2 0", "9 0"), "a.msh:2: Gmsh version `9` is not read: export as Gmsh 2.2 or 4.1 ASCII"),
+        (
+            "a.msh",
+            ONE_TET.replace("$Nodes", "$PartitionedEntities"),
+            "a.msh:4: a partitioned mesh is not read: export it as one partition",
+        ),
+        (
+            "a.msh",
+            ONE_TET.replace("1 4 2 9 1 1 2 3 4", "1 11 2 9 1 1 2 3 4 5 6 7 8 9 10"),
+            "a.msh:13: tets of higher order are not read: export with 4 nodes a tet",
+        ),
+        ("a.vtk", vtk.replace("ASCII", "BINARY"), "a.vtk:3: binary legacy VTK is not read: export as ASCII"),
+        ("a.vtk", vtk.replace("3.0", "9.0"), "a.vtk:1: legacy VTK version `9.0` is not read: export as version 2.0 to 5.1"),
+        (
+            "a.vtk",
+            vtk.replace("UNSTRUCTURED_GRID", "POLYDATA"),
+            "a.vtk:4: VTK data set `POLYDATA` is not read: export as UNSTRUCTURED_GRID",
+        ),
+        (
+            "a.vtk",
+            format!("{vtk}POINTS 1 float 0 0 0 CELLS 1 11 10 0 0 0 0 0 0 0 0 0 0 CELL_TYPES 1 24"),
+            "a.vtk:5: tets of higher order are not read: export with 4 nodes a tet",
+        ),
+    ] {
+        assert_eq!(message(import_text(name, &text)), expected);
+    }
+    let quadratic = [("a.ele", b"1 10\n1 1 2 3 4 5 6 7 8 9 10".as_slice()), ("a.node", b"1 3\n1 0 0 0")];
+    assert_eq!(message(import_files(&quadratic)), "a.ele:1: tets of higher order are not read: export with 4 nodes a tet");
+}
+
+#[test]
+fn a_path_that_is_no_file_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let import = |path: &std::path::Path, unit| message(palpate_tissue::mesh::import::import(path, unit));
+    assert!(import(&dir.path().join("none.msh"), 1.0).starts_with("none.msh: cannot read the file ("));
+    let folder = dir.path().join("folder.msh");
+    std::fs::create_dir(&folder).unwrap();
+    assert_eq!(import(&folder, 1.0), "folder.msh: not a regular file: give the path of a mesh file");
+    for unit in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(import(&folder, unit).starts_with("folder.msh: length unit of "));
+    }
+}
+
+#[test]
+fn a_file_larger_than_any_mesh_that_fits_is_not_read() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.msh");
+    // Holes on disk: the length alone counts.
+    let file = std::fs::File::create(&path).unwrap();
+    file.set_len((512 << 20) + 1).unwrap();
+    assert_eq!(
+        message(palpate_tissue::mesh::import::import(&path, 1.0)),
+        "a.msh: larger than 512 MiB: export only the volume mesh, without results"
+    );
+}
+
+#[test]
+fn control_characters_of_a_file_do_not_reach_the_message() {
+    let text = ONE_TET.replace("2 1 0 0", "2 1 0\u{1b}[2J 0");
+    assert_eq!(
+        message(import_text("a.msh", &text)),
+        "a.msh:7: expected a coordinate, found `0\u{fffd}[2J`: fix the line or re-export the mesh"
+    );
+    let error = palpate_tissue::mesh::import::import("no\nfile.msh".as_ref(), 1.0).unwrap_err();
+    assert_eq!(error.file, "no\u{fffd}file.msh");
+}

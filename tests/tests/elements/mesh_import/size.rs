@@ -1,0 +1,70 @@
+//! Large files: read fast, or refused before they cost anything.
+
+use std::fmt::Write;
+use std::time::{Duration, Instant};
+
+use crate::mesh_import::write::{FORMATS, write};
+use crate::mesh_import::{block, import_files, import_text, message};
+
+#[test]
+fn twenty_thousand_nodes_are_read_in_well_under_a_second() {
+    let mesh = block::regular([26; 3]);
+    let limit = Duration::from_secs(if cfg!(debug_assertions) { 5 } else { 1 });
+    for format in FORMATS {
+        let files = write(format, &mesh, 7);
+        let files: Vec<_> = files.iter().map(|(name, text)| (*name, text.as_bytes())).collect();
+        let start = Instant::now();
+        let imported = import_files(&files).unwrap();
+        let taken = start.elapsed();
+        eprintln!("{format:?}: {} nodes, {} tets, {taken:?}", imported.report.nodes, imported.report.tets);
+        assert!(taken < limit, "{format:?}: {taken:?}");
+    }
+}
+
+#[test]
+fn an_absurd_count_is_refused_without_allocating_for_it() {
+    let huge = "1000000000000";
+    let node = format!("{huge} 3 0 0\n0 0 0 0\n");
+    for (name, text, expected) in [
+        (
+            "a.msh",
+            format!("$NOD\n{huge}\n1 0 0 0\n"),
+            "a.msh:3: $NOD announces 1000000000000 nodes but holds 1: re-export the mesh",
+        ),
+        (
+            "a.msh",
+            format!("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 1 1 1\n3 1 0 {huge}\n1\n$EndNodes\n"),
+            "a.msh:8: a block of $Nodes announces 1000000000000 tags but holds 1: re-export the mesh",
+        ),
+        ("a.node", node, "a.node:2: .node announces 1000000000000 nodes but holds 1: re-export the mesh"),
+        (
+            "a.vtk",
+            format!("# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS {huge} float\n0 0 0\nCELLS 1 5\n"),
+            "a.vtk:7: POINTS announces 1000000000000 points but holds 1: re-export the mesh",
+        ),
+    ] {
+        let files = [(name, text.as_bytes()), ("a.ele", b"1 4 0\n1 1 2 3 4\n".as_slice())];
+        assert_eq!(message(import_files(&files)), expected);
+    }
+}
+
+/// A chain of tets, each on the last three nodes of the one before.
+fn chain(nodes: usize) -> String {
+    let mut text = format!("$NOD\n{nodes}\n");
+    for node in 1..=nodes {
+        writeln!(text, "{node} {node} 0 0").unwrap();
+    }
+    writeln!(text, "$ENDNOD\n$ELM\n{}", nodes - 3).unwrap();
+    for tet in 1..=nodes - 3 {
+        writeln!(text, "{tet} 4 1 1 4 {tet} {} {} {}", tet + 1, tet + 2, tet + 3).unwrap();
+    }
+    text + "$ENDELM\n"
+}
+
+#[test]
+fn a_node_count_that_does_not_fit_the_core_is_refused() {
+    let too_many = message(import_text("a.msh", &chain(65_536)));
+    assert_eq!(too_many, "a.msh: 65536 nodes in use, at most 65535 fit: coarsen the mesh");
+    let just_enough = message(import_text("a.msh", &chain(65_535)));
+    assert!(just_enough.starts_with("a.msh: the mesh is 6.6e7 x 0.0e0 x 0.0e0 mm"), "{just_enough}");
+}

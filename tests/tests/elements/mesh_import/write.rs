@@ -1,0 +1,174 @@
+//! Writers for every format that is read, with the extras real files carry.
+
+use std::fmt::Write;
+
+use palpate_tissue::mesh::TetMesh;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Format {
+    Gmsh1,
+    Gmsh2,
+    Gmsh4,
+    /// First number 0 or 1.
+    TetGen(u64),
+    Vtk4,
+    Vtk5,
+}
+
+pub const FORMATS: [Format; 7] =
+    [Format::Gmsh1, Format::Gmsh2, Format::Gmsh4, Format::TetGen(0), Format::TetGen(1), Format::Vtk4, Format::Vtk5];
+
+impl Format {
+    pub fn has_regions(self) -> bool {
+        !matches!(self, Self::Vtk4 | Self::Vtk5)
+    }
+}
+
+/// The files of `mesh`, name and text. Gmsh nodes are numbered `stride * index + 1`.
+pub fn write(format: Format, mesh: &TetMesh, stride: u64) -> Vec<(&'static str, String)> {
+    match format {
+        Format::Gmsh1 => vec![("mesh.msh", gmsh1(mesh, stride))],
+        Format::Gmsh2 => vec![("mesh.msh", gmsh2(mesh, stride))],
+        Format::Gmsh4 => vec![("mesh.msh", gmsh4(mesh, stride))],
+        Format::TetGen(base) => vec![("mesh.1.node", tetgen_node(mesh, base)), ("mesh.1.ele", tetgen_ele(mesh, base))],
+        Format::Vtk4 => vec![("mesh.vtk", vtk(mesh, "3.0", &vtk_cells_4(mesh)))],
+        Format::Vtk5 => vec![("mesh.vtk", vtk(mesh, "5.1", &vtk_cells_5(mesh)))],
+    }
+}
+
+/// Lines, each from `format_args!`.
+macro_rules! lines {
+    ($text:ident, $($line:expr),+ $(,)?) => { $( writeln!($text, "{}", $line).unwrap(); )+ };
+}
+
+fn spaced<T: ToString>(items: impl IntoIterator<Item = T>) -> String {
+    let words: Vec<_> = items.into_iter().map(|item| item.to_string()).collect();
+    words.join(" ")
+}
+
+fn tag(node: u32, stride: u64) -> u64 {
+    u64::from(node) * stride + 1
+}
+
+fn numbered_nodes(text: &mut String, mesh: &TetMesh, stride: u64) {
+    lines!(text, mesh.nodes_m.len());
+    for (node, at) in (0..).zip(&mesh.nodes_m) {
+        lines!(text, format_args!("{} {}", tag(node, stride), spaced(at)));
+    }
+}
+
+fn gmsh1(mesh: &TetMesh, stride: u64) -> String {
+    let mut text = String::from("$NOD\n");
+    numbered_nodes(&mut text, mesh, stride);
+    lines!(text, "$ENDNOD", "$ELM", mesh.tets.len() + 1, "1 2 7 7 3 1 2 3");
+    for (number, (tet, region)) in (2..).zip(mesh.tets.iter().zip(&mesh.regions)) {
+        let nodes = spaced(tet.map(|node| tag(node, stride)));
+        lines!(text, format_args!("{number} 4 {region} 1 4 {nodes}"));
+    }
+    lines!(text, "$ENDELM");
+    text
+}
+
+fn gmsh2(mesh: &TetMesh, stride: u64) -> String {
+    let mut text = String::from("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n");
+    lines!(text, "$PhysicalNames", 1, "3 1 \"liver tissue\"", "$EndPhysicalNames", "$Nodes");
+    numbered_nodes(&mut text, mesh, stride);
+    lines!(text, "$EndNodes", "$Elements", mesh.tets.len() + 1, "1 2 2 7 7 1 2 3");
+    for (number, (tet, region)) in (2..).zip(mesh.tets.iter().zip(&mesh.regions)) {
+        let nodes = spaced(tet.map(|node| tag(node, stride)));
+        lines!(text, format_args!("{number} 4 3 -{region} 1 0 {nodes}"));
+    }
+    lines!(text, "$EndElements", "$NodeData", 1, "\"pressure\"", "$EndNodeData");
+    text
+}
+
+fn gmsh4(mesh: &TetMesh, stride: u64) -> String {
+    let mut text = String::from("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n");
+    // Volume 10 + r holds region r; region 0 has no physical group.
+    lines!(text, "$Entities", "1 0 1 4", "1 0 0 0 0", "5 0 0 0 1 1 1 1 3 0");
+    lines!(text, "10 0 0 0 1 1 1 0 1 5");
+    for region in 1..4 {
+        lines!(text, format_args!("{} 0 0 0 1 1 1 1 {region} 1 5", 10 + region));
+    }
+    let (nodes, half) = (mesh.nodes_m.len(), mesh.nodes_m.len() / 2);
+    lines!(text, "$EndEntities", "$Nodes", format_args!("3 {nodes} 1 {nodes}"));
+    lines!(text, "0 1 0 0");
+    for (header, from, to, parameters) in [("2 5 1", 0, half, " 0.5 0.25"), ("3 10 0", half, nodes, "")] {
+        lines!(text, format_args!("{header} {}", to - from));
+        for node in from..to {
+            lines!(text, tag(u32::try_from(node).unwrap(), stride));
+        }
+        for at in &mesh.nodes_m[from..to] {
+            lines!(text, format_args!("{}{parameters}", spaced(at)));
+        }
+    }
+    let tets: Vec<_> = mesh.tets.iter().zip(&mesh.regions).zip(2..).collect();
+    let runs: Vec<_> = tets.chunk_by(|((_, a), _), ((_, b), _)| a == b).collect();
+    let count = tets.len() + 1;
+    lines!(text, "$EndNodes", "$Elements", format_args!("{} {count} 1 {count}", runs.len() + 1));
+    lines!(text, "2 5 2 1", "1 1 2 3");
+    for run in runs {
+        let ((_, region), _) = run[0];
+        lines!(text, format_args!("3 {} 4 {}", 10 + region, run.len()));
+        for ((tet, _), number) in run {
+            lines!(text, format_args!("{number} {}", spaced(tet.map(|node| tag(node, stride)))));
+        }
+    }
+    lines!(text, "$EndElements");
+    text
+}
+
+fn tetgen_node(mesh: &TetMesh, base: u64) -> String {
+    let mut text = String::from("# Node count, dimension, attributes, marker\n");
+    lines!(text, format_args!("{}  3  1  1", mesh.nodes_m.len()));
+    for (number, at) in (base..).zip(&mesh.nodes_m) {
+        lines!(text, format_args!("  {number}  {}  -1.5  2 # here", spaced(at)));
+    }
+    text
+}
+
+fn tetgen_ele(mesh: &TetMesh, base: u64) -> String {
+    let mut text = format!("{}  4  2\n\n", mesh.tets.len());
+    for (number, (tet, region)) in (base..).zip(mesh.tets.iter().zip(&mesh.regions)) {
+        let nodes = spaced(tet.map(|node| u64::from(node) + base));
+        lines!(text, format_args!("  {number}  {nodes}  0.5  {region}.0"));
+    }
+    lines!(text, "# Generated by a test");
+    text
+}
+
+fn vtk(mesh: &TetMesh, version: &str, cells: &str) -> String {
+    let mut text = format!("# vtk DataFile Version {version}\n\nASCII\nDATASET UNSTRUCTURED_GRID\n");
+    lines!(text, "FIELD FieldData 1", "TIME 1 1 double", "0.5");
+    lines!(text, format_args!("POINTS {} double", mesh.nodes_m.len()));
+    // Three points a line, as VTK itself breaks them.
+    for points in mesh.nodes_m.chunks(3) {
+        lines!(text, spaced(points.iter().flatten()));
+    }
+    lines!(text, "METADATA", "INFORMATION 0", "");
+    text.push_str(cells);
+    lines!(text, format_args!("CELL_TYPES {}", mesh.tets.len() + 1), 5);
+    for _ in &mesh.tets {
+        lines!(text, 10);
+    }
+    lines!(text, "CELL_DATA 1", "SCALARS material int 1", "LOOKUP_TABLE default", 1);
+    text
+}
+
+fn vtk_cells_4(mesh: &TetMesh) -> String {
+    let count = mesh.tets.len();
+    let mut text = format!("CELLS {} {}\n3 0 1 2\n", count + 1, 5 * count + 4);
+    for tet in &mesh.tets {
+        lines!(text, format_args!("4 {}", spaced(tet)));
+    }
+    text
+}
+
+fn vtk_cells_5(mesh: &TetMesh) -> String {
+    let count = mesh.tets.len();
+    let offsets = (0..=count).map(|cell| 4 * cell + 3);
+    let mut text = format!("CELLS {} {}\n", count + 2, 4 * count + 3);
+    lines!(text, "OFFSETS vtktypeint64", format_args!("0 {}", spaced(offsets)));
+    lines!(text, "CONNECTIVITY vtktypeint64", "0 1 2", spaced(mesh.tets.iter().flatten()));
+    text
+}

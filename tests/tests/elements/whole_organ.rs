@@ -1,0 +1,283 @@
+//! A whole organ meshed anew around a site: it keeps its shape, is fine where it should be, and presses as an independent mesh says.
+
+use std::fmt::Write;
+
+use nalgebra::Vector3;
+use palpate_fit::far_field::Sizes;
+use palpate_fit::far_field::organ_reference::organ_reference;
+use palpate_fit::far_field::whole::{from_stroke_m, whole};
+use palpate_tests::palpate_command::{Desk, repository};
+use palpate_tests::press_run::{SMALL_BLOCK, edited};
+use palpate_tissue::answer::Answer;
+use palpate_tissue::mesh::import::import;
+use palpate_tissue::mesh::surface::{edges, pieces, surface};
+use palpate_tissue::mesh::{BlockSpec, ClosedSurface, TetMesh, block};
+use palpate_tissue::organ::Organ;
+use palpate_tissue::scene::Scene;
+use palpate_tissue::tissue::Placed;
+
+type V3 = Vector3<f64>;
+
+const SMALL: Sizes = Sizes { radius_m: 0.017, fine_m: 0.0046, fine_radius_m: 0.008, growth: 0.45, stroke_m: [0.0; 3] };
+const SIDES_M: [f64; 3] = [0.08, 0.08, 0.04];
+
+fn msh(mesh: &TetMesh) -> String {
+    let mut text = format!("$NOD\n{}\n", mesh.nodes_m.len());
+    for (n, [x, y, z]) in mesh.nodes_m.iter().enumerate() {
+        writeln!(text, "{} {x} {y} {z}", n + 1).unwrap();
+    }
+    writeln!(text, "$ENDNOD\n$ELM\n{}", mesh.tets.len()).unwrap();
+    for (t, [a, b, c, d]) in mesh.tets.iter().enumerate() {
+        writeln!(text, "{} 4 1 1 4 {} {} {} {}", t + 1, a + 1, b + 1, c + 1, d + 1).unwrap();
+    }
+    text + "$ENDELM\n"
+}
+
+/// A scene with other tissue, pressed at a site.
+fn scene_of(desk: &Desk, source: &str, site: [f64; 3]) -> Scene {
+    let scene = edited(SMALL_BLOCK, "block_m = [0.08, 0.08, 0.04]", source);
+    let scene = edited(&edited(&scene, "nodes = 129", ""), "position_m = [0.0, 0.0]", &format!("site = {site:?}"));
+    desk.put("scene.toml", scene);
+    Scene::load(desk.folder().join("scene.toml").to_str().unwrap()).unwrap()
+}
+
+/// The standard block as a mesh file.
+fn block_file(desk: &Desk, site: [f64; 3]) -> Scene {
+    let mesh = block(&BlockSpec { size_m: SIDES_M, nodes: 300, fine_at_m: [0.0; 2], fine_radius_m: 0.01 }).unwrap();
+    desk.put("block.msh", msh(&mesh));
+    scene_of(desk, "mesh = \"block.msh\"\nlength_unit = \"m\"", site)
+}
+
+/// Distance to the block's surface by its formula.
+fn from_block_m(x: &[f64; 3]) -> f64 {
+    let half = 0.5 * V3::from(SIDES_M);
+    let q = (V3::from(*x) + V3::new(0.0, 0.0, half.z)).abs() - half;
+    q.map(|c| c.max(0.0)).norm() + q.max().min(0.0)
+}
+
+fn volumes_m3(mesh: &TetMesh) -> Vec<f64> {
+    let six = |t: &[u32; 4]| {
+        let [a, b, c, d] = t.map(|n| V3::from(mesh.nodes_m[n as usize]));
+        (b - a).cross(&(c - a)).dot(&(d - a))
+    };
+    mesh.tets.iter().map(|t| six(t) / 6.0).collect()
+}
+
+fn surface_nodes(mesh: &TetMesh) -> Vec<u32> {
+    let mut nodes: Vec<u32> = surface(&mesh.tets).into_iter().flatten().collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
+/// Nodes of the tets whose centroid is in the patch.
+fn patch_nodes(placed: &Placed, sizes: &Sizes) -> usize {
+    let mesh = &placed.tissue.mesh;
+    let middle = |t: &&[u32; 4]| [0, 1, 2].map(|k| t.iter().map(|n| mesh.nodes_m[*n as usize][k]).sum::<f64>() / 4.0);
+    let inside = |t: &&[u32; 4]| from_stroke_m(placed.tissue.site_m, sizes.stroke_m, middle(t)) <= sizes.radius_m;
+    let mut nodes: Vec<u32> = mesh.tets.iter().filter(inside).flatten().copied().collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes.len()
+}
+
+/// Mean length of the edges within `reach_m` of the stroke [m].
+fn mean_edge_m(placed: &Placed, sizes: &Sizes, reach_m: f64) -> f64 {
+    let mesh = &placed.tissue.mesh;
+    let near = |n: u32| from_stroke_m(placed.tissue.site_m, sizes.stroke_m, mesh.nodes_m[n as usize]) <= reach_m;
+    let place = |n: u32| V3::from(mesh.nodes_m[n as usize]);
+    let lengths: Vec<f64> =
+        edges(&mesh.tets).into_iter().filter(|[i, j]| near(*i) && near(*j)).map(|[i, j]| (place(i) - place(j)).norm()).collect();
+    assert!(lengths.len() > 20, "{}", lengths.len());
+    lengths.iter().sum::<f64>() / lengths.len() as f64
+}
+
+#[track_caller]
+fn sound(placed: &Placed) {
+    let mesh = &placed.tissue.mesh;
+    assert!(volumes_m3(mesh).iter().all(|v| *v > 0.0));
+    assert_eq!(pieces(&mesh.tets), 1);
+    let site = V3::from(placed.tissue.site_m);
+    assert!(mesh.nodes_m.iter().any(|x| (V3::from(*x) - site).norm() < 1e-9), "no node at the site");
+    assert!(!placed.tissue.anchors.is_empty() && placed.tissue.anchors.len() < mesh.nodes_m.len() / 2);
+}
+
+#[test]
+fn a_block_from_a_file_keeps_its_shape_and_is_fine_at_the_site() {
+    let desk = Desk::default();
+    let placed = whole(&block_file(&desk, [0.004, -0.003, 0.001]), &[], &SMALL).unwrap();
+    sound(&placed);
+    let mesh = &placed.tissue.mesh;
+    assert_eq!(placed.axis, [0.0, 0.0, 1.0]);
+    assert!(placed.import.as_ref().is_some_and(|i| i.nodes == 300));
+    let off_m = surface_nodes(mesh).iter().map(|n| from_block_m(&mesh.nodes_m[*n as usize]).abs()).fold(0.0, f64::max);
+    let volume_share = volumes_m3(mesh).iter().sum::<f64>() / SIDES_M.iter().product::<f64>();
+    let (fine_m, nodes) = (mean_edge_m(&placed, &SMALL, 0.009), patch_nodes(&placed, &SMALL));
+    println!(
+        "{} nodes, patch {nodes}; {off_m:e} m off; volume {volume_share:.4}; edges {:.3} mm",
+        mesh.nodes_m.len(),
+        fine_m * 1e3
+    );
+    assert!(off_m < 1e-12);
+    // edges and corners of the block are cut off where the mesh is coarse
+    assert!((0.94..1.0).contains(&volume_share));
+    assert!((fine_m / SMALL.fine_m - 1.0).abs() < 0.1);
+    assert!((50..=125).contains(&nodes));
+    // far away elements are coarser: as many of the finest would fill the block with thousands of nodes
+    assert!(mesh.nodes_m.len() < 900);
+    // all of the bottom is held, and nothing else
+    let heights = placed.tissue.anchors.iter().map(|n| mesh.nodes_m[*n as usize][2]);
+    assert!(heights.fold(-1.0, f64::max) < -0.03);
+    assert!((0_u32..).zip(&mesh.nodes_m).all(|(n, x)| x[2] > -0.04 + 1e-9 || placed.tissue.anchors.contains(&n)));
+}
+
+#[test]
+fn a_block_from_a_file_presses_as_the_reference_of_the_block() {
+    let desk = Desk::default();
+    let scene = block_file(&desk, [0.0; 3]);
+    let placed = whole(&scene, &[], &SMALL).unwrap();
+    let found = organ_reference(&scene, &placed, &[[0.0, 0.0], [0.004, 0.0]], &[0.002], |_, _| {}).unwrap();
+    let answer = Answer::block();
+    for (place, x) in found.places.iter().zip([0.0, 0.004]) {
+        let expected = answer.hold([x, 0.0, 0.0], 0.002).unwrap().force_over_e_m2;
+        let off = place.force_over_e_m2[0] / expected - 1.0;
+        println!(
+            "at {:?}: {:.4} mm^2, {:+.2} % off; own estimate {:.2} %",
+            place.place_m,
+            place.force_over_e_m2[0] * 1e6,
+            off * 100.0,
+            found.error[0] * 100.0
+        );
+        assert!(off.abs() < 0.02, "{off}");
+        assert!((V3::from(place.place_m) - V3::new(x, 0.0, 0.0)).norm() < 1e-9);
+    }
+}
+
+#[test]
+fn a_stroke_is_fine_all_along() {
+    let desk = Desk::default();
+    let scene = block_file(&desk, [0.0; 3]);
+    let sizes = Sizes { stroke_m: [0.03, 0.0, 0.0], ..SMALL };
+    let placed = whole(&scene, &[], &sizes).unwrap();
+    sound(&placed);
+    let (own_m, nodes) = (mean_edge_m(&placed, &sizes, 0.009), patch_nodes(&placed, &sizes));
+    let ends: Vec<f64> = [-0.015, 0.015]
+        .map(|x| {
+            let mut end = placed.clone();
+            end.tissue.site_m = [x, 0.0, 0.0];
+            mean_edge_m(&end, &SMALL, 0.008)
+        })
+        .into();
+    println!("edges {:.3} mm, at the ends {ends:.5?} m; {nodes} nodes", own_m * 1e3);
+    assert!(ends.iter().chain([&own_m]).all(|m| (m / SMALL.fine_m - 1.0).abs() < 0.1));
+    assert!(nodes > patch_nodes(&whole(&scene, &[], &SMALL).unwrap(), &SMALL) + 40);
+}
+
+#[test]
+fn organs_of_our_own_lie_on_their_shape_with_layers_and_bones() {
+    for (name, site) in [("abdomen", [0.03, 0.0, 0.104]), ("foot", [-0.075, 0.0, 0.031]), ("liver", [0.0, 0.044, 0.046])] {
+        let organ = Organ::named(name).unwrap();
+        let desk = Desk::default();
+        let region = organ.regions()[0].name;
+        let source = format!("organ = \"{name}\"\nregion = [{{ name = \"{region}\", youngs_modulus_pa = 35000.0 }}]");
+        let placed = whole(&scene_of(&desk, &source, site), &[], &SMALL).unwrap();
+        sound(&placed);
+        let mesh = &placed.tissue.mesh;
+        let off_m = surface_nodes(mesh).iter().map(|n| organ.implicit_m(mesh.nodes_m[*n as usize]).abs()).fold(0.0, f64::max);
+        println!("{name}: {} nodes, patch {}, {off_m:e} m off", mesh.nodes_m.len(), patch_nodes(&placed, &SMALL));
+        assert!(off_m < 1e-9);
+        // ten times as stiff where all of a tet is in the region, by its corners' depths; a thin skin is a share of any
+        let ratios = &placed.tissue.stiffness_ratio;
+        assert!(ratios.iter().all(|r| (1.0 - 1e-12..=10.0 + 1e-12).contains(r)));
+        assert!(ratios.iter().any(|r| *r > 1.05));
+        let in_bone = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| organ.bone_m(**x).is_some_and(|d| d <= 0.0));
+        let bones: Vec<u32> = in_bone.map(|(n, _)| n).collect();
+        assert_eq!(bones.is_empty(), name != "foot");
+        assert!(bones.iter().all(|n| placed.tissue.anchors.contains(n)));
+    }
+}
+
+#[test]
+fn a_real_liver_keeps_its_facets_if_it_is_there() {
+    let path = repository().join("../shared/data/liver.msh");
+    if !path.is_file() {
+        println!("skipped: {} is not there", path.display());
+        return;
+    }
+    let desk = Desk::default();
+    let source = format!("mesh = {:?}\nlength_unit = 0.025", path.canonicalize().unwrap());
+    let placed = whole(&scene_of(&desk, &source, [-0.073, 0.078, 0.056]), &[], &SMALL).unwrap();
+    sound(&placed);
+    let file = import(&path, 0.025).unwrap().mesh;
+    let (mesh, own) = (&placed.tissue.mesh, ClosedSurface::of(&file).unwrap());
+    let off_m = surface_nodes(mesh).iter().map(|n| own.foot(mesh.nodes_m[*n as usize]).distance_m.abs()).fold(0.0, f64::max);
+    // back: points of the file's facets near the site, from the new surface
+    let new = ClosedSurface::of(mesh).unwrap();
+    let site = V3::from(placed.tissue.site_m);
+    let mut back_m = [0.0_f64; 2];
+    for t in surface(&file.tets) {
+        let [a, b, c] = t.map(|n| V3::from(file.nodes_m[n as usize]));
+        for (i, j) in (0..=20).flat_map(|i| (0..=20 - i).map(move |j| (i, j))) {
+            let x = a + (b - a) * (f64::from(i) / 20.0) + (c - a) * (f64::from(j) / 20.0);
+            let off_m = new.foot(x.into()).distance_m.abs();
+            for (most, reach_m) in back_m.iter_mut().zip([0.008, 0.017]) {
+                if (x - site).norm() <= reach_m {
+                    *most = most.max(off_m);
+                }
+            }
+        }
+    }
+    println!("{} nodes, patch {}, {off_m:e} m off; back {back_m:.6?} m", mesh.nodes_m.len(), patch_nodes(&placed, &SMALL));
+    assert!(off_m < 1e-9);
+    // ridges between facets are cut by elements of the size there
+    assert!(back_m[0] < 0.1 * SMALL.fine_m && back_m[1] < 0.35 * SMALL.fine_m);
+}
+
+#[track_caller]
+fn refused(scene: &Scene, sizes: &Sizes, says: &[&str]) -> String {
+    let error = whole(scene, &[], sizes).map(|p| p.tissue.mesh.nodes_m.len()).unwrap_err().to_string();
+    assert_eq!(error.lines().count(), 1, "{error}");
+    for words in says {
+        assert!(error.contains(words), "not a word of `{words}`: {error}");
+    }
+    error
+}
+
+#[test]
+fn what_cannot_be_cut_out_is_refused_with_what_would_do() {
+    let desk = Desk::default();
+    let away = refused(&block_file(&desk, [0.01, 0.0, 0.02]), &SMALL, &["probe.site", "20.0 mm from the surface", "site = ["]);
+    let site: Vec<f64> =
+        away.split("site = [").nth(1).unwrap().trim_end_matches(']').split(", ").map(|c| c.parse().unwrap()).collect();
+    let scene = block_file(&desk, [site[0], site[1], site[2]]);
+    whole(&scene, &[], &SMALL).unwrap();
+
+    let wide = refused(&scene, &Sizes { radius_m: 0.06, ..SMALL }, &["0.0600 m", "cm^3", "more than half", "at most"]);
+    let most: f64 = wide.split("at most ").nth(1).unwrap().trim_end_matches(" m").parse().unwrap();
+    // half of the block is reached between half of its height and half of its width
+    assert!((0.025..0.045).contains(&most), "{wide}");
+    whole(&scene, &[], &Sizes { radius_m: most, ..SMALL }).unwrap();
+
+    // pressed on its base, a slender pyramid has nothing that faces away
+    let nodes_m = vec![[0.03, 0.0, 0.0], [-0.02, 0.03, 0.0], [-0.02, -0.03, 0.0], [0.0, 0.0, -0.12]];
+    desk.put("pyramid.msh", msh(&TetMesh { nodes_m, tets: vec![[0, 1, 2, 3]], regions: vec![0] }));
+    let pyramid = scene_of(&desk, "mesh = \"pyramid.msh\"\nlength_unit = \"m\"", [0.0; 3]);
+    refused(&pyramid, &SMALL, &["probe.site", "to rest on", "another side"]);
+
+    for (sizes, says) in [
+        (Sizes { radius_m: f64::NAN, ..SMALL }, "radius is NaN"),
+        (Sizes { fine_m: 0.0, ..SMALL }, "fine edge is 0"),
+        (Sizes { growth: -1.0, ..SMALL }, "growth"),
+        (Sizes { stroke_m: [f64::INFINITY, 0.0, 0.0], ..SMALL }, "stroke"),
+        (Sizes { fine_m: 2e-4, fine_radius_m: 0.1, ..SMALL }, "larger spacing"),
+    ] {
+        refused(&scene, &sizes, &[says]);
+    }
+    let placed = whole(&scene, &[], &SMALL).unwrap();
+    for (offset_m, depths_m, says) in
+        [([0.2, 0.0], [0.001, 0.002], "press nearer"), ([0.0; 2], [0.002, 0.001], "rising"), ([0.0; 2], [0.0, 0.001], "rising")]
+    {
+        let error = organ_reference(&scene, &placed, &[offset_m], &depths_m, |_, _| {}).unwrap_err().to_string();
+        assert!(error.contains(says), "{error}");
+    }
+}

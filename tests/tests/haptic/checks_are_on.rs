@@ -1,0 +1,69 @@
+//! `./test` runs everything with overflow and debug checks: in the core, the controller, the emulated loop, and in the `palpate` that tests start.
+
+use std::collections::BTreeSet;
+use std::hint::black_box;
+
+use palpate_tests::palpate_command::{binary, repository};
+
+const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
+/// Set for a whole run, and inherited by every cargo that a test starts.
+const SWITCHES: [&str; 2] = ["CARGO_PROFILE_RELEASE_OVERFLOW_CHECKS", "CARGO_PROFILE_RELEASE_DEBUG_ASSERTIONS"];
+
+/// Without them a single test, run by hand, is built as a user's `palpate` is.
+fn switched_on() -> bool {
+    let on = SWITCHES.iter().all(|name| std::env::var(name).is_ok_and(|value| value == "true"));
+    if !on {
+        println!("skipped: {} are not set to true; ./test sets them", SWITCHES.join(" and "));
+    }
+    on
+}
+
+#[test]
+fn the_script_switches_them_on_and_the_boards_image_stays_without() {
+    let script = std::fs::read_to_string(repository().join("test")).unwrap();
+    assert!(SWITCHES.iter().all(|name| script.contains(&format!("{name}=true"))), "./test sets them");
+    // the image is flashed without panics: its arithmetic says itself where it wraps
+    let manifest = std::fs::read_to_string(repository().join("Cargo.toml")).unwrap();
+    let image = manifest.split("[profile.firmware]").nth(1).expect("the image's profile");
+    let image = image.split("\n[").next().unwrap();
+    assert!(image.contains("overflow-checks = false") && image.contains("debug-assertions = false"), "{image}");
+}
+
+#[test]
+fn a_test_stops_where_a_number_overflows() {
+    if switched_on() {
+        #[expect(clippy::assertions_on_constants, reason = "the constant is what is tested")]
+        {
+            assert!(cfg!(debug_assertions));
+        }
+        assert!(std::panic::catch_unwind(|| black_box(i8::MAX) + black_box(1)).is_err());
+    }
+}
+
+/// Paths of source files below `folder` that stand in the program: the places from which it can panic. Elsewhere, as in its line tables,
+/// names stand without their folder.
+fn can_panic(program: &[u8], folder: &str) -> BTreeSet<String> {
+    let starts = program.windows(folder.len()).enumerate().filter(|(_, bytes)| *bytes == folder.as_bytes());
+    let paths = starts.filter_map(|(at, _)| {
+        let path = program[at..].split(|b| !(b.is_ascii_lowercase() || b"/_.-".contains(b))).next()?;
+        let end = path.windows(3).position(|bytes| bytes == b".rs")? + 3;
+        Some(String::from_utf8_lossy(&path[..end]).into_owned())
+    });
+    paths.collect()
+}
+
+/// Nothing on a tick's path can panic without the checks, so a file there that can was built with them.
+#[test]
+fn core_controller_and_loop_in_the_program_that_tests_start_are_checked() {
+    if !switched_on() {
+        return;
+    }
+    let program = std::fs::read(binary(SCRATCH)).unwrap();
+    let core: BTreeSet<_> =
+        ["core/src/haptic/", "core/src/path/"].iter().flat_map(|folder| can_panic(&program, folder)).collect();
+    let (link, looped) =
+        (can_panic(&program, "firmware/controller/src/link/"), can_panic(&program, "host-sim/loop/src/closed_loop/"));
+    println!("{core:?}\n{link:?}\n{looped:?}");
+    assert!(core.len() > 2, "{core:?}");
+    assert!(!link.is_empty() && looped.len() > 4, "{link:?} {looped:?}");
+}

@@ -1,0 +1,245 @@
+//! A loop with a defect is noticed: what the loop did is changed into what a broken one would have done, one defect at a time, over a script
+//! that meets every situation, and the watch has to object. Without a defect it must not.
+
+use palpate::haptic::cycle::{Ask, Command};
+use palpate::haptic::limits::LimitValues;
+use palpate::haptic::mode::Mode;
+use palpate::{Limiters, Vector3};
+use palpate_loop::closed_loop::watch::Tick;
+
+use crate::haptic_invariants::rig::{Defect, NORMAL, Rig};
+
+/// Every situation there is, each once or more.
+fn script(defect: Option<Defect>) -> Rig {
+    let mut rig = Rig::at(3e-3);
+    rig.defect = defect;
+    rig.hold(1);
+    rig.arm(); // inside
+    rig.hold(200);
+    rig.go(-6e-3, 0.1);
+    rig.hold(700);
+    rig.go(12e-3, 0.2); // saturated, then relieved
+    rig.hold(300);
+    rig.go(-3e-3, 0.3);
+    rig.hold(20);
+    rig.go(6e-3, 1.45); // a tap that turns round faster than the velocity filter follows: slew, and energy
+    rig.go(-3e-3, 1.4);
+    rig.go(3e-3, 0.1);
+    let seen_m = rig.device.reading.position_m;
+    rig.device.reading.position_m = seen_m + Vector3::new(0.02, 0.0, 0.0); // one glitch
+    rig.hold(1);
+    rig.device.reading.position_m = seen_m;
+    rig.hold(10);
+    rig.tick(Command::HEARD, false); // one old reading
+    rig.hold(10);
+    for _ in 0..170 {
+        rig.tick(Command::default(), true); // silence under force
+    }
+    rig.ask(Ask::Arm);
+    rig.hold(50);
+    rig.go(-5e-3, 0.1);
+    rig.hold(700);
+    rig.go(4e-3, 0.1);
+    rig.ask(Ask::Stop);
+    rig.hold(200);
+    rig.go(-5e-3, 0.1);
+    rig.ask(Ask::Arm);
+    rig.hold(700);
+
+    let broken_by: [fn(&mut Rig); 5] = [
+        |rig| rig.device.reading.position_m.z = f32::NAN,
+        |rig| rig.tissue.sick_n = Some(Vector3::new(f32::NAN, 0.0, 0.0)),
+        |rig| rig.device.reading.position_m += NORMAL * 8e-3,
+        |rig| {
+            rig.tick(Command { found: Some(palpate::Fault::SupplyLow), ..Command::HEARD }, true);
+        },
+        |rig| {
+            for _ in 0..5 {
+                rig.tick(Command::HEARD, false);
+            }
+        },
+    ];
+    for break_it in broken_by {
+        rig.go(4e-3, 0.1);
+        rig.hold(20);
+        break_it(&mut rig);
+        rig.hold(1);
+        if rig.cycle.mode() != Mode::Fault {
+            break_it(&mut rig);
+            rig.hold(3);
+        }
+        rig.ask(Ask::Clear); // too soon
+        rig.recover();
+    }
+    rig.go(5e-3, 0.1);
+    rig.cycle.lower_limits(&LimitValues { max_force_n: 1.0, ..LimitValues::DESKTOP }).unwrap();
+    rig.hold(20);
+    rig.go(-3e-3, 0.1);
+    rig
+}
+
+/// Tells and gives this force.
+fn give(tick: &mut Tick, force_n: Vector3<f32>) {
+    tick.told.applied_n = force_n;
+    tick.got_n = Some(force_n);
+}
+
+/// Goes on as if nothing had happened.
+fn carry_on(before: &Tick, now: &mut Tick) {
+    (now.told.mode, now.told.fault) = (before.told.mode, before.told.fault);
+    give(now, before.force_n());
+}
+
+fn clipped(force_n: Vector3<f32>, most_n: f32) -> Vector3<f32> {
+    force_n.map(|c| c.clamp(-most_n, most_n))
+}
+
+fn forced(tick: &Tick) -> bool {
+    matches!(tick.told.mode, Mode::Active | Mode::Degraded)
+}
+
+/// Name, what the broken loop does.
+const DEFECTS: [(&str, Defect); 26] = [
+    ("no force limit", |_, now| {
+        if forced(now) {
+            give(now, now.told.wanted_n);
+        }
+    }),
+    ("limit of each axis instead of the vector", |_, now| {
+        if now.told.limiters.contains(Limiters::FORCE) {
+            give(now, clipped(now.told.wanted_n, 0.57 * now.limits.max_force_n));
+        }
+    }),
+    ("no slew limit", |_, now| {
+        if now.told.limiters.contains(Limiters::SLEW) {
+            give(now, now.told.wanted_n * (now.limits.max_force_n / now.told.wanted_n.norm()).min(1.0));
+        }
+    }),
+    ("a slew limit twice too high", |before, now| {
+        if now.told.limiters.contains(Limiters::SLEW) {
+            give(now, before.force_n() + (now.told.wanted_n - before.force_n()).cap_magnitude(1.0));
+        }
+    }),
+    ("a lowered limit is forgotten", |_, now| {
+        if forced(now) && now.limits.max_force_n < 2.0 {
+            give(now, now.told.wanted_n);
+        }
+    }),
+    ("a NaN limit lets all pass", |_, now| {
+        if forced(now) {
+            give(now, now.told.wanted_n * f32::NAN);
+        }
+    }),
+    ("a NaN pose is ignored", |before, now| {
+        if now.reading.position_m.z.is_nan() && forced(before) {
+            carry_on(before, now);
+        }
+    }),
+    ("the board's finding is ignored", |before, now| {
+        if now.command.found.is_some() {
+            carry_on(before, now);
+        }
+    }),
+    ("fault told, device not released", |before, now| {
+        if now.told.mode == Mode::Fault {
+            give(now, before.force_n());
+        }
+    }),
+    ("force told zero, device keeps the last", |before, now| {
+        if now.told.mode == Mode::Fault && forced(before) {
+            now.got_n = before.got_n;
+        }
+    }),
+    ("a fault ends by itself", |before, now| {
+        if before.told.mode == Mode::Fault {
+            (now.told.mode, now.told.fault) = (Mode::Idle, None);
+        }
+    }),
+    ("a fault is cleared at once", |before, now| {
+        if before.told.mode == Mode::Fault && now.command.asked == Some(Ask::Clear) {
+            (now.told.mode, now.told.fault) = (Mode::SelfTest, None);
+        }
+    }),
+    ("a later fault replaces the first", |before, now| {
+        if before.told.mode == Mode::Fault && now.told.mode == Mode::Fault {
+            now.told.fault = Some(palpate::Fault::DeadlineMissed);
+        }
+    }),
+    ("a fault's mode is kept without its reason", |_, now| now.told.fault = None),
+    ("old poses are rendered", |before, now| {
+        if now.reading.sequence == before.reading.sequence && forced(before) {
+            carry_on(before, now);
+        }
+    }),
+    ("speed is no fault", |before, now| {
+        if now.told.fault == Some(palpate::Fault::OverSpeed) {
+            carry_on(before, now);
+        }
+    }),
+    ("force while arming", |_, now| {
+        if now.told.mode == Mode::Arming {
+            give(now, now.told.wanted_n);
+        }
+    }),
+    ("arming without waiting", |_, now| {
+        if now.told.mode == Mode::Arming {
+            now.told.mode = Mode::Active;
+            give(now, Vector3::zeros());
+        }
+    }),
+    ("force without arming", |_, now| {
+        if now.told.mode == Mode::Idle {
+            now.told.mode = Mode::Active;
+            give(now, Vector3::zeros());
+        }
+    }),
+    ("the host's silence is not heard", |before, now| {
+        if !now.command.heard {
+            carry_on(before, now);
+        }
+    }),
+    ("a ramp that does not fall", |before, now| {
+        if now.told.mode == Mode::SafeRamp {
+            give(now, before.force_n() * 1.001);
+        }
+    }),
+    ("a rest of force in free space", |_, now| {
+        if forced(now) && now.told.output.depth_m == 0.0 {
+            give(now, NORMAL * 1e-3);
+        }
+    }),
+    ("damping in free space", |before, now| {
+        if forced(now) && now.told.output.depth_m == 0.0 {
+            give(now, (before.told.position_m - now.told.position_m) * 300.0);
+        }
+    }),
+    ("damping that sticks", |before, now| {
+        if forced(now) && now.told.output.depth_m > 0.0 {
+            let way_m = now.told.position_m - before.told.position_m;
+            give(now, now.told.applied_n - way_m * 2000.0);
+        }
+    }),
+    ("the force points in", |_, now| {
+        if forced(now) {
+            give(now, -now.told.applied_n);
+        }
+    }),
+    ("the tick count stands still", |before, now| now.told.tick = before.told.tick),
+];
+
+#[test]
+fn the_script_is_clean_and_meets_every_mode_and_every_limiter_of_the_loop() {
+    let rig = script(None);
+    rig.expect_clean();
+    assert!(Mode::ALL.iter().all(|m| rig.modes.contains(m)), "{:?}", rig.modes);
+    for limiter in [Limiters::FORCE, Limiters::SLEW, Limiters::HELD, Limiters::GAIN, Limiters::ENERGY] {
+        assert!(rig.limiters.contains(limiter), "{limiter:?}");
+    }
+}
+
+#[test]
+fn every_planted_defect_is_noticed() {
+    let missed: Vec<_> =
+        DEFECTS.iter().filter(|(_, defect)| script(Some(*defect)).broken.is_empty()).map(|(name, _)| name).collect();
+    assert!(missed.is_empty(), "not noticed: {missed:?}");
+}

@@ -1,0 +1,182 @@
+//! A scripted device over an elastic half-space, watched in every tick.
+
+use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings};
+use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+use palpate::haptic::limits::LimitValues;
+use palpate::haptic::mode::Mode;
+use palpate::path::probe::ProbePose;
+use palpate::{Fault, Limiters, Output, Vector3};
+use palpate_loop::closed_loop::watch::{Broken, Tick, Watch};
+
+/// Outward normal of the half-space: slanted, so that an axis is not a direction.
+pub const NORMAL: Vector3<f32> = Vector3::new(0.48, 0.6, 0.64);
+
+/// A half-space below the plane through the origin, and what is wrong with it.
+pub struct HalfSpace {
+    pub n_per_m: f32,
+    /// Added to the force of the next tick alone.
+    pub sick_n: Option<Vector3<f32>>,
+}
+
+impl Renderer for HalfSpace {
+    fn render(&mut self, pose: ProbePose) -> Output {
+        let depth_m = -pose.tip_m.dot(&NORMAL);
+        let sick_n = self.sick_n.take().unwrap_or_default();
+        if depth_m <= 0.0 {
+            return Output { force_n: sick_n, point_m: pose.tip_m, ..Output::NONE };
+        }
+        Output { force_n: NORMAL * (self.n_per_m * depth_m) + sick_n, depth_m, normal: NORMAL, ..Output::NONE }
+    }
+
+    fn reset(&mut self) {}
+}
+
+/// A device that is where the script says.
+pub struct Scripted {
+    pub reading: Sensed,
+    /// What it got last: a force, or its release.
+    pub got_n: Option<Vector3<f32>>,
+}
+
+impl HapticDevice for Scripted {
+    fn limits(&self) -> DeviceLimits {
+        DeviceLimits {
+            max_force_n: 3.3,
+            workspace_low_m: Vector3::new(-0.2, -0.2, -0.2),
+            workspace_high_m: Vector3::new(0.2, 0.2, 0.2),
+            count_m: 55e-6,
+            delay_ticks: 1,
+            lag_s: 0.0,
+        }
+    }
+
+    fn sense(&mut self) -> Sensed {
+        self.reading
+    }
+
+    fn actuate(&mut self, force_n: Vector3<f32>) {
+        self.got_n = Some(force_n);
+    }
+
+    fn release(&mut self) {
+        self.got_n = None;
+    }
+}
+
+/// A change to what a tick did, as a loop with that defect would have done it.
+pub type Defect = fn(before: &Tick, now: &mut Tick);
+
+/// Device, tissue and loop, with every tick watched.
+pub struct Rig {
+    pub device: Scripted,
+    pub tissue: HalfSpace,
+    pub cycle: Cycle,
+    pub defect: Option<Defect>,
+    /// Invariants that were broken.
+    pub broken: Vec<Broken>,
+    pub last: Option<Tick>,
+    /// Modes and limiters met.
+    pub modes: Vec<Mode>,
+    pub limiters: Limiters,
+    watch: Watch,
+}
+
+impl Rig {
+    /// Powered on at this depth [m]; 400 N/m.
+    pub fn at(depth_m: f32) -> Self {
+        let reading = Sensed { position_m: NORMAL * -depth_m, sequence: 0, status: SensorStatus::Good };
+        let device = Scripted { reading, got_n: None };
+        let cycle = Cycle::build(&Settings::safe(&device.limits()), &device.limits()).unwrap();
+        let tissue = HalfSpace { n_per_m: 400.0, sick_n: None };
+        let (broken, modes, limiters) = (Vec::new(), Vec::new(), Limiters::default());
+        Self { device, tissue, cycle, defect: None, broken, last: None, modes, limiters, watch: Watch::default() }
+    }
+
+    /// Booted, tested, armed and ramped in, 5 mm outside.
+    pub fn active() -> Self {
+        let mut rig = Self::at(-5e-3);
+        rig.arm();
+        assert_eq!(rig.hold(700), Mode::Active);
+        rig
+    }
+
+    /// Asks for everything between power-on and arming.
+    pub fn arm(&mut self) {
+        for asked in [Ask::Booted, Ask::TestPassed, Ask::Arm] {
+            self.ask(asked);
+        }
+    }
+
+    /// One tick with a request.
+    pub fn ask(&mut self, asked: Ask) -> Tick {
+        self.tick(Command { asked: Some(asked), ..Command::HEARD }, true)
+    }
+
+    /// One tick; a `fresh` reading or the last one again.
+    pub fn tick(&mut self, command: Command, fresh: bool) -> Tick {
+        if fresh {
+            self.device.reading.sequence = self.device.reading.sequence.wrapping_add(1);
+        }
+        let limits: LimitValues = *self.cycle.limits();
+        let told = self.cycle.run(&mut self.device, &mut self.tissue, command);
+        self.limiters.set(told.limiters);
+        if !self.modes.contains(&told.mode) {
+            self.modes.push(told.mode);
+        }
+        let mut tick = Tick { command, reading: self.device.reading, limits, told, got_n: self.device.got_n, unsound: None };
+        if let (Some(defect), Some(before)) = (self.defect, &self.last) {
+            defect(before, &mut tick);
+        }
+        if let Err(broken) = self.watch.check(&tick) {
+            self.broken.push(broken);
+        }
+        self.last = Some(tick);
+        tick
+    }
+
+    /// Ticks in place; the mode after them.
+    pub fn hold(&mut self, ticks: u32) -> Mode {
+        for _ in 0..ticks {
+            self.tick(Command::HEARD, true);
+        }
+        self.cycle.mode()
+    }
+
+    /// Moves to a depth [m] at a speed [m/s]; the last tick.
+    pub fn go(&mut self, depth_m: f32, m_per_s: f32) -> Tick {
+        let mut at_m = -self.device.reading.position_m.dot(&NORMAL);
+        loop {
+            let left_m = depth_m - at_m;
+            at_m += left_m.clamp(-1e-3 * m_per_s, 1e-3 * m_per_s);
+            self.device.reading.position_m = NORMAL * -at_m;
+            let tick = self.tick(Command::HEARD, true);
+            if left_m.abs() <= 1e-3 * m_per_s {
+                return tick;
+            }
+        }
+    }
+
+    /// Clears a fault and comes back to force, 5 mm outside.
+    pub fn recover(&mut self) {
+        self.device.reading = Sensed { position_m: NORMAL * 5e-3, status: SensorStatus::Good, ..self.device.reading };
+        self.hold(120);
+        for asked in [Ask::Clear, Ask::TestPassed, Ask::Arm] {
+            assert!(!self.ask(asked).told.refused, "{asked:?}");
+        }
+        assert_eq!(self.hold(700), Mode::Active);
+    }
+
+    /// The last tick ended in this fault, with the device released.
+    #[track_caller]
+    pub fn expect_fault(&self, fault: Fault) {
+        let tick = self.last.unwrap();
+        assert_eq!((tick.told.mode, tick.told.fault, tick.got_n), (Mode::Fault, Some(fault), None), "{tick:?}");
+        assert_eq!(tick.told.applied_n, Vector3::zeros());
+    }
+
+    /// No invariant was broken.
+    #[track_caller]
+    pub fn expect_clean(&self) {
+        assert!(self.broken.is_empty(), "{:?}; last {:?}", self.broken, self.last);
+    }
+}

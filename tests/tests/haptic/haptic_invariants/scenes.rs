@@ -1,0 +1,259 @@
+//! Single situations, and one long script that meets all of them.
+
+use palpate::haptic::cycle::{Ask, Command};
+use palpate::haptic::device::SensorStatus;
+use palpate::haptic::limits::LimitValues;
+use palpate::haptic::mode::Mode;
+use palpate::{Fault, Limiters, Vector3};
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+
+use crate::haptic_invariants::rig::{NORMAL, Rig};
+
+#[test]
+fn free_space_is_exactly_nothing() {
+    let mut rig = Rig::active();
+    for n in 0..2000_u16 {
+        let way_m = 20e-3 * (f32::from(n) * 0.05).sin().abs();
+        rig.device.reading.position_m = NORMAL * (1e-4 + way_m);
+        assert_eq!(rig.tick(Command::HEARD, true).got_n, Some(Vector3::zeros()));
+    }
+    rig.expect_clean();
+}
+
+#[test]
+fn silence_of_the_host_ends_every_force_within_150_ms_and_only_arming_brings_it_back() {
+    for depth_m in [1e-3, 5e-3, 12e-3] {
+        let mut rig = Rig::active();
+        rig.go(depth_m, 0.1);
+        rig.hold(50);
+        let mut last_n = rig.last.unwrap().force_n().norm();
+        let silent = Command::default();
+        for n in 1..=200_u8 {
+            let tick = rig.tick(silent, true);
+            let length_n = tick.force_n().norm();
+            if n >= 20 {
+                assert!(length_n <= last_n + 1e-6, "{depth_m} m, tick {n}: {length_n} N after {last_n} N");
+                assert!(matches!(tick.told.mode, Mode::SafeRamp | Mode::Idle));
+            }
+            assert!(n < 150 || length_n <= 0.05, "tick {n}: {length_n} N");
+            last_n = length_n;
+        }
+        // still inside: the host is back, and asks at once
+        rig.ask(Ask::Arm);
+        assert_eq!(rig.hold(1000), Mode::Arming);
+        rig.go(-5e-3, 0.1);
+        assert_eq!(rig.hold(700), Mode::Active);
+        assert!(rig.go(2e-3, 0.05).force_n().norm() > 0.5);
+        rig.expect_clean();
+    }
+}
+
+#[test]
+fn every_fault_of_device_model_and_board_is_nothing_within_the_tick() {
+    type Break = fn(&mut Rig) -> Command;
+    let breaks: [(Fault, u32, Break); 9] = [
+        (Fault::PoseNotFinite, 1, |rig| {
+            rig.device.reading.position_m.y = f32::NAN;
+            Command::HEARD
+        }),
+        (Fault::PoseNotFinite, 1, |rig| {
+            rig.device.reading.position_m.x = f32::INFINITY;
+            Command::HEARD
+        }),
+        (Fault::SensorFault, 1, |rig| {
+            rig.device.reading.status = SensorStatus::Failed;
+            Command::HEARD
+        }),
+        (Fault::ForceNotFinite, 1, |rig| {
+            rig.tissue.sick_n = Some(Vector3::new(0.0, f32::NAN, 0.0));
+            Command::HEARD
+        }),
+        (Fault::ForceNotFinite, 1, |rig| {
+            rig.tissue.sick_n = Some(Vector3::new(0.0, 0.0, 3e38));
+            Command::HEARD
+        }),
+        (Fault::ForceImplausible, 10, |rig| {
+            rig.tissue.sick_n = Some(NORMAL * 16.0);
+            Command::HEARD
+        }),
+        (Fault::OverSpeed, 2, |rig| {
+            rig.device.reading.position_m += NORMAL * 2e-3;
+            Command::HEARD
+        }),
+        (Fault::DeadlineMissed, 1, |_| Command { found: Some(Fault::DeadlineMissed), ..Command::HEARD }),
+        (Fault::SupplyLow, 1, |_| Command { found: Some(Fault::SupplyLow), ..Command::HEARD }),
+    ];
+    for (fault, ticks, break_it) in breaks {
+        let mut rig = Rig::active();
+        rig.go(5e-3, 0.05);
+        assert!(rig.hold(20) == Mode::Active && rig.last.unwrap().force_n().norm() > 1.9);
+        for n in 1..=ticks {
+            assert_eq!(rig.cycle.mode(), Mode::Active, "{fault}: before tick {n}");
+            let command = break_it(&mut rig);
+            rig.tick(command, true);
+        }
+        rig.expect_fault(fault);
+        // latched, whatever comes
+        for asked in [Ask::Arm, Ask::Clear, Ask::Booted, Ask::TestPassed] {
+            assert!(rig.ask(asked).told.refused);
+            rig.expect_fault(fault);
+        }
+        rig.recover();
+        assert!(rig.go(2e-3, 0.05).force_n().norm() > 0.5, "{fault}: and it feels again");
+        rig.expect_clean();
+    }
+}
+
+#[test]
+fn old_poses_are_held_for_two_ticks_and_no_longer() {
+    let mut rig = Rig::active();
+    rig.go(4e-3, 0.05);
+    rig.hold(50);
+    for _ in 0..2 {
+        let tick = rig.tick(Command::HEARD, false);
+        assert!(tick.told.limiters.contains(Limiters::HELD) && tick.force_n().norm() > 1.5);
+    }
+    rig.tick(Command::HEARD, false);
+    rig.expect_fault(Fault::PoseStale);
+    rig.expect_clean();
+}
+
+#[test]
+fn one_glitch_hardly_reaches_the_hand() {
+    for (glitch_m, m_per_s) in [(2e-3, 0.0), (5e-3, 0.0), (50e-3, 0.0), (5e-3, 0.02), (50e-3, -0.02), (50e-3, 0.05)] {
+        let run = |glitch: bool| {
+            let mut rig = Rig::active();
+            rig.go(4e-3, 0.05);
+            rig.hold(100);
+            let mut force_n = Vec::new();
+            for n in 0..60_u8 {
+                let true_m = rig.device.reading.position_m - NORMAL * (1e-3 * m_per_s);
+                let seen_m = if glitch && n == 30 { true_m + Vector3::new(glitch_m, 0.0, 0.0) } else { true_m };
+                rig.device.reading.position_m = seen_m;
+                force_n.push(rig.tick(Command::HEARD, true).force_n());
+                rig.device.reading.position_m = true_m;
+            }
+            rig.expect_clean();
+            force_n
+        };
+        let apart_n = run(true).iter().zip(run(false)).map(|(a, b)| (a - b).norm()).fold(0.0, f32::max);
+        assert!(apart_n <= 0.1, "{glitch_m} m at {m_per_s} m/s: {apart_n} N");
+    }
+}
+
+#[test]
+fn limits_are_lowered_in_the_middle_of_a_press_and_hold_from_the_next_tick() {
+    let mut rig = Rig::active();
+    rig.go(6e-3, 0.05);
+    for max_force_n in [2.0, 0.7, 0.01] {
+        rig.cycle.lower_limits(&LimitValues { max_force_n, ..LimitValues::DESKTOP }).unwrap();
+        let length_n = rig.tick(Command::HEARD, true).force_n().norm();
+        assert!((length_n - max_force_n).abs() < 1e-6, "{length_n} N");
+        assert!(rig.cycle.lower_limits(&LimitValues::DESKTOP).is_err());
+        assert!(rig.cycle.lower_limits(&LimitValues { max_force_n: f32::NAN, ..LimitValues::DESKTOP }).is_err());
+    }
+    rig.expect_clean();
+}
+
+#[test]
+fn a_long_saturation_is_relieved_and_the_direction_kept() {
+    let mut rig = Rig::active();
+    rig.go(12e-3, 0.05);
+    assert_eq!(rig.hold(100), Mode::Active);
+    assert_eq!(rig.hold(20), Mode::Degraded);
+    rig.hold(2000);
+    let tick = rig.last.unwrap();
+    // half of the longest force, not of the 4.8 N behind it
+    assert!((tick.force_n() - NORMAL * 1.5).norm() < 0.01, "{tick:?}");
+    rig.go(-1e-3, 0.1);
+    assert_eq!(rig.hold(5), Mode::Active);
+    rig.go(2e-3, 0.05);
+    rig.hold(300);
+    assert!((rig.last.unwrap().force_n().norm() - 0.8).abs() < 0.01, "full again");
+    rig.expect_clean();
+}
+
+#[test]
+fn a_touch_while_the_gain_ramps_in_keeps_its_gain_and_creates_nothing() {
+    let mut rig = Rig::at(-2e-3);
+    rig.arm();
+    assert_eq!(rig.hold(220), Mode::Active);
+    rig.go(4e-3, 0.05);
+    rig.hold(1000);
+    let weak_n = rig.last.unwrap().force_n().norm();
+    assert!((0.1..1.0).contains(&weak_n), "{weak_n} N instead of 1.6 N");
+    let energy = rig.go(-2e-3, 0.05).told.energy;
+    assert!(energy.total_created_j + energy.created_j < 1e-6, "{energy:?}");
+    rig.hold(500);
+    rig.go(4e-3, 0.05);
+    rig.hold(500);
+    assert!((rig.last.unwrap().force_n().norm() - 1.6).abs() < 0.01);
+    rig.expect_clean();
+}
+
+#[test]
+fn contacts_that_create_energy_are_weakened_and_then_a_fault_that_can_be_cleared() {
+    let mut rig = Rig::active();
+    let mut peaks_n = Vec::new();
+    while rig.cycle.mode() != Mode::Fault && peaks_n.len() < 10 {
+        rig.go(-1e-3, 0.1);
+        let mut peak_n = 0.0_f32;
+        for _ in 0..10 {
+            // pushes a hand that goes out anyway
+            rig.tissue.sick_n = Some(NORMAL * 2.0);
+            rig.device.reading.position_m += NORMAL * 1e-3;
+            peak_n = peak_n.max(rig.tick(Command::HEARD, true).force_n().norm());
+        }
+        peaks_n.push(peak_n);
+        if rig.cycle.mode() != Mode::Fault {
+            assert_eq!(rig.cycle.mode(), Mode::Degraded);
+            rig.hold(10);
+        }
+    }
+    assert!(peaks_n.len() >= 5 && peaks_n.windows(2).all(|p| p[1] < 0.8 * p[0]), "{peaks_n:?}");
+    assert_eq!(rig.last.unwrap().told.fault, Some(Fault::EnergyCreated));
+    rig.recover();
+    rig.go(3e-3, 0.05);
+    rig.hold(200);
+    assert!((rig.last.unwrap().force_n().norm() - 1.2).abs() < 0.01, "at full gain again");
+    rig.expect_clean();
+}
+
+#[test]
+fn a_fast_hand_or_a_force_in_free_space_does_not_arm() {
+    let mut rig = Rig::at(-5e-3);
+    rig.arm();
+    for n in 0..600_u16 {
+        // to and fro at 0.8 m/s
+        let way_m = if n % 100 < 50 { n % 100 } else { 100 - n % 100 };
+        rig.device.reading.position_m = NORMAL * (5e-3 + 0.8e-3 * f32::from(way_m));
+        assert_eq!(rig.tick(Command::HEARD, true).told.mode, Mode::Arming, "tick {n}");
+    }
+    for _ in 0..300 {
+        rig.tissue.sick_n = Some(NORMAL * 0.21);
+        assert_eq!(rig.tick(Command::HEARD, true).told.mode, Mode::Arming);
+    }
+    assert_eq!(rig.hold(101), Mode::Active);
+    rig.expect_clean();
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(6), cases: 1000, ..ProptestConfig::default() })]
+
+    /// Power-on inside the tissue, anywhere: nothing, until the probe has been outside.
+    #[test]
+    fn power_on_inside_is_nothing_until_the_probe_has_left(depth_m in 1e-5_f32..0.06, aside in [-0.05_f32..0.05, -0.05..0.05, -0.05..0.05], ticks in 150_u32..400) {
+        let aside = Vector3::from(aside);
+        let mut rig = Rig::at(depth_m);
+        rig.device.reading.position_m = NORMAL * -depth_m + (aside - NORMAL * aside.dot(&NORMAL));
+        rig.arm();
+        for n in 0..ticks {
+            // it moves a little, as a hand does, and stays inside
+            rig.device.reading.position_m += NORMAL * if n % 2 == 0 { -2e-6 } else { 2e-6 };
+            prop_assert_eq!(rig.tick(Command::HEARD, true).got_n, None);
+        }
+        prop_assert_eq!(rig.cycle.mode(), Mode::Arming);
+        rig.expect_clean();
+    }
+}

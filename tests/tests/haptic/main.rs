@@ -1,0 +1,15 @@
+//! The haptic loop: no force without contact, faults, closed loops under emulated hands, recorded traces.
+
+mod boot_inside_tissue_gives_no_force;
+mod checks_are_on;
+mod fault_campaign;
+mod faults_give_zero_force;
+mod haptic_closed_loop;
+mod haptic_invariants;
+mod live_replay;
+mod loop_closes;
+mod no_force_without_contact;
+mod safety_table;
+mod soak;
+mod stability_loop;
+mod taps_are_faithful;

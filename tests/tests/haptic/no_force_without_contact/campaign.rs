@@ -1,0 +1,44 @@
+//! Random paths over every shipped patch, every device and 1-100 kPa.
+//!
+//! The long form, a million paths: `palpate faults --paths 1000000`.
+
+use palpate_loop::closed_loop::paths::{KINDS, PathCase, PathGround, PathTable, paths};
+
+const PATHS: u64 = 20_000;
+
+fn run(ground: &PathGround, runs: u64, seed: u64) -> PathTable {
+    let table = paths(ground, runs, seed, |_| ()).unwrap();
+    assert_eq!(table.total().runs, runs);
+    table
+}
+
+#[test]
+fn twenty_thousand_paths_break_no_invariant_and_honest_motion_trips_nothing() {
+    let ground = PathGround::load().unwrap();
+    let table = run(&ground, PATHS, 1);
+    let total = table.total();
+    println!("{total:#?}");
+    let ended: u64 = total.faults.values().sum();
+    assert!(ended * 5 < PATHS && total.ticks >= 2_000 * (PATHS - ended), "{} ticks, {ended} ended by a fault", total.ticks);
+    assert!(total.ticks_with_force > PATHS * 100, "{} ticks with a force", total.ticks_with_force);
+    assert_eq!(table.patches.len(), ground.patches.len(), "every shipped patch: {:?}", table.patches);
+    assert!(total.broken.is_empty(), "{:?}\n{}", total.broken, table.examples.join("\n"));
+    assert!(total.honest_faults.is_empty(), "{:?}\n{}", total.honest_faults, table.examples.join("\n"));
+    // What is left is the lag of amplifiers and of whole ticks (LIMITS.md): it must not grow.
+    let (runs, creating) = (total.by_hand, total.creating_by_hand);
+    assert!(runs > PATHS / 2 && creating * 200 < runs, "{creating} of {runs}\n{}", table.creating.join("\n"));
+    assert!(total.created_by_hand_j < 2e-3, "{} J\n{}", total.created_by_hand_j, table.creating.join("\n"));
+}
+
+#[test]
+fn the_same_number_gives_the_same_run() {
+    let ground = PathGround::load().unwrap();
+    for number in 0..2 * KINDS.len() as u64 {
+        let of = |seed| {
+            let case = PathCase::draw(&ground, number, seed);
+            (case.follow(&ground, |_| ()).unwrap(), case.route)
+        };
+        assert_eq!(of(5), of(5));
+        assert_ne!(of(5).1, of(6).1);
+    }
+}

@@ -1,0 +1,79 @@
+//! The front, and what `palpate chart` leaves behind.
+
+use palpate_lab::chart::front;
+use palpate_tests::palpate_command::{Desk, palpate};
+
+#[test]
+fn the_front_is_what_nothing_beats() {
+    // (cost, error): 1 beats 0 at the same cost, 3 is beaten by 2 in both, 4 equals 2, 5 is the most accurate, 6 and 7 are no numbers
+    let points = [(1.0, 9.0), (1.0, 8.0), (2.0, 4.0), (3.0, 5.0), (2.0, 4.0), (10.0, 1.0), (f64::NAN, 0.1), (0.5, f64::INFINITY)];
+    assert_eq!(front(&points), [1, 2, 5]);
+    assert!(front(&[]).is_empty());
+}
+
+/// Cells of a line; none of the chart's texts has a comma.
+fn cells(line: &str) -> Vec<&str> {
+    line.split(',').collect()
+}
+
+#[test]
+fn quick_chart_leaves_what_it_promises() {
+    let desk = Desk::default();
+    let outcome = palpate(env!("CARGO_TARGET_TMPDIR"), desk.folder(), &["chart", "--quick"]);
+    assert_eq!(outcome.code, Some(0), "{}{}", outcome.stdout, outcome.stderr);
+    let out = desk.folder().join("out/chart");
+    let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+
+    let csv = read("chart.csv");
+    let mut lines = csv.lines();
+    let header = cells(lines.next().expect("a header"));
+    let column = |name: &str| header.iter().position(|h| *h == name).unwrap_or_else(|| panic!("no column {name} in {header:?}"));
+    let rows: Vec<Vec<&str>> = lines.map(cells).collect();
+    for row in &rows {
+        assert_eq!(row.len(), header.len(), "{row:?}");
+    }
+    let methods: std::collections::BTreeSet<_> = rows.iter().map(|r| r[0]).collect();
+    for wanted in [
+        "springs",
+        "volume-preserved",
+        "local-compression",
+        "springs-volume-tet",
+        "springs-volume-nodal",
+        "palpate",
+        "corotational",
+        "neo-hookean",
+        "neo-hookean-nodal",
+        "meshless",
+        "xpbd",
+        "implicit",
+        "compliance",
+    ] {
+        assert!(methods.contains(wanted), "no row of {wanted} in {methods:?}");
+        let survived = rows.iter().filter(|r| r[0] == wanted && r[column("survives_8mm")] == "\"yes\"");
+        for row in survived {
+            for name in ["substeps", "tick_min_us", "times_springs", "m4f_cycles_estimate", "force_4mm_n", "force_rms_pct"] {
+                let value: f64 = row[column(name)].parse().unwrap_or_else(|e| panic!("{name} of {row:?}: {e}"));
+                assert!(value > 0.0, "{name} of {row:?}");
+            }
+        }
+    }
+
+    let summary: serde_json::Value = serde_json::from_str(&read("summary.json")).expect("JSON");
+    assert!(summary["machine"].as_str().is_some_and(|m| !m.is_empty()));
+    assert!(summary["build"].as_str().is_some_and(|b| b.contains("palpate")));
+    let fronts = summary["fronts"].as_array().expect("fronts");
+    assert!(!fronts.is_empty());
+    for front in fronts {
+        let points = front["points"].as_array().expect("points");
+        assert!(!points.is_empty(), "{front}");
+        let falls = points
+            .windows(2)
+            .all(|p| p[0]["cost"].as_f64() <= p[1]["cost"].as_f64() && p[0]["error"].as_f64() > p[1]["error"].as_f64());
+        assert!(falls, "a front goes down: {front}");
+    }
+    for name in ["force_rms_pct_over_tick_us_3.5kpa", "force_rms_pct_over_m4f_cycles_3.5kpa"] {
+        assert!(read(&format!("{name}.svg")).contains("neo-hookean-nodal"), "the legend of {name}");
+        let picture = std::fs::read(out.join(format!("{name}.png"))).unwrap_or_else(|e| panic!("{name}.png: {e}"));
+        assert!(picture.starts_with(b"\x89PNG"), "{name}.png");
+    }
+}

@@ -1,0 +1,235 @@
+//! The model half of the stability matrix: verdicts judge what they say, methods fail where they are known to, the product stands what it promises.
+//!
+//! `--nocapture` prints the figures.
+
+use palpate::Limiters;
+use palpate_lab::rivals::Method;
+use palpate_lab::stability::model::{
+    Axis, Build, CASES, Case, Figures, Loading, Matrix, Plan, Promise, ROWS, Row, Stimulus, Subject, Trace, Verdict, judge,
+    largest, margin, pictures, promises, run, write,
+};
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::patch::{Material, Patch};
+use palpate_tissue::stable_step::StableStep;
+
+const NODES: usize = 130;
+const PALPATE: Row = Row { method: Method::Palpate, build: Build::Derived };
+
+fn case(name: &str) -> Case {
+    CASES.into_iter().find(|c| c.name == name).expect("a case of this name")
+}
+
+fn subject(method: Method, youngs_modulus_pa: f64) -> Subject {
+    let row = Row { method, build: Build::Derived };
+    Subject::new(row, NODES, youngs_modulus_pa, false).expect("built").expect("to be had")
+}
+
+fn stand(subject: &Subject, name: &str) -> Figures {
+    let figures = subject.stand(&case(name).stimulus).expect("built");
+    println!("{}, {} substeps, {name}: {figures:?}", subject.row.name(), subject.substeps);
+    figures
+}
+
+type Spoil = fn(&mut Trace);
+
+/// A press that nothing is wrong with: 1 N at 8 mm.
+fn sound() -> Trace {
+    Trace {
+        loading: (0..100).map(|n| Loading { depth_m: f64::from(n) * 8e-5, force_n: f64::from(n) * 0.01 }).collect(),
+        diverged_at_m: None,
+        lowest_j: 0.4,
+        held_j: 0.5,
+        peak_n: 1.0,
+        held_n: 1.0,
+        moved_m: 1e-6,
+        force_change: 1e-3,
+        residual_m: 1e-6,
+        limiters: Limiters::DEFAULT,
+    }
+}
+
+#[test]
+fn verdicts_say_what_is_wrong_first() {
+    let held = Limiters::DEPTH;
+    // each spoils a sound press in one way, from the mildest to the worst
+    let spoilt: [(Verdict, Spoil); 7] = [
+        (Verdict::Pass, |_| {}),
+        (Verdict::NonMonotone, |t| t.loading[60].force_n -= 0.04),
+        (Verdict::Deformed, |t| t.residual_m = 6e-5),
+        (Verdict::Restless, |t| t.moved_m = 6e-5),
+        (Verdict::Pierced, |t| t.held_n = 0.0),
+        (Verdict::Inverted, |t| t.lowest_j = 0.04),
+        (Verdict::Diverged, |t| t.diverged_at_m = Some(4e-3)),
+    ];
+    let mut all = sound();
+    for (verdict, spoil) in spoilt {
+        let mut one = sound();
+        spoil(&mut one);
+        assert_eq!(judge(&one, true).verdict, verdict);
+        spoil(&mut all);
+        assert_eq!(judge(&all, true).verdict, verdict, "the worst of several is said");
+    }
+    assert_eq!(judge(&Trace { limiters: held, ..sound() }, true).verdict, Verdict::Held);
+    assert_eq!(
+        judge(&Trace { limiters: held, residual_m: 1e-3, ..sound() }, true).verdict,
+        Verdict::Deformed,
+        "held is no excuse"
+    );
+    assert_eq!(judge(&Trace { limiters: Limiters::SPEED, ..sound() }, true).verdict, Verdict::Pass);
+    assert_eq!(judge(&Trace { force_change: 0.06, ..sound() }, true).verdict, Verdict::Restless);
+    // what was not measured is not sound
+    assert_eq!(judge(&Trace { residual_m: f64::NAN, ..sound() }, true).verdict, Verdict::Deformed);
+    assert_eq!(judge(&Trace { lowest_j: f64::NAN, ..sound() }, true).verdict, Verdict::Inverted);
+    // the force of a tap may fall: that is inertia
+    let mut tap = sound();
+    tap.loading[60].force_n = 0.3;
+    let figures = judge(&tap, false);
+    assert_eq!(figures.verdict, Verdict::Pass);
+    assert!((figures.drop_pct - 100.0 * 0.29 / 0.99).abs() < 1e-9, "{}", figures.drop_pct);
+}
+
+#[test]
+fn a_search_ends_at_what_passes() {
+    for limit in [0.36, 1.0, 1.37, 1.99] {
+        let mut trials = 0;
+        let found = largest([0.35, 2.0], 1.0, |value| {
+            trials += 1;
+            Ok(if value <= limit { Verdict::Pass } else { Verdict::Restless })
+        });
+        let found = found.expect("no trial fails");
+        let passes = found.passes.expect("the smallest passes");
+        assert!(passes <= limit && passes * 1.05 >= limit, "{passes} of {limit}");
+        assert_eq!(found.beyond, Some(Verdict::Restless));
+        assert!(trials <= 9, "{trials} trials");
+    }
+    let all = largest([1.0, 8.0], 2.0, |_| Ok(Verdict::Pass)).expect("no trial fails");
+    assert_eq!((all.passes, all.beyond), (Some(8.0), None));
+    let none = largest([1.0, 8.0], 2.0, |_| Ok(Verdict::Held)).expect("no trial fails");
+    assert_eq!((none.passes, none.beyond), (None, Some(Verdict::Held)), "held is not passed");
+}
+
+#[test]
+fn methods_fail_where_they_are_known_to() {
+    // plain springs have nothing that keeps a tet from turning inside out
+    assert_eq!(stand(&subject(Method::Springs, 3.5e3), "press-20").verdict, Verdict::Inverted);
+    // a matrix factored at rest: stiffer tissue needs more substeps, and with one too few numbers run away
+    let implicit = subject(Method::Implicit, 100e3);
+    assert!(implicit.substeps > 1, "{} substeps", implicit.substeps);
+    let mut too_few = implicit.clone();
+    too_few.substeps -= 1;
+    assert_ne!(stand(&implicit, "press-20").verdict, Verdict::Diverged);
+    let diverged = stand(&too_few, "press-20");
+    assert_eq!(diverged.verdict, Verdict::Diverged);
+    assert!(diverged.diverged_at_mm.is_some_and(|mm| mm > 1.0 && mm <= 8.0), "{diverged:?}");
+    // without the guard the product itself does not stand 16 mm
+    let row = Row { method: Method::Palpate, build: Build::Unguarded };
+    let unguarded = Subject::new(row, NODES, 3.5e3, false).expect("built").expect("to be had");
+    assert!(stand(&unguarded, "press-40").verdict > Verdict::Held);
+    assert_eq!(stand(&unguarded, "press-20").verdict, Verdict::Pass);
+}
+
+/// The whole column set, so that every promise is asked for.
+fn promised() -> Matrix {
+    let plan = Plan {
+        nodes: NODES,
+        rows: vec![PALPATE, Row { method: Method::Calibrated, build: Build::Derived }],
+        moduli_pa: vec![3.5e3, 100e3],
+        cases: CASES.into_iter().filter(|c| c.promise != Promise::None).collect(),
+        margins_at_pa: vec![],
+    };
+    run(&plan, &|| ()).expect("built")
+}
+
+#[test]
+fn the_product_stands_what_it_promises() {
+    let matrix = promised();
+    assert_eq!(matrix.cells.len(), 2 * 2 * 10);
+    for cell in &matrix.cells {
+        println!("{} {} Pa {}: {:?}", cell.row.name(), cell.youngs_modulus_pa, cell.case.name, cell.figures);
+    }
+    assert_eq!(promises(&matrix), Vec::<String>::new());
+
+    // a promise that is broken is told, in one line that names it
+    for (name, spoil) in [
+        ("tap-0.5", (|f| f.lowest_j = 0.19) as fn(&mut Figures)),
+        ("release", |f| f.verdict = Verdict::Deformed),
+        ("press-40", |f| f.verdict = Verdict::Pass),
+        ("press-20", |f| f.verdict = Verdict::Held),
+    ] {
+        let mut worse = matrix.clone();
+        let cell = worse.cells.iter_mut().find(|c| c.case.name == name).expect("a cell of this case");
+        spoil(&mut cell.figures);
+        let told = promises(&worse);
+        assert_eq!(told.len(), 1, "{told:?}");
+        assert!(told[0].contains(name) && told[0].contains("palpate at 3.5 kPa") && !told[0].contains('\n'), "{told:?}");
+    }
+
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let out = OutputFolder::open(folder.path()).expect("it can be written");
+    write(&out, &matrix).expect("written");
+    pictures(&out, &matrix).expect("drawn");
+    out.publish().expect("moved into place");
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let csv = read("stability_model.csv");
+    let columns = csv.lines().next().expect("a header").split(',').count();
+    assert_eq!(csv.lines().count(), 1 + matrix.cells.len());
+    assert!(csv.lines().all(|line| line.split(',').count() == columns), "{csv}");
+    assert_eq!(read("stability_margins.csv").lines().count(), 1, "no margins were asked for");
+    assert!(read("stability_model.svg").contains("palpate-calibrated"));
+    assert!(std::fs::read(folder.path().join("stability_model.png")).expect("a picture").starts_with(b"\x89PNG"));
+}
+
+/// The ball is in every method's tissue: at 1.5 mm, where none has failed yet, it adds some percent to the force.
+#[test]
+fn every_method_feels_the_inclusion() {
+    let press = Stimulus { depth_m: 1.5e-3, ..case("press-20").stimulus };
+    for row in ROWS {
+        let [plain_n, stiffer_n] = [false, true].map(|inclusion| {
+            let subject = Subject::new(row, NODES, 3.5e3, inclusion).expect("built").expect("to be had");
+            subject.press(&press).expect("built").held_n
+        });
+        let ratio = stiffer_n / plain_n;
+        println!("{}: {plain_n} N, with the inclusion {ratio} of it", row.name());
+        assert!((1.01..1.3).contains(&ratio), "{}: {ratio}", row.name());
+    }
+}
+
+/// Poses of other moments, but never back in time.
+#[test]
+fn jitter_moves_the_poses_and_keeps_their_order() {
+    let palpate = subject(Method::Palpate, 3.5e3);
+    let ways = ["press-20", "jitter-press"].map(|name| palpate.press(&case(name).stimulus).expect("built").loading);
+    let steps = ways.map(|way| way.windows(2).map(|w| w[1].depth_m - w[0].depth_m).collect::<Vec<f64>>());
+    let extremes = |steps: &[f64]| steps.iter().fold((f64::MAX, f64::MIN), |(l, h), s| (l.min(*s), h.max(*s)));
+    let ((even_least, even_most), (least, most)) = (extremes(&steps[0]), extremes(&steps[1]));
+    assert!((even_least - 4e-5).abs() < 1e-9 && (even_most - 4e-5).abs() < 1e-9, "{even_least} to {even_most} m a tick");
+    assert!((0.0..1e-5).contains(&least) && (7e-5..8e-5).contains(&most), "{least} to {most} m a tick");
+}
+
+/// The product's margins against what bounds them independently: its depth limit, and the highest frequency of its pressed stiffness.
+#[test]
+fn the_products_margins_are_where_its_bounds_are() {
+    let palpate = subject(Method::Palpate, 3.5e3);
+    let depth = margin(&palpate, Axis::Depth).expect("built");
+    let passes_m = depth.passes.expect("shallow presses pass");
+    println!("depth {depth:?}");
+    assert!(passes_m <= 10e-3 && passes_m * 1.05 >= 10e-3 && depth.beyond == Some(Verdict::Held), "limit 10 mm: {depth:?}");
+
+    // lighter nodes, so that the bound is among the ticks that are tried
+    for contact_mass in [0.0, 1.0] {
+        let mut light = palpate.clone();
+        (light.block.params.mass_floor, light.block.params.contact_mass) = (1.0, contact_mass);
+        (light.block.params.contact_cap, light.block.params.substeps, light.substeps) = (1.0, 1, 1);
+        let press = case("press-20").stimulus;
+        let tick = largest(Axis::Tick.range(), 1.0, |value| Ok(light.with_tick((value * 1e-3) as f32).stand(&press)?.verdict));
+        let tick = tick.expect("built");
+        let mut patch = Patch::build(&light.block.tissue, &Material::default(), None);
+        patch.set_depth_limit_m(8e-3);
+        let stable =
+            StableStep::measure(&patch.wide_model(), &light.block.params, patch.site_m()).expect("built").expect("survives");
+        let bound_ms = stable.pressed_s * 1e3;
+        println!("contact mass {contact_mass}: tick {tick:?} ms, bound {bound_ms} ms");
+        let over = tick.passes.expect("short ticks pass") / bound_ms;
+        assert!((0.93..=1.08).contains(&over), "a press fails at {over} of the bound, {bound_ms} ms");
+    }
+}
