@@ -116,6 +116,7 @@ impl<B: Board> HapticLoop<B> {
         self.period = period;
         (u16::try_from(missed).unwrap_or(u16::MAX), Some(self.board.since_period_counts()))
     }
+
     /// Counters since the start.
     #[must_use]
     pub fn seen(&self) -> &Snapshot {

@@ -9,6 +9,7 @@
 pub mod board;
 pub mod campaign;
 pub mod defmt_log;
+pub mod desktop_board;
 pub mod exec_log;
 pub mod firmware_image;
 pub mod image;

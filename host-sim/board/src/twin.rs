@@ -5,13 +5,15 @@ use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::mode::Mode;
 use palpate::{Fault, Limiters, PatchFile, Vector3};
 use palpate_controller::controller::{Arming, Controller};
-use palpate_controller::force_out;
+use palpate_controller::haptic_loop::HapticLoop;
+
 use palpate_controller::link::inbox::{Inbox, Reply};
 use palpate_controller::link::message::HostAsk;
 use palpate_controller::link::{FromBoard, Record, ToBoard};
 use palpate_controller::patch::{Memory, Patch};
 use palpate_controller::port::Port;
 
+use super::desktop_board::DesktopBoard;
 use super::in_loop::rest_shape;
 use super::{Board, EmulateError, Machine};
 use palpate_loop::closed_loop::watch::{Broken, ByGeometry};
@@ -34,7 +36,7 @@ pub struct Difference {
 pub struct Twin<'a> {
     board: Board,
     machine: Machine,
-    controller: Controller,
+    haptic: HapticLoop<DesktopBoard>,
     patch: Patch<'a>,
     inbox: Inbox,
     newest: Sensed,
@@ -77,7 +79,8 @@ impl<'a> Twin<'a> {
     /// # Errors
     /// What either refuses.
     pub fn new(mut board: Board, patch: &'a [u8], memory: &'a mut Memory) -> Result<Self, EmulateError> {
-        let mut controller = Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP, Arming::OnRequest)?;
+        let controller = Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP, Arming::OnRequest)?;
+        let mut haptic = HapticLoop::new(DesktopBoard::default(), controller);
         let mut patch_here = Patch::open(patch, memory, None)?;
         // a mesh is taken in `Idle` alone: three ticks of start-up
         let sensed = Sensed { position_m: Vector3::zeros(), sequence: 0, status: SensorStatus::Failed };
@@ -86,10 +89,10 @@ impl<'a> Twin<'a> {
         for sequence in 1..=3 {
             let message = ToBoard::Pose { position_m: [0.0; 3], sequence, good: true };
             board.send(&message)?;
-            inbox.take(&message, &mut controller, None);
+            inbox.take(&message, &mut haptic.controller, None);
             let (sensed, command) = inbox.clear();
             newest = sensed.unwrap_or(newest);
-            controller.step(&mut patch_here, newest, command, true);
+            haptic.tick(&mut patch_here, newest, command, None);
             board.receive()?;
         }
         board.upload(patch)?;
@@ -99,7 +102,7 @@ impl<'a> Twin<'a> {
             broken: None,
             machine: board.machine(),
             board,
-            controller,
+            haptic,
             patch: patch_here,
             inbox,
             newest,
@@ -132,7 +135,7 @@ impl<'a> Twin<'a> {
     /// The mode.
     #[must_use]
     pub fn mode(&self) -> Mode {
-        self.controller.mode()
+        self.haptic.controller.mode()
     }
 
     /// One tick on both, with a request or without.
@@ -148,9 +151,8 @@ impl<'a> Twin<'a> {
         self.tell(&ToBoard::Pose { position_m, sequence: self.readings, good: reading.good })?;
         let (sensed, command) = self.inbox.clear();
         self.newest = sensed.unwrap_or(self.newest);
-        let told = self.controller.step(&mut self.patch, self.newest, command, true);
-        self.patch.settle(self.controller.in_contact());
-        let here = Record::new(&told, force_out::outputs(self.controller.drive()), 0);
+        let here = self.haptic.tick(&mut self.patch, self.newest, command, None);
+        self.patch.settle(self.haptic.controller.in_contact());
 
         let there = match self.board.receive()? {
             FromBoard::Record(record) => record,
@@ -201,7 +203,7 @@ impl<'a> Twin<'a> {
 
     fn tell(&mut self, message: &ToBoard<'_>) -> Result<(), EmulateError> {
         self.board.send(message)?;
-        if let Reply::Modulus(pascal) = self.inbox.take(message, &mut self.controller, None) {
+        if let Reply::Modulus(pascal) = self.inbox.take(message, &mut self.haptic.controller, None) {
             self.patch.ask_modulus(pascal)?;
         }
         Ok(())

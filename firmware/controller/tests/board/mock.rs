@@ -1,0 +1,194 @@
+//! A board whose pins, clock and supply the test commands.
+
+use std::collections::VecDeque;
+
+use palpate::haptic::cycle::{Renderer, Settings};
+use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
+use palpate::{Fault, Output, ProbePose, Vector3};
+use palpate_controller::board::Board;
+use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
+use palpate_controller::controller::{Arming, Controller};
+use palpate_controller::force_out::Outputs;
+use palpate_controller::haptic_loop::HapticLoop;
+use palpate_controller::patch::Budget;
+use palpate_controller::port::Port;
+
+/// Pins, clock and link as the test sets them, and what the controller did to them.
+pub struct Mock {
+    /// Pins that stay as they are, whatever is written.
+    pub stuck: Option<Outputs>,
+    pub pins: Outputs,
+    /// Periods that begin while a tick runs.
+    pub late: u32,
+    pub period: u32,
+    pub dropped: u32,
+    pub fed: u32,
+    pub milliseconds: u32,
+    pub supply_low: bool,
+    pub stop: Option<Fault>,
+    pub operator_absent: Option<bool>,
+    pub healthy: bool,
+    pub from_host: VecDeque<Vec<u8>>,
+    pub to_host: Vec<Vec<u8>>,
+    pub slots: Slots,
+}
+
+/// Two slots that keep what is written.
+#[derive(Default)]
+pub struct Slots([Option<[u8; SLOT_BYTES]>; 2]);
+
+impl Default for Mock {
+    fn default() -> Self {
+        Self {
+            stuck: None,
+            pins: Outputs::OFF,
+            late: 0,
+            period: 0,
+            dropped: 0,
+            fed: 0,
+            milliseconds: 0,
+            supply_low: false,
+            stop: None,
+            operator_absent: None,
+            healthy: true,
+            from_host: VecDeque::new(),
+            to_host: Vec::new(),
+            slots: Slots::default(),
+        }
+    }
+}
+
+impl Flash for Slots {
+    fn read(&self, slot: Slot, bytes: &mut [u8; SLOT_BYTES]) {
+        *bytes = self.0[slot as usize].unwrap_or([0xFF; SLOT_BYTES]);
+    }
+
+    fn erase(&mut self, slot: Slot) -> Result<(), FlashError> {
+        self.0[slot as usize] = None;
+        Ok(())
+    }
+
+    fn write(&mut self, slot: Slot, bytes: &[u8; SLOT_BYTES]) -> Result<(), FlashError> {
+        self.0[slot as usize] = Some(*bytes);
+        Ok(())
+    }
+}
+
+impl Board for Mock {
+    type ProfileMemory = Slots;
+
+    fn clock_counts(&self) -> u32 {
+        0
+    }
+
+    fn since_period_counts(&self) -> u32 {
+        7
+    }
+
+    fn periods_begun(&self) -> u32 {
+        self.period + self.late
+    }
+
+    async fn next_period(&mut self) -> u32 {
+        self.period += 1;
+        self.period
+    }
+
+    fn drop_period(&mut self) {
+        self.dropped += 1;
+    }
+
+    fn write_outputs(&mut self, outputs: Outputs) {
+        self.pins = outputs;
+    }
+
+    fn outputs(&self) -> Outputs {
+        self.stuck.unwrap_or(self.pins)
+    }
+
+    fn outputs_off(&mut self) {
+        self.pins = Outputs::OFF;
+    }
+
+    fn feed_watchdog(&mut self) {
+        self.fed += 1;
+    }
+
+    fn count_millisecond(&mut self) {
+        self.milliseconds += 1;
+    }
+
+    fn healthy(&self) -> bool {
+        self.healthy
+    }
+
+    fn supply_low(&self) -> bool {
+        self.supply_low
+    }
+
+    fn emergency_stop(&mut self) -> Option<Fault> {
+        self.stop
+    }
+
+    fn operator_absent(&self) -> Option<bool> {
+        self.operator_absent
+    }
+
+    fn sense(&mut self) -> Option<Sensed> {
+        None
+    }
+
+    fn budget(&self) -> Budget {
+        Budget::M7_480
+    }
+
+    fn stack_used_bytes(&self) -> usize {
+        4321
+    }
+
+    fn profile_memory(&mut self) -> &mut Slots {
+        &mut self.slots
+    }
+
+    fn link_read(&mut self, bytes: &mut [u8]) -> usize {
+        let Some(frame) = self.from_host.pop_front() else { return 0 };
+        bytes[..frame.len()].copy_from_slice(&frame);
+        frame.len()
+    }
+
+    fn link_write(&mut self, frame: &[u8]) {
+        self.to_host.push(frame.to_vec());
+    }
+}
+
+/// A tissue that pushes with a constant force where the tip is below the surface.
+pub struct Slab;
+
+impl Renderer for Slab {
+    fn render(&mut self, pose: ProbePose) -> Output {
+        let depth_m = -pose.tip_m.z;
+        if depth_m <= 0.0 {
+            return Output::NONE;
+        }
+        Output {
+            force_n: Vector3::new(0.0, 0.0, 300.0 * depth_m),
+            normal: Vector3::z(),
+            point_m: pose.tip_m,
+            depth_m,
+            ..Output::NONE
+        }
+    }
+
+    fn reset(&mut self) {}
+}
+
+/// A loop on such a board that arms by itself.
+pub fn haptic_loop(arming: Arming) -> HapticLoop<Mock> {
+    let settings = Settings::safe(&Port::DESKTOP.limits());
+    HapticLoop::new(Mock::default(), Controller::build(&settings, Port::DESKTOP, arming).unwrap())
+}
+
+/// A good reading.
+pub fn at(z_m: f32, sequence: u32) -> Sensed {
+    Sensed { position_m: Vector3::new(0.0, 0.0, z_m), sequence, status: SensorStatus::Good }
+}

@@ -1,0 +1,104 @@
+//! A host on the link of such a board.
+
+use std::future::Future;
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
+
+use palpate::haptic::mode::Mode;
+use palpate_controller::controller::Arming;
+use palpate_controller::link::frame::decode;
+use palpate_controller::link::message::HostAsk;
+use palpate_controller::link::{FromBoard, Refusal, ToBoard, Upload, encode};
+use palpate_controller::patch::{Memory, WordAligned};
+use palpate_controller::serve::{Pace, run};
+
+use super::mock::{Mock, haptic_loop};
+
+static BLOCK: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m4f-168.patch"));
+
+/// What a host sends before it goes, and what it is answered.
+fn answers(messages: &[ToBoard<'_>]) -> (Vec<Vec<u8>>, Mock) {
+    let mut haptic = haptic_loop(Arming::OnRequest);
+    for (n, message) in messages.iter().enumerate() {
+        let mut out = [0; palpate_controller::link::FRAME_BYTES];
+        let frame = encode(n as u16 + 1, message, &mut out).unwrap();
+        haptic.board.from_host.push_back(frame.to_vec());
+    }
+    let (mut memory, mut upload) = (Box::new(Memory::RESERVED), Box::new(Upload::RESERVED));
+    {
+        let service = pin!(run(&mut haptic, &BLOCK.0, &mut memory, &mut upload, Pace::LockStep));
+        assert_eq!(
+            service.poll(&mut Context::from_waker(Waker::noop())),
+            Poll::Ready(()),
+            "in lock-step nothing is waited for but the host"
+        );
+    }
+    (std::mem::take(&mut haptic.board.to_host), haptic.board)
+}
+
+fn pose(sequence: u32, z_m: f32) -> ToBoard<'static> {
+    ToBoard::Pose { position_m: [0.0, 0.0, z_m], sequence, good: true }
+}
+
+fn decoded<T>(mut frame: Vec<u8>, then: impl FnOnce(FromBoard) -> T) -> T {
+    // without the zero byte that ends a frame
+    let end = frame.iter().position(|byte| *byte == 0).unwrap_or(frame.len());
+    then(decode(&mut frame[..end]).unwrap().1)
+}
+
+#[test]
+fn every_pose_is_answered_by_a_record_and_the_outputs_are_off_when_the_host_goes() {
+    let mut messages: Vec<ToBoard> = (1..=3).map(|n| pose(n, 2e-3)).collect();
+    messages.push(ToBoard::Ask(HostAsk::Arm));
+    messages.extend((4..=800).map(|n| pose(n, 2e-3)));
+    let (frames, board) = answers(&messages);
+    assert_eq!(frames.len(), 800);
+    let modes: Vec<Option<Mode>> = frames
+        .into_iter()
+        .map(|frame| decoded(frame, |message| if let FromBoard::Record(record) = message { record.mode() } else { None }))
+        .collect();
+    assert_eq!(modes.last(), Some(&Some(Mode::Active)), "armed by the host's request");
+    assert!(!board.pins.enabled, "nobody is there any more");
+    assert_eq!(board.milliseconds, 800);
+}
+
+#[test]
+fn a_report_tells_the_state_and_a_modulus_out_of_range_is_refused() {
+    let mut messages: Vec<ToBoard> = (1..=3).map(|n| pose(n, 2e-3)).collect();
+    messages.extend([ToBoard::Report, ToBoard::YoungsModulus(1e9), pose(4, 2e-3)]);
+    let (frames, _) = answers(&messages);
+    let kinds: Vec<&str> = frames
+        .into_iter()
+        .map(|frame| {
+            decoded(frame, |message| match message {
+                FromBoard::Record(_) => "record",
+                FromBoard::State { stack_used_bytes, nodes, bad_frames, .. } => {
+                    assert_eq!((stack_used_bytes, nodes, bad_frames), (4321, 57, 0));
+                    "state"
+                }
+                FromBoard::Refused(Refusal::ModulusOutOfRange) => "refused",
+                other => panic!("{other:?}"),
+            })
+        })
+        .collect();
+    assert_eq!(kinds[2..], ["record", "state", "refused", "record"]);
+}
+
+#[test]
+fn damaged_bytes_are_counted_and_the_next_frame_is_taken() {
+    let mut haptic = haptic_loop(Arming::OnRequest);
+    haptic.board.from_host.push_back(vec![7, 7, 7, 0]);
+    let mut out = [0; palpate_controller::link::FRAME_BYTES];
+    haptic.board.from_host.push_back(encode(1, &pose(1, 2e-3), &mut out).unwrap().to_vec());
+    haptic
+        .board
+        .from_host
+        .push_back(encode(2, &ToBoard::Report, &mut [0; palpate_controller::link::FRAME_BYTES]).unwrap().to_vec());
+    let (mut memory, mut upload) = (Box::new(Memory::RESERVED), Box::new(Upload::RESERVED));
+    {
+        let service = pin!(run(&mut haptic, &BLOCK.0, &mut memory, &mut upload, Pace::LockStep));
+        assert_eq!(service.poll(&mut Context::from_waker(Waker::noop())), Poll::Ready(()));
+    }
+    let state = haptic.board.to_host.pop().unwrap();
+    decoded(state, |message| assert!(matches!(message, FromBoard::State { bad_frames: 1, .. }), "{message:?}"));
+}
