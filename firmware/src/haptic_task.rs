@@ -1,8 +1,5 @@
 //! The task of the haptic loop, which preempts everything but the tick timer's interrupt.
 
-use core::sync::atomic::{AtomicU32, Ordering};
-
-use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, signal::Signal};
 use palpate::haptic::cycle::Command;
 use palpate_controller::board::Board;
 use palpate_controller::haptic_loop::HapticLoop;
@@ -13,35 +10,11 @@ use palpate_controller::serve::{self, Pace};
 
 use crate::board::{self, ThisBoard};
 use crate::flash_patch::in_flash;
+use crate::period::{next_period, periods_begun};
 use crate::telemetry;
 
 /// Ticks between two snapshots: one a second, slow enough for any log link.
 const SNAPSHOT_TICKS: u32 = 1_000;
-
-static PERIODS_BEGUN: AtomicU32 = AtomicU32::new(0);
-static PERIOD: Signal<CriticalSectionRawMutex, u32> = Signal::new();
-
-/// The tick timer's interrupt: a new period begins. Runs above the loop, so a tick that is still busy is seen as late.
-pub fn on_period() {
-    let period = periods_begun().wrapping_add(1);
-    PERIODS_BEGUN.store(period, Ordering::Relaxed); // only this interrupt writes it
-    PERIOD.signal(period);
-}
-
-/// Periods that have begun, wrapping.
-pub fn periods_begun() -> u32 {
-    PERIODS_BEGUN.load(Ordering::Relaxed)
-}
-
-/// Waits for the next period of the tick timer; its number.
-pub async fn next_period() -> u32 {
-    PERIOD.wait().await
-}
-
-/// Drops a period that has begun and was not waited for.
-pub fn drop_period() {
-    PERIOD.reset();
-}
 
 /// Renders the patch to a scripted hand, one tick per period, then reports.
 #[embassy_executor::task]

@@ -8,7 +8,7 @@
 mod board;
 mod flash_patch;
 mod haptic_task;
-mod safety;
+mod period;
 mod telemetry;
 
 use core::fmt;
@@ -65,5 +65,5 @@ fn main() -> ! {
 
 /// Nothing runs without it.
 fn or_stop<T>(result: Result<T, impl fmt::Display>, what: &str) -> T {
-    result.unwrap_or_else(|error| safety::stop(format_args!("{what}: {error}")))
+    result.unwrap_or_else(|error| board::stop(format_args!("{what}: {error}")))
 }

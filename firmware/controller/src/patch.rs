@@ -7,6 +7,7 @@ use crate::link::Refusal;
 use crate::placement::Placement;
 
 pub mod cost;
+mod refusal;
 pub mod site;
 pub mod step;
 

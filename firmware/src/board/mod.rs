@@ -1,8 +1,8 @@
 //! The board port. A board file provides:
 //!
 //! * `start_executors() -> (haptic, background)`, the first preempting the second;
-//! * `start_tick_timer()`, which calls [`crate::haptic_task::on_period`] from an interrupt above both, every millisecond, and arms the watchdog;
-//! * `feed_watchdog()`, without which the board calls [`crate::safety::stop`] after some periods, above every interrupt;
+//! * `start_tick_timer()`, which calls [`crate::period::on_period`] from an interrupt above both, every millisecond, and arms the watchdog;
+//! * `feed_watchdog()`, without which the board calls [`stop`] after some periods, above every interrupt;
 //! * `clock_counts() -> u32`, free running and wrapping, and `counts_to_ns`; `since_period_counts()`, the same since the tick timer's last edge;
 //! * `write_outputs(outputs)`, `outputs()` to read them back from the pins, and `outputs_off()`, fit for any context, a fault handler included;
 //! * `emergency_stop()`, the fault while the stop circuit is open or after it was; `operator_absent()`, whether the operator's switch is released,
@@ -17,19 +17,15 @@
 //! * `sense()`, what the board's own sensors say, if it has any;
 //! * `idle(duty)`, until the next interrupt;
 //! * `print(line)`, plain text for the last words of a run;
-//! * the handlers of `HardFault` and of interrupts nobody claimed, both ending in [`crate::safety::stop`].
+//! * the handlers of `HardFault` and of interrupts nobody claimed, both ending in [`stop`].
 //!
 //! Nothing outside this folder is `unsafe`.
 
-use palpate::Fault;
-use palpate::haptic::device::Sensed;
-use palpate_controller::board::Board;
+use core::{fmt, panic::PanicInfo};
 use palpate_controller::force_out::Outputs;
-use palpate_controller::patch::Budget;
+
 use palpate_controller::script::Script;
 use palpate_controller::serve::Pace;
-
-use crate::haptic_task;
 
 /// What an image does.
 #[derive(Clone, Copy)]
@@ -43,6 +39,8 @@ pub enum Duty {
 
 #[expect(unsafe_code, reason = "memory that outlives a reset is no plain static")]
 mod resets;
+mod this_board;
+pub use this_board::ThisBoard;
 #[expect(unsafe_code, reason = "the stack's bounds are the linker's, and a hard fault needs a fresh one")]
 mod stack;
 pub use resets::count_millisecond;
@@ -71,92 +69,17 @@ pub use mps2::{
     start_tick_timer, supply_low, write_outputs,
 };
 
-/// The board that the image is built for, as the controller asks it.
-#[derive(Default)]
-pub struct ThisBoard {
-    profile_memory: ProfileMemory,
+/// Releases the force, then prints the reason and leaves the rest to the board: the watchdog's reset, or the end of an emulated run.
+pub fn stop(reason: fmt::Arguments<'_>) -> ! {
+    // no interrupt may put a force back after this
+    cortex_m::interrupt::disable();
+    outputs_off();
+    print(reason);
+    print(format_args!("{}", if outputs() == Outputs::OFF { "outputs off" } else { "OUTPUTS ON" }));
+    after_crash()
 }
 
-impl Board for ThisBoard {
-    type ProfileMemory = ProfileMemory;
-
-    fn clock_counts(&self) -> u32 {
-        clock_counts()
-    }
-
-    fn since_period_counts(&self) -> u32 {
-        since_period_counts()
-    }
-
-    fn periods_begun(&self) -> u32 {
-        haptic_task::periods_begun()
-    }
-
-    async fn next_period(&mut self) -> u32 {
-        haptic_task::next_period().await
-    }
-
-    fn drop_period(&mut self) {
-        haptic_task::drop_period();
-    }
-
-    fn write_outputs(&mut self, outputs: Outputs) {
-        write_outputs(outputs);
-    }
-
-    fn outputs(&self) -> Outputs {
-        outputs()
-    }
-
-    fn outputs_off(&mut self) {
-        outputs_off();
-    }
-
-    fn feed_watchdog(&mut self) {
-        feed_watchdog();
-    }
-
-    fn count_millisecond(&mut self) {
-        count_millisecond();
-    }
-
-    fn healthy(&self) -> bool {
-        healthy()
-    }
-
-    fn supply_low(&self) -> bool {
-        supply_low()
-    }
-
-    fn emergency_stop(&mut self) -> Option<Fault> {
-        emergency_stop()
-    }
-
-    fn operator_absent(&self) -> Option<bool> {
-        operator_absent()
-    }
-
-    fn sense(&mut self) -> Option<Sensed> {
-        sense()
-    }
-
-    fn budget(&self) -> Budget {
-        budget()
-    }
-
-    fn stack_used_bytes(&self) -> usize {
-        stack_used_bytes()
-    }
-
-    fn profile_memory(&mut self) -> &mut ProfileMemory {
-        &mut self.profile_memory
-    }
-
-    fn link_read(&mut self, bytes: &mut [u8]) -> usize {
-        link_read(bytes)
-    }
-
-    fn link_write(&mut self, frame: &[u8]) {
-        link_write(frame);
-    }
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    stop(format_args!("{info}"))
 }

@@ -20,7 +20,7 @@ use palpate_controller::force_out::{DacCode, Outputs};
 use palpate_controller::patch::Budget;
 
 use super::Duty;
-use crate::{haptic_task, safety};
+use crate::period;
 
 mod link;
 mod profile;
@@ -106,7 +106,7 @@ static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
 extern "C" fn on_tick_timer() {
     // SAFETY: a write-one-to-clear register of timer 0, which nothing but this file touches.
     unsafe { TIMER0_INTCLEAR.write_volatile(1) };
-    haptic_task::on_period();
+    period::on_period();
 }
 
 extern "C" fn on_haptic() {
@@ -300,5 +300,5 @@ pub fn exit(success: bool) -> ! {
 unsafe fn NonMaskableInt() -> ! {
     outputs_off();
     let silent = clock_counts().wrapping_sub(FED.load(Ordering::Relaxed)) / (CLOCK_HZ / 1_000_000);
-    safety::stop(format_args!("watchdog: no tick was completed for silent_us={silent}"))
+    crate::board::stop(format_args!("watchdog: no tick was completed for silent_us={silent}"))
 }

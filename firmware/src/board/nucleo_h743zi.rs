@@ -54,7 +54,7 @@ use palpate_controller::patch::Budget;
 use palpate_controller::probe_in::{self, EncoderCounts, extended};
 
 use super::Duty;
-use crate::haptic_task;
+use crate::period;
 use palpate_controller::serve::Pace;
 
 /// Core clock [MHz].
@@ -101,7 +101,7 @@ unsafe fn UART8() {
 #[interrupt]
 unsafe fn TIM7() {
     pac::TIM7.sr().write(|w| w.set_uif(false));
-    haptic_task::on_period();
+    period::on_period();
 }
 
 /// Sets up clocks and pins, outputs off, and starts the executors.

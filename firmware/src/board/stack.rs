@@ -1,7 +1,6 @@
 //! The stack: below the statics (`memory.x`), painted by cortex-m-rt, and what happens when it overflows.
 
 use super::outputs_off;
-use crate::safety;
 
 unsafe extern "C" {
     static _stack_start: u32;
@@ -45,12 +44,12 @@ extern "C" fn on_hard_fault(frame: *const u32) -> ! {
     if stack.contains(&frame.addr()) {
         // SAFETY: eight words from here on are within the stack.
         let [lr, pc] = unsafe { [frame.add(5).read_volatile(), frame.add(6).read_volatile()] };
-        safety::stop(format_args!("hard fault at pc={pc:#010x} lr={lr:#010x}"))
+        crate::board::stop(format_args!("hard fault at pc={pc:#010x} lr={lr:#010x}"))
     }
-    safety::stop(format_args!("hard fault: the stack overflowed"))
+    crate::board::stop(format_args!("hard fault: the stack overflowed"))
 }
 
 #[cortex_m_rt::exception]
 unsafe fn DefaultHandler(irqn: i16) -> ! {
-    safety::stop(format_args!("interrupt {irqn} has no handler"))
+    crate::board::stop(format_args!("interrupt {irqn} has no handler"))
 }

@@ -2,6 +2,7 @@
 
 mod energy_never_grows;
 mod golden_force_traces;
+mod imports_run_down;
 mod momentum_is_balanced;
 mod oracle_agrees;
 mod reaction_equals_anchor_force;

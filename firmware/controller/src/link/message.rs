@@ -2,14 +2,12 @@
 
 use core::fmt;
 
-use palpate::BuildError;
 use palpate::haptic::cycle::Ask;
 use serde::{Deserialize, Serialize};
 
 use super::record::Record;
 use super::wire_limits::WireLimits;
 use crate::config::{Profile, StoreError};
-use crate::patch::{MODULUS, SUBSTEP, TICK, cost, site, step};
 
 /// From the host. Whatever it is, it is a sign of life.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -134,23 +132,6 @@ pub enum Refusal {
     PatchCost,
     /// Its site, axis or depth limit does not lie on its own surface.
     PatchSite,
-}
-
-impl From<BuildError> for Refusal {
-    fn from(error: BuildError) -> Self {
-        match error {
-            BuildError::Checksum { .. } => Self::PatchDamaged,
-            BuildError::NotAPatch => Self::PatchVersion,
-            BuildError::TooLarge { .. } | BuildError::LengthMismatch { .. } => Self::PatchTooLarge,
-            BuildError::OutOfRange { parameter: SUBSTEP | TICK | step::FLOOR, .. } => Self::PatchStep,
-            BuildError::OutOfRange { parameter: cost::COST, .. } => Self::PatchCost,
-            BuildError::OutOfRange { parameter: site::SITE | site::AXIS | site::AXIS_LENGTH | site::DEPTH, .. } => {
-                Self::PatchSite
-            }
-            BuildError::OutOfRange { parameter: MODULUS, .. } => Self::ModulusOutOfRange,
-            _ => Self::PatchInvalid,
-        }
-    }
 }
 
 impl From<StoreError> for Refusal {

@@ -9,7 +9,6 @@ use semihosting::io::{self, Read as _, Write as _};
 
 use super::uart;
 use crate::board::Duty;
-use crate::safety;
 use palpate_controller::serve::Pace;
 
 /// The run when the emulator's command line names none.
@@ -35,7 +34,7 @@ pub fn duty() -> Duty {
         };
         let (input, output) = (open(|path| File::open(path)), open(|path| File::create(path)));
         let (Some(input), Some(output)) = (input, output) else {
-            safety::stop(format_args!("lock-step: two FIFOs are needed: lock-step IN OUT"))
+            crate::board::stop(format_args!("lock-step: two FIFOs are needed: lock-step IN OUT"))
         };
         FILES.lock(|link| *link.borrow_mut() = Some((input, output)));
         return Duty::Serve(Pace::LockStep);

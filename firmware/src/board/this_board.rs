@@ -1,0 +1,103 @@
+//! The board that the image is built for, as the controller asks it.
+
+use palpate::Fault;
+use palpate::haptic::device::Sensed;
+use palpate_controller::board::Board;
+use palpate_controller::force_out::Outputs;
+use palpate_controller::patch::Budget;
+
+use super::{
+    ProfileMemory, budget, clock_counts, count_millisecond, emergency_stop, feed_watchdog, healthy, link_read, link_write,
+    operator_absent, outputs, outputs_off, sense, since_period_counts, stack_used_bytes, supply_low, write_outputs,
+};
+use crate::period;
+
+/// No state of its own: the board is its registers.
+#[derive(Default)]
+pub struct ThisBoard {
+    profile_memory: ProfileMemory,
+}
+
+impl Board for ThisBoard {
+    type ProfileMemory = ProfileMemory;
+
+    fn clock_counts(&self) -> u32 {
+        clock_counts()
+    }
+
+    fn since_period_counts(&self) -> u32 {
+        since_period_counts()
+    }
+
+    fn periods_begun(&self) -> u32 {
+        period::periods_begun()
+    }
+
+    async fn next_period(&mut self) -> u32 {
+        period::next_period().await
+    }
+
+    fn drop_period(&mut self) {
+        period::drop_period();
+    }
+
+    fn write_outputs(&mut self, outputs: Outputs) {
+        write_outputs(outputs);
+    }
+
+    fn outputs(&self) -> Outputs {
+        outputs()
+    }
+
+    fn outputs_off(&mut self) {
+        outputs_off();
+    }
+
+    fn feed_watchdog(&mut self) {
+        feed_watchdog();
+    }
+
+    fn count_millisecond(&mut self) {
+        count_millisecond();
+    }
+
+    fn healthy(&self) -> bool {
+        healthy()
+    }
+
+    fn supply_low(&self) -> bool {
+        supply_low()
+    }
+
+    fn emergency_stop(&mut self) -> Option<Fault> {
+        emergency_stop()
+    }
+
+    fn operator_absent(&self) -> Option<bool> {
+        operator_absent()
+    }
+
+    fn sense(&mut self) -> Option<Sensed> {
+        sense()
+    }
+
+    fn budget(&self) -> Budget {
+        budget()
+    }
+
+    fn stack_used_bytes(&self) -> usize {
+        stack_used_bytes()
+    }
+
+    fn profile_memory(&mut self) -> &mut ProfileMemory {
+        &mut self.profile_memory
+    }
+
+    fn link_read(&mut self, bytes: &mut [u8]) -> usize {
+        link_read(bytes)
+    }
+
+    fn link_write(&mut self, frame: &[u8]) {
+        link_write(frame);
+    }
+}

@@ -1,0 +1,243 @@
+//! Imports run down: no crate stands on one above it, and no files import each other in a circle, but for a file and those of its own folder.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use palpate_tests::palpate_command::repository;
+
+/// Package, its folder, and the packages of the repository that it may stand on.
+const LAYERS: [(&str, &str, &[&str]); 11] = [
+    ("palpate", "core", &[]),
+    ("palpate-controller", "firmware/controller", &["palpate"]),
+    ("palpate-firmware", "firmware", &["palpate", "palpate-controller"]),
+    ("palpate-charts", "host-sim/charts", &[]),
+    ("palpate-tissue", "host-sim/tissue", &["palpate"]),
+    ("palpate-fit", "host-sim/fit", &["palpate", "palpate-tissue"]),
+    ("palpate-loop", "host-sim/loop", &["palpate", "palpate-tissue"]),
+    ("palpate-board", "host-sim/board", &["palpate", "palpate-controller", "palpate-loop", "palpate-tissue"]),
+    ("palpate-lab", "host-sim/lab", &["palpate", "palpate-charts", "palpate-fit", "palpate-loop", "palpate-tissue"]),
+    (
+        "palpate-sim",
+        "host-sim",
+        &[
+            "palpate",
+            "palpate-board",
+            "palpate-charts",
+            "palpate-controller",
+            "palpate-fit",
+            "palpate-lab",
+            "palpate-loop",
+            "palpate-tissue",
+        ],
+    ),
+    ("palpate-live", "host-sim/live", &["palpate", "palpate-loop", "palpate-tissue"]),
+];
+
+#[test]
+fn no_crate_stands_on_one_above_it() {
+    for (package, folder, allowed) in LAYERS {
+        let manifest = std::fs::read_to_string(repository().join(folder).join("Cargo.toml")).unwrap();
+        assert!(manifest.contains(&format!("name = \"{package}\"")), "{folder} is not {package}");
+        let own =
+            manifest.lines().filter_map(|line| line.split(['.', ' ', '=']).next()).filter(|name| name.starts_with("palpate"));
+        for name in own {
+            assert!(allowed.contains(&name), "{package} stands on {name}, which is not below it");
+        }
+    }
+}
+
+#[test]
+fn no_files_import_each_other_in_a_circle() {
+    for (package, folder, _) in LAYERS {
+        let files = Files::read(&repository().join(folder).join("src"));
+        assert!(!files.text.is_empty(), "{package} has no files");
+        let circles = files.circles();
+        assert!(circles.is_empty(), "{package}: {circles:?}");
+    }
+}
+
+#[test]
+fn a_circle_is_found_and_a_file_with_its_folder_is_none() {
+    let files = |texts: &[(&str, &str)]| {
+        let text = texts.iter().map(|(name, text)| (name.split('/').map(str::to_owned).collect(), (*text).to_owned())).collect();
+        Files { text }
+    };
+    let circle = files(&[
+        ("a", "use crate::b::B; pub struct A;"),
+        ("b", "mod inner; pub use inner::B;"),
+        ("b/inner", "use crate::a::A; pub struct B;"),
+    ]);
+    assert_eq!(circle.circles(), [["a", "b/inner"]]);
+    let in_words = files(&[("a", "// use crate::b::B;\npub struct A;"), ("b", "pub fn b() { crate::a::a(); }")]);
+    assert!(in_words.circles().is_empty());
+    let inline = files(&[("a", "pub fn a() { crate::b::b(); }"), ("b", "pub fn b() { super::a::a(); }")]);
+    assert_eq!(inline.circles(), [["a", "b"]]);
+    let folder = files(&[("a", "mod b; use b::B; pub struct A;"), ("a/b", "use super::A; pub struct B;")]);
+    assert!(folder.circles().is_empty());
+}
+
+type Module = Vec<String>;
+
+/// Source files of a crate by their module.
+struct Files {
+    text: BTreeMap<Module, String>,
+}
+
+impl Files {
+    fn read(folder: &Path) -> Self {
+        let mut text = BTreeMap::new();
+        let mut folders = vec![folder.to_path_buf()];
+        while let Some(now) = folders.pop() {
+            for entry in std::fs::read_dir(now).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    folders.push(path);
+                } else if path.extension().is_some_and(|e| e == "rs") && !path.ends_with("tests.rs") {
+                    let relative = path.strip_prefix(folder).unwrap().with_extension("");
+                    let mut module: Module = relative.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+                    module.pop_if(|last| ["lib", "mod"].contains(&last.as_str()));
+                    text.insert(module, std::fs::read_to_string(&path).unwrap());
+                }
+            }
+        }
+        Self { text }
+    }
+
+    /// Pairs of files that reach each other by imports. A folder's own file is not counted with those in the folder.
+    fn circles(&self) -> Vec<[String; 2]> {
+        let code: BTreeMap<&Module, String> = self.text.iter().map(|(m, text)| (m, without_words(text))).collect();
+        let imports: BTreeMap<&Module, Vec<Import>> = code.iter().map(|(m, code)| (*m, Import::all(code))).collect();
+        let mut arrows: BTreeMap<&Module, BTreeSet<&Module>> = BTreeMap::new();
+        for (module, own) in &imports {
+            for import in own.iter().filter(|import| !import.public) {
+                let found = self.resolved(&imports, &code, module, &import.path, 0);
+                let other = found.filter(|to| !to.starts_with(module) && !module.starts_with(to));
+                arrows.entry(module).or_default().extend(other);
+            }
+        }
+        let reach: BTreeMap<&Module, BTreeSet<&Module>> = self.text.keys().map(|m| (m, reached(&arrows, m))).collect();
+        let both = |a: &&Module, b: &&Module| a < b && reach[*a].contains(*b) && reach[*b].contains(*a);
+        let pairs = reach.keys().flat_map(|a| reach.keys().filter(move |b| both(a, b)).map(move |b| [a.join("/"), b.join("/")]));
+        pairs.collect()
+    }
+
+    /// The file in which what `path` names is defined, as seen from `module`.
+    fn resolved(
+        &self,
+        imports: &BTreeMap<&Module, Vec<Import>>,
+        code: &BTreeMap<&Module, String>,
+        module: &Module,
+        path: &[String],
+        depth: usize,
+    ) -> Option<&Module> {
+        let supers = path.iter().take_while(|part| *part == "super").count();
+        let (mut at, mut rest) = match path.first()?.as_str() {
+            "crate" => (Module::new(), &path[1..]),
+            "self" => (module.clone(), &path[1..]),
+            "super" => (module.iter().take(module.len().checked_sub(supers)?).cloned().collect(), &path[supers..]),
+            first if self.text.contains_key(&[&module[..], &[first.to_owned()]].concat()) => (module.clone(), path),
+            _ => return None,
+        };
+        while let Some((first, behind)) = rest.split_first() {
+            let child = [&at[..], std::slice::from_ref(first)].concat();
+            if !self.text.contains_key(&child) {
+                break;
+            }
+            (at, rest) = (child, behind);
+        }
+        let (here, _) = self.text.get_key_value(&at)?;
+        let Some(item) = rest.first().filter(|item| !defines(&code[here], item)) else { return Some(here) };
+        let passed_on = imports[here].iter().find(|import| import.path.last() == Some(item) && import.path != path);
+        passed_on
+            .filter(|_| depth < 9)
+            .and_then(|import| self.resolved(imports, code, here, &import.path, depth + 1))
+            .or(Some(here))
+    }
+}
+
+/// Everything that imports lead to.
+fn reached<'m>(arrows: &BTreeMap<&'m Module, BTreeSet<&'m Module>>, from: &'m Module) -> BTreeSet<&'m Module> {
+    let (mut seen, mut next) = (BTreeSet::new(), vec![from]);
+    while let Some(now) = next.pop() {
+        next.extend(arrows.get(now).into_iter().flatten().copied().filter(|to| seen.insert(*to)));
+    }
+    seen
+}
+
+fn defines(code: &str, item: &str) -> bool {
+    let words: Vec<&str> = code.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|word| !word.is_empty()).collect();
+    let kinds = ["struct", "enum", "fn", "const", "static", "trait", "type", "macro_rules"];
+    words.windows(2).any(|pair| kinds.contains(&pair[0]) && pair[1] == item)
+}
+
+/// One path that a file names.
+struct Import {
+    path: Vec<String>,
+    /// Passed on by `pub use`: no arrow of this file.
+    public: bool,
+}
+
+impl Import {
+    fn all(code: &str) -> Vec<Self> {
+        let mut found = Vec::new();
+        let mut rest = code;
+        while let Some(at) = rest.find("use ") {
+            let starts = rest[..at].chars().next_back().is_none_or(|c| !c.is_alphanumeric() && c != '_');
+            let end = rest[at..].find(';').map_or(rest.len(), |end| at + end);
+            if starts {
+                let public = rest[..at].trim_end().ends_with("pub") || rest[..at].trim_end().ends_with(')');
+                tree(&rest[at + 4..end], &[], &mut |path| found.push(Self { path, public }));
+            }
+            rest = &rest[if starts { end } else { at + 4 }..];
+        }
+        for root in ["crate::", "super::"] {
+            for (at, _) in code.match_indices(root) {
+                let path = code[at..].split(|c: char| !c.is_alphanumeric() && c != '_' && c != ':').next().unwrap_or_default();
+                let path: Vec<String> = path.split("::").filter(|part| !part.is_empty()).map(str::to_owned).collect();
+                let inside = code[..at].ends_with("::") || code[..at].ends_with(|c: char| c.is_alphanumeric());
+                if path.len() > 1 && !inside && !in_use(code, at) {
+                    found.push(Self { path, public: false });
+                }
+            }
+        }
+        found
+    }
+}
+
+/// Whether a place lies in a `use` statement.
+fn in_use(code: &str, at: usize) -> bool {
+    let statement = code[..at].rfind([';', '}']).map_or(&code[..at], |start| &code[start..at]);
+    statement.contains("use ")
+}
+
+/// Paths of a `use` tree.
+fn tree(text: &str, prefix: &[String], found: &mut impl FnMut(Vec<String>)) {
+    let text = text.trim();
+    if let Some((head, inner)) = text.strip_suffix('}').and_then(|text| text.split_once('{')) {
+        let head = head.split("::").map(str::trim).filter(|part| !part.is_empty()).map(str::to_owned);
+        let prefix: Vec<String> = prefix.iter().cloned().chain(head).collect();
+        let (mut depth, mut from) = (0, 0);
+        for (at, letter) in inner.char_indices().chain([(inner.len(), ',')]) {
+            match letter {
+                '{' => depth += 1,
+                '}' => depth -= 1,
+                ',' if depth == 0 => {
+                    tree(&inner[from..at], &prefix, found);
+                    from = at + 1;
+                }
+                _ => {}
+            }
+        }
+    } else if !text.is_empty() {
+        let path = text.split(" as ").next().unwrap_or_default().split("::").map(|part| part.trim().to_owned());
+        found(prefix.iter().cloned().chain(path.filter(|part| part != "self" || prefix.is_empty())).collect());
+    }
+}
+
+/// Without comments, the content of strings, and unit tests.
+fn without_words(text: &str) -> String {
+    let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    let lines = text.lines().map(|line| line.split("//").next().unwrap_or_default());
+    let code = lines.collect::<Vec<_>>().join("\n");
+    code.split('"').step_by(2).collect::<Vec<_>>().join("\"\"")
+}
