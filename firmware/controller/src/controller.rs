@@ -145,7 +145,7 @@ mod tests {
 
     use super::*;
 
-    /// PatchSlot that is never touched.
+    /// Tissue that is never touched.
     struct Air;
 
     impl Renderer for Air {

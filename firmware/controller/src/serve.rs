@@ -1,7 +1,7 @@
 //! The controller with a host on its link, at one of two paces.
 //!
 //! * **Timed**: the tick timer begins a tick, the board's own sensors give the pose, the link is emptied without waiting, and a record goes out every
-//!   [`RECORD_TICKS`]. A silent host is lost after 20 ticks and the force falls to nothing.
+//!   20 ticks. A silent host is lost after 20 ticks and the force falls to nothing.
 //! * **Lock-step**: the host's pose begins a tick, its record ends it. No timer runs, so nothing is ever late. The emulator stands still while the
 //!   board waits for the host: a run is the same to the bit whatever the machine does.
 

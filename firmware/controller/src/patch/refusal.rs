@@ -21,3 +21,30 @@ impl From<BuildError> for Refusal {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_says_what_is_wrong_with_the_patch() {
+        let size = BuildError::TooLarge { item: "nodes", need: 2, have: 1 };
+        let length = BuildError::LengthMismatch { item: "springs", need: 2, have: 1 };
+        let range = |parameter| BuildError::OutOfRange { parameter, value: 2.0, min: 0.0, max: 1.0 };
+        let told = [
+            (BuildError::Checksum { expected: 1, found: 2 }, Refusal::PatchDamaged),
+            (BuildError::NotAPatch, Refusal::PatchVersion),
+            (size, Refusal::PatchTooLarge),
+            (length, Refusal::PatchTooLarge),
+            (range(SUBSTEP), Refusal::PatchStep),
+            (range(cost::COST), Refusal::PatchCost),
+            (range(site::AXIS), Refusal::PatchSite),
+            (range(MODULUS), Refusal::ModulusOutOfRange),
+            (range("poisson_ratio"), Refusal::PatchInvalid),
+            (BuildError::Empty, Refusal::PatchInvalid),
+        ];
+        for (error, refusal) in told {
+            assert_eq!(Refusal::from(error), refusal);
+        }
+    }
+}

@@ -125,7 +125,8 @@ fn periods_without_a_tick_are_counted_by_their_numbers() {
 
 #[test]
 fn every_fault_of_the_board_is_no_force_in_the_same_tick() {
-    let faults: [(fn(&mut Mock), Fault); 2] = [
+    type Happens = fn(&mut Mock);
+    let faults: [(Happens, Fault); 2] = [
         (|board| board.supply_low = true, Fault::SupplyLow),
         (|board| board.stop = Some(Fault::EmergencyStop), Fault::EmergencyStop),
     ];
