@@ -1,4 +1,4 @@
-//! What can go wrong: build errors that name the item, run-time faults that are numbered and latched, limiter flags.
+//! Errors: build errors that name the item, run-time faults that are numbered and latched, limiter flags.
 
 use core::fmt;
 
@@ -60,7 +60,7 @@ pub enum BuildError {
     OutOfRange {
         /// Name of the parameter, with its unit.
         parameter: &'static str,
-        /// What was given.
+        /// Length or value given.
         value: f32,
         /// Smallest value allowed.
         min: f32,
@@ -69,9 +69,9 @@ pub enum BuildError {
     },
     /// The patch was built for another Poisson's ratio: it changes the springs, so it cannot be set afterwards.
     PoissonMismatch {
-        /// What was given.
+        /// Length or value given.
         given: f32,
-        /// What the patch was built for.
+        /// Value that the patch was built for.
         patch: f32,
     },
     /// The bytes are not a patch file of this version.
@@ -213,7 +213,7 @@ impl fmt::Display for Fault {
     }
 }
 
-/// What was clamped in a tick. Not a fault: the force is right for the clamped input.
+/// Inputs that were clamped in a tick. Not a fault: the force is right for the clamped input.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Limiters(u8);
 

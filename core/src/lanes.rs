@@ -84,7 +84,7 @@ pub trait Lanes<const W: usize>:
     + SubAssign
     + MulAssign
 {
-    /// The same number in every lane.
+    /// One number in every lane.
     fn splat(x: f32) -> Self;
     /// One number per lane.
     fn from_array(x: [f32; W]) -> Self;

@@ -1,4 +1,4 @@
-//! What is constant: the rest shape and its stiffness, as borrowed slices, so that it lives in flash or in a `Vec`.
+//! The constant model: rest shape and stiffness as borrowed slices, so that it lives in flash or in a `Vec`.
 //!
 //! **Everything elastic is stored per pascal of Young's modulus** (a spring constant in N/m is its entry in metres times E). The
 //! tick runs on forces divided by E, so one packed patch serves every stiffness at no cost; E enters in [`crate::Tuned`] only.

@@ -130,7 +130,7 @@ impl Default for Params {
     }
 }
 
-/// What the tick reads of [`Params`]; derived once, so that the tick divides by no user value.
+/// Parameters as the tick reads them, derived once from [`Params`], so that the tick divides by no user value.
 #[derive(Debug)]
 pub struct Tuned<'a> {
     pub(crate) terms: Terms,

@@ -1,4 +1,4 @@
-//! What moves: every mutable array, allocated by the caller before the first tick.
+//! The mutable state: every array that a tick writes, allocated by the caller before the first tick.
 
 use nalgebra::Vector3;
 
@@ -56,7 +56,7 @@ pub(crate) struct TouchPlane {
     pub normal: Vector3<f32>,
 }
 
-/// What a [`State`] keeps beside the arrays that it borrows: with it a caller that owns its arrays lets go of a state between ticks, and takes
+/// The part of a [`State`] that is not in the arrays it borrows: with it a caller that owns its arrays lets go of a state between ticks, and takes
 /// it up again.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Held {
@@ -79,7 +79,7 @@ pub struct Held {
 #[derive(Debug)]
 pub struct State<'a> {
     pub(crate) nodes: &'a mut [Node],
-    /// What the volume stage keeps between its passes.
+    /// Memory of the volume stage between its passes.
     #[cfg_attr(target_os = "none", expect(dead_code, reason = "the board computes it twice"))]
     pub(crate) shapes: &'a mut [TetShapes],
     /// Surface triangles near the probe in this tick.
@@ -167,7 +167,7 @@ impl<'a> State<'a> {
         })
     }
 
-    /// What it keeps beside its arrays.
+    /// The part of the state that is not in the borrowed arrays.
     #[must_use]
     pub fn held(&self) -> Held {
         let Self {
@@ -289,7 +289,7 @@ pub struct TetShapes {
 }
 
 impl TetShapes {
-    /// What memory is reserved with.
+    /// Value to reserve memory with.
     pub const ZERO: Self = Self {
         #[cfg(not(target_os = "none"))]
         gradients: [Vector3::new(wide::f32x4::ZERO, wide::f32x4::ZERO, wide::f32x4::ZERO); 3],

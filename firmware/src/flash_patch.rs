@@ -2,7 +2,7 @@
 
 use palpate_controller::patch::WordAligned;
 
-/// What `PALPATE_PATCH` named when the image was built.
+/// The file that `PALPATE_PATCH` named when the image was built.
 static PATCH_FILE: &WordAligned<[u8]> = &WordAligned(*include_bytes!(concat!(env!("OUT_DIR"), "/packed.patch")));
 
 /// The packed patch in flash.

@@ -1,4 +1,4 @@
-//! What the run tells the outside, from a task below the haptic loop.
+//! Reports of a run, from a task below the haptic loop.
 
 use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, signal::Signal};
 

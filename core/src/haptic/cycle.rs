@@ -247,7 +247,7 @@ impl Cycle {
         followed
     }
 
-    /// What the patch's answer means for the mode.
+    /// Event for the mode machine that the patch's output causes.
     fn follow(&mut self, output: &Output) {
         match self.mode() {
             Mode::Arming => {

@@ -1,4 +1,4 @@
-//! What happens when a tick ends after its period.
+//! The deadline rule: consequences of a tick that ends after its period.
 //!
 //! Whoever paces the loop tells each cycle how many periods went by without a new force ([`super::cycle::Command::late_ticks`]). One is borne: the
 //! device has held an old force for twice its time, so this tick gives at most half of it. Two in a row, or five among 1000 ticks, are a loop

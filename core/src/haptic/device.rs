@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use super::within;
 use crate::fault::BuildError;
 
-/// What a device bears and how it measures. Data of a device profile, constant while it runs.
+/// Limits and resolution of a device. Data of a device profile, constant while it runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviceLimits {
     /// Longest force its actuators give in every direction [N].
@@ -60,7 +60,7 @@ impl DeviceLimits {
     }
 }
 
-/// What a sensor says of its own reading.
+/// A sensor's verdict on its own reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SensorStatus {
     /// It can be trusted.
@@ -84,7 +84,7 @@ pub struct Sensed {
 ///
 /// The port turns counts into metres of the patch frame and forces into counts; it neither filters nor limits, the cycle does.
 pub trait HapticDevice {
-    /// What it bears.
+    /// Its limits.
     fn limits(&self) -> DeviceLimits;
 
     /// Newest reading, without waiting.

@@ -121,7 +121,7 @@ impl Limits {
         Ok(Self::derive(values, device, tick_s))
     }
 
-    /// The same limits or stricter ones.
+    /// Limits none of which is looser than now.
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the limit that would be higher than it is, or is no number; nothing changes then.

@@ -20,7 +20,7 @@
 
 use crate::fault::Fault;
 
-/// What the loop is doing.
+/// Operating mode of the loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Mode {
@@ -70,7 +70,7 @@ impl Mode {
     }
 }
 
-/// What a host may send.
+/// Messages that are accepted in a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
     /// Another patch.
@@ -83,7 +83,7 @@ pub enum Request {
     LowerLimits,
 }
 
-/// What happened.
+/// Event that may change the mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
     /// Memory, clock and patch are there.

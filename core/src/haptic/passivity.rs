@@ -188,7 +188,7 @@ impl PassivityObserver {
         (self.alarms, self.touch_gain, self.gain) = (0, 1.0, 1.0);
     }
 
-    /// What was given.
+    /// Energy given to the hand.
     #[must_use]
     pub fn energy(&self) -> Energy {
         self.energy

@@ -65,7 +65,7 @@ impl Toggle {
         *self = Self::new(self.count_m);
     }
 
-    /// What the patch answered to what was shown [N], every tick.
+    /// Takes the patch's force [N] for the position that was shown, once per tick.
     pub fn answered(&mut self, force_n: &Vector3<f32>) {
         let change_n = super::length(&(force_n - self.force_n));
         self.force_n = *force_n;
@@ -114,7 +114,7 @@ mod tests {
 
     const COUNT_M: f32 = 50e-6;
 
-    /// What a patch is shown that answers with so much force a count [N].
+    /// Positions shown to a patch whose force changes by so much per count [N].
     fn shown(readings: impl Iterator<Item = i16>, n_per_count: f32) -> Vec<f32> {
         let mut toggle = Toggle::new(COUNT_M);
         let mut show = |n| {

@@ -14,7 +14,7 @@ use crate::path::force::foundation::Load;
 use crate::path::probe::Motion;
 use crate::state::{State, TouchPlane};
 
-/// What a tick says.
+/// Output of a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Output {
     /// Force on the probe [N], patch frame: it points out of the tissue. Zero on any fault.
@@ -31,7 +31,7 @@ pub struct Output {
     pub apart_m: f32,
     /// The sensed tip is outside the tissue, by geometry: there is no force to feel.
     pub outside: bool,
-    /// What was clamped.
+    /// Inputs that were clamped.
     pub limiters: Limiters,
     /// Why the force is zero.
     pub fault: Option<Fault>,

@@ -50,7 +50,7 @@ pub struct Motion {
     pub apart_m: f32,
     /// The sensed tip is where no contact is possible.
     pub outside: bool,
-    /// What was clamped.
+    /// Inputs that were clamped.
     pub limiters: Limiters,
 }
 

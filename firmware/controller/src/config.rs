@@ -21,7 +21,7 @@ const TAIL: usize = 4;
 /// Bytes of a slot that are used.
 pub const SLOT_BYTES: usize = 128;
 
-/// What a user sets once for a device.
+/// Settings that a user makes once for a device.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Profile {
     /// Limits of the loop.

@@ -1,7 +1,7 @@
-//! One tick of the controller without its board: the haptic cycle, its device and what a board asks of it by itself. The desktop runs the same.
+//! One tick of the controller without its board: the haptic cycle, its device and the requests that a board makes by itself.
 //!
-//! * in: a reading, what the host and the board said since the last tick
-//! * out: what the actuators do, a telemetry record
+//! * in: a reading, messages of the host and findings of the board since the last tick
+//! * out: a command to the actuators, a telemetry record
 //! * cost: that of [`palpate::haptic::cycle`]
 //! * may fail: every [`palpate::Fault`]; the actuators are off then
 
@@ -76,7 +76,7 @@ impl Controller {
         self.cycle.limits()
     }
 
-    /// What the actuators do after the last tick.
+    /// Command to the actuators after the last tick.
     #[must_use]
     pub fn drive(&self) -> Drive {
         self.edge.drive()
@@ -122,7 +122,7 @@ impl Controller {
         Command { operator_absent, ..command }
     }
 
-    /// What a board asks by itself goes before what the host asks.
+    /// Merges the board's own requests with the host's; the board's come first.
     fn asked(&self, command: Command, healthy: bool) -> Command {
         let (asked, found) = match self.mode() {
             Mode::Boot => (Some(Ask::Booted), command.found),

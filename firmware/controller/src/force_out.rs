@@ -4,7 +4,7 @@ pub mod bridge;
 
 use palpate::Vector3;
 
-/// What the actuators are told.
+/// Command to the actuators.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drive {
     /// No force, and the enable line off.
@@ -35,7 +35,7 @@ impl DacCode {
     }
 }
 
-/// What a board puts on its pins.
+/// State of a board's output pins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outputs {
     /// The amplifiers' enable line.

@@ -157,7 +157,7 @@ impl<'a> Patch<'a> {
         &self.model
     }
 
-    /// What moves, in the patch's own frame.
+    /// Mutable state, in the patch's own frame.
     #[must_use]
     pub fn state(&self) -> &State<'a> {
         &self.state
@@ -175,7 +175,7 @@ pub(crate) fn within(parameter: &'static str, value: f32, min: f32, max: f32) ->
     if min <= value && value <= max { Ok(()) } else { Err(BuildError::OutOfRange { parameter, value, min, max }) }
 }
 
-/// What lies under the device: a patch, or none yet because another one is on its way. Whoever arms all the same gets a fault.
+/// The patch under the device, or none while another one is uploaded. Arming without a patch is a fault.
 pub struct PatchSlot<'a>(pub Option<Patch<'a>>);
 
 impl PatchSlot<'_> {
@@ -190,7 +190,7 @@ impl PatchSlot<'_> {
     /// As [`Patch::ask_modulus`].
     ///
     /// # Errors
-    /// The same, or that there is no patch.
+    /// [`Patch::ask_modulus`], or a refusal because there is no patch.
     pub fn ask_modulus(&mut self, youngs_modulus_pa: f32) -> Result<(), Refusal> {
         Ok(self.0.as_mut().ok_or(Refusal::NoPatch)?.ask_modulus(youngs_modulus_pa)?)
     }

@@ -31,7 +31,7 @@ impl Port {
         operator_switch: false,
     };
 
-    /// The same stylus with limits of its own, from a profile.
+    /// The desktop stylus with the limits of a profile.
     #[must_use]
     pub fn with_limits(limits: DeviceLimits) -> Self {
         Self { limits, ..Self::DESKTOP }
@@ -54,7 +54,7 @@ impl Port {
         self.sensed = sensed;
     }
 
-    /// What the actuators are to do.
+    /// Command to the actuators.
     #[must_use]
     pub fn drive(&self) -> Drive {
         self.drive

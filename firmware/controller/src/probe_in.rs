@@ -12,7 +12,7 @@ impl EncoderCounts {
     ///
     /// `I2F30` holds +-2 m in steps of 0.93 nm, so the rounded scale is off by less than 5e-5 relative: 5 um at 100 mm.
     pub const M_PER_COUNT: I2F30 = I2F30::lit("0.00001");
-    /// The same as a plain number, for device profiles [m].
+    /// Length of one count as a plain number, for device profiles [m].
     pub const LENGTH_M: f32 = 1e-5;
 
     /// Position on this axis [m]; saturates at +-2 m. An integer multiple of the scale: exact until the one rounding to `f32`.

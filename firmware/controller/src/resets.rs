@@ -16,7 +16,7 @@ pub enum Cause {
     Crash,
 }
 
-/// What survives a reset. Lives in memory that start-up does not clear.
+/// Count of resets, in memory that start-up does not clear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub struct Resets {

@@ -20,7 +20,7 @@ const RECORD_TICKS: u32 = 20;
 /// A host that was silent for so many ticks may come back with any sequence number.
 const FORGET_TICKS: u32 = 100;
 
-/// What begins a tick.
+/// Trigger of a tick.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Pace {
     /// The tick timer.

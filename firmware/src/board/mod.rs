@@ -27,7 +27,7 @@ use palpate_controller::force_out::Outputs;
 use palpate_controller::script::Script;
 use palpate_controller::serve::Pace;
 
-/// What an image does.
+/// Task of an image.
 #[derive(Clone, Copy)]
 pub enum Duty {
     /// A scripted hand presses, in real time.

@@ -86,7 +86,7 @@ unsafe extern "C" {
     fn DefaultHandler();
 }
 
-/// What the core jumps to for interrupts 0 to 31.
+/// Handlers of interrupts 0 to 31.
 // SAFETY: the section is where cortex-m-rt's linker script expects the table, the name is the one it keeps, and every entry is a handler.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
@@ -134,7 +134,7 @@ fn set_priority(interrupt: Interrupt) {
     unsafe { nvic.set_priority(interrupt, priority(interrupt)) };
 }
 
-/// What the tick timer counts down from: it passes through zero.
+/// Start value of the tick timer, which counts down through zero.
 const PERIOD: u32 = CLOCK_HZ / TICK_HZ - 1;
 
 /// Counts since the tick timer's last edge.
@@ -176,7 +176,7 @@ pub fn clock_counts() -> u32 {
     now()
 }
 
-/// The same, and no function that a cost report would take for an end of the tick.
+/// The counter itself, inlined: a cost report would take a function for the end of the tick.
 #[inline(always)]
 fn now() -> u32 {
     // SAFETY: a read-only register without side effects.
@@ -229,7 +229,7 @@ pub fn write_outputs(outputs: Outputs) {
     }
 }
 
-/// What is on the pins.
+/// Outputs, read back from the pins.
 pub fn outputs() -> Outputs {
     let [x, y, z] = &DAC;
     let codes = [x, y, z].map(|register| DacCode(register.load(Ordering::Relaxed)));

@@ -77,7 +77,7 @@ const COUNTER_HZ: u32 = 1_000_000;
 
 static HAPTIC: InterruptExecutor = InterruptExecutor::new();
 static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
-/// What the converters were told, and the length of their period in steps.
+/// Codes last written to the converters, and the length of their period in steps.
 static CODES: [AtomicI16; 3] = [const { AtomicI16::new(0) }; 3];
 static PERIOD_STEPS: AtomicU32 = AtomicU32::new(0);
 /// Encoders count 16 bits; these go on.

@@ -9,7 +9,7 @@ unsafe extern "C" {
 
 /// Bytes below the statics that are the stack's, `memory.x` says how many.
 pub const STACK_BYTES: usize = 16 * 1024;
-/// What cortex-m-rt's `paint-stack` fills the stack with.
+/// Pattern with which cortex-m-rt's `paint-stack` fills the stack.
 const PAINT: u32 = 0xCCCC_CCCC;
 
 /// Bytes of the stack that were ever written: the paint is gone there.

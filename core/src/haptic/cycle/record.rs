@@ -1,4 +1,4 @@
-//! What goes into a cycle from the host, and what it tells.
+//! Input of a cycle from the host, and its telemetry.
 
 use nalgebra::Vector3;
 
@@ -7,7 +7,7 @@ use crate::haptic::mode::Mode;
 use crate::haptic::passivity::Energy;
 use crate::path::output::Output;
 
-/// What the host asks for.
+/// Request of the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ask {
     /// Memory, clock and patch are there: test.
@@ -22,14 +22,14 @@ pub enum Ask {
     Clear,
 }
 
-/// What came from outside since the last cycle.
+/// Messages and findings since the last cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Command {
     /// The host gave a sign of life. A loop without a host says so every cycle.
     pub heard: bool,
-    /// What it asks.
+    /// The request, if any.
     pub asked: Option<Ask>,
-    /// What the board found wrong: the supply, the self-test, a tick that never ended.
+    /// Fault found by the board: the supply, the self-test, a tick that never ended.
     pub found: Option<Fault>,
     /// Periods that went by without a new force since the last cycle: 0 if it was in time.
     pub late_ticks: u16,
@@ -43,7 +43,7 @@ impl Command {
     pub const HEARD: Self = Self { heard: true, asked: None, found: None, late_ticks: 0, operator_absent: false };
 }
 
-/// What a cycle did.
+/// Telemetry of one cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Telemetry {
     /// Cycles begun, wrapping.
@@ -54,7 +54,7 @@ pub struct Telemetry {
     pub fault: Option<Fault>,
     /// Tip that was rendered [m]; the last good one on a fault.
     pub position_m: Vector3<f32>,
-    /// What the renderer answered; [`Output::NONE`] where it did not run.
+    /// Output of the renderer; [`Output::NONE`] where it did not run.
     pub output: Output,
     /// Force with damping, before gains and limits [N].
     pub wanted_n: Vector3<f32>,
@@ -62,7 +62,7 @@ pub struct Telemetry {
     pub applied_n: Vector3<f32>,
     /// Energy given to the hand, up to this tick's pose.
     pub energy: Energy,
-    /// What was limited, by the patch's guard and by the loop.
+    /// Quantities that were limited, by the patch's guard and by the loop.
     pub limiters: Limiters,
     /// Something was asked that the mode does not accept, or not yet.
     pub refused: bool,

@@ -8,7 +8,7 @@ use crate::path::probe::ProbePose;
 use crate::state::State;
 use crate::tick::tick;
 
-/// What answers a pose with a force: the patch, or something simpler to compare with.
+/// A model that answers a pose with a force: the patch, or a simpler one to compare it with.
 pub trait Renderer {
     /// One tick.
     fn render(&mut self, pose: ProbePose) -> Output;
@@ -25,11 +25,11 @@ pub trait Renderer {
 /// The product's patch as a renderer.
 #[derive(Debug)]
 pub struct PatchRenderer<'a, 'm> {
-    /// What is constant.
+    /// Constant model.
     pub model: &'a Model<'m>,
     /// Derived parameters.
     pub tuned: &'a Tuned<'m>,
-    /// What moves.
+    /// Mutable state.
     pub state: &'a mut State<'m>,
 }
 

@@ -1,6 +1,6 @@
 //! A reading that stops dead: an encoder that is stuck, or one axis of it.
 //!
-//! What moves at 0.2 m/s for three ticks and then reads the same count again and again was stopped within a tick: 200 m/s^2, nine newtons on a stylus,
+//! A probe that moves at 0.2 m/s for three ticks and then reads the same count again and again was stopped within a tick: 200 m/s^2, nine newtons on a stylus,
 //! which no tissue gives. A hand slows down first: a last displacement so much shorter than the one before it that the next would be slow is no dead stop. One fast reading alone is a glitch. An encoder that sticks while the hand rests cannot be told from a hand that rests, friction holds it as still. Then the
 //! force stays what it was; the first way beyond a hand's, once the encoder works again, is a fault of [`super::pose`].
 //!
@@ -18,7 +18,7 @@ use crate::fault::Fault;
 const FAST_M_PER_S: f32 = 0.2;
 /// Readings in a row that have to be so fast, in one direction.
 const MOVING: u8 = 3;
-/// The same in counts a tick (1): a coarse encoder makes a slow hand look fast now and then.
+/// That speed in counts per tick (1): a coarse encoder makes a slow hand look fast now and then.
 const FAST_COUNTS: f32 = 2.5;
 /// Equal readings in a row after that which are a fault.
 const EQUAL: u8 = 3;

@@ -22,7 +22,7 @@ pub struct Dampers<'a> {
 pub enum DampingLaw {
     /// `2 sqrt(k (m_i + m_j)) / l0`, l0 in metres: (12) as printed. Its unit is kg/(s m), not kg/s.
     PrintedMetres,
-    /// The same with l0 in millimetres: what the print comes to for someone who works in millimetres.
+    /// The printed equation with l0 in millimetres, as for someone who works in millimetres.
     PrintedMillimetres,
     /// `2 sqrt(k (m_i + m_j))`: without the length the unit is right.
     WithoutLength,

@@ -27,7 +27,7 @@ const FOUR: [[f32; 3]; 4] = [
     [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0],
 ];
 
-/// The same of nine: centroids of the triangle's nine equal parts, first those that point its way.
+/// Barycentric weights of nine points: centroids of the triangle's nine equal parts, first those that point its way.
 const NINE: [[f32; 3]; 9] = [
     [7.0 / 9.0, 1.0 / 9.0, 1.0 / 9.0],
     [1.0 / 9.0, 7.0 / 9.0, 1.0 / 9.0],
@@ -50,7 +50,7 @@ pub fn point_weights(per_triangle: usize) -> &'static [[f32; 3]] {
 /// never comes to rest.
 pub const FLAT_EDGE: f32 = 1.0 / 16.0;
 
-/// What the tissue bears.
+/// Force that the tissue bears.
 #[derive(Clone, Copy, Debug)]
 pub struct Load {
     /// Force on the *tissue* over E [N/Pa].
@@ -192,7 +192,7 @@ pub(crate) fn touches(model: &Model, tuned: &Tuned, state: &State, tip_m: Vector
 trait Points<const Q: usize> {
     /// A quantity at the points, from its values at the corners: the weights with fewer operations.
     fn at(corners: [Vector3<f32>; 3]) -> [Vector3<f32>; Q];
-    /// What acts at the points, shared to the corners: the transpose of `at`.
+    /// Distributes a force at the points to the corners: the transpose of `at`.
     fn shared<T: Copy + core::ops::Add<Output = T> + core::ops::Mul<f32, Output = T>>(on: [T; Q]) -> [T; 3];
 }
 

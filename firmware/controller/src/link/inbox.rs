@@ -1,4 +1,4 @@
-//! What the controller does with each message: what is for the cycle is kept for its next tick, what changes the patch is handed up.
+//! The inbox of the controller. Messages for the haptic cycle are kept for its next tick; messages that change the patch are returned to the caller.
 
 use palpate::Fault;
 use palpate::haptic::cycle::{Ask, Command};
@@ -21,7 +21,7 @@ pub enum Change {
     Modulus(f32),
 }
 
-/// What a message leads to, besides the next tick.
+/// Consequence of a message besides the next tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reply {
     /// Nothing.
@@ -40,7 +40,7 @@ pub enum Reply {
     Store(Profile),
 }
 
-/// What came since the last tick.
+/// Messages since the last tick.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Inbox {
     heard: bool,

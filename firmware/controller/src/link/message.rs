@@ -1,4 +1,4 @@
-//! What is said over the link.
+//! Messages of the link.
 
 use core::fmt;
 
@@ -54,7 +54,7 @@ pub enum ToBoard<'a> {
     Operator(bool),
 }
 
-/// What a host may ask of the mode machine; start-up is the board's own.
+/// Requests of a host to the mode machine; start-up is the board's own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum HostAsk {
     /// Let me feel.
@@ -78,9 +78,9 @@ impl From<HostAsk> for Ask {
 /// From the board.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum FromBoard {
-    /// What a tick did.
+    /// Record of a tick.
     Record(Record),
-    /// What was asked is not done.
+    /// A request was not carried out.
     Refused(Refusal),
     /// A patch of so many nodes is there, at rest.
     PatchTaken(u32),

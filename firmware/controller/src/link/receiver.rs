@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use super::frame::{self, FRAME_BYTES, FrameError};
 
-/// What came so far.
+/// Frames received so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Frames taken.
@@ -69,7 +69,7 @@ impl Receiver {
         self.sequence = None;
     }
 
-    /// What came so far.
+    /// Frames received so far.
     #[must_use]
     pub fn counts(&self) -> Counts {
         self.counts

@@ -1,4 +1,4 @@
-//! What a tick did, as the host sees it: the cycle's telemetry, the outputs, the time it took.
+//! Record of a tick for the host: the cycle's telemetry, the outputs, the time it took.
 
 use palpate::Fault;
 use palpate::haptic::cycle::Telemetry;
@@ -18,7 +18,7 @@ pub struct Record {
     pub fault: u8,
     /// Something was asked that the mode does not accept, or not yet.
     pub refused: bool,
-    /// What was limited, by the patch's guard and by the loop.
+    /// Quantities that were limited, by the patch's guard and by the loop.
     pub limiters: u8,
     /// Tip that was rendered [m], device frame as everything here.
     pub position_m: [f32; 3],
@@ -32,7 +32,7 @@ pub struct Record {
     pub depth_m: f32,
     /// Nodes that moved.
     pub active_nodes: u16,
-    /// What the patch's guard limited.
+    /// Inputs that the patch's guard limited.
     pub patch_limiters: u8,
     /// Force with damping, before gains and limits [N].
     pub wanted_n: [f32; 3],

@@ -1,4 +1,4 @@
-//! What one tick does to the pins and to the watchdog.
+//! Effects of one tick on the pins and on the watchdog.
 
 use palpate::Fault;
 use palpate::haptic::cycle::Command;
@@ -29,7 +29,7 @@ impl Bench {
         bench
     }
 
-    /// The same, pressing 2 mm deep with some 0.6 N.
+    /// An active loop that presses 2 mm deep with some 0.6 N.
     fn pressing() -> Self {
         let mut bench = Self::active();
         for n in 0..200 {

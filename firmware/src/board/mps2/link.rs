@@ -1,4 +1,4 @@
-//! What the command line asks for, and the link that goes with it: two files of the emulator's host, or the UART.
+//! The task that the emulator's command line names, and its link: two files of the emulator's host, or the UART.
 
 use core::{cell::RefCell, ffi::CStr};
 
@@ -20,7 +20,7 @@ pub fn restarts() -> bool {
     arguments.is_ok_and(|words| (&words).filter_map(core::result::Result::ok).nth(3) == Some("restart"))
 }
 
-/// What the emulator's command line asks for: `TICKS`, `TICKS LEAD_TICKS`, `lock-step IN OUT` with the paths of two FIFOs, or `uart`.
+/// The task that the emulator's command line names: `TICKS`, `TICKS LEAD_TICKS`, `lock-step IN OUT` with the paths of two FIFOs, or `uart`.
 pub fn duty() -> Duty {
     let Ok(arguments) = semihosting::experimental::env::args::<512>() else { return Duty::Script(DEFAULT_SCRIPT) };
     let mut words = (&arguments).filter_map(core::result::Result::ok).skip(1);

@@ -35,7 +35,7 @@ pub fn start() {
     }
 }
 
-/// What has come, without waiting.
+/// Bytes received so far, without waiting.
 pub fn read(bytes: &mut [u8]) -> usize {
     bytes.iter_mut().map_while(|byte| IN.try_receive().ok().map(|came| *byte = came)).count()
 }
