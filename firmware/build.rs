@@ -1,4 +1,5 @@
-//! Hands the linker its scripts and the image its patch. A `[build] rustflags` would be lost to anyone who sets `RUSTFLAGS`; link arguments from here are not.
+//! Hands the linker its scripts and the image its patch. A `[build] rustflags` would be lost to
+//! anyone who sets `RUSTFLAGS`; link arguments from here are not.
 
 use core::error::Error;
 use std::{
@@ -24,7 +25,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     fs::write(out.join("flash.x"), format!("FLASH : ORIGIN = {origin}, LENGTH = 1024K\n"))?;
     // the Nucleo's come with the chip's registers
     if !nucleo {
-        // cortex-m-rt includes this file for the names of interrupt handlers; the board fills its vector table by itself
+        // cortex-m-rt includes this file for the names of interrupt handlers; the board fills its
+        // vector table by itself
         fs::write(out.join("device.x"), "")?;
     }
     println!("cargo:rustc-link-search={}", out.display());

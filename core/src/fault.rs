@@ -1,4 +1,5 @@
-//! Errors: build errors that name the item, run-time faults that are numbered and latched, limiter flags.
+//! Errors: build errors that name the item, run-time faults that are numbered and latched, limiter
+//! flags.
 
 use core::fmt;
 
@@ -67,7 +68,8 @@ pub enum BuildError {
         /// Largest value allowed.
         max: f32,
     },
-    /// The patch was built for another Poisson's ratio: it changes the springs, so it cannot be set afterwards.
+    /// The patch was built for another Poisson's ratio: it changes the springs, so it cannot be set
+    /// afterwards.
     PoissonMismatch {
         /// Length or value given.
         given: f32,
@@ -119,7 +121,8 @@ impl fmt::Display for BuildError {
 
 impl core::error::Error for BuildError {}
 
-/// Why the force is zero. Latched: in a patch until [`crate::State::reset`], in a haptic loop until it is cleared by request.
+/// Why the force is zero. Latched: in a patch until [`crate::State::reset`], in a haptic loop until
+/// it is cleared by request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 #[non_exhaustive]
@@ -152,7 +155,8 @@ pub enum Fault {
     SupplyLow = 13,
     /// The probe sped up against a force that should have held it.
     Runaway = 14,
-    /// A force acted on a tip that was outside the tissue, or was shown to the patch elsewhere than it was sensed.
+    /// A force acted on a tip that was outside the tissue, or was shown to the patch elsewhere than
+    /// it was sensed.
     TipApart = 15,
     /// The encoder's steps are ten times longer or shorter than a count of the device's profile.
     UnitMismatch = 16,
@@ -220,7 +224,8 @@ pub struct Limiters(u8);
 impl Limiters {
     /// Nothing was clamped.
     pub const DEFAULT: Self = Self(0);
-    /// The probe moved faster than `max_speed_m_per_s`, or into the tissue faster than `max_sink_m_per_s`; the patch saw it move at that speed.
+    /// The probe moved faster than `max_speed_m_per_s`, or into the tissue faster than
+    /// `max_sink_m_per_s`; the patch saw it move at that speed.
     pub const SPEED: Self = Self(1);
     /// The probe was deeper than the patch answers; it was held at the limit.
     pub const DEPTH: Self = Self(2);
@@ -233,7 +238,8 @@ impl Limiters {
     pub const SLEW: Self = Self(16);
     /// An older pose was rendered: the newest was missing or a glitch.
     pub const HELD: Self = Self(32);
-    /// The force was scaled down: ramp-in, relief after saturation, or an encoder that stands still.
+    /// The force was scaled down: ramp-in, relief after saturation, or an encoder that stands
+    /// still.
     pub const GAIN: Self = Self(64);
     /// The force was scaled down because the contact gave energy to the hand.
     pub const ENERGY: Self = Self(128);

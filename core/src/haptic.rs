@@ -7,9 +7,10 @@
 //!                                contact
 //! ```
 //!
-//! [`cycle::Cycle::run`] is that line. Everything here allocates nothing, cannot panic, and on any fault gives zero force within the same
-//! tick, latched and numbered ([`crate::Fault`]). Limits hold from the first tick; they can be lowered, never raised or switched off.
-//! Depth and speed of what the *patch* is shown are limited by its own guard, [`crate::path::probe`].
+//! [`cycle::Cycle::run`] is that line. Everything here allocates nothing, cannot panic, and on any
+//! fault gives zero force within the same tick, latched and numbered ([`crate::Fault`]). Limits
+//! hold from the first tick; they can be lowered, never raised or switched off. Depth and speed of
+//! what the *patch* is shown are limited by its own guard, [`crate::path::probe`].
 
 pub mod apart;
 pub mod cycle;
@@ -35,7 +36,8 @@ pub(crate) fn length(v: &Vector3<f32>) -> f32 {
     sqrt(v.dot(v))
 }
 
-/// `x` between two bounds. `f32::clamp` has a panic for bounds that cross, and its message costs 25 KB of flash.
+/// `x` between two bounds. `f32::clamp` has a panic for bounds that cross, and its message costs 25
+/// KB of flash.
 #[inline(always)]
 pub(crate) fn between(x: f32, low: f32, high: f32) -> f32 {
     if x < low {

@@ -1,15 +1,16 @@
 //! One arithmetic at two widths.
 //!
-//! The force kernels are written once, over [`Lanes`]. The board runs them on `f32`; processors with 128-bit registers run
-//! them on four springs or tets at a time. Every operation is elementwise and exactly rounded (`+ - * / sqrt`, never fused), so
-//! both widths give the same bits; `tests/widths_agree.rs` holds them to it.
+//! The force kernels are written once, over [`Lanes`]. The board runs them on `f32`; processors
+//! with 128-bit registers run them on four springs or tets at a time. Every operation is
+//! elementwise and exactly rounded (`+ - * / sqrt`, never fused), so both widths give the same
+//! bits; `tests/widths_agree.rs` holds them to it.
 
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use nalgebra::{Scalar, Vector3};
 
-/// Floats stored per node row: a 16-byte row loads in one instruction where there are 128-bit registers; the board keeps
-/// three and saves a quarter of the RAM. The fourth float stays zero.
+/// Floats stored per node row: a 16-byte row loads in one instruction where there are 128-bit
+/// registers; the board keeps three and saves a quarter of the RAM. The fourth float stays zero.
 pub const ROW: usize = if cfg!(target_os = "none") { 3 } else { 4 };
 
 /// x, y, z of one node quantity (and a zero that pads the row on the desktop).
@@ -61,7 +62,8 @@ pub fn subtract(into: &mut Row, r: &Row) {
 
 /// Square root as the one hardware instruction.
 ///
-/// nalgebra's `norm()` and `libm::sqrtf` are 60-70 instructions on a Cortex-M4F; this is `vsqrt.f32` there (`sqrtss` on x86-64).
+/// nalgebra's `norm()` and `libm::sqrtf` are 60-70 instructions on a Cortex-M4F; this is
+/// `vsqrt.f32` there (`sqrtss` on x86-64).
 #[inline(always)]
 pub fn sqrt(x: f32) -> f32 {
     #[allow(unsafe_code)] // reason: `f32::sqrt` is not in `core`; the C function has no precondition, so it is declared safe

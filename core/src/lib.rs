@@ -1,11 +1,12 @@
 //! Soft tissue inside a 1 kHz haptic controller loop.
 //!
-//! A small tetrahedral mass-spring patch with compression compensation answers each pose of a probe with a force. Guarantees of this
-//! crate: `no_std`, no allocation, single precision only, no panic on the path of a [`tick()`], the same bits on every target.
+//! A small tetrahedral mass-spring patch with compression compensation answers each pose of a probe
+//! with a force. Guarantees of this crate: `no_std`, no allocation, single precision only, no panic
+//! on the path of a [`tick()`], the same bits on every target.
 //!
 //! # Units and frame
-//! SI everywhere; a scalar that crosses a module carries its unit in its name. Patch frame: right-handed, x toward the operator, y to the
-//! operator's right, z up, out of the tissue.
+//! SI everywhere; a scalar that crosses a module carries its unit in its name. Patch frame:
+//! right-handed, x toward the operator, y to the operator's right, z up, out of the tissue.
 //!
 //! # Words
 //! | word | means |

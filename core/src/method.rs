@@ -25,7 +25,8 @@ use crate::path::region::Region;
 use crate::path::{force, integrate, region};
 use crate::state::State;
 
-/// The stages of a tick between contact and output. A stage that is not written out is the product's.
+/// The stages of a tick between contact and output. A stage that is not written out is the
+/// product's.
 pub trait Method {
     /// Once a tick: which nodes move.
     #[inline(always)]

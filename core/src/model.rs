@@ -1,7 +1,9 @@
-//! The constant model: rest shape and stiffness as borrowed slices, so that it lives in flash or in a `Vec`.
+//! The constant model: rest shape and stiffness as borrowed slices, so that it lives in flash or in
+//! a `Vec`.
 //!
-//! **Everything elastic is stored per pascal of Young's modulus** (a spring constant in N/m is its entry in metres times E). The
-//! tick runs on forces divided by E, so one packed patch serves every stiffness at no cost; E enters in [`crate::Tuned`] only.
+//! **Everything elastic is stored per pascal of Young's modulus** (a spring constant in N/m is its
+//! entry in metres times E). The tick runs on forces divided by E, so one packed patch serves every
+//! stiffness at no cost; E enters in [`crate::Tuned`] only.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -13,15 +15,19 @@ use crate::fault::BuildError;
 pub struct NodeRest {
     /// Position [m], patch frame.
     pub rest_m: [f32; 3],
-    /// A quarter of the volume of its tets [m^3]: its mass is density times this (paper 000, eq 10).
+    /// A quarter of the volume of its tets [m^3]: its mass is density times this (paper 000, eq
+    /// 10).
     pub volume_m3: f32,
-    /// Mean diagonal stiffness over E [m]: a third of the trace of the node's block of the rest stiffness matrix, rim included.
+    /// Mean diagonal stiffness over E [m]: a third of the trace of the node's block of the rest
+    /// stiffness matrix, rim included.
     pub stiffness_m: f32,
-    /// Contact stiffness over E at one tenth of an element's size [m], what the foundation adds to the diagonal.
+    /// Contact stiffness over E at one tenth of an element's size [m], what the foundation adds to
+    /// the diagonal.
     pub contact_m: f32,
     /// One over six times the volume of its tets [1/m^3].
     pub six_volume_reciprocal: f32,
-    /// Nodal share of the volume stiffness over E, `2 kappa (1 - beta) / 24`, with the node's multiplier (1).
+    /// Nodal share of the volume stiffness over E, `2 kappa (1 - beta) / 24`, with the node's
+    /// multiplier (1).
     pub pressure: f32,
 }
 
@@ -61,7 +67,8 @@ pub struct Triangle {
     pub node: [u16; 3],
     /// Zero; keeps the layout free of padding.
     pub reserved: u16,
-    /// Area of one foundation point over the surface area of each corner node (1): how much of a node's mass backs the point.
+    /// Area of one foundation point over the surface area of each corner node (1): how much of a
+    /// node's mass backs the point.
     pub share: [f32; 3],
 }
 
@@ -71,7 +78,8 @@ pub struct Triangle {
 pub struct FoundationPoint {
     /// Initial stiffness over E [m].
     pub k: f32,
-    /// `1 / (2 k s)`, s the stiffening [1/m]: penetration at which the slope reaches a cap is `(cap - k)` times this [1].
+    /// `1 / (2 k s)`, s the stiffening [1/m]: penetration at which the slope reaches a cap is `(cap
+    /// - k)` times this [1].
     pub bend: f32,
 }
 
@@ -108,8 +116,9 @@ pub struct Model<'a> {
     pub nodes: &'a [NodeRest],
     /// Fixed nodes, ascending.
     pub anchors: &'a [u16],
-    /// How many springs start at each node, shape \[nodes\], when `springs` is sorted by `i`. Empty when they are in an order
-    /// made for wide processors; the order of the springs *at each node* is the same in both, and so are the bits.
+    /// How many springs start at each node, shape \[nodes\], when `springs` is sorted by `i`. Empty
+    /// when they are in an order made for wide processors; the order of the springs *at each node*
+    /// is the same in both, and so are the bits.
     pub spring_rows: &'a [u16],
     /// Springs, one per edge.
     pub springs: &'a [Spring],
@@ -119,13 +128,15 @@ pub struct Model<'a> {
     pub triangles: &'a [Triangle],
     /// Foundation points, shape [triangles][4] or [triangles][9], flat.
     pub foundation: &'a [FoundationPoint],
-    /// Tet across the face opposite each corner, shape \[tets\]; [`Model::TOUCHABLE`] or [`Model::HIDDEN`] at the boundary.
+    /// Tet across the face opposite each corner, shape \[tets\]; [`Model::TOUCHABLE`] or
+    /// [`Model::HIDDEN`] at the boundary.
     pub neighbours: &'a [[u32; 4]],
     /// Tet under each surface triangle, shape \[triangles\].
     pub owners: &'a [u32],
     /// Rim springs to the ground: what stands in for the rest of the organ. May be empty.
     pub rim_nodes: &'a [RimNode],
-    /// Rim springs between rim nodes, in the order of their first nodes in `rim_nodes`. May be empty.
+    /// Rim springs between rim nodes, in the order of their first nodes in `rim_nodes`. May be
+    /// empty.
     pub rim_edges: &'a [RimEdge],
 }
 
@@ -211,8 +222,8 @@ impl Model<'_> {
         self.check_neighbours()
     }
 
-    /// Neighbours name each other across the same three nodes, and every triangle is a boundary face of its owner:
-    /// otherwise a tip could be located in a tissue that is not there.
+    /// Neighbours name each other across the same three nodes, and every triangle is a boundary
+    /// face of its owner: otherwise a tip could be located in a tissue that is not there.
     fn check_neighbours(&self) -> Result<(), BuildError> {
         let has = |tet: &Tet, nodes: &[u16], but: u16| nodes.iter().all(|n| *n == but || tet.node.contains(n));
         for (index, (tet, across)) in self.tets.iter().zip(self.neighbours).enumerate() {
@@ -238,7 +249,8 @@ impl Model<'_> {
         Ok(())
     }
 
-    /// The tick passes the edges once, along the rim nodes: one out of place, and those after it, would never be met.
+    /// The tick passes the edges once, along the rim nodes: one out of place, and those after it,
+    /// would never be met.
     fn check_rim_order(&self) -> Result<(), BuildError> {
         let mut passed = self.rim_nodes.iter();
         let mut first = None;

@@ -1,4 +1,5 @@
-//! Parameters in SI, as a user sets them ([`Params`]), and what the tick needs of them, derived once ([`Tuned`]).
+//! Parameters in SI, as a user sets them ([`Params`]), and what the tick needs of them, derived
+//! once ([`Tuned`]).
 
 use nalgebra::Vector3;
 
@@ -50,15 +51,17 @@ impl Terms {
 pub struct Limits {
     /// Fastest probe the patch is shown [m/s].
     pub max_speed_m_per_s: f32,
-    /// Fastest it is shown going *into* tissue that it touches [m/s]: faster than the waves of floored masses, it would crush the first elements
-    /// before the next ones move. `palpate_tissue::stable_step::limits` says how fast a patch's elements allow.
+    /// Fastest it is shown going *into* tissue that it touches [m/s]: faster than the waves of
+    /// floored masses, it would crush the first elements before the next ones move.
+    /// `palpate_tissue::stable_step::limits` says how fast a patch's elements allow.
     pub max_sink_m_per_s: f32,
     /// Longest force that leaves the tick [N].
     pub max_force_n: f32,
 }
 
 impl Limits {
-    /// 1 m/s is the fastest tap of a hand holding a stylus; 12 N is the peak force of the strongest desktop devices (omega.3 class).
+    /// 1 m/s is the fastest tap of a hand holding a stylus; 12 N is the peak force of the strongest
+    /// desktop devices (omega.3 class).
     pub const HIGHEST: Self = Self { max_speed_m_per_s: 1.0, max_sink_m_per_s: 1.0, max_force_n: 12.0 };
 }
 
@@ -81,20 +84,23 @@ pub struct Params {
     pub compensation: f32,
     /// Compression at which the extra stiffness begins, as a share of the rest length (`tau_c`).
     pub compensation_threshold: f32,
-    /// Mass floor factor f: no node is lighter than `f E D T^2`, D its mean diagonal stiffness over E, T the tick. Statics do not see it.
+    /// Mass floor factor f: no node is lighter than `f E D T^2`, D its mean diagonal stiffness over
+    /// E, T the tick. Statics do not see it.
     pub mass_floor: f32,
-    /// Contact mass factor: what the foundation's stiffness adds to the masses, in units of `K T^2`.
+    /// Contact mass factor: what the foundation's stiffness adds to the masses, in units of `K
+    /// T^2`.
     pub contact_mass: f32,
     /// Damping of the foundation, as a share of its cap times the step (zeta).
     pub contact_damping: f32,
-    /// Largest slope of the foundation, as a share of `m / T^2` of the lightest corner (eta), T the tick; substeps bear the square of their
-    /// number more.
+    /// Largest slope of the foundation, as a share of `m / T^2` of the lightest corner (eta), T the
+    /// tick; substeps bear the square of their number more.
     pub contact_cap: f32,
     /// Steps per tick.
     pub substeps: u16,
     /// The tick [s].
     pub tick_s: f32,
-    /// Nodes further than this from the contact stand still [m]; infinite by default (paper 004, section "local region").
+    /// Nodes further than this from the contact stand still [m]; infinite by default (paper 004,
+    /// section "local region").
     pub region_radius_m: f32,
     /// The probe.
     pub probe: Probe,
@@ -130,7 +136,8 @@ impl Default for Params {
     }
 }
 
-/// Parameters as the tick reads them, derived once from [`Params`], so that the tick divides by no user value.
+/// Parameters as the tick reads them, derived once from [`Params`], so that the tick divides by no
+/// user value.
 #[derive(Debug)]
 pub struct Tuned<'a> {
     pub(crate) terms: Terms,
@@ -180,10 +187,12 @@ impl Tuned<'_> {
 }
 
 impl Params {
-    /// Validates and derives. `node_step` and `cap_m` are the caller's memory, at least one entry per node and per surface triangle.
+    /// Validates and derives. `node_step` and `cap_m` are the caller's memory, at least one entry
+    /// per node and per surface triangle.
     ///
     /// # Errors
-    /// The first parameter out of range, the first bad item of the model, or memory that is too small.
+    /// The first parameter out of range, the first bad item of the model, or memory that is too
+    /// small.
     pub fn build<'a>(&self, model: &Model, node_step: &'a mut [f32], cap_m: &'a mut [f32]) -> Result<Tuned<'a>, BuildError> {
         self.check()?;
         model.check()?;
@@ -203,8 +212,9 @@ impl Params {
         Ok(self.derive(node_step, cap_m))
     }
 
-    /// Takes these parameters in place of those that `tuned` was built with, where only Young's modulus differs; the state stays as it is. Between two
-    /// ticks. They must have passed [`Params::check`].
+    /// Takes these parameters in place of those that `tuned` was built with, where only Young's
+    /// modulus differs; the state stays as it is. Between two ticks. They must have passed
+    /// [`Params::check`].
     pub fn retune(&self, model: &Model, tuned: &mut Tuned<'_>) {
         let (node_step, cap_m) = (core::mem::take(&mut tuned.node_step), core::mem::take(&mut tuned.cap_m));
         self.weigh(model, node_step, cap_m);
@@ -215,8 +225,9 @@ impl Params {
     fn weigh(&self, model: &Model, node_step: &mut [f32], cap_m: &mut [f32]) {
         let e = self.youngs_modulus_pa;
         let dt = self.tick_s / f32::from(self.substeps);
-        // masses over E T^2 [m], T the tick: what a stiffness over E is compared with. T, not the substep: the tissue's inertia then
-        // does not depend on the number of substeps, and n substeps give n times the margin.
+        // masses over E T^2 [m], T the tick: what a stiffness over E is compared with. T, not the
+        // substep: the tissue's inertia then does not depend on the number of substeps, and n
+        // substeps give n times the margin.
         let tick_squared = self.tick_s * self.tick_s;
         let per_volume = self.density_kg_per_m3 / (e * tick_squared);
         for (mass, node) in node_step.iter_mut().zip(model.nodes) {
@@ -244,8 +255,8 @@ impl Params {
         }
     }
 
-    /// The scalars, with masses and caps as [`Self::build`] left them for these parameters: what a caller that owns its memory takes anew
-    /// each tick, at no cost.
+    /// The scalars, with masses and caps as [`Self::build`] left them for these parameters: what a
+    /// caller that owns its memory takes anew each tick, at no cost.
     #[must_use]
     pub fn derive<'a>(&self, node_step: &'a mut [f32], cap_m: &'a mut [f32]) -> Tuned<'a> {
         let e = self.youngs_modulus_pa;
@@ -279,7 +290,8 @@ impl Params {
         let dt = self.tick_s / f32::from(self.substeps.max(1));
         let highest = Limits::HIGHEST;
         let substeps = f32::from(self.substeps);
-        // (name, value, smallest, largest); ranges are wide: they catch a wrong unit, not a bold choice
+        // (name, value, smallest, largest); ranges are wide: they catch a wrong unit, not a bold
+        // choice
         let ranges = [
             ("youngs_modulus_pa", self.youngs_modulus_pa, 1.0, 1e9),
             ("poisson_ratio", self.poisson_ratio, 0.25, 0.4999),

@@ -1,7 +1,8 @@
 //! The packed patch: versioned, CRC-32, read in place.
 //!
-//! Little-endian, 4-byte aligned: a header, then the arrays of [`Model`] in the order of `sections`, each padded to 4 bytes. A patch in flash is
-//! used where it lies; nothing is copied but the header. Elastic constants are per pascal, so the header's parameters are defaults that a
+//! Little-endian, 4-byte aligned: a header, then the arrays of [`Model`] in the order of
+//! `sections`, each padded to 4 bytes. A patch in flash is used where it lies; nothing is copied
+//! but the header. Elastic constants are per pascal, so the header's parameters are defaults that a
 //! caller may change before [`Params::build`], Poisson's ratio and the probe's place excepted.
 
 use bytemuck::{Pod, Zeroable};

@@ -1,4 +1,5 @@
-//! The mutable state: every array that a tick writes, allocated by the caller before the first tick.
+//! The mutable state: every array that a tick writes, allocated by the caller before the first
+//! tick.
 
 use nalgebra::Vector3;
 
@@ -34,14 +35,16 @@ impl Node {
         vector(&self.v)
     }
 
-    /// Force of the last substep divided by Young's modulus [N/Pa]. At an anchor: what the tissue pulls the support with.
+    /// Force of the last substep divided by Young's modulus [N/Pa]. At an anchor: what the tissue
+    /// pulls the support with.
     #[must_use]
     pub fn force_over_modulus(&self) -> Vector3<f32> {
         vector(&self.f)
     }
 }
 
-/// A node by index; a node at rest at the origin past the end, which no checked model reaches. Without a branch that can panic.
+/// A node by index; a node at rest at the origin past the end, which no checked model reaches.
+/// Without a branch that can panic.
 #[inline(always)]
 pub(crate) fn node(nodes: &[Node], index: u16) -> &Node {
     nodes.get(usize::from(index)).unwrap_or(&Node::ZERO)
@@ -56,8 +59,8 @@ pub(crate) struct TouchPlane {
     pub normal: Vector3<f32>,
 }
 
-/// The part of a [`State`] that is not in the arrays it borrows: with it a caller that owns its arrays lets go of a state between ticks, and takes
-/// it up again.
+/// The part of a [`State`] that is not in the arrays it borrows: with it a caller that owns its
+/// arrays lets go of a state between ticks, and takes it up again.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Held {
     near: usize,
@@ -89,13 +92,15 @@ pub struct State<'a> {
     /// Probe tip that the patch saw last [m].
     pub(crate) tip_m: Option<Vector3<f32>>,
     pub(crate) touch: Option<TouchPlane>,
-    /// The last touch, kept while the tip is below the rest surface there: tissue thrown off the probe loses contact for a tick or two.
+    /// The last touch, kept while the tip is below the rest surface there: tissue thrown off the
+    /// probe loses contact for a tick or two.
     pub(crate) pressed: Option<TouchPlane>,
     /// The probe has been outside the tissue since the last reset.
     pub(crate) been_outside: bool,
     /// The tip that the patch saw last is not the one that was sensed.
     pub(crate) apart: bool,
-    /// From the sensed tip to the place that the shown tip aims at [m]: what the depth limit has kept from the patch.
+    /// From the sensed tip to the place that the shown tip aims at [m]: what the depth limit has
+    /// kept from the patch.
     pub(crate) offset_m: Vector3<f32>,
     /// Sensed tip at which the depth limit began to hold the shown one [m].
     pub(crate) limit_from_m: Option<Vector3<f32>>,
@@ -111,8 +116,8 @@ pub struct State<'a> {
 }
 
 impl<'a> State<'a> {
-    /// A patch at rest in the caller's memory: at least one entry per node (`nodes`) and per surface triangle
-    /// (`candidates`), and [`TetShapes::count`] `shapes` (none on the board).
+    /// A patch at rest in the caller's memory: at least one entry per node (`nodes`) and per
+    /// surface triangle (`candidates`), and [`TetShapes::count`] `shapes` (none on the board).
     ///
     /// # Errors
     /// [`BuildError::TooLarge`] names the memory that is too small.
@@ -231,7 +236,8 @@ impl<'a> State<'a> {
         self.fault
     }
 
-    /// Gives a node another position [m] and velocity [m/s]: for tests and for starting from a recorded state. Ignored past the end.
+    /// Gives a node another position [m] and velocity [m/s]: for tests and for starting from a
+    /// recorded state. Ignored past the end.
     pub fn place(&mut self, node: usize, position_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) {
         if let Some(n) = self.nodes.get_mut(node) {
             n.x = row(position_m);
@@ -239,7 +245,8 @@ impl<'a> State<'a> {
         }
     }
 
-    /// FNV-1a over the bits of all positions and velocities: equal hashes on desktop and board mean equal states.
+    /// FNV-1a over the bits of all positions and velocities: equal hashes on desktop and board mean
+    /// equal states.
     #[must_use]
     pub fn hash(&self) -> u64 {
         let mut hash = Fnv::default();
@@ -278,8 +285,9 @@ impl Fnv {
     }
 }
 
-/// Gradients and volumes of four tets, which the volume forces use twice in a substep. On a desktop keeping it beats computing it twice by a quarter of the tick; on the
-/// board RAM is dearer than arithmetic (117 k against 118 k cycles measured for 435 tets), so there it is empty.
+/// Gradients and volumes of four tets, which the volume forces use twice in a substep. On a desktop
+/// keeping it beats computing it twice by a quarter of the tick; on the board RAM is dearer than
+/// arithmetic (117 k against 118 k cycles measured for 435 tets), so there it is empty.
 #[derive(Clone, Copy, Debug)]
 pub struct TetShapes {
     #[cfg(not(target_os = "none"))]
@@ -311,7 +319,8 @@ pub(crate) struct Seat {
     pub(crate) tet: u32,
     /// The tip was inside that tet.
     pub(crate) inside: bool,
-    /// The tip was outside, over a face of that tet which a probe can touch and which faces its handle.
+    /// The tip was outside, over a face of that tet which a probe can touch and which faces its
+    /// handle.
     pub(crate) above: bool,
     /// Steps taken, wrapping: varies which of several faces is left by, so that no walk cycles.
     pub(crate) steps: u8,

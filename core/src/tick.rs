@@ -8,10 +8,11 @@
 //!        speed, depth               └────────── once per substep ────────────┘
 //! ```
 //!
-//! A tick answers one sensed pose with one force. It runs every millisecond from the device's timer and must end before the next one. It
-//! allocates nothing, cannot panic, and whatever goes wrong gives **zero force and a numbered fault**, latched until [`State::reset`].
-//! A probe that starts inside the tissue gets no force before it has been outside; one that leaves the tissue by any way but its surface
-//! gets none from that tick on ([`crate::path::presence`]).
+//! A tick answers one sensed pose with one force. It runs every millisecond from the device's timer
+//! and must end before the next one. It allocates nothing, cannot panic, and whatever goes wrong
+//! gives **zero force and a numbered fault**, latched until [`State::reset`]. A probe that starts
+//! inside the tissue gets no force before it has been outside; one that leaves the tissue by any
+//! way but its surface gets none from that tick on ([`crate::path::presence`]).
 
 use crate::fault::Fault;
 use crate::method::{Method, Product};

@@ -1,6 +1,8 @@
-//! Haptic controller: a 1 kHz task renders the tissue patch, a task below it reports. Open `haptic_task.rs` first.
+//! Haptic controller: a 1 kHz task renders the tissue patch, a task below it reports. Open
+//! `haptic_task.rs` first.
 //!
-//! Three priorities, by hardware preemption: tick timer > haptic loop > telemetry. Below all of them the core idles.
+//! Three priorities, by hardware preemption: tick timer > haptic loop > telemetry. Below all of
+//! them the core idles.
 #![no_std]
 #![no_main]
 #![deny(unsafe_code)]

@@ -7,7 +7,8 @@ use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, signal::Signal}
 static PERIODS_BEGUN: AtomicU32 = AtomicU32::new(0);
 static PERIOD: Signal<CriticalSectionRawMutex, u32> = Signal::new();
 
-/// The tick timer's interrupt: a new period begins. Runs above the loop, so a tick that is still busy is seen as late.
+/// The tick timer's interrupt: a new period begins. Runs above the loop, so a tick that is still
+/// busy is seen as late.
 pub fn on_period() {
     let period = periods_begun().wrapping_add(1);
     PERIODS_BEGUN.store(period, Ordering::Relaxed); // only this interrupt writes it

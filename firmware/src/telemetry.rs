@@ -26,7 +26,8 @@ enum Message {
     Finished(Result),
 }
 
-// the newest message wins: a reader that falls behind must not hold up the loop, nor make it fill a queue
+// the newest message wins: a reader that falls behind must not hold up the loop, nor make it fill a
+// queue
 static NEWEST: Signal<CriticalSectionRawMutex, Message> = Signal::new();
 
 /// Hands a snapshot to the reporting task; never blocks.
@@ -39,7 +40,8 @@ pub fn finish(result: Result) {
     NEWEST.signal(Message::Finished(result));
 }
 
-/// Prints what arrives. The outcome goes out twice, as a defmt frame and as plain text, so that no log decoder can hide it.
+/// Prints what arrives. The outcome goes out twice, as a defmt frame and as plain text, so that no
+/// log decoder can hide it.
 #[embassy_executor::task]
 pub async fn report() {
     loop {

@@ -65,22 +65,26 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Press a scene at 1 kHz in virtual time: force-depth curve, tick times, trace, picture of the dent.
+    /// Press a scene at 1 kHz in virtual time: force-depth curve, tick times, trace, picture of the
+    /// dent.
     ///
-    /// Writes summary.json, trace.csv (one row a tick), surface_<k>.csv (the surface at the end of hold k) and pictures as SVG and PNG. Fails
-    /// a check (exit code 1) on a fault, a tick over 1 ms, an inverted tet, or a force that is lost or does not rise with depth.
+    /// Writes summary.json, trace.csv (one row a tick), surface_<k>.csv (the surface at the end of
+    /// hold k) and pictures as SVG and PNG. Fails a check (exit code 1) on a fault, a tick over 1
+    /// ms, an inverted tet, or a force that is lost or does not rise with depth.
     Press(press::PressArgs),
     /// Solve a scene by finite elements: the force and the surface that a press should have.
     ///
-    /// Neo-Hookean, quasi-static, on three meshes, each finer than the one before. Writes answer.json, summary.json, forces.csv, surface_<k>.csv
-    /// and a picture as SVG and PNG. Fails (exit code 1) if a hold does not converge; what converged is written all the same.
+    /// Neo-Hookean, quasi-static, on three meshes, each finer than the one before. Writes
+    /// answer.json, summary.json, forces.csv, surface_<k>.csv and a picture as SVG and PNG. Fails
+    /// (exit code 1) if a hold does not converge; what converged is written all the same.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Reference(ReferenceArgs),
     /// Fit a block's patch to a finite-element answer and write it as a patch file.
     ///
-    /// Every spring, node and foundation point gets a positive multiplier, from static solutions of the model at several depths and many places. Writes
-    /// <scene>-<nodes>.patch, summary.json, convergence.csv, accuracy.csv (held-out depths and random places) and a picture as SVG and PNG. Fails
-    /// (exit code 1) if the fit does not improve the patch.
+    /// Every spring, node and foundation point gets a positive multiplier, from static solutions of
+    /// the model at several depths and many places. Writes <scene>-<nodes>.patch, summary.json,
+    /// convergence.csv, accuracy.csv (held-out depths and random places) and a picture as SVG and
+    /// PNG. Fails (exit code 1) if the fit does not improve the patch.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Calibrate(CalibrateArgs),
     /// Check a mesh file.
@@ -88,76 +92,100 @@ enum Command {
     Mesh(mesh::MeshCommand),
     /// Build a scene's patch and write it as a patch file for a board.
     ///
-    /// Writes <scene>-<board>.patch. The firmware takes it in, and a scene presses it with patch = "FILE" under [solver].
+    /// Writes <scene>-<board>.patch. The firmware takes it in, and a scene presses it with patch =
+    /// "FILE" under [solver].
     Pack(pack::PackArgs),
     /// Cut a patch out of a whole organ, with rim springs for the rest, and calibrate it.
     ///
-    /// Only the tissue around the site is meshed into the patch, graded to the organ's surface, and calibrated against finite elements of the whole
-    /// organ. Writes <scene>-<board>.patch, summary.json and accuracy.csv, which say how right it came out.
+    /// Only the tissue around the site is meshed into the patch, graded to the organ's surface, and
+    /// calibrated against finite elements of the whole organ. Writes <scene>-<board>.patch,
+    /// summary.json and accuracy.csv, which say how right it came out.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Cut(CutArgs),
-    /// Regenerate the tables and figures of a paper this project implements, and say which of its claims held.
+    /// Regenerate the tables and figures of a paper this project implements, and say which of its
+    /// claims held.
     #[cfg_attr(feature = "full", command(subcommand))]
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Paper(PaperCommand),
-    /// Chart speed against accuracy: all methods at four sizes and two stiffnesses, under the same press.
+    /// Chart speed against accuracy: all methods at four sizes and two stiffnesses, under the same
+    /// press.
     ///
-    /// Writes chart.csv (one row a run), summary.json (with the Pareto fronts) and pictures as SVG and PNG. A method that does not survive the
-    /// press is a row that says how.
+    /// Writes chart.csv (one row a run), summary.json (with the Pareto fronts) and pictures as SVG
+    /// and PNG. A method that does not survive the press is a row that says how.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Chart(ChartArgs),
-    /// Close the loop over an emulated hand and device: what a person would feel besides the tissue.
+    /// Close the loop over an emulated hand and device: what a person would feel besides the
+    /// tissue.
     ///
-    /// Every hand with every stimulus, every tick watched against the invariants; limit cycles, energy, buzz, static error. Writes summary.json, runs.csv, and
-    /// of the run that shakes most trace.csv and pictures as SVG and PNG. Fails (exit code 1) if anything but the tissue is felt, energy is created or
-    /// an invariant is broken; above the encoder's ceiling a toggling count is told and no failure.
+    /// Every hand with every stimulus, every tick watched against the invariants; limit cycles,
+    /// energy, buzz, static error. Writes summary.json, runs.csv, and of the run that shakes most
+    /// trace.csv and pictures as SVG and PNG. Fails (exit code 1) if anything but the tissue is
+    /// felt, energy is created or an invariant is broken; above the encoder's ceiling a toggling
+    /// count is told and no failure.
     Loop(closed_loop::LoopArgs),
-    /// Table of what can stand at the edge of a patch in place of the organ: radius of the patch, edge treatment, force error, cost.
+    /// Table of what can stand at the edge of a patch in place of the organ: radius of the patch,
+    /// edge treatment, force error, cost.
     ///
-    /// Fixed edge, Winkler springs, cut-off S, rim springs, modes, low rank, dense S and the whole organ on a block, and how much of it must be awake if
-    /// the rest stands still. Writes summary.json, its tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if rim
-    /// springs are further than 0.5 % from dense S on a patch of two probe radii or more, or not positive.
+    /// Fixed edge, Winkler springs, cut-off S, rim springs, modes, low rank, dense S and the whole
+    /// organ on a block, and how much of it must be awake if the rest stands still. Writes
+    /// summary.json, its tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if rim
+    /// springs are further than 0.5 % from dense S on a patch of two probe radii or more, or not
+    /// positive.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     FarField(FarFieldArgs),
-    /// Inject every kind of fault into the haptic loop, in every hand, at every moment of a touch, and check what follows.
+    /// Inject every kind of fault into the haptic loop, in every hand, at every moment of a touch,
+    /// and check what follows.
     ///
-    /// Writes faults.csv (one row a kind of fault), summary.json and a picture as SVG and PNG. Fails (exit code 1) if a run breaks an invariant
-    /// of the loop, or if the reaction is missing, late or another than it must be.
+    /// Writes faults.csv (one row a kind of fault), summary.json and a picture as SVG and PNG.
+    /// Fails (exit code 1) if a run breaks an invariant of the loop, or if the reaction is missing,
+    /// late or another than it must be.
     Faults(faults::FaultsArgs),
-    /// Find the smallest model of a scene that keeps a force tolerance within a board's budget, and write its patch.
+    /// Find the smallest model of a scene that keeps a force tolerance within a board's budget, and
+    /// write its patch.
     ///
-    /// Searches patch radius, element size, foundation, substeps and terms. Prints the model, the next smaller one that misses the tolerance and the next
-    /// larger one that keeps it or leaves the budget. Writes <scene>-<board>.patch, summary.json (with the promise), searched.csv and the chart of the search as
-    /// SVG and PNG. Fails (exit code 1) if nothing fits, and says what would. A scene that is not the standard block is solved by finite elements first.
+    /// Searches patch radius, element size, foundation, substeps and terms. Prints the model, the
+    /// next smaller one that misses the tolerance and the next larger one that keeps it or leaves
+    /// the budget. Writes <scene>-<board>.patch, summary.json (with the promise), searched.csv and
+    /// the chart of the search as SVG and PNG. Fails (exit code 1) if nothing fits, and says what
+    /// would. A scene that is not the standard block is solved by finite elements first.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Plan(PlanArgs),
-    /// Run the firmware's image in the emulator, driven in lock-step by the scene's finger, and compare it with this machine bit for bit.
+    /// Run the firmware's image in the emulator, driven in lock-step by the scene's finger, and
+    /// compare it with this machine bit for bit.
     ///
-    /// The board takes the scene's patch over its link, presses it, then meets random presses, faults and recovery. Writes what `press` writes, with the
-    /// force on the device and estimated times of a Cortex-M4F, and emulated.json. Fails (exit code 1) at the first bit that differs, and where
-    /// `press` fails. Needs qemu-system-arm, and the repository unless --image and --patch are given.
+    /// The board takes the scene's patch over its link, presses it, then meets random presses,
+    /// faults and recovery. Writes what `press` writes, with the force on the device and estimated
+    /// times of a Cortex-M4F, and emulated.json. Fails (exit code 1) at the first bit that differs,
+    /// and where `press` fails. Needs qemu-system-arm, and the repository unless --image and
+    /// --patch are given.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Emulate(EmulateArgs),
     /// Press tissue with the mouse: in a window, or in a browser.
     ///
-    /// Shows the tissue giving way, the force, and what the loop does; stiffness, a nodule, device and hand can be changed, a hidden nodule found and
-    /// scored. Records traces for `palpate replay`. Window and page are a package of their own, host-sim/live, built the first time.
+    /// Shows the tissue giving way, the force, and what the loop does; stiffness, a nodule, device
+    /// and hand can be changed, a hidden nodule found and scored. Records traces for `palpate
+    /// replay`. Window and page are a package of their own, host-sim/live, built the first time.
     Live(live::LiveArgs),
     /// Run a recorded trace of `palpate live` again and compare it bit for bit.
     ///
-    /// Writes summary.json and trace.csv (one row a tick). Fails (exit code 1) at the first bit that differs.
+    /// Writes summary.json and trace.csv (one row a tick). Fails (exit code 1) at the first bit
+    /// that differs.
     Replay(replay::ReplayArgs),
-    /// Score a training: what three physicians' marks say of interns before and after it (paper 004, equation 14).
+    /// Score a training: what three physicians' marks say of interns before and after it (paper
+    /// 004, equation 14).
     ///
-    /// Writes summary.json, scores.csv (one row an intern and phase) and a picture as SVG and PNG. Groups are compared by a permutation test.
+    /// Writes summary.json, scores.csv (one row an intern and phase) and a picture as SVG and PNG.
+    /// Groups are compared by a permutation test.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Score(ScoreArgs),
     /// Find where methods and loops fail, and the margin to failure.
     ///
-    /// Models: every method at stiffnesses from 1 to 200 kPa, pressed, tapped, jittered, with an inclusion, let go. Loops: hand by delay by device, the
-    /// largest stiffness that ours and nine rivals hold, and what the encoder allows. Writes summary.json, its tables as CSV and pictures as SVG
-    /// and PNG. Fails (exit code 1) if the product does not stand 8 mm, a tap of 0.5 m/s, jitter, a ten times stiffer inclusion and a release from 3.5 to
-    /// 100 kPa, or if our loop does not hold 400 N/m in every hand.
+    /// Models: every method at stiffnesses from 1 to 200 kPa, pressed, tapped, jittered, with an
+    /// inclusion, let go. Loops: hand by delay by device, the largest stiffness that ours and nine
+    /// rivals hold, and what the encoder allows. Writes summary.json, its tables as CSV and
+    /// pictures as SVG and PNG. Fails (exit code 1) if the product does not stand 8 mm, a tap of
+    /// 0.5 m/s, jitter, a ten times stiffer inclusion and a release from 3.5 to 100 kPa, or if our
+    /// loop does not hold 400 N/m in every hand.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Stability(StabilityArgs),
 }
@@ -175,10 +203,13 @@ a result (pack and calibrate --check add their files to any folder). Patches, an
 /// What most commands take.
 #[derive(Args, Clone, Debug)]
 struct Common {
-    /// A preset (block, block-deep, block-20kpa, nodule, abdomen, foot, organ-liver, liver) or the path of a scene file (.toml, see host-sim/scenes).
+    /// A preset (block, block-deep, block-20kpa, nodule, abdomen, foot, organ-liver, liver) or the
+    /// path of a scene file (.toml, see host-sim/scenes).
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     scene: String,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done [default: out/press, out/reference, out/calibrate, out/pack, out/cut, out/loop, out/far-field, out/plan, out/emulate].
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
+    /// done [default: out/press, out/reference, out/calibrate, out/pack, out/cut, out/loop,
+    /// out/far-field, out/plan, out/emulate].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }

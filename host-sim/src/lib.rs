@@ -1,4 +1,5 @@
-//! The command line `palpate`: it reads options, runs the crates below, writes results and prints verdicts.
+//! The command line `palpate`: it reads options, runs the crates below, writes results and prints
+//! verdicts.
 //!
 //! ```text
 //! command ─ tissue, loop ─ summary, charts          fit, board, lab: with the feature `full`

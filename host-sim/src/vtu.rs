@@ -1,4 +1,5 @@
-//! ParaView files, ASCII: the deformed tets with displacement at the nodes and volume ratio in the cells.
+//! ParaView files, ASCII: the deformed tets with displacement at the nodes and volume ratio in the
+//! cells.
 
 use std::fmt::Write;
 

@@ -1,4 +1,5 @@
-//! Tells the crate which cargo profile it is built with; cargo itself tells build scripts only "debug" or "release".
+//! Tells the crate which cargo profile it is built with; cargo itself tells build scripts only
+//! "debug" or "release".
 
 use std::path::Path;
 

@@ -1,6 +1,7 @@
 //! Time of a tick on this machine, next to a plain-spring step of the same edges in the same run.
 //!
-//! `cargo bench -p palpate-tests --bench tick` ends with a table of microseconds and ratios. Times are of one thread; the machine is named in the table.
+//! `cargo bench -p palpate-tests --bench tick` ends with a table of microseconds and ratios. Times
+//! are of one thread; the machine is named in the table.
 #![allow(missing_docs)] // reason: criterion's macros
 
 use std::hint::black_box;
@@ -42,7 +43,8 @@ fn whole(criterion: &mut Criterion) {
     }
 }
 
-/// Springs and integration alone: what the papers' plain model costs on the same edges, without contact.
+/// Springs and integration alone: what the papers' plain model costs on the same edges, without
+/// contact.
 fn plain(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("plain springs");
     for nodes in SIZES {

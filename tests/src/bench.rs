@@ -26,7 +26,8 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// The default block: 80 x 80 x 40 mm of 3.5 kPa, its bottom fixed, a hemisphere of 8 mm over the centre of its top (the origin).
+    /// The default block: 80 x 80 x 40 mm of 3.5 kPa, its bottom fixed, a hemisphere of 8 mm over
+    /// the centre of its top (the origin).
     ///
     /// # Panics
     /// A node count that the block generator refuses.
@@ -64,7 +65,8 @@ impl Bench {
         Self::build(nodes, 1.0, false, 4)
     }
 
-    /// A patch of this radius [m] cut out of the default block of `nodes` nodes, held by nothing but its rim springs.
+    /// A patch of this radius [m] cut out of the default block of `nodes` nodes, held by nothing
+    /// but its rim springs.
     ///
     /// # Panics
     /// A node count that the block generator refuses, or a radius that leaves no outside.

@@ -1,5 +1,6 @@
-//! Crashes of the image that is flashed. Before its clock runs, a debugger puts a branch at the start of one function and, beside the image, a few
-//! instructions that count the passes and crash at one of them. Nothing stops the clock, and no line of the image is there for the tests.
+//! Crashes of the image that is flashed. Before its clock runs, a debugger puts a branch at the
+//! start of one function and, beside the image, a few instructions that count the passes and crash
+//! at one of them. Nothing stops the clock, and no line of the image is there for the tests.
 
 use std::io;
 
@@ -93,7 +94,8 @@ pub struct Planned {
     pub starts: u32,
 }
 
-/// Prepares a board that has not started yet, starts it, and prepares it again after each reset: with a reset the emulator loads the image anew.
+/// Prepares a board that has not started yet, starts it, and prepares it again after each reset:
+/// with a reset the emulator loads the image anew.
 ///
 /// # Errors
 /// The image has no such place, or one that begins in another way than functions do.
@@ -151,7 +153,8 @@ struct Trampoline {
     displaced: usize,
 }
 
-/// Counts a pass; at the planned one it goes to the crash, else it runs the `displaced` instructions and goes on behind them.
+/// Counts a pass; at the planned one it goes to the crash, else it runs the `displaced`
+/// instructions and goes on behind them.
 fn trampoline(planned: &Planned, displaced: [u16; 2], back: u32) -> Trampoline {
     let thread = planned.place == Place::Thread;
     // in an interrupt of the thread: the thread finds the crash when it goes on
@@ -194,7 +197,8 @@ fn code(crash: Crash, panic: u32, displaced: u32) -> Vec<u16> {
         Crash::ReadsNowhere => [&load(0, NOWHERE)[..], &[LOAD]].concat(),
         Crash::RunsNoInstruction => vec![0xDE00],
         Crash::JumpsNowhere => [&load(0, 0x1000)[..], &[GO_TO_R0]].concat(),
-        // sub sp, #508; push {r0}; ldr r1, [sp]; bx r1: it goes on as long as the stack keeps the address
+        // sub sp, #508; push {r0}; ldr r1, [sp]; bx r1: it goes on as long as the stack keeps the
+        // address
         Crash::OverflowsTheStack => {
             let turn = CRASH + 2 * (enable.len() as u32 + 4);
             [&load(0, turn | 1)[..], &[0xB0FF, 0xB401, 0x9900, 0x4708]].concat()

@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-/// A cube from the origin to (`side`, `side`, `side`) as Gmsh 1 text: `n`^3 nodes, six tets a cell (Kuhn).
+/// A cube from the origin to (`side`, `side`, `side`) as Gmsh 1 text: `n`^3 nodes, six tets a cell
+/// (Kuhn).
 ///
 /// # Panics
 /// Never: writing to a string does not fail.

@@ -1,4 +1,5 @@
-//! A debugger on the emulated board: QEMU's gdb stub, over a socket. It reads and writes the memory of an image as it is flashed.
+//! A debugger on the emulated board: QEMU's gdb stub, over a socket. It reads and writes the memory
+//! of an image as it is flashed.
 
 use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;
@@ -33,7 +34,8 @@ impl Debugger {
         Ok(Self { socket })
     }
 
-    /// Lets the board run to the instruction at this address. It leaves the one that it stands before first: a breakpoint there would stop it at once.
+    /// Lets the board run to the instruction at this address. It leaves the one that it stands
+    /// before first: a breakpoint there would stop it at once.
     ///
     /// # Errors
     /// The run ended before.
@@ -80,7 +82,8 @@ impl Debugger {
         if answer == expected { Ok(()) } else { Err(refused(command, &answer)) }
     }
 
-    /// Sends a packet and waits for the answer; packets are `$text#checksum`, each side says `+` to the other's.
+    /// Sends a packet and waits for the answer; packets are `$text#checksum`, each side says `+` to
+    /// the other's.
     fn ask(&mut self, command: &str) -> io::Result<String> {
         let sum = command.bytes().fold(0_u8, u8::wrapping_add);
         write!(self.socket, "${command}#{sum:02x}")?;

@@ -68,7 +68,8 @@ pub struct Run<'a> {
     pub shift: u32,
     /// Ticks until the firmware stops.
     pub ticks: u32,
-    /// Ticks that the scripted hand waits outside the tissue. A force is felt after some 600; without the force the patch runs from the third on.
+    /// Ticks that the scripted hand waits outside the tissue. A force is felt after some 600;
+    /// without the force the patch runs from the third on.
     pub lead_ticks: u32,
     /// A crash that a debugger makes.
     pub crash: Option<Planned>,
@@ -104,7 +105,8 @@ pub struct RunResult {
     pub faults: u32,
 }
 
-/// Builds the firmware with its default patch and returns its ELF file. `target` is cargo's target directory.
+/// Builds the firmware with its default patch and returns its ELF file. `target` is cargo's target
+/// directory.
 pub fn build_firmware(target: &Path, features: &[&str]) -> Result<PathBuf, EmulatorError> {
     if features.is_empty() { build(target, &[], None, "palpate-firmware") } else { variant(target, features, None) }
 }
@@ -119,14 +121,15 @@ pub fn build_checked_firmware(target: &Path, features: &[&str]) -> Result<PathBu
     build_with(target, "firmware-checked", features, None, "palpate-firmware")
 }
 
-/// Links the image that holds a tick and nothing that may panic; with one panic planted it must not link. Shares the libraries of the default image.
+/// Links the image that holds a tick and nothing that may panic; with one panic planted it must not
+/// link. Shares the libraries of the default image.
 pub fn link_panic_proof(target: &Path, planted: bool) -> Result<PathBuf, EmulatorError> {
     let features = if planted { &["panic-proof-bites"][..] } else { &["panic-proof"] };
     build(target, features, None, "panic-proof")
 }
 
-/// An image that nobody should flash by mistake: all of them are linked below `target/variants`, from the same libraries, one at a time, and each is then
-/// known by its features and its patch.
+/// An image that nobody should flash by mistake: all of them are linked below `target/variants`,
+/// from the same libraries, one at a time, and each is then known by its features and its patch.
 fn variant(target: &Path, features: &[&str], patch: Option<&Path>) -> Result<PathBuf, EmulatorError> {
     static BUILDING: Mutex<()> = Mutex::new(());
     let _one_at_a_time = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
@@ -236,7 +239,8 @@ impl Run<'_> {
     }
 }
 
-/// The address ranges of a log without the loop that waits for interrupts: half of what is executed, and of no interest.
+/// The address ranges of a log without the loop that waits for interrupts: half of what is
+/// executed, and of no interest.
 fn but_idling(elf: &Path) -> Option<String> {
     let image = FirmwareImage::parse(&std::fs::read(elf).ok()?).ok()?;
     let main = image.function_named("palpate_firmware::__cortex_m_rt_main")?;

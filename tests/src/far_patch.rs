@@ -44,8 +44,9 @@ impl FarPatch {
         Bench { patch, params }
     }
 
-    /// The same with balls of other stiffness in the organ: inside the patch they scale what was fitted, outside they change what its far field is fitted to. With the organ
-    /// that they are in.
+    /// The same with balls of other stiffness in the organ: inside the patch they scale what was
+    /// fitted, outside they change what its far field is fitted to. With the organ that they are
+    /// in.
     ///
     /// # Panics
     /// Balls that the scene refuses.

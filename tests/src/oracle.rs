@@ -1,7 +1,9 @@
-//! The model a second time: written from its energies, in double precision, slow, and sharing no line with the core.
+//! The model a second time: written from its energies, in double precision, slow, and sharing no
+//! line with the core.
 //!
-//! Energies are those the core documents ([`energy`]); forces are their slopes by automatic differentiation ([`number`]); the only forces
-//! written as such are those that have no energy, the dampings.
+//! Energies are those the core documents ([`energy`]); forces are their slopes by automatic
+//! differentiation ([`number`]); the only forces written as such are those that have no energy, the
+//! dampings.
 
 pub mod energy;
 pub mod number;
@@ -138,7 +140,8 @@ impl<'a> Oracle<'a> {
         on
     }
 
-    /// One tick as documented: the tip goes straight from one place to the other, the probe's force [N] is the mean over the substeps.
+    /// One tick as documented: the tip goes straight from one place to the other, the probe's force
+    /// [N] is the mean over the substeps.
     pub fn tick(&self, x: &mut [Vector], v: &mut [Vector], from_m: Vector, to_m: Vector) -> Vector {
         let (tick_s, substeps) = (f64::from(self.params.tick_s), self.params.substeps);
         let dt_s = tick_s / f64::from(substeps);
@@ -158,7 +161,8 @@ impl<'a> Oracle<'a> {
         force_n
     }
 
-    /// Largest slope of a triangle's foundation points over E [m]: a share of what the masses of its corners can take in a tick.
+    /// Largest slope of a triangle's foundation points over E [m]: a share of what the masses of
+    /// its corners can take in a tick.
     #[must_use]
     pub fn cap_m(&self, triangle: &palpate::Triangle) -> f64 {
         let tick_s = f64::from(self.params.tick_s);
@@ -201,7 +205,8 @@ impl<'a> Oracle<'a> {
         energy.slope.into()
     }
 
-    /// Damping of the springs at a node [N]: a force along each spring, against the speed at which it grows, `d k` a metre per second.
+    /// Damping of the springs at a node [N]: a force along each spring, against the speed at which
+    /// it grows, `d k` a metre per second.
     fn damping_n(&self, x: &[Vector], v: &[Vector], node: usize) -> Vector {
         let damping_s = f64::from(self.params.spring_damping_s);
         let springs = self.springs_at[node].iter().map(|&s| &self.model.springs[s]);

@@ -1,4 +1,5 @@
-//! The built `palpate-full`, which has all commands, run as a stranger would: from some folder, by its command line, judged by what it prints and leaves behind.
+//! The built `palpate-full`, which has all commands, run as a stranger would: from some folder, by
+//! its command line, judged by what it prints and leaves behind.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

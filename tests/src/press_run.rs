@@ -99,7 +99,8 @@ pub struct Hold {
     pub min_j: f64,
 }
 
-/// Presses the text of a scene file and reads what came out. `scratch` is `env!("CARGO_TARGET_TMPDIR")`.
+/// Presses the text of a scene file and reads what came out. `scratch` is
+/// `env!("CARGO_TARGET_TMPDIR")`.
 ///
 /// # Panics
 /// It did not exit with 0, or a file is missing.

@@ -1,7 +1,9 @@
-//! How far single precision may be off: a bound on the rounding of each node's force, from the sizes of what is summed.
+//! How far single precision may be off: a bound on the rounding of each node's force, from the
+//! sizes of what is summed.
 //!
-//! `u = 2^-24` is the largest relative error of one operation. Roundings are taken as independent, so n of them are `sqrt(n) u` and not `n u` (Higham &
-//! Mary 2019, "A new approach to probabilistic rounding error analysis"); [`SIGMAS`] of that are allowed. Components are bounded by lengths.
+//! `u = 2^-24` is the largest relative error of one operation. Roundings are taken as independent,
+//! so n of them are `sqrt(n) u` and not `n u` (Higham & Mary 2019, "A new approach to probabilistic
+//! rounding error analysis"); [`SIGMAS`] of that are allowed. Components are bounded by lengths.
 
 use palpate::{Model, Params, Vector3};
 
@@ -10,17 +12,21 @@ pub const UNIT: f64 = 1.0 / (1 << 24) as f64;
 
 /// How many standard deviations are allowed.
 pub const SIGMAS: f64 = 6.0;
-/// Operations from a coordinate to a spring's force: subtraction, squares and sums, root, division, compensation, product.
+/// Operations from a coordinate to a spring's force: subtraction, squares and sums, root, division,
+/// compensation, product.
 const SPRING_OPERATIONS: f64 = 16.0;
-/// From a coordinate to six times a tet's volume: two products of edges with their sums, and one more with its sum.
+/// From a coordinate to six times a tet's volume: two products of edges with their sums, and one
+/// more with its sum.
 const VOLUME_OPERATIONS: f64 = 16.0;
-/// From a pressure and two edges to a corner's force; the first corner takes the sum of the other three.
+/// From a pressure and two edges to a corner's force; the first corner takes the sum of the other
+/// three.
 const CORNER_OPERATIONS: f64 = 12.0;
 
 /// Bound on the rounding of the internal force at each node, without rim and contact [N].
 ///
-/// Spring: `q = k - k l0/l` cancels, so its error is that of `k` and `k l0/l`, times `l`. Tet: the error of the volume ratio is that of the product
-/// of three edges over the rest volume, times the slope of the pressure, times the area of a face.
+/// Spring: `q = k - k l0/l` cancels, so its error is that of `k` and `k l0/l`, times `l`. Tet: the
+/// error of the volume ratio is that of the product of three edges over the rest volume, times the
+/// slope of the pressure, times the area of a face.
 #[must_use]
 pub fn of_forces_n(model: &Model, params: &Params, x: &[Vector3<f64>], v: &[Vector3<f64>]) -> Vec<f64> {
     let mut count = vec![0.0; x.len()];

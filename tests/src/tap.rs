@@ -10,7 +10,8 @@ use crate::bench::{Bench, Noise};
 const RESIDUAL_M: f64 = 0.05e-3;
 /// The force of a hold may ripple by this share of it (1).
 const RIPPLE: f32 = 0.01;
-/// No node is faster than this at the end of the hold [m/s]: a force at its limit would hide a ripple.
+/// No node is faster than this at the end of the hold [m/s]: a force at its limit would hide a
+/// ripple.
 const STILL_M_PER_S: f32 = 5e-3;
 /// The probe starts this far above the surface [m].
 const CLEAR_M: f64 = 0.5e-3;
@@ -48,7 +49,8 @@ pub struct Outcome {
     pub residual_m: f64,
 }
 
-/// Another tick with the masses, the foundation and its damping of this one: stable at a tick 15 % longer is a margin of 1.15 at this one.
+/// Another tick with the masses, the foundation and its damping of this one: stable at a tick 15 %
+/// longer is a margin of 1.15 at this one.
 #[must_use]
 pub fn with_tick(params: &Params, tick_s: f32) -> Params {
     let longer = tick_s / params.tick_s;

@@ -1,11 +1,14 @@
-//! One cycle of the loop: sense, tick, damp, limit, actuate. Board and desktop call this and nothing else.
+//! One cycle of the loop: sense, tick, damp, limit, actuate. Board and desktop call this and
+//! nothing else.
 //!
-//! Whatever fails, the device is released **in the same tick** and the fault is latched. What the first touch, saturation or energy scale down
-//! stays scaled for the whole contact: a gain that rises while a spring is pressed gives the hand energy that it never brought.
+//! Whatever fails, the device is released **in the same tick** and the fault is latched. What the
+//! first touch, saturation or energy scale down stays scaled for the whole contact: a gain that
+//! rises while a spring is pressed gives the hand energy that it never brought.
 //!
 //! * in: a device, what renders its pose, what the host said since the last cycle
 //! * out: a force on the device, a [`Telemetry`] record
-//! * cost: up to 2100 instructions of a Cortex-M4F beside the patch (its log), the board's own part of the tick included
+//! * cost: up to 2100 instructions of a Cortex-M4F beside the patch (its log), the board's own part
+//!   of the tick included
 //! * may fail: every [`Fault`]
 
 mod gains;
@@ -107,8 +110,8 @@ impl Cycle {
         self.machine.mode()
     }
 
-    /// Whether the last pose rendered touched the patch. What stiffens the tissue waits for false: under the probe it would give energy to the
-    /// hand; what softens it need not wait.
+    /// Whether the last pose rendered touched the patch. What stiffens the tissue waits for false:
+    /// under the probe it would give energy to the hand; what softens it need not wait.
     #[must_use]
     pub fn in_contact(&self) -> bool {
         self.touched

@@ -1,17 +1,19 @@
 //! Damping in proportion to the patch's own tangent stiffness, in contact only.
 //!
-//! A force held for a tick and applied `d` ticks late returns `K (d + 1/2) T` of negative damping to the hand (Colgate and Schenkel, Passivity
-//! of a class of sampled-data systems, J. Robotic Systems 14, 1997: `b > K T / 2`; the delay adds `K d T`). `tau K` with `tau = (d + 1/2) T`
-//! cancels that, twice as much damps. Constant damping would have to be chosen for the stiffest contact and would double the force of a tap
-//! on soft tissue; the tangent vanishes at first touch.
+//! A force held for a tick and applied `d` ticks late returns `K (d + 1/2) T` of negative damping
+//! to the hand (Colgate and Schenkel, Passivity of a class of sampled-data systems, J. Robotic
+//! Systems 14, 1997: `b > K T / 2`; the delay adds `K d T`). `tau K` with `tau = (d + 1/2) T`
+//! cancels that, twice as much damps. Constant damping would have to be chosen for the stiffest
+//! contact and would double the force of a tap on soft tissue; the tangent vanishes at first touch.
 //!
 //! ```text
 //! b = min(tau K + b0 min(1, F / 0.1 N), 20 N s/m)       K = 3/2 F / max(depth, 0.3 mm)   (Hertz), or what the model knows
 //! F_n = max(0, F + b u)                                 u = low-passed speed into the tissue
 //! ```
 //!
-//! In three dimensions only the part along the contact normal is damped, the normal of this tick with the low-passed velocity *vector*: what
-//! slides stays frictionless, and a normal that turns needs no memory. A force along the surface is passed on as it is.
+//! In three dimensions only the part along the contact normal is damped, the normal of this tick
+//! with the low-passed velocity *vector*: what slides stays frictionless, and a normal that turns
+//! needs no memory. A force along the surface is passed on as it is.
 //!
 //! * in: position each tick [m]; force, normal, depth of the patch
 //! * out: force [N]; exactly that of the patch at rest, exactly zero without contact, never pulling
@@ -28,10 +30,12 @@ use crate::path::output::Output;
 pub const MOST_N_S_PER_M: f32 = 20.0;
 /// The constant part is faded in up to this force [N], so that touching does not kick.
 const FADE_IN_N: f32 = 0.1;
-/// Below this depth the Hertz slope is taken as at it [m]: there one encoder count would be most of the depth.
+/// Below this depth the Hertz slope is taken as at it [m]: there one encoder count would be most of
+/// the depth.
 const SHALLOWEST_M: f32 = 0.3e-3;
-/// Play before the velocity, in counts (1): a count that toggles kicks the damping less, and what turns round is damped all the same. None shakes
-/// 20 kPa on a frictionless device with 21 mN, a whole count lets 400 N/m swing by two (DECISIONS.md).
+/// Play before the velocity, in counts (1): a count that toggles kicks the damping less, and what
+/// turns round is damped all the same. None shakes 20 kPa on a frictionless device with 21 mN, a
+/// whole count lets 400 N/m swing by two (DECISIONS.md).
 const PLAY_COUNTS: f32 = 0.2;
 
 /// How much to damp.
@@ -51,8 +55,9 @@ impl DampingSettings {
     /// The model's force as it is: what the damping is compared with.
     pub const NONE: Self = Self { tau_s: 0.0, constant_n_s_per_m: 0.0, velocity_share: 1.0 };
 
-    /// Safe on anything, plain springs and frictionless devices too: `tau = 2 (delay + T/2)`, 0.3 N s/m, for each tick of delay where there are more, 30 Hz at 1 kHz. The delay [s] is that
-    /// from a force computed to a force acting: whole ticks and the amplifier's lag.
+    /// Safe on anything, plain springs and frictionless devices too: `tau = 2 (delay + T/2)`, 0.3 N
+    /// s/m, for each tick of delay where there are more, 30 Hz at 1 kHz. The delay [s] is that from
+    /// a force computed to a force acting: whole ticks and the amplifier's lag.
     #[must_use]
     pub fn safe(delay_s: f32, tick_s: f32) -> Self {
         let tau_s = 2.0 * delay_s + tick_s;
@@ -105,7 +110,8 @@ impl Damping {
         Ok(Self { settings: *settings, ticks_per_s, count_m, played_m: None, velocity_m_per_s: Vector3::zeros() })
     }
 
-    /// Takes the pose of this tick [m]; in every tick, also in free space, so that the velocity is right at the touch.
+    /// Takes the pose of this tick [m]; in every tick, also in free space, so that the velocity is
+    /// right at the touch.
     pub fn track(&mut self, position_m: Vector3<f32>) {
         let last_m = self.played_m.unwrap_or(position_m);
         let play_m = PLAY_COUNTS * self.count_m;
@@ -113,7 +119,8 @@ impl Damping {
         self.played_m = Some(played_m);
         let newest = (played_m - last_m) * self.ticks_per_s;
         let smooth = self.velocity_m_per_s + (newest - self.velocity_m_per_s) * self.settings.velocity_share;
-        // counting fakes at most one count: what is further off is the low-pass being late, and late damping pushes a hand that turned round
+        // counting fakes at most one count: what is further off is the low-pass being late, and
+        // late damping pushes a hand that turned round
         let fake = self.count_m * self.ticks_per_s;
         let late = smooth - newest;
         self.velocity_m_per_s = if late.dot(&late) > fake * fake {
@@ -134,7 +141,8 @@ impl Damping {
         self.velocity_m_per_s
     }
 
-    /// The patch's force with damping [N]; `tangent_n_per_m` is the contact's stiffness along the normal.
+    /// The patch's force with damping [N]; `tangent_n_per_m` is the contact's stiffness along the
+    /// normal.
     #[must_use]
     pub fn damp(&self, output: &Output, tangent_n_per_m: f32) -> Vector3<f32> {
         let push_n = output.force_n.dot(&output.normal);

@@ -1,8 +1,9 @@
 //! The deadline rule: consequences of a tick that ends after its period.
 //!
-//! Whoever paces the loop tells each cycle how many periods went by without a new force ([`super::cycle::Command::late_ticks`]). One is borne: the
-//! device has held an old force for twice its time, so this tick gives at most half of it. Two in a row, or five among 1000 ticks, are a loop
-//! slower than its gains are tuned for.
+//! Whoever paces the loop tells each cycle how many periods went by without a new force
+//! ([`super::cycle::Command::late_ticks`]). One is borne: the device has held an old force for
+//! twice its time, so this tick gives at most half of it. Two in a row, or five among 1000 ticks,
+//! are a loop slower than its gains are tuned for.
 //!
 //! * in: periods missed since the last cycle
 //! * out: whether this tick is to give half the last force at most
@@ -37,7 +38,8 @@ impl Default for Deadline {
 }
 
 impl Deadline {
-    /// One cycle, told of the periods that were missed before it. True if it is the one miss that is borne.
+    /// One cycle, told of the periods that were missed before it. True if it is the one miss that
+    /// is borne.
     ///
     /// # Errors
     /// [`Fault::DeadlineMissed`].

@@ -21,7 +21,8 @@ pub struct DeviceLimits {
     pub workspace_high_m: Vector3<f32>,
     /// One encoder count at the probe [m]; zero for an ideal sensor.
     pub count_m: f32,
-    /// Whole ticks between computing a force and the actuators giving it, beyond the tick that it is held.
+    /// Whole ticks between computing a force and the actuators giving it, beyond the tick that it
+    /// is held.
     pub delay_ticks: u8,
     /// Time constant of amplifier and motor [s].
     pub lag_s: f32,
@@ -74,7 +75,8 @@ pub enum SensorStatus {
 pub struct Sensed {
     /// Tip of the probe [m], patch frame.
     pub position_m: Vector3<f32>,
-    /// Number of the reading, one more for every new one, wrapping: a reading that repeats or goes back is old.
+    /// Number of the reading, one more for every new one, wrapping: a reading that repeats or goes
+    /// back is old.
     pub sequence: u32,
     /// Whether to believe it.
     pub status: SensorStatus,
@@ -82,7 +84,8 @@ pub struct Sensed {
 
 /// A device in the loop: real, emulated, or one that injects faults into another.
 ///
-/// The port turns counts into metres of the patch frame and forces into counts; it neither filters nor limits, the cycle does.
+/// The port turns counts into metres of the patch frame and forces into counts; it neither filters
+/// nor limits, the cycle does.
 pub trait HapticDevice {
     /// Its limits.
     fn limits(&self) -> DeviceLimits;
@@ -90,9 +93,11 @@ pub trait HapticDevice {
     /// Newest reading, without waiting.
     fn sense(&mut self) -> Sensed;
 
-    /// Gives this force [N], patch frame, until the next call. It is finite and within [`DeviceLimits::max_force_n`].
+    /// Gives this force [N], patch frame, until the next call. It is finite and within
+    /// [`DeviceLimits::max_force_n`].
     fn actuate(&mut self, force_n: Vector3<f32>);
 
-    /// Gives no force and takes the power off the actuators, as far as the device can. May be called every tick.
+    /// Gives no force and takes the power off the actuators, as far as the device can. May be
+    /// called every tick.
     fn release(&mut self);
 }

@@ -1,7 +1,7 @@
 //! Limits between a model and a hand: how far a pose is believed, and which force may leave.
 //!
-//! There is no switch: a limit is a number that has to be in its range, and a [`Limits`] can only be made from another by lowering.
-//! "Lower" is "stricter" for every one of them.
+//! There is no switch: a limit is a number that has to be in its range, and a [`Limits`] can only
+//! be made from another by lowering. "Lower" is "stricter" for every one of them.
 
 mod force;
 mod freeze;
@@ -21,12 +21,13 @@ use crate::fault::BuildError;
 pub struct LimitValues {
     /// Longest force on the hand [N].
     pub max_force_n: f32,
-    /// Fastest growth of the force [N/s]. A force that is no longer wanted is let go at once: holding it back would push the hand out with
-    /// more energy than it brought in.
+    /// Fastest growth of the force [N/s]. A force that is no longer wanted is let go at once:
+    /// holding it back would push the hand out with more energy than it brought in.
     pub max_slew_n_per_s: f32,
     /// Fastest probe that is believed [m/s].
     pub max_speed_m_per_s: f32,
-    /// Readings in a row beyond that speed that are a fault while a force acts; fewer are glitches, and the last good pose is held.
+    /// Readings in a row beyond that speed that are a fault while a force acts; fewer are glitches,
+    /// and the last good pose is held.
     pub odd_poses: u16,
     /// Oldest pose that is rendered [ticks].
     pub max_age_ticks: u16,
@@ -40,11 +41,13 @@ pub struct LimitValues {
     pub saturated_ticks: u16,
 }
 
-/// A limit that is lowered ends here: squares of smaller ones underflow, and a force of nothing would be too long.
+/// A limit that is lowered ends here: squares of smaller ones underflow, and a force of nothing
+/// would be too long.
 const LEAST: f32 = 1e-6;
 
 impl LimitValues {
-    /// A desktop stylus of 3.3 N, and the default: 3 N, 500 N/s, 1.5 m/s twice in a row, poses two ticks old, workspace and a tenth more.
+    /// A desktop stylus of 3.3 N, and the default: 3 N, 500 N/s, 1.5 m/s twice in a row, poses two
+    /// ticks old, workspace and a tenth more.
     pub const DESKTOP: Self = Self {
         max_force_n: 3.0,
         max_slew_n_per_s: 500.0,
@@ -69,7 +72,8 @@ impl LimitValues {
         saturated_ticks: 1_000,
     };
 
-    /// Every limit within (0, that of `highest`]: NaN, zero, negative and infinite ones are refused.
+    /// Every limit within (0, that of `highest`]: NaN, zero, negative and infinite ones are
+    /// refused.
     fn check_below(&self, highest: &Self) -> Result<(), BuildError> {
         let least = LEAST;
         within(&[
@@ -124,7 +128,8 @@ impl Limits {
     /// Limits none of which is looser than now.
     ///
     /// # Errors
-    /// [`BuildError::OutOfRange`] names the limit that would be higher than it is, or is no number; nothing changes then.
+    /// [`BuildError::OutOfRange`] names the limit that would be higher than it is, or is no number;
+    /// nothing changes then.
     pub fn lowered(&self, values: &LimitValues) -> Result<Self, BuildError> {
         values.check_below(&self.values)?;
         Ok(Self::derive(values, &self.device, self.tick_s))

@@ -6,12 +6,12 @@
 //!                     └──────────────────────┘
 //! ```
 //!
-//! Force in `Active` and `Degraded`, a falling one in `SafeRamp`, exactly none elsewhere. `Arming` is
-//! the only way to a force: whatever ended it, it begins there again, outside the tissue. A host that
-//! falls silent, a stop, or an operator who lets go of the hand switch or leaves the pedal ramps the
-//! force down, for the pose can still be trusted; whatever makes pose, model or actuator doubtful is
-//! `Fault`, at once. Nothing arms while the operator is absent, and an operator who comes back arms
-//! nothing: arming has to be asked for again.
+//! Force in `Active` and `Degraded`, a falling one in `SafeRamp`, exactly none elsewhere. `Arming`
+//! is the only way to a force: whatever ended it, it begins there again, outside the tissue. A host
+//! that falls silent, a stop, or an operator who lets go of the hand switch or leaves the pedal
+//! ramps the force down, for the pose can still be trusted; whatever makes pose, model or actuator
+//! doubtful is `Fault`, at once. Nothing arms while the operator is absent, and an operator who
+//! comes back arms nothing: arming has to be asked for again.
 //!
 //! * in: events
 //! * out: the mode, the first fault

@@ -1,12 +1,15 @@
 //! Energy that the loop gives to the hand, always watched, and the last resort when it is too much.
 //!
-//! The observer of Hannaford and Ryu (Time-domain passivity control of haptic interfaces, IEEE Trans. Robotics and Automation 18, 2002) sums
-//! `F dx` with the force that really acted during the way: the one sent `delay` ticks before. A spring takes energy on the way in and gives it
-//! back; what it gives beyond zero, counted from the touch, was created. Ours differs in the controller: theirs injects damping as soon as
-//! the sum is negative, which buzzes against quantisation. Ours leaves the force alone up to an alarm, above what counting can fake (about
-//! `F_max` times one count), then fades the contact's force out until the probe has left. By then most of a bounce's energy is out, so the next
-//! contact begins, and stays, at half the gain: stiffness falls until the loop holds, and doubles again with every good contact. Contacts that
-//! end in the alarm one after the other are a fault.
+//! The observer of Hannaford and Ryu (Time-domain passivity control of haptic interfaces, IEEE
+//! Trans. Robotics and Automation 18, 2002) sums `F dx` with the force that really acted during the
+//! way: the one sent `delay` ticks before. A spring takes energy on the way in and gives it back;
+//! what it gives beyond zero, counted from the touch, was created. Ours differs in the controller:
+//! theirs injects damping as soon as the sum is negative, which buzzes against quantisation. Ours
+//! leaves the force alone up to an alarm, above what counting can fake (about `F_max` times one
+//! count), then fades the contact's force out until the probe has left. By then most of a bounce's
+//! energy is out, so the next contact begins, and stays, at half the gain: stiffness falls until
+//! the loop holds, and doubles again with every good contact. Contacts that end in the alarm one
+//! after the other are a fault.
 //!
 //! * in: the way of the probe [m], the force sent [N], whether the patch is touched
 //! * out: energy [J], gain (0 .. 1) on the force
@@ -21,7 +24,8 @@ use crate::fault::{BuildError, Fault};
 
 /// Forces on their way to the actuators.
 const LINE: usize = DeviceLimits::MOST_DELAY_TICKS as usize + 1;
-/// Share of the force that stays from tick to tick after the alarm (1): down to a hundredth in 20 ms.
+/// Share of the force that stays from tick to tick after the alarm (1): down to a hundredth in 20
+/// ms.
 const FADE: f32 = 0.8;
 /// Below this gain there is no force (1).
 const FADED: f32 = 0.01;
@@ -68,7 +72,8 @@ pub struct Energy {
 #[derive(Clone, Copy, Debug)]
 pub struct PassivityObserver {
     settings: PassivitySettings,
-    /// Play before the way [m]: a count that comes and goes is no way, or a hold on a count's edge would sum up to an alarm.
+    /// Play before the way [m]: a count that comes and goes is no way, or a hold on a count's edge
+    /// would sum up to an alarm.
     play_m: f32,
     /// Where the probe is in that play (0 .. `play_m`) [m].
     slack_m: Vector3<f32>,
@@ -118,7 +123,8 @@ impl PassivityObserver {
         })
     }
 
-    /// The way since the last tick [m], and whether the patch was touched then; before this tick's force is sent.
+    /// The way since the last tick [m], and whether the patch was touched then; before this tick's
+    /// force is sent.
     ///
     /// # Errors
     /// [`Fault::EnergyCreated`] when one contact after the other ends in the alarm.
@@ -194,7 +200,8 @@ impl PassivityObserver {
         self.energy
     }
 
-    /// Gain on the force (1): one until an alarm; it falls in a contact and changes upwards only between contacts.
+    /// Gain on the force (1): one until an alarm; it falls in a contact and changes upwards only
+    /// between contacts.
     #[must_use]
     pub fn gain(&self) -> f32 {
         self.gain
@@ -214,7 +221,8 @@ mod tests {
         PassivityObserver::build(&PassivitySettings::DEFAULT, &DeviceLimits { delay_ticks, count_m, ..device() }).unwrap()
     }
 
-    /// Presses a spring of `k` N/m with a sine of `depth_m` in and out in 100 ticks; returns the energy at its end.
+    /// Presses a spring of `k` N/m with a sine of `depth_m` in and out in 100 ticks; returns the
+    /// energy at its end.
     fn press(observer: &mut PassivityObserver, k: f32, depth_m: f32) -> Energy {
         let depth = |n: u16| depth_m * libm::sinf(core::f32::consts::PI * f32::from(n) * 0.01);
         for n in 1..=100 {
@@ -227,7 +235,8 @@ mod tests {
 
     #[test]
     fn a_held_and_late_spring_creates_its_closed_form_energy() {
-        // E = b integral v^2 with b = K (d + 1/2) T, over x = a sin(pi t / 100 ms): integral = a^2 (pi / 0.1)^2 0.1 / 2
+        // E = b integral v^2 with b = K (d + 1/2) T, over x = a sin(pi t / 100 ms): integral = a^2
+        // (pi / 0.1)^2 0.1 / 2
         for delay in [0, 1, 2] {
             let mut observer = observer(delay);
             let (k, a) = (100.0, 2e-3);

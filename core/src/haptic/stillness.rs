@@ -3,9 +3,9 @@
 //! An encoder that dies while the hand rests cannot be told at once from a hand that rests, and the
 //! force would stay as it was for ever. But nobody holds a strong force without moving: the force
 //! of a holding hand fluctuates by some 3 % and, without a display to follow, drifts by 5 to 10 %
-//! within seconds, and muscles tremble at 8 to 12 Hz. What hides this is the device's friction, 1 to
-//! 4 % of its longest force on desktop devices. So above half of the longest force, and above 1 N,
-//! five seconds without one count on any axis fade the force to zero within one second. Weaker
+//! within seconds, and muscles tremble at 8 to 12 Hz. What hides this is the device's friction, 1
+//! to 4 % of its longest force on desktop devices. So above half of the longest force, and above 1
+//! N, five seconds without one count on any axis fade the force to zero within one second. Weaker
 //! forces stay: friction may hide their fluctuation.
 //!
 //! A count that comes ends the fading, and the force stays as faded as it is, as after saturation.

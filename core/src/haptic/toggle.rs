@@ -1,10 +1,14 @@
-//! A hold on the edge between two counts, where the reading toggles and every toggle is a kick of the tissue.
+//! A hold on the edge between two counts, where the reading toggles and every toggle is a kick of
+//! the tissue.
 //!
-//! One count is felt as its length times the stiffness in the tick, ten times the static one, and a light device without friction answers with
-//! the next toggle: a limit cycle a few micrometres wide. While an axis toggles between two neighbouring readings and the force shakes with it, the
-//! patch is shown their low-passed mean, which settles where the force balances the hand. Otherwise, and from the first count beyond the
-//! two, it is shown the reading itself: a lag that went along with a motion would give the hand energy, this one never outlasts a count. A toggle that
-//! nobody feels is left alone: on a handle that no friction and no grip holds it is what damps, and the mean swings slowly.
+//! One count is felt as its length times the stiffness in the tick, ten times the static one, and a
+//! light device without friction answers with the next toggle: a limit cycle a few micrometres
+//! wide. While an axis toggles between two neighbouring readings and the force shakes with it, the
+//! patch is shown their low-passed mean, which settles where the force balances the hand.
+//! Otherwise, and from the first count beyond the two, it is shown the reading itself: a lag that
+//! went along with a motion would give the hand energy, this one never outlasts a count. A toggle
+//! that nobody feels is left alone: on a handle that no friction and no grip holds it is what
+//! damps, and the mean swings slowly.
 //!
 //! * in: position read [m], force of the patch [N]
 //! * out: position to show to the patch [m], within 1.3 counts of it along every axis
@@ -13,7 +17,8 @@
 
 use nalgebra::Vector3;
 
-/// A change of the reading is one toggle up to this many counts: an axis of a linkage moves by parts of two.
+/// A change of the reading is one toggle up to this many counts: an axis of a linkage moves by
+/// parts of two.
 const PAIR: f32 = 1.6;
 /// Further than this from what is shown the reading has left the two [counts].
 const LEFT: f32 = 1.3;
@@ -26,7 +31,8 @@ const QUIET: u16 = 200;
 /// Share of the newest reading a tick (1): 40 ms, four to ten periods of what toggled.
 const SHARE: f32 = 0.025;
 
-/// The force shakes when it changes by more than this a tick [N], low-passed with this share (1): about 18 mN RMS.
+/// The force shakes when it changes by more than this a tick [N], low-passed with this share (1):
+/// about 18 mN RMS.
 const SHAKES_N: f32 = 15e-3;
 const SHAKES_SHARE: f32 = 0.02;
 

@@ -3,10 +3,10 @@
 //! A hand that starts from rest cannot skip counts: at 60 m/s^2 it crosses the first count of 55 um
 //! at 0.08 m/s, and the first new reading is one or two counts away. A hand at rest trembles by a
 //! count or two. So if the first step of every motion is longer than five counts of the profile, or
-//! if whole motions are shorter than a fifth of a count, eight times in a row without one that fits,
-//! the readings are in another unit than the profile, or the profile's count is not the encoder's.
-//! The first motion that fits ends the watch until the next fault: levers and gears make counts at
-//! the probe differ by a factor of two or three, not ten.
+//! if whole motions are shorter than a fifth of a count, eight times in a row without one that
+//! fits, the readings are in another unit than the profile, or the profile's count is not the
+//! encoder's. The first motion that fits ends the watch until the next fault: levers and gears make
+//! counts at the probe differ by a factor of two or three, not ten.
 //!
 //! Not judged: a device whose profile says no count (an ideal sensor), and a driver that
 //! interpolates or filters so that readings never rest or begin with a part of a step. A unit that
@@ -160,7 +160,8 @@ mod tests {
         let step = |counts: f32| Vector3::new(counts * COUNT_M, 0.0, 0.0);
         let moved = |pauses: u8| {
             let mut watch = UnitWatch::build(COUNT_M);
-            // steps of a tenth of a count with so many equal readings in between: three of them are a rest
+            // steps of a tenth of a count with so many equal readings in between: three of them are
+            // a rest
             (0..30_u8).try_for_each(|_| {
                 for _ in 0..5 {
                     watch.judge(&step(0.1), false)?;

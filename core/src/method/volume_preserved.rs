@@ -1,7 +1,8 @@
 //! `volume-preserved`: the model of paper 000 on the core's tick.
 //!
-//! Run it with [`Terms::SPRINGS_ONLY`](crate::Terms::SPRINGS_ONLY), mass floor and contact mass 0. Springs joining two organs are springs of the model;
-//! attached nodes are anchors that the caller places before every tick.
+//! Run it with [`Terms::SPRINGS_ONLY`](crate::Terms::SPRINGS_ONLY), mass floor and contact mass 0.
+//! Springs joining two organs are springs of the model; attached nodes are anchors that the caller
+//! places before every tick.
 
 use nalgebra::Vector3;
 

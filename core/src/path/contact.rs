@@ -1,7 +1,8 @@
 //! Broad phase: the surface triangles that the probe can reach in this tick.
 //!
 //! * in: the tip's way, node positions
-//! * out: `state.candidates`, ascending; empty until a tick after the probe has been seen outside the tissue
+//! * out: `state.candidates`, ascending; empty until a tick after the probe has been seen outside
+//!   the tissue
 //! * cost: up to 18 comparisons a triangle, most leave after 3
 //! * may fail: never; a triangle too many costs time only
 
@@ -36,7 +37,8 @@ pub fn find(model: &Model, tuned: &Tuned, state: &mut State, motion: &mut Motion
         state.been_outside = !state.seat.inside()
             && !presence::buried(model, tuned, state, motion.to_m)
             && !foundation::touches(model, tuned, state, motion.to_m);
-        // nothing is pressed in the tick that first finds the probe outside: it has paid for one search of the points already
+        // nothing is pressed in the tick that first finds the probe outside: it has paid for one
+        // search of the points already
         state.near = 0;
         if !state.been_outside {
             motion.limiters.set(Limiters::BURIED);

@@ -1,7 +1,7 @@
 //! Symplectic Euler with mass-proportional damping: `v = (1 - alpha dt) v + f dt / m`, `x += v dt`.
 //!
-//! (Paper 000, eq 3 is the same step; adding the "missing" half of `f dt^2 / m` while keeping `v = dx / dt` would halve the acceleration.)
-//! `dt / m` holds the mass floor; it is zero for anchors.
+//! (Paper 000, eq 3 is the same step; adding the "missing" half of `f dt^2 / m` while keeping `v =
+//! dx / dt` would halve the acceleration.) `dt / m` holds the mass floor; it is zero for anchors.
 //!
 //! * in: `node.f`, the region
 //! * out: `node.v`, `node.x`

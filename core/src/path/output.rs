@@ -1,7 +1,8 @@
 //! The load on the tissue becomes the force on the probe.
 //!
 //! * in: the loads of the tick's substeps
-//! * out: reaction [N], depth [m], contact point and normal; the touch plane that the next tick's guard uses
+//! * out: reaction [N], depth [m], contact point and normal; the touch plane that the next tick's
+//!   guard uses
 //! * cost: about 80 instructions
 //! * may fail: [`Fault::ForceNotFinite`]
 
@@ -19,7 +20,8 @@ use crate::state::{State, TouchPlane};
 pub struct Output {
     /// Force on the probe [N], patch frame: it points out of the tissue. Zero on any fault.
     pub force_n: Vector3<f32>,
-    /// How deep the tip is below the undeformed surface, along the contact normal [m]; zero without contact.
+    /// How deep the tip is below the undeformed surface, along the contact normal [m]; zero without
+    /// contact.
     pub depth_m: f32,
     /// Centre of the contact on the deformed surface [m]; the tip without contact.
     pub point_m: Vector3<f32>,

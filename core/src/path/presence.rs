@@ -11,7 +11,8 @@
 //! | elsewhere | no: the patch is shown the tip where it is, and contact begins with a fresh approach |
 //!
 //! Location is a walk from tet to tet through their faces (Devillers, Pion, Teillaud, Walking in a
-//! triangulation, 2002). It starts where the last tick's ended, so one or two tets are tested per tick.
+//! triangulation, 2002). It starts where the last tick's ended, so one or two tets are tested per
+//! tick.
 //!
 //! * in: sensed tip [m], rest positions, `Model::neighbours`, the triangle touched last
 //! * out: [`Presence`]; the tet that the next walk starts from
@@ -74,7 +75,8 @@ impl Plane {
         (self.middle_m - point_m).dot(&self.normal)
     }
 
-    /// Depth of the probe's end, ball or disc, below the plane [m]: that of the tip where the plane is normal to the axis.
+    /// Depth of the probe's end, ball or disc, below the plane [m]: that of the tip where the plane
+    /// is normal to the axis.
     pub fn probe_depth_m(&self, probe: &Probe, tip_m: Vector3<f32>) -> f32 {
         match probe.shape {
             ProbeShape::Flat => self.depth_m(tip_m),
@@ -84,7 +86,8 @@ impl Plane {
         }
     }
 
-    /// Whether the probe at this tip is at the plane and near the triangle, with the tip on the outer side.
+    /// Whether the probe at this tip is at the plane and near the triangle, with the tip on the
+    /// outer side.
     fn holds(&self, probe: &Probe, tip_m: Vector3<f32>) -> bool {
         let lift_m = if probe.shape == ProbeShape::Flat { 0.0 } else { probe.radius_m };
         let off_m = tip_m + probe.axis * lift_m - self.middle_m;
@@ -98,7 +101,8 @@ impl Plane {
     }
 }
 
-/// Locates the sensed tip and decides whether there can be contact; with the rest plane of the triangle touched last.
+/// Locates the sensed tip and decides whether there can be contact; with the rest plane of the
+/// triangle touched last.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn locate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> (Presence, Option<Plane>) {
     let before = state.seat;
@@ -129,8 +133,9 @@ pub fn locate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f3
     (Presence::Outside, None)
 }
 
-/// Whether the probe's body is in the tissue at this tip: the point above the tip that no press brings below the surface, one
-/// radius or the depth limit and a millimetre, is inside the rest volume. Such a probe came in elsewhere.
+/// Whether the probe's body is in the tissue at this tip: the point above the tip that no press
+/// brings below the surface, one radius or the depth limit and a millimetre, is inside the rest
+/// volume. Such a probe came in elsewhere.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn buried(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> bool {
     let probe = &tuned.probe;
@@ -143,7 +148,8 @@ pub fn buried(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f3
     state.body.inside
 }
 
-/// Walks towards the tip; ends inside a tet, or at one whose faces towards the tip are all boundary.
+/// Walks towards the tip; ends inside a tet, or at one whose faces towards the tip are all
+/// boundary.
 fn walk(model: &Model, seat: &mut Seat, tip_m: Vector3<f32>, axis: Vector3<f32>, most: u16) {
     (seat.inside, seat.above) = (false, false);
     for _ in 0..most {
@@ -154,7 +160,8 @@ fn walk(model: &Model, seat: &mut Seat, tip_m: Vector3<f32>, axis: Vector3<f32>,
         };
         let [a, b, c, d] = tet.node.map(|n| rest_m(model.nodes, n) - tip_m);
         let (ab, cd) = (a.cross(&b), c.cross(&d));
-        // six times the signed volumes of the tip with each face, the face opposite node k at place k
+        // six times the signed volumes of the tip with each face, the face opposite node k at place
+        // k
         let volumes = [b.dot(&cd), -a.dot(&cd), d.dot(&ab), -c.dot(&ab)];
         if volumes.iter().all(|volume| *volume >= 0.0) {
             seat.inside = true;

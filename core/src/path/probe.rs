@@ -1,9 +1,9 @@
 //! Guard: the tip that the sensor read becomes the tip that the patch is shown.
 //!
-//! In contact the shown tip enters the tissue at most at `Limits::max_sink_m_per_s` and leaves it at any
-//! speed: a fast tap arrives late and weaker, and the energy that the limit keeps from the tissue on the
-//! way in is never returned on the way out. Where there can be no contact ([`Presence::Outside`]), the
-//! shown tip **is** the sensed tip, whatever its speed.
+//! In contact the shown tip enters the tissue at most at `Limits::max_sink_m_per_s` and leaves it
+//! at any speed: a fast tap arrives late and weaker, and the energy that the limit keeps from the
+//! tissue on the way in is never returned on the way out. Where there can be no contact
+//! ([`Presence::Outside`]), the shown tip **is** the sensed tip, whatever its speed.
 //!
 //! * in: sensed tip [m], patch frame; its [`Presence`]
 //! * out: the straight displacement of the shown tip in this tick, speed and depth clamped
@@ -19,11 +19,13 @@ use crate::params::Tuned;
 use crate::path::presence::{self, Presence};
 use crate::state::State;
 
-/// Radii of the probe between the shown and the sensed tip beyond which the hand has pushed through: the
-/// force at the shown tip says nothing of the tissue there, so there is none before a fresh approach. A hand that
-/// goes on speeds up against the force as a wrong sign would; with three radii it was taken for [`Fault::Runaway`].
+/// Radii of the probe between the shown and the sensed tip beyond which the hand has pushed
+/// through: the force at the shown tip says nothing of the tissue there, so there is none before a
+/// fresh approach. A hand that goes on speeds up against the force as a wrong sign would; with
+/// three radii it was taken for [`Fault::Runaway`].
 const THROUGH_RADII: f32 = 2.0;
-/// Radii between the two tips beyond which a tip that outran the speed limit has passed the surface untouched.
+/// Radii between the two tips beyond which a tip that outran the speed limit has passed the surface
+/// untouched.
 const OUTRAN_RADII: f32 = 1.0;
 /// Way aside at the depth limit after which the depth beyond it is kept [m].
 const SLID_M: f32 = 1e-3;
@@ -92,7 +94,8 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
     step += state.offset_m;
     let square = step.dot(&step);
     if square > longest * longest {
-        // too far for the square to be finite: the limit holds all the same, in the direction that is left
+        // too far for the square to be finite: the limit holds all the same, in the direction that
+        // is left
         step = if square.is_finite() { step * (longest / sqrt(square)) } else { Vector3::zeros() };
         limiters.set(Limiters::SPEED);
     }
@@ -100,16 +103,18 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
         let sink_m = -step.dot(&at.normal);
         let most_m = tuned.limits.max_sink_m_per_s * tuned.substep_s * f32::from(tuned.substeps);
         if sink_m > most_m {
-            // along its own way: along the normal of a tilted contact it would slip deeper, or aside
+            // along its own way: along the normal of a tilted contact it would slip deeper, or
+            // aside
             step *= most_m / sink_m;
             limiters.set(Limiters::SPEED);
         }
     }
     let mut to_m = from_m + step;
 
-    // Below the *rest* surface: a plane that followed the contact would move with the tip that it holds. The force beyond the
-    // limit differs from place to place, so a hand that slides there keeps its depth as an offset: it is not pushed out along a
-    // way that another place let it in. A hand that goes straight in and out again feels the same force both ways.
+    // Below the *rest* surface: a plane that followed the contact would move with the tip that it
+    // holds. The force beyond the limit differs from place to place, so a hand that slides there
+    // keeps its depth as an offset: it is not pushed out along a way that another place let it in.
+    // A hand that goes straight in and out again feels the same force both ways.
     if let Some(plane) = plane {
         let beyond_m = plane.probe_depth_m(&tuned.probe, to_m) - model.depth_limit_m;
         if beyond_m > ROUNDING_M {
@@ -146,12 +151,15 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
     Ok(Motion { from_m, to_m, velocity_m_per_s, apart_m, outside, limiters })
 }
 
-/// Depth at which a static press reaches a force [m]: `curve` holds (depth [m], force [N]) from shallow to deep, the touch left out, and is
-/// straight in between; the last depth if it stays weaker. At load, the smaller of this at 1.09 times the device's longest force and of the
-/// patch's own limit is `Model::depth_limit_m`: a saturated device is pushed through by the hand, and the patch must not follow it.
+/// Depth at which a static press reaches a force [m]: `curve` holds (depth [m], force [N]) from
+/// shallow to deep, the touch left out, and is straight in between; the last depth if it stays
+/// weaker. At load, the smaller of this at 1.09 times the device's longest force and of the patch's
+/// own limit is `Model::depth_limit_m`: a saturated device is pushed through by the hand, and the
+/// patch must not follow it.
 ///
 /// # Errors
-/// [`BuildError::NotPositive`] names the first point that is not deeper and stronger than the one before it, or a force that is no number above zero.
+/// [`BuildError::NotPositive`] names the first point that is not deeper and stronger than the one
+/// before it, or a force that is no number above zero.
 pub fn depth_at_force_m(curve: &[(f32, f32)], force_n: f32) -> Result<f32, BuildError> {
     let (mut depth_m, mut weaker_n, mut found_m) = (0.0, 0.0, None);
     for (index, &(next_m, next_n)) in curve.iter().enumerate() {

@@ -36,7 +36,8 @@ pub fn select(tuned: &Tuned, state: &State) -> Region {
     }
 }
 
-/// How the contact pressure follows from force and depth (8). Both are free of the contact's radius; which was printed is unknown.
+/// How the contact pressure follows from force and depth (8). Both are free of the contact's
+/// radius; which was printed is unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ContactPressure {
     /// Under a uniform load: `pi E^2 z^2 / (4 (1 - nu^2)^2 F)`.
@@ -45,10 +46,13 @@ pub enum ContactPressure {
     RigidPunch,
 }
 
-/// The region of paper 004: a ball around the contact, as deep as the vertical stress stays above a threshold.
+/// The region of paper 004: a ball around the contact, as deep as the vertical stress stays above a
+/// threshold.
 ///
-/// `F_perp = F_c [1 - h^3/(h^2 + r^2)^(3/2)]` (7, lost in the text: Boussinesq's stress under the centre of a uniformly loaded disc) equals the threshold at
-/// `h_max = r sqrt(q/(1-q))`, `q = (1 - F_min/F_c)^(2/3)`. Stress falls as `1/h^2` but displacement as `1/h`: the rule cannot bound the force's error.
+/// `F_perp = F_c [1 - h^3/(h^2 + r^2)^(3/2)]` (7, lost in the text: Boussinesq's stress under the
+/// centre of a uniformly loaded disc) equals the threshold at `h_max = r sqrt(q/(1-q))`, `q = (1 -
+/// F_min/F_c)^(2/3)`. Stress falls as `1/h^2` but displacement as `1/h`: the rule cannot bound the
+/// force's error.
 #[derive(Clone, Copy, Debug)]
 pub struct StressRule {
     /// Least vertical stress `F_min` [Pa].
@@ -86,8 +90,9 @@ impl StressRule {
         factor * plane * plane / force_n
     }
 
-    /// Radius of the region [m] (7) under a contact pressure [Pa] on a disc of radius `radius_m`; that radius itself where (7) gives less, down to
-    /// nothing where even the contact is below the threshold: ours, so that what is touched can move.
+    /// Radius of the region [m] (7) under a contact pressure [Pa] on a disc of radius `radius_m`;
+    /// that radius itself where (7) gives less, down to nothing where even the contact is below the
+    /// threshold: ours, so that what is touched can move.
     #[must_use]
     pub fn radius_m(&self, pressure_pa: f32, radius_m: f32) -> f32 {
         let share = self.least_stress_pa / pressure_pa;

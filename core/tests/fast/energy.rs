@@ -21,7 +21,8 @@ fn step(observer: &mut PassivityObserver, moved_m: f32, touched: bool, force_n: 
     answer
 }
 
-/// A contact in which 1 N pushes the probe this far out [m], or in where it is negative; then free space.
+/// A contact in which 1 N pushes the probe this far out [m], or in where it is negative; then free
+/// space.
 fn contact(observer: &mut PassivityObserver, moved_m: f32) -> Result<(), Fault> {
     step(observer, 0.0, true, 1.0)?;
     let answer = step(observer, moved_m, true, 0.0);
@@ -102,7 +103,8 @@ fn a_contact_lasts_until_its_last_force_has_acted() {
 #[test]
 fn one_count_of_play_is_no_motion_and_three_counts_are() {
     let count_m = 50e-6;
-    // each round trip of two counts beyond the play gives two counts' worth of the force's difference
+    // each round trip of two counts beyond the play gives two counts' worth of the force's
+    // difference
     let round_trips = |counts: f32| {
         let mut observer = observer(0, count_m);
         step(&mut observer, 0.0, true, 0.5).unwrap();

@@ -1,4 +1,5 @@
-//! Whatever fails: no force in the same tick, the first reason kept, and no way back but by request and with good poses.
+//! Whatever fails: no force in the same tick, the first reason kept, and no way back but by request
+//! and with good poses.
 
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::SensorStatus;

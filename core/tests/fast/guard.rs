@@ -1,4 +1,5 @@
-//! The guard of a patch, on one that is shipped: how deep and how fast it is pressed, and which force leaves it.
+//! The guard of a patch, on one that is shipped: how deep and how fast it is pressed, and which
+//! force leaves it.
 
 use palpate::path::probe;
 use palpate::{Fault, Limiters, Node, Output, Params, PatchFile, ProbePose, State, TetShapes, Tuned, Vector3, tick};

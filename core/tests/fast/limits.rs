@@ -18,7 +18,8 @@ fn named<T>(answer: Result<T, BuildError>) -> Option<&'static str> {
     }
 }
 
-/// Fails unless `check` accepts `low` and `high`, refuses what lies just outside, and names the parameter.
+/// Fails unless `check` accepts `low` and `high`, refuses what lies just outside, and names the
+/// parameter.
 fn bounds(name: &str, low: f32, high: f32, check: impl Fn(f32) -> Option<&'static str>) {
     let out = 1e-4 * (high - low);
     for inside in [low, high, 0.5 * (low + high)] {

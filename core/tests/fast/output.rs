@@ -1,4 +1,5 @@
-//! The load on the tissue as a force on the probe: finite, within the limit, along its own direction.
+//! The load on the tissue as a force on the probe: finite, within the limit, along its own
+//! direction.
 
 use palpate::path::force::foundation::Load;
 use palpate::path::{output, probe};

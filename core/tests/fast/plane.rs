@@ -13,7 +13,8 @@ fn corners(tissue: &Tissue, triangle: usize) -> [Vector3<f32>; 3] {
     model.triangles[triangle].node.map(|n| Vector3::from(model.nodes[usize::from(n)].rest_m))
 }
 
-/// Edges of the surface of the piece that was cut out: the middle from the site [m], the way out along the surface, the normal.
+/// Edges of the surface of the piece that was cut out: the middle from the site [m], the way out
+/// along the surface, the normal.
 fn cut_edges() -> Vec<(Vector3<f32>, Vector3<f32>, Vector3<f32>)> {
     let tissue = Tissue::cut();
     let triangles = tissue.file.model.triangles;
@@ -125,7 +126,8 @@ fn over_the_triangle_touched_last_contact_is_possible_up_to_a_millimetre_and_no_
 
 #[test]
 fn a_body_is_buried_when_no_press_can_have_brought_it_there() {
-    // the point above the tip that stays outside in every press: one radius, or a millimetre more than the deepest press
+    // the point above the tip that stays outside in every press: one radius, or a millimetre more
+    // than the deepest press
     let small = |params: &mut Params| params.probe.radius_m = 2e-3;
     for (mut tissue, above_m) in [(Tissue::new(), 8e-3), (Tissue::with(small), 6e-3), (Tissue::fine(), 8e-3)] {
         let limit_m = tissue.file.model.depth_limit_m;

@@ -1,4 +1,5 @@
-//! Where the sensed tip is decides whether anything can be felt: geometry alone, whatever the patch is shown.
+//! Where the sensed tip is decides whether anything can be felt: geometry alone, whatever the patch
+//! is shown.
 
 use palpate::haptic::mode::Mode;
 use palpate::path::presence::{Presence, locate};
@@ -27,7 +28,8 @@ fn in_a_tet(tissue: &Tissue, above_m: Vector3<f32>) -> bool {
     })
 }
 
-/// Moves the tip from place to place, and calls `check` in every tick with the place from the site [m] and the output.
+/// Moves the tip from place to place, and calls `check` in every tick with the place from the site
+/// [m] and the output.
 fn go(tissue: &mut Tissue, from_m: Vector3<f32>, to_m: Vector3<f32>, step_m: f32, mut check: impl FnMut(Vector3<f32>, &Output)) {
     let ticks = ((to_m - from_m).norm() / step_m).ceil().max(1.0);
     for n in 0..=ticks as usize {

@@ -6,7 +6,8 @@ use palpate::{Fault, Vector3};
 
 use crate::bench::{Bench, TICK_S, pushing};
 
-/// Pushed outwards along `normal` with so much force [N] while it goes in at these speeds [m/s], tick after tick.
+/// Pushed outwards along `normal` with so much force [N] while it goes in at these speeds [m/s],
+/// tick after tick.
 fn pushed(normal: Vector3<f32>, force_n: f32, speeds: impl Iterator<Item = f32>) -> Option<usize> {
     let mut runaway = Runaway::default();
     let mut judge = |inward: f32| runaway.judge(&(normal * (-inward * TICK_S)), 1.0 / TICK_S, &normal, &(normal * force_n));
@@ -78,7 +79,8 @@ fn what_a_late_tick_catches_up_with_is_no_speed_that_is_gained() {
     (0..22).for_each(|_| assert_eq!(step(&mut bench, 1.45, 0).fault, None));
     for n in 0..8 {
         assert_eq!(step(&mut bench, 1.45, u16::from(n % 2 == 0)).fault, None, "tick {n}");
-        // half of the force after each late tick is still one that the probe is not to speed up against
+        // half of the force after each late tick is still one that the probe is not to speed up
+        // against
         assert!(bench.device.drive_n.is_some_and(|force_n| force_n.z > 0.5), "tick {n}: {:?}", bench.device.drive_n);
     }
 }

@@ -1,4 +1,5 @@
-//! A reading that flips between two encoder counts: filtered where it is felt, and never far from the reading.
+//! A reading that flips between two encoder counts: filtered where it is felt, and never far from
+//! the reading.
 
 use palpate::Vector3;
 use palpate::haptic::toggle::Toggle;

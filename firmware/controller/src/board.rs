@@ -1,4 +1,5 @@
-//! A board, as the controller needs it. `firmware/src/board/` implements it for real and emulated boards, tests for a board of their own.
+//! A board, as the controller needs it. `firmware/src/board/` implements it for real and emulated
+//! boards, tests for a board of their own.
 
 use palpate::Fault;
 use palpate::haptic::device::Sensed;
@@ -7,7 +8,8 @@ use crate::config::Flash;
 use crate::force_out::Outputs;
 use crate::patch::Budget;
 
-/// Clock, pins, watchdog and link of a board. None of it waits, but for [`Board::next_period`] and a lock-step link's read.
+/// Clock, pins, watchdog and link of a board. None of it waits, but for [`Board::next_period`] and
+/// a lock-step link's read.
 #[expect(async_fn_in_trait, reason = "each image has one board and one executor; no bound on the future is needed")]
 pub trait Board {
     /// The two slots that hold device profiles.
@@ -19,7 +21,8 @@ pub trait Board {
     /// Time since the last edge of the tick timer [counts].
     fn since_period_counts(&self) -> u32;
 
-    /// Periods that the tick timer has begun, wrapping. Counted above the loop, so that a tick that is still busy is seen as late.
+    /// Periods that the tick timer has begun, wrapping. Counted above the loop, so that a tick that
+    /// is still busy is seen as late.
     fn periods_begun(&self) -> u32;
 
     /// Waits for the next period; its number.
@@ -67,7 +70,8 @@ pub trait Board {
     /// The memory that keeps device profiles.
     fn profile_memory(&mut self) -> &mut Self::ProfileMemory;
 
-    /// Reads bytes from the host; their count. In lock-step it waits, and 0 says that the host has gone.
+    /// Reads bytes from the host; their count. In lock-step it waits, and 0 says that the host has
+    /// gone.
     fn link_read(&mut self, bytes: &mut [u8]) -> usize;
 
     /// Writes a frame to the host, or drops it whole.

@@ -1,7 +1,8 @@
 //! The profile that a board keeps over power-off: two slots of flash, written in turn.
 //!
-//! A slot is `magic, version, length, generation, profile as postcard, CRC-32`. Writing goes to the slot that is not in use:
-//! whenever the power fails, the other one still holds what was there before. What is damaged, of another version or out of range counts as empty.
+//! A slot is `magic, version, length, generation, profile as postcard, CRC-32`. Writing goes to the
+//! slot that is not in use: whenever the power fails, the other one still holds what was there
+//! before. What is damaged, of another version or out of range counts as empty.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use palpate::BuildError;
@@ -26,7 +27,8 @@ pub const SLOT_BYTES: usize = 128;
 pub struct Profile {
     /// Limits of the loop.
     pub limits: WireLimits,
-    /// Damping per tangent stiffness [s], constant damping [N s/m], share of the newest velocity (1).
+    /// Damping per tangent stiffness [s], constant damping [N s/m], share of the newest velocity
+    /// (1).
     pub damping: [f32; 3],
     /// Longest force the actuators give [N].
     pub max_force_n: f32,

@@ -1,4 +1,5 @@
-//! One tick of the controller without its board: the haptic cycle, its device and the requests that a board makes by itself.
+//! One tick of the controller without its board: the haptic cycle, its device and the requests that
+//! a board makes by itself.
 //!
 //! * in: a reading, messages of the host and findings of the board since the last tick
 //! * out: a command to the actuators, a telemetry record
@@ -19,8 +20,9 @@ use crate::port::Port;
 pub enum Arming {
     /// By the host's request.
     OnRequest,
-    /// Once after power-on, when there is no host. After a stop, a lost host or a fault only by a fresh sign: the host's request, or the operator's
-    /// switch released and pressed again. With such a switch power-on is no sign: a jammed one would arm the board.
+    /// Once after power-on, when there is no host. After a stop, a lost host or a fault only by a
+    /// fresh sign: the host's request, or the operator's switch released and pressed again. With
+    /// such a switch power-on is no sign: a jammed one would arm the board.
     ByItself,
     /// Not before somebody has looked at it: the board was reset by its watchdog again and again.
     Barred,
@@ -54,7 +56,8 @@ impl Controller {
         self.cycle.mode()
     }
 
-    /// Starts up anew with other settings and another device; nobody feels anything until it is armed again.
+    /// Starts up anew with other settings and another device; nobody feels anything until it is
+    /// armed again.
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting; nothing changes then.
@@ -90,7 +93,8 @@ impl Controller {
         self.cycle.lower_limits(values)
     }
 
-    /// One tick. `healthy` is the board's own verdict on its outputs and memory; it decides the self-test.
+    /// One tick. `healthy` is the board's own verdict on its outputs and memory; it decides the
+    /// self-test.
     pub fn step(&mut self, renderer: &mut impl Renderer, sensed: Sensed, command: Command, healthy: bool) -> Telemetry {
         self.edge.put(sensed);
         let command = self.present(command);
@@ -101,8 +105,8 @@ impl Controller {
         told
     }
 
-    /// Whether a tick may feed the watchdog: the actuators are off, or the mode allows a force and it is within the limit. Checked apart from the
-    /// code that made the force.
+    /// Whether a tick may feed the watchdog: the actuators are off, or the mode allows a force and
+    /// it is within the limit. Checked apart from the code that made the force.
     #[must_use]
     pub fn sound(&self, record: &Telemetry) -> bool {
         match self.edge.drive() {

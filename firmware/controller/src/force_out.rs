@@ -13,20 +13,22 @@ pub enum Drive {
     Force(Vector3<f32>),
 }
 
-/// Output of one axis as its converter takes it: +-32767 is +-[`DacCode::FULL_SCALE_N`], 0 is no force.
+/// Output of one axis as its converter takes it: +-32767 is +-[`DacCode::FULL_SCALE_N`], 0 is no
+/// force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DacCode(pub i16);
 
 impl DacCode {
     /// No force.
     pub const ZERO: Self = Self(0);
-    /// Force at code 32767 [N]: above the 12 N of the strongest desktop device, half a millinewton a code.
+    /// Force at code 32767 [N]: above the 12 N of the strongest desktop device, half a millinewton
+    /// a code.
     pub const FULL_SCALE_N: f32 = 16.0;
     /// Codes per newton: 32767 / 16, exact in single precision.
     const PER_N: f32 = 2047.9375;
 
-    /// Nearest code; saturates at full scale. Not-a-number gives no force: nothing sensible can be rendered. In floating point, for the unit
-    /// converts and saturates in one instruction.
+    /// Nearest code; saturates at full scale. Not-a-number gives no force: nothing sensible can be
+    /// rendered. In floating point, for the unit converts and saturates in one instruction.
     #[must_use]
     pub fn from_force_n(force_n: f32) -> Self {
         let codes = force_n * Self::PER_N;

@@ -1,4 +1,5 @@
-//! One tick of a board: a reading in, one haptic cycle over the tissue core, converter codes out, watchdog fed.
+//! One tick of a board: a reading in, one haptic cycle over the tissue core, converter codes out,
+//! watchdog fed.
 //!
 //! * in: a reading, the host's command, the number of the period that began
 //! * out: outputs on the pins, a record for the host
@@ -51,15 +52,19 @@ impl<B: Board> HapticLoop<B> {
 
     /// One tick.
     ///
-    /// * **Trigger**: the hardware tick timer, every millisecond; `period` is the one that began. In lock-step the host's pose, and no period.
+    /// * **Trigger**: the hardware tick timer, every millisecond; `period` is the one that began.
+    ///   In lock-step the host's pose, and no period.
     /// * **Deadline**: the force is on the converters before the next period begins.
-    /// * **Overrun**: decided here, not in a supervisor below, which a tick that never ends in time would starve. A late force is still
-    ///   written, being fresher than the one on the converters; the periods it ran over are skipped, so the next tick starts on an edge.
-    ///   After one the next tick gives half of the force at most; two in a row, or five in a thousand ([`palpate::haptic::deadline`]), turn
-    ///   the outputs off at once and are the next tick's fault.
-    /// * **Check**: a force beyond the limits, in a mode without one, or not what is on the pins: outputs off at once, fault in the next tick, and the
-    ///   watchdog is not fed by this one.
-    /// * **Dead loop**: a tick that never ends holds the last force until the watchdog, fed by completed and checked ticks alone, turns it off.
+    /// * **Overrun**: decided here, not in a supervisor below, which a tick that never ends in time
+    ///   would starve. A late force is still written, being fresher than the one on the converters;
+    ///   the periods it ran over are skipped, so the next tick starts on an edge. After one the
+    ///   next tick gives half of the force at most; two in a row, or five in a thousand
+    ///   ([`palpate::haptic::deadline`]), turn the outputs off at once and are the next tick's
+    ///   fault.
+    /// * **Check**: a force beyond the limits, in a mode without one, or not what is on the pins:
+    ///   outputs off at once, fault in the next tick, and the watchdog is not fed by this one.
+    /// * **Dead loop**: a tick that never ends holds the last force until the watchdog, fed by
+    ///   completed and checked ticks alone, turns it off.
     /// * **Faults**: no force in the same tick, latched until the host clears it.
     ///
     /// Nothing is logged from here: a log call blocks on its link.
@@ -108,8 +113,8 @@ impl<B: Board> HapticLoop<B> {
         Record::new(&told, outputs, spent)
     }
 
-    /// Periods that went by since the last tick's, and how long ago this one began. By the numbers of both: a period that begins while a late
-    /// tick ends is seen here at the latest.
+    /// Periods that went by since the last tick's, and how long ago this one began. By the numbers
+    /// of both: a period that begins while a late tick ends is seen here at the latest.
     fn begin(&mut self, period: Option<u32>) -> (u16, Option<u32>) {
         let Some(period) = period else { return (0, None) };
         let missed = period.wrapping_sub(self.period).saturating_sub(1);

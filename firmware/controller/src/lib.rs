@@ -1,11 +1,14 @@
-//! The haptic controller, free of any board: counts become metres, the haptic cycle runs, newtons become converter codes.
+//! The haptic controller, free of any board: counts become metres, the haptic cycle runs, newtons
+//! become converter codes.
 //!
 //! ```text
 //! link ─ inbox ─ HapticLoop::tick ─ Controller::step ─ Cycle::run (core) ─ port ─ force_out ─ Board
 //! ```
 //!
-//! [`haptic_loop`] is one tick with deadline, read-back of the outputs and watchdog; [`serve`] runs ticks for a host, timed or in lock-step. A [`board::Board`] is
-//! what both need of a board. `firmware` adds boards, executors and the reaction to crashes; the desktop runs this crate as it is.
+//! [`haptic_loop`] is one tick with deadline, read-back of the outputs and watchdog; [`serve`] runs
+//! ticks for a host, timed or in lock-step. A [`board::Board`] is what both need of a board.
+//! `firmware` adds boards, executors and the reaction to crashes; the desktop runs this crate as it
+//! is.
 #![no_std]
 #![forbid(unsafe_code)]
 

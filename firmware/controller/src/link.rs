@@ -1,7 +1,9 @@
-//! The link between the controller and a host: the same types and the same code on both sides, without an allocator.
+//! The link between the controller and a host: the same types and the same code on both sides,
+//! without an allocator.
 //!
-//! A frame is `COBS(sequence, message as postcard, CRC-32) 0`. A frame that is damaged, too long, not understood or not newer than the last
-//! one is counted and dropped, whole; the next zero byte begins a new one.
+//! A frame is `COBS(sequence, message as postcard, CRC-32) 0`. A frame that is damaged, too long,
+//! not understood or not newer than the last one is counted and dropped, whole; the next zero byte
+//! begins a new one.
 //!
 //! ```text
 //! host -> board   pose (ends a lock-step tick), heartbeat, ask, lower limits, modulus, patch begin / part / end, supply low, report

@@ -1,4 +1,5 @@
-//! The tissue core bound to this image: patch in flash, state in RAM. The only file that names the core's types.
+//! The tissue core bound to this image: patch in flash, state in RAM. The only file that names the
+//! core's types.
 
 use palpate::haptic::cycle::Renderer;
 use palpate::{BuildError, Fault, Model, Node, Output, Params, PatchFile, ProbePose, State, TetShapes, Tuned};
@@ -84,11 +85,13 @@ impl<'a> Patch<'a> {
         Self::open_within(&Budget::M7_480, bytes, memory, youngs_modulus_pa)
     }
 
-    /// Checks a packed patch and puts it at rest. The bytes start on a 4-byte boundary. `youngs_modulus_pa`, between half and twice the packed one,
-    /// takes its place. Tick, cost and step are held to this board's own bounds, not to what the file says about itself.
+    /// Checks a packed patch and puts it at rest. The bytes start on a 4-byte boundary.
+    /// `youngs_modulus_pa`, between half and twice the packed one, takes its place. Tick, cost and
+    /// step are held to this board's own bounds, not to what the file says about itself.
     ///
     /// # Errors
-    /// When the patch is refused, does not fit the memory, costs more than the budget, or cannot be stable with its own substeps.
+    /// When the patch is refused, does not fit the memory, costs more than the budget, or cannot be
+    /// stable with its own substeps.
     pub fn open_within(
         budget: &Budget,
         bytes: &'a [u8],
@@ -134,8 +137,8 @@ impl<'a> Patch<'a> {
         Ok(())
     }
 
-    /// Between two ticks: takes what was asked. What stiffens waits until nothing touches: stiffened under the probe, the tissue would give energy that
-    /// nobody brought.
+    /// Between two ticks: takes what was asked. What stiffens waits until nothing touches:
+    /// stiffened under the probe, the tissue would give energy that nobody brought.
     pub fn settle(&mut self, in_contact: bool) {
         let Some(asked_pa) = self.asked_pa.filter(|pascal| !in_contact || *pascal < self.params.youngs_modulus_pa) else {
             return;
@@ -175,7 +178,8 @@ pub(crate) fn within(parameter: &'static str, value: f32, min: f32, max: f32) ->
     if min <= value && value <= max { Ok(()) } else { Err(BuildError::OutOfRange { parameter, value, min, max }) }
 }
 
-/// The patch under the device, or none while another one is uploaded. Arming without a patch is a fault.
+/// The patch under the device, or none while another one is uploaded. Arming without a patch is a
+/// fault.
 pub struct PatchSlot<'a>(pub Option<Patch<'a>>);
 
 impl PatchSlot<'_> {
@@ -237,7 +241,8 @@ impl Renderer for Patch<'_> {
         }
     }
 
-    /// Done by the next tick in place of its answer: both would not fit one period, and nobody feels the first tick of arming.
+    /// Done by the next tick in place of its answer: both would not fit one period, and nobody
+    /// feels the first tick of arming.
     fn reset(&mut self) {
         self.resting = true;
     }

@@ -1,6 +1,8 @@
-//! Where the patch lies under the device: its site at the device's centre, the probe's axis along the device's z.
+//! Where the patch lies under the device: its site at the device's centre, the probe's axis along
+//! the device's z.
 //!
-//! Patches are packed in the frame of their organ. Poses of the device go into that frame, forces come back out of it.
+//! Patches are packed in the frame of their organ. Poses of the device go into that frame, forces
+//! come back out of it.
 
 use palpate::Vector3;
 
@@ -14,8 +16,9 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// The site [m] and the outward unit axis of the press. The two other axes follow without a root or a branch on the axis (Duff et al.,
-    /// Building an orthonormal basis, revisited, 2017, listing 3).
+    /// The site [m] and the outward unit axis of the press. The two other axes follow without a
+    /// root or a branch on the axis (Duff et al., Building an orthonormal basis, revisited, 2017,
+    /// listing 3).
     #[must_use]
     pub fn new(site_m: Vector3<f32>, axis: Vector3<f32>) -> Self {
         let sign = 1.0_f32.copysign(axis.z);

@@ -1,4 +1,5 @@
-//! The device as the haptic cycle sees it: a reading put in before a tick, an output taken out after it. Boards move both.
+//! The device as the haptic cycle sees it: a reading put in before a tick, an output taken out
+//! after it. Boards move both.
 
 use palpate::Vector3;
 use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
@@ -16,7 +17,8 @@ pub struct Port {
 }
 
 impl Port {
-    /// A desktop stylus of 3.3 N in a box of 0.2 x 0.2 x 0.16 m around its centre, one tick late. Its enable line is off.
+    /// A desktop stylus of 3.3 N in a box of 0.2 x 0.2 x 0.16 m around its centre, one tick late.
+    /// Its enable line is off.
     pub const DESKTOP: Self = Self {
         limits: DeviceLimits {
             max_force_n: 3.3,

@@ -3,26 +3,31 @@
 use fixed::types::I2F30;
 use palpate::{ProbePose, Vector3};
 
-/// Position of one axis as its encoder counts it, from the device's centre; positive along the device frame's axis.
+/// Position of one axis as its encoder counts it, from the device's centre; positive along the
+/// device frame's axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EncoderCounts(pub i32);
 
 impl EncoderCounts {
-    /// Length of one count [m]: 10 um. At 55 um one count on 100 kPa tissue is 70 mN, which the hand feels as a buzz.
+    /// Length of one count [m]: 10 um. At 55 um one count on 100 kPa tissue is 70 mN, which the
+    /// hand feels as a buzz.
     ///
-    /// `I2F30` holds +-2 m in steps of 0.93 nm, so the rounded scale is off by less than 5e-5 relative: 5 um at 100 mm.
+    /// `I2F30` holds +-2 m in steps of 0.93 nm, so the rounded scale is off by less than 5e-5
+    /// relative: 5 um at 100 mm.
     pub const M_PER_COUNT: I2F30 = I2F30::lit("0.00001");
     /// Length of one count as a plain number, for device profiles [m].
     pub const LENGTH_M: f32 = 1e-5;
 
-    /// Position on this axis [m]; saturates at +-2 m. An integer multiple of the scale: exact until the one rounding to `f32`.
+    /// Position on this axis [m]; saturates at +-2 m. An integer multiple of the scale: exact until
+    /// the one rounding to `f32`.
     #[must_use]
     pub fn position_m(self) -> f32 {
         Self::M_PER_COUNT.saturating_mul_int(self.0).to_num()
     }
 }
 
-/// The count of a 16-bit counter that went on from `last`: in a tick it moves far less than half of its turn.
+/// The count of a 16-bit counter that went on from `last`: in a tick it moves far less than half of
+/// its turn.
 #[must_use]
 pub fn extended(last: EncoderCounts, counter: u16) -> EncoderCounts {
     let moved = counter.wrapping_sub(last.0 as u16).cast_signed();

@@ -1,4 +1,5 @@
-//! Resets by the watchdog that come again and again: a board in such a loop would shake the hand at every start. It stays `Idle`.
+//! Resets by the watchdog that come again and again: a board in such a loop would shake the hand at
+//! every start. It stays `Idle`.
 
 /// Watchdog resets within [`WINDOW_MS`] after which nobody may arm before power was off.
 pub const TOO_MANY: usize = 3;

@@ -1,10 +1,12 @@
-//! A scripted hand in place of encoders, for runs without a host: it waits outside the tissue until the force is on, then presses.
+//! A scripted hand in place of encoders, for runs without a host: it waits outside the tissue until
+//! the force is on, then presses.
 
 use palpate::haptic::device::{Sensed, SensorStatus};
 
 use crate::probe_in::{self, EncoderCounts};
 
-/// Ticks outside before the first press: start-up, 100 calm ticks, 500 ticks of ramp-in and some to spare.
+/// Ticks outside before the first press: start-up, 100 calm ticks, 500 ticks of ramp-in and some to
+/// spare.
 pub const LEAD_TICKS: u32 = 700;
 /// Ticks after which the presses begin anew.
 const REPEAT_TICKS: u32 = 2_000;
@@ -15,7 +17,8 @@ const DEEP: i32 = 400;
 
 /// Counts a tick of the tap.
 const TAP: i32 = 23;
-/// Depths of its last ticks: a hand brakes, it does not stop dead; that is what a broken encoder does.
+/// Depths of its last ticks: a hand brakes, it does not stop dead; that is what a broken encoder
+/// does.
 const BRAKING: [i32; 5] = [432, 445, 454, 459, CLEAR + DEEP];
 /// Ticks of the tap before it brakes.
 const STEADY: i32 = 18;
@@ -36,7 +39,8 @@ pub fn sensed(tick: u32, lead_ticks: u32) -> Sensed {
     Sensed { position_m, sequence: tick, status: SensorStatus::Good }
 }
 
-/// After the lead, a tap of 0.23 m/s to 4 mm, a hold, a slow way out, then a slow press that slides 3 mm to and fro in x.
+/// After the lead, a tap of 0.23 m/s to 4 mm, a hold, a slow way out, then a slow press that slides
+/// 3 mm to and fro in x.
 #[must_use]
 pub fn counts(tick: u32, lead_ticks: u32) -> [EncoderCounts; 3] {
     let Some(pressing) = tick.checked_sub(lead_ticks) else { return [EncoderCounts(0), EncoderCounts(0), EncoderCounts(CLEAR)] };

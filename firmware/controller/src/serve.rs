@@ -1,9 +1,11 @@
 //! The controller with a host on its link, at one of two paces.
 //!
-//! * **Timed**: the tick timer begins a tick, the board's own sensors give the pose, the link is emptied without waiting, and a record goes out every
-//!   20 ticks. A silent host is lost after 20 ticks and the force falls to nothing.
-//! * **Lock-step**: the host's pose begins a tick, its record ends it. No timer runs, so nothing is ever late. The emulator stands still while the
-//!   board waits for the host: a run is the same to the bit whatever the machine does.
+//! * **Timed**: the tick timer begins a tick, the board's own sensors give the pose, the link is
+//!   emptied without waiting, and a record goes out every 20 ticks. A silent host is lost after 20
+//!   ticks and the force falls to nothing.
+//! * **Lock-step**: the host's pose begins a tick, its record ends it. No timer runs, so nothing is
+//!   ever late. The emulator stands still while the board waits for the host: a run is the same to
+//!   the bit whatever the machine does.
 
 use crate::link::frame::FRAME_BYTES;
 use crate::link::inbox::Reply;
@@ -15,7 +17,8 @@ use crate::board::Board;
 use crate::config;
 use crate::haptic_loop::HapticLoop;
 
-/// Timed, every so many ticks a record goes out: 50 a second, half of what a link of 115 200 baud carries.
+/// Timed, every so many ticks a record goes out: 50 a second, half of what a link of 115 200 baud
+/// carries.
 const RECORD_TICKS: u32 = 20;
 /// A host that was silent for so many ticks may come back with any sequence number.
 const FORGET_TICKS: u32 = 100;
@@ -48,7 +51,8 @@ struct Line {
 }
 
 impl Line {
-    /// The next byte, if there is one. In lock-step it is waited for, and there is none when the host has gone.
+    /// The next byte, if there is one. In lock-step it is waited for, and there is none when the
+    /// host has gone.
     fn byte(&mut self, board: &mut impl Board) -> Option<u8> {
         if self.taken >= self.read {
             self.read = board.link_read(&mut self.bytes);
@@ -68,7 +72,8 @@ impl Line {
     }
 }
 
-/// Serves a host. Timed, it never returns; in lock-step it returns with the outputs off when the host has gone. `in_flash` is the patch that the image holds.
+/// Serves a host. Timed, it never returns; in lock-step it returns with the outputs off when the
+/// host has gone. `in_flash` is the patch that the image holds.
 pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: &mut Memory, upload: &mut Upload, pace: Pace) {
     let mut line = Line { receiver: Receiver::NEW, sequence: 0, bytes: [0; FRAME_BYTES], read: 0, taken: 0 };
     let (mut source, mut modulus_pa, mut before_pa) = (Source::Flash, None, None);

@@ -16,7 +16,8 @@ pub struct Snapshot {
     pub faults: u32,
     /// Longest tick so far, in counts of the board's clock.
     pub longest_tick_counts: u32,
-    /// From the tick timer's edge to the tick, least and most so far, in counts of the board's clock.
+    /// From the tick timer's edge to the tick, least and most so far, in counts of the board's
+    /// clock.
     pub starts: Option<[u32; 2]>,
     /// Mode.
     pub mode: Mode,

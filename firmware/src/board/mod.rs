@@ -1,19 +1,27 @@
 //! The board port. A board file provides:
 //!
 //! * `start_executors() -> (haptic, background)`, the first preempting the second;
-//! * `start_tick_timer()`, which calls [`crate::period::on_period`] from an interrupt above both, every millisecond, and arms the watchdog;
-//! * `feed_watchdog()`, without which the board calls [`stop`] after some periods, above every interrupt;
-//! * `clock_counts() -> u32`, free running and wrapping, and `counts_to_ns`; `since_period_counts()`, the same since the tick timer's last edge;
-//! * `write_outputs(outputs)`, `outputs()` to read them back from the pins, and `outputs_off()`, fit for any context, a fault handler included;
-//! * `emergency_stop()`, the fault while the stop circuit is open or after it was; `operator_absent()`, whether the operator's switch is released,
-//!   if the board has a pin for one; `budget()`, the cycles that a patch may take per tick;
-//! * `healthy()`, the board's part of the self-test; `supply_low()`, whether the actuators' supply is too low now;
+//! * `start_tick_timer()`, which calls [`crate::period::on_period`] from an interrupt above both,
+//!   every millisecond, and arms the watchdog;
+//! * `feed_watchdog()`, without which the board calls [`stop`] after some periods, above every
+//!   interrupt;
+//! * `clock_counts() -> u32`, free running and wrapping, and `counts_to_ns`;
+//!   `since_period_counts()`, the same since the tick timer's last edge;
+//! * `write_outputs(outputs)`, `outputs()` to read them back from the pins, and `outputs_off()`,
+//!   fit for any context, a fault handler included;
+//! * `emergency_stop()`, the fault while the stop circuit is open or after it was;
+//!   `operator_absent()`, whether the operator's switch is released, if the board has a pin for
+//!   one; `budget()`, the cycles that a patch may take per tick;
+//! * `healthy()`, the board's part of the self-test; `supply_low()`, whether the actuators' supply
+//!   is too low now;
 //! * `stack_used_bytes()`, the deepest the stack has been, of `STACK_BYTES`;
-//! * `barred()`, whether the watchdog has reset the board too often ([`palpate_controller::resets`]), `count_millisecond()` for its clock, and
-//!   `after_crash() -> !`, what follows when the outputs are off and the reason is said;
+//! * `barred()`, whether the watchdog has reset the board too often
+//!   ([`palpate_controller::resets`]), `count_millisecond()` for its clock, and `after_crash() ->
+//!   !`, what follows when the outputs are off and the reason is said;
 //! * `ProfileMemory`, the two slots of [`palpate_controller::config`];
 //! * `duty()`, what the image is to do, and `exit(success) -> !`;
-//! * `link_read(bytes)` and `link_write(bytes)`, the link to the host: neither waits, but for a lock-step link's read;
+//! * `link_read(bytes)` and `link_write(bytes)`, the link to the host: neither waits, but for a
+//!   lock-step link's read;
 //! * `sense()`, what the board's own sensors say, if it has any;
 //! * `idle(duty)`, until the next interrupt;
 //! * `print(line)`, plain text for the last words of a run;
@@ -69,7 +77,8 @@ pub use mps2::{
     start_tick_timer, supply_low, write_outputs,
 };
 
-/// Releases the force, then prints the reason and leaves the rest to the board: the watchdog's reset, or the end of an emulated run.
+/// Releases the force, then prints the reason and leaves the rest to the board: the watchdog's
+/// reset, or the end of an emulated run.
 pub fn stop(reason: fmt::Arguments<'_>) -> ! {
     // no interrupt may put a force back after this
     cortex_m::interrupt::disable();

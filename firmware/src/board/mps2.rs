@@ -1,6 +1,8 @@
-//! Arm MPS2 with FPGA image AN386 (Cortex-M4F) or AN500 (Cortex-M7), as QEMU emulates them. Register addresses: Arm DAI0386 and DAI0500.
+//! Arm MPS2 with FPGA image AN386 (Cortex-M4F) or AN500 (Cortex-M7), as QEMU emulates them.
+//! Register addresses: Arm DAI0386 and DAI0500.
 //!
-//! The emulator charges every instruction the same time, so its clock counts instructions; it says nothing about hardware cycles.
+//! The emulator charges every instruction the same time, so its clock counts instructions; it says
+//! nothing about hardware cycles.
 
 use core::{
     fmt,
@@ -43,8 +45,9 @@ const WATCHDOG_LOAD: *mut u32 = 0x4000_8000 as *mut u32;
 const WATCHDOG_CONTROL: *mut u32 = 0x4000_8008 as *mut u32;
 const WATCHDOG_INTCLEAR: *mut u32 = 0x4000_800C as *mut u32;
 const WATCHDOG_ENABLE: u32 = 1;
-/// The loop is dead after this long without a completed tick [us]: under the 5 ms in which the actuators must be off, over what two late ticks in a
-/// row take, which release the force themselves.
+/// The loop is dead after this long without a completed tick [us]: under the 5 ms in which the
+/// actuators must be off, over what two late ticks in a row take, which release the force
+/// themselves.
 const WATCHDOG_US: u32 = 4_500;
 /// FPGAIO light-emitting diodes; the first one is the enable line.
 const LEDS: *mut u32 = 0x4002_8000 as *mut u32;
@@ -52,7 +55,8 @@ const ENABLE_LED: u32 = 1;
 /// FPGAIO free-running counter, 32 bit, running since reset.
 const COUNTER: *const u32 = 0x4002_8018 as *const u32;
 
-/// The interrupts in use. 30 and 31 have no source on these images: they are pended by software to run an executor.
+/// The interrupts in use. 30 and 31 have no source on these images: they are pended by software to
+/// run an executor.
 #[derive(Clone, Copy)]
 #[repr(u16)]
 enum Interrupt {
@@ -63,7 +67,8 @@ enum Interrupt {
     Background = 31,
 }
 
-// SAFETY: `repr(u16)` fixes the numbers, and every one is below the 32 interrupts these images have.
+// SAFETY: `repr(u16)` fixes the numbers, and every one is below the 32 interrupts these images
+// have.
 unsafe impl InterruptNumber for Interrupt {
     fn number(self) -> u16 {
         self as u16
@@ -76,7 +81,8 @@ const fn priority(interrupt: Interrupt) -> u8 {
         Interrupt::TickTimer => 0x20,
         Interrupt::Haptic => 0x40,
         Interrupt::Background => 0x60,
-        // a byte waits in one register: above the haptic loop, which it costs 60 instructions, 12 times a tick at most
+        // a byte waits in one register: above the haptic loop, which it costs 60 instructions, 12
+        // times a tick at most
         Interrupt::UartReceived => 0x30,
         Interrupt::UartSent => 0x50,
     }
@@ -87,7 +93,8 @@ unsafe extern "C" {
 }
 
 /// Handlers of interrupts 0 to 31.
-// SAFETY: the section is where cortex-m-rt's linker script expects the table, the name is the one it keeps, and every entry is a handler.
+// SAFETY: the section is where cortex-m-rt's linker script expects the table, the name is the one
+// it keeps, and every entry is a handler.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [unsafe extern "C" fn(); 32] = {
@@ -128,7 +135,8 @@ pub fn start_executors() -> (SendSpawner, SendSpawner) {
 }
 
 fn set_priority(interrupt: Interrupt) {
-    // SAFETY: called before the interrupt is unmasked, from `main` alone, so nothing else uses the NVIC meanwhile.
+    // SAFETY: called before the interrupt is unmasked, from `main` alone, so nothing else uses the
+    // NVIC meanwhile.
     let mut nvic = unsafe { Peripherals::steal() }.NVIC;
     // SAFETY: no critical section in this image is built on priority masking (BASEPRI).
     unsafe { nvic.set_priority(interrupt, priority(interrupt)) };
@@ -190,8 +198,9 @@ pub fn counts_to_ns(counts: u32) -> u32 {
 
 defmt::timestamp!("{=u32:us}", clock_counts() / (CLOCK_HZ / 1_000_000));
 
-/// Until the next interrupt. A script passes the time awake: QEMU counts sleep twice, and 1 ms of the tick timer would be 2 ms of the clock. Nops
-/// cost it nothing. A host on the UART lives in real time, to which only sleep leads.
+/// Until the next interrupt. A script passes the time awake: QEMU counts sleep twice, and 1 ms of
+/// the tick timer would be 2 ms of the clock. Nops cost it nothing. A host on the UART lives in
+/// real time, to which only sleep leads.
 pub fn idle(duty: &Duty) {
     match duty {
         Duty::Script(_) => (0..64).for_each(|_| cortex_m::asm::nop()),
@@ -247,7 +256,8 @@ pub fn healthy() -> bool {
     outputs() == Outputs::OFF
 }
 
-/// Writes one line of plain text to the emulator's standard error; standard output carries the log frames.
+/// Writes one line of plain text to the emulator's standard error; standard output carries the log
+/// frames.
 pub fn print(line: fmt::Arguments<'_>) {
     semihosting::eprintln!("{line}");
 }
@@ -281,7 +291,8 @@ pub fn sense() -> Option<Sensed> {
     None
 }
 
-/// On hardware the watchdog resets the board. An emulated run ends, for whoever waits for it, unless its command line asks for the reset.
+/// On hardware the watchdog resets the board. An emulated run ends, for whoever waits for it,
+/// unless its command line asks for the reset.
 pub fn after_crash() -> ! {
     if link::restarts() { super::resets::restart() } else { exit(false) }
 }

@@ -13,15 +13,19 @@
 //! | link | USART3 (PD8, PD9): the debugger's serial port, 115 200 baud |
 //! | watchdog | IWDG1, 4.5 ms, its own clock |
 //!
-//! **Two ways to no force.** The enable line is one. The other is TIM1's main output switch (MOE): the break input clears it in hardware, clock
-//! and program running or not, and the magnitudes are then driven low. Break, polarity and idle levels are locked until the next reset. The stop
-//! circuit should also cut the amplifiers' power by itself: what a shorted transistor does no pin of this chip can stop.
+//! **Two ways to no force.** The enable line is one. The other is TIM1's main output switch (MOE):
+//! the break input clears it in hardware, clock and program running or not, and the magnitudes are
+//! then driven low. Break, polarity and idle levels are locked until the next reset. The stop
+//! circuit should also cut the amplifiers' power by itself: what a shorted transistor does no pin
+//! of this chip can stop.
 //!
-//! **Read back every tick**: levels (IDR) of enable line, directions and, at 0 %, magnitudes, beside the registers that drive them. A pulsing pin's
-//! level says nothing, and no current is measured: a broken amplifier is not seen here.
+//! **Read back every tick**: levels (IDR) of enable line, directions and, at 0 %, magnitudes,
+//! beside the registers that drive them. A pulsing pin's level says nothing, and no current is
+//! measured: a broken amplifier is not seen here.
 //!
-//! **Encoders** are counters without a time stamp: a reading is as new as the tick, so [`palpate::Fault::PoseStale`] cannot occur here, and a dead
-//! encoder reads as a hand that rests. What is checked: each counter still runs in encoder mode.
+//! **Encoders** are counters without a time stamp: a reading is as new as the tick, so
+//! [`palpate::Fault::PoseStale`] cannot occur here, and a dead encoder reads as a hand that rests.
+//! What is checked: each counter still runs in encoder mode.
 
 use core::fmt;
 use core::sync::atomic::{AtomicI16, AtomicU32, Ordering};
@@ -70,7 +74,8 @@ const DIRECTION_PINS: [usize; 3] = [3, 5, 10];
 /// Port E.
 const MAGNITUDE_PINS: [usize; 3] = [9, 11, 13];
 const STOP_PIN: usize = 15;
-/// Time after which a pin has its level: 0.5 us, ten times the slowest edge of the data sheet at 50 pF.
+/// Time after which a pin has its level: 0.5 us, ten times the slowest edge of the data sheet at 50
+/// pF.
 const SETTLE_CYCLES: u32 = CLOCK_MHZ / 2;
 /// Steps of the tick timer's counter.
 const COUNTER_HZ: u32 = 1_000_000;
@@ -129,7 +134,8 @@ pub fn start_executors() -> (SendSpawner, SendSpawner) {
     (HAPTIC.start(interrupt::UART7), BACKGROUND.start(interrupt::UART8))
 }
 
-/// Pins and peripherals. Their drivers are left alone afterwards: what runs in fault handlers writes the registers.
+/// Pins and peripherals. Their drivers are left alone afterwards: what runs in fault handlers
+/// writes the registers.
 fn set_up(p: Peripherals) {
     core::mem::forget(Output::new(p.PF12, Level::Low, Speed::Low));
     core::mem::forget(Input::new(p.PF13, Pull::Down));
@@ -176,7 +182,8 @@ fn set_up(p: Peripherals) {
     }
 }
 
-/// The break input takes the outputs away without the program; nothing can switch it off before the next reset.
+/// The break input takes the outputs away without the program; nothing can switch it off before the
+/// next reset.
 fn arm_break_input() {
     let timer = pac::TIM1;
     timer.cr2().modify(|w| (0..3).for_each(|channel| w.set_ois(channel, false)));
@@ -259,7 +266,8 @@ pub fn write_outputs(outputs: Outputs) {
                 pac::TIM1.ccr(axis).write(|w| w.set_ccr(0));
             }
         }
-        // compare registers are taken over at the end of a period: end it now, no pulse may outlive its direction
+        // compare registers are taken over at the end of a period: end it now, no pulse may outlive
+        // its direction
         pac::TIM1.egr().write(|w| w.set_ug(true));
     }
     for ((axis, bridge), pin) in next.into_iter().enumerate().zip(DIRECTION_PINS) {
@@ -275,7 +283,8 @@ pub fn write_outputs(outputs: Outputs) {
     }
 }
 
-/// Reads the outputs back, by pin levels and by the registers that drive them, once they have settled.
+/// Reads the outputs back, by pin levels and by the registers that drive them, once they have
+/// settled.
 pub fn outputs() -> Outputs {
     cortex_m::asm::delay(SETTLE_CYCLES);
     let (levels, registers) = (pac::GPIOF.idr().read(), pac::GPIOF.odr().read());
@@ -297,13 +306,15 @@ pub fn outputs_off() {
     write_outputs(Outputs::OFF);
 }
 
-/// Whether the monitor of the amplifiers' supply (a comparator, or their own "good" output) pulls its pin down.
+/// Whether the monitor of the amplifiers' supply (a comparator, or their own "good" output) pulls
+/// its pin down.
 pub fn supply_low() -> bool {
     pac::GPIOF.idr().read().idr(SUPPLY_PIN) == pac::gpio::vals::Idr::LOW
 }
 
-/// Whether the stop circuit is open, or was since the last tick. Reported once, the timer's flag is cleared: from there on the loop's own fault
-/// holds until it is cleared by request, and with it the outputs are off.
+/// Whether the stop circuit is open, or was since the last tick. Reported once, the timer's flag is
+/// cleared: from there on the loop's own fault holds until it is cleared by request, and with it
+/// the outputs are off.
 pub fn emergency_stop() -> Option<Fault> {
     let circuit = stop_circuit();
     if circuit.clears_flag() {
@@ -320,7 +331,8 @@ pub fn operator_absent() -> Option<bool> {
     Some(pac::GPIOF.idr().read().idr(OPERATOR_PIN) == Idr::LOW)
 }
 
-/// Whether registers and levels of the outputs are off before anything is switched on, and the break input still guards them.
+/// Whether registers and levels of the outputs are off before anything is switched on, and the
+/// break input still guards them.
 pub fn healthy() -> bool {
     let guard = pac::TIM1.bdtr().read();
     outputs() == Outputs::OFF && guard.bke(0) && !guard.aoe() && guard.lock() == Lock::LEVEL2
@@ -331,7 +343,8 @@ pub fn budget() -> Budget {
     Budget::M7_480
 }
 
-/// Three encoders on orthogonal axes. A mechanism of [`palpate_controller::kinematics`] goes here, and its torques into `force_out`.
+/// Three encoders on orthogonal axes. A mechanism of [`palpate_controller::kinematics`] goes here,
+/// and its torques into `force_out`.
 pub fn sense() -> Option<Sensed> {
     let read = [pac::TIM2.cnt().read() as u16, pac::TIM3.cnt().read().cnt(), pac::TIM4.cnt().read().cnt()];
     let [x, y, z] = &COUNTS;
@@ -352,7 +365,8 @@ pub fn sense() -> Option<Sensed> {
     Some(Sensed { position_m: probe_in::pose(counts).tip_m, sequence, status })
 }
 
-/// Bytes that have come; moves waiting ones on their way, too. Once a tick is often enough for queues of sixteen.
+/// Bytes that have come; moves waiting ones on their way, too. Once a tick is often enough for
+/// queues of sixteen.
 pub fn link_read(bytes: &mut [u8]) -> usize {
     let uart = pac::USART3;
     while uart.isr().read().txe() {
@@ -406,8 +420,9 @@ pub fn after_crash() -> ! {
     }
 }
 
-/// No profile is kept on this board yet, the default one holds: erasing its flash takes longer than the watchdog bears, and what a power cut has
-/// left half written may read as a bus fault, which nobody has seen on a board.
+/// No profile is kept on this board yet, the default one holds: erasing its flash takes longer than
+/// the watchdog bears, and what a power cut has left half written may read as a bus fault, which
+/// nobody has seen on a board.
 #[derive(Default)]
 pub struct ProfileMemory;
 

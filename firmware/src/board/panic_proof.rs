@@ -1,7 +1,9 @@
-//! An image that only links if no tick can panic: its panic handler calls a function that does not exist. Never run.
+//! An image that only links if no tick can panic: its panic handler calls a function that does not
+//! exist. Never run.
 //!
-//! It holds what a tick holds, from the message to the outputs: frame, inbox, controller with its haptic cycle, patch, converter codes. Executors and
-//! log are left out; they panic here and there, outside the tick.
+//! It holds what a tick holds, from the message to the outputs: frame, inbox, controller with its
+//! haptic cycle, patch, converter codes. Executors and log are left out; they panic here and there,
+//! outside the tick.
 #![no_std]
 #![no_main]
 #![expect(unsafe_code, reason = "it is never run: it only has to link")]
@@ -29,12 +31,14 @@ fn panic(_: &PanicInfo<'_>) -> ! {
     unsafe { a_tick_can_panic() }
 }
 
-// SAFETY: the section and the name are where cortex-m-rt expects the table; no interrupt is ever unmasked.
+// SAFETY: the section and the name are where cortex-m-rt expects the table; no interrupt is ever
+// unmasked.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [usize; 32] = [0; 32];
 
-/// Something of which nothing is known: the optimiser must not find out that a panic cannot happen from values it sees.
+/// Something of which nothing is known: the optimiser must not find out that a panic cannot happen
+/// from values it sees.
 fn unknown<T>() -> &'static mut T {
     // SAFETY: never run.
     unsafe { &mut *black_box(0x2000_0000_usize as *mut T) }

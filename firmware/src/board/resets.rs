@@ -1,4 +1,5 @@
-//! How often crashes have reset the board, in RAM that start-up does not clear and a reset does not touch.
+//! How often crashes have reset the board, in RAM that start-up does not clear and a reset does not
+//! touch.
 
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -18,11 +19,12 @@ static mut CAUSE: MaybeUninit<u32> = MaybeUninit::uninit();
 static STARTED: AtomicBool = AtomicBool::new(false);
 static BARRED: AtomicBool = AtomicBool::new(false);
 
-/// Whether crashes came too often. The first call counts this start; it comes from `main`, before anything else runs. `by_watchdog`: the board knows
-/// that its watchdog has reset it.
+/// Whether crashes came too often. The first call counts this start; it comes from `main`, before
+/// anything else runs. `by_watchdog`: the board knows that its watchdog has reset it.
 pub fn barred(by_watchdog: bool) -> bool {
     if !STARTED.swap(true, Ordering::Relaxed) {
-        // SAFETY: every bit pattern is a `u32`, and a `Resets` of nothing but integers; nothing else runs yet.
+        // SAFETY: every bit pattern is a `u32`, and a `Resets` of nothing but integers; nothing
+        // else runs yet.
         let (resets, cause) = unsafe { (&mut *(&raw mut RESETS).cast::<Resets>(), &mut *(&raw mut CAUSE).cast::<u32>()) };
         let cause = if core::mem::take(cause) == CRASHED || by_watchdog { Cause::Crash } else { Cause::Power };
         BARRED.store(resets.start(cause), Ordering::Relaxed);

@@ -1,4 +1,5 @@
-//! The stack: below the statics (`memory.x`), painted by cortex-m-rt, and what happens when it overflows.
+//! The stack: below the statics (`memory.x`), painted by cortex-m-rt, and what happens when it
+//! overflows.
 
 use super::outputs_off;
 
@@ -16,12 +17,14 @@ const PAINT: u32 = 0xCCCC_CCCC;
 pub fn stack_used_bytes() -> usize {
     let (low, high) = (&raw const _stack_end, &raw const _stack_start);
     let words = (high.addr() - low.addr()) / size_of::<u32>();
-    // SAFETY: both symbols come from `memory.x` and bound the stack; every word between them is RAM, and reading one has no side effect.
+    // SAFETY: both symbols come from `memory.x` and bound the stack; every word between them is
+    // RAM, and reading one has no side effect.
     let untouched = (0..words).take_while(|at| unsafe { low.add(*at).read_volatile() } == PAINT).count();
     (words - untouched) * size_of::<u32>()
 }
 
-// A stack that overflowed has left RAM below the statics. Everything said from here on needs one that works: take it from the top.
+// A stack that overflowed has left RAM below the statics. Everything said from here on needs one
+// that works: take it from the top.
 core::arch::global_asm!(
     ".section .HardFault.palpate, \"ax\"",
     ".global HardFault",
@@ -37,7 +40,8 @@ core::arch::global_asm!(
     on_hard_fault = sym on_hard_fault,
 );
 
-/// `frame` is where the core left the registers of what failed: eight words, the program counter the seventh. Only told if it lies in the stack.
+/// `frame` is where the core left the registers of what failed: eight words, the program counter
+/// the seventh. Only told if it lies in the stack.
 extern "C" fn on_hard_fault(frame: *const u32) -> ! {
     outputs_off();
     let stack = (&raw const _stack_end).addr()..(&raw const _stack_start).addr() - 32;

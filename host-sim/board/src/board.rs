@@ -1,4 +1,5 @@
-//! The emulator as a board: two FIFOs are its link. It stands still while it waits for us, so nothing here is timed.
+//! The emulator as a board: two FIFOs are its link. It stands still while it waits for us, so
+//! nothing here is timed.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
@@ -14,13 +15,16 @@ use tempfile::TempDir;
 
 use super::EmulateError;
 
-/// An answer takes a tick's emulation, far under a millisecond; a board that is silent this long has crashed.
+/// An answer takes a tick's emulation, far under a millisecond; a board that is silent this long
+/// has crashed.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// The same when every instruction is logged: opening a patch takes seconds, on a busy machine half a minute.
+/// The same when every instruction is logged: opening a patch takes seconds, on a busy machine half
+/// a minute.
 const LOGGED_PATIENCE: Duration = Duration::from_secs(200);
 /// What an image gets to end by itself.
 const FAREWELL: Duration = Duration::from_secs(2);
-/// Every instruction takes 2^6 = 64 ns of virtual time, more than a count of the board's clock: counts tell single instructions.
+/// Every instruction takes 2^6 = 64 ns of virtual time, more than a count of the board's clock:
+/// counts tell single instructions.
 pub const SHIFT: u32 = 6;
 /// One count of the board's clock [ns].
 const NS_PER_COUNT: u64 = 40;

@@ -1,7 +1,8 @@
 //! Contact, faults and recovery for as long as wanted: what a press alone never meets.
 //!
-//! Rounds of a press, a slide, a stop by request, a tissue that softens and one of the faults below, each followed by clearing and arming. Numbers come from a generator with a
-//! fixed seed, so that a run can be repeated to the bit.
+//! Rounds of a press, a slide, a stop by request, a tissue that softens and one of the faults
+//! below, each followed by clearing and arming. Numbers come from a generator with a fixed seed, so
+//! that a run can be repeated to the bit.
 
 use palpate::haptic::mode::Mode;
 use palpate::{Limiters, Vector3};

@@ -1,8 +1,9 @@
 //! The emulator's log of executed instructions.
 //!
-//! `qemu-system-arm -singlestep -d exec,nochain` writes one line before each instruction, with its address as the second of the numbers
-//! in brackets. Two kinds of lines take the instruction before them back, because it is going to be started again: an access to a
-//! device that comes too early for the instruction counter, and an interrupt that gets in between.
+//! `qemu-system-arm -singlestep -d exec,nochain` writes one line before each instruction, with its
+//! address as the second of the numbers in brackets. Two kinds of lines take the instruction before
+//! them back, because it is going to be started again: an access to a device that comes too early
+//! for the instruction counter, and an interrupt that gets in between.
 
 use std::io::BufRead;
 

@@ -1,4 +1,5 @@
-//! The firmware's ELF file: which function an address belongs to, which opcode sits there, and what must not be linked in.
+//! The firmware's ELF file: which function an address belongs to, which opcode sits there, and what
+//! must not be linked in.
 
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
 
@@ -44,7 +45,8 @@ impl FirmwareImage {
                 })
             })
             .collect();
-        // of several names for one address, the longest body and then the first name in the alphabet
+        // of several names for one address, the longest body and then the first name in the
+        // alphabet
         functions.sort_by(|a, b| (a.address, b.bytes, &a.name).cmp(&(b.address, a.bytes, &b.name)));
         functions.dedup_by_key(|f| f.address);
         let mut code = Vec::new();
@@ -85,7 +87,8 @@ impl FirmwareImage {
         })
     }
 
-    /// Symbols of double-precision routines: none may be linked, the board's unit computes in single precision.
+    /// Symbols of double-precision routines: none may be linked, the board's unit computes in
+    /// single precision.
     pub fn double_precision_symbols(&self) -> impl Iterator<Item = &str> {
         // run-time ABI names (Arm IHI 0043), their libgcc aliases, and libm's f64 kernels
         const PREFIXES: [&str; 4] = ["__aeabi_d", "__aeabi_f2d", "__aeabi_i2d", "__aeabi_ui2d"];
@@ -100,7 +103,8 @@ impl FirmwareImage {
     pub fn allocator_symbols(&self) -> impl Iterator<Item = &str> {
         const NAMES: [&str; 8] =
             ["__rust_alloc", "__rust_dealloc", "__rust_realloc", "__rustc::__rust", "__rg_alloc", "malloc", "realloc", "alloc::"];
-        // `alloc::` is the crate's own path, so it counts at the start of a path or inside a `<`, not within a longer word
+        // `alloc::` is the crate's own path, so it counts at the start of a path or inside a `<`,
+        // not within a longer word
         self.symbols
             .iter()
             .map(String::as_str)

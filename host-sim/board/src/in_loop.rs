@@ -1,7 +1,8 @@
-//! The emulated board in the closed loop: an emulated hand on an emulated device, and what the hand feels is the board's answer.
+//! The emulated board in the closed loop: an emulated hand on an emulated device, and what the hand
+//! feels is the board's answer.
 //!
-//! The loop's own controller runs beside it over the same patch file, and every tick must agree to the last bit; what the loop writes is then what
-//! the board did.
+//! The loop's own controller runs beside it over the same patch file, and every tick must agree to
+//! the last bit; what the loop writes is then what the board did.
 //!
 //! * in: a prepared tissue, a device, a hand, a stimulus
 //! * out: a run of the closed loop, driven by the board
@@ -59,14 +60,15 @@ impl InLoop {
         Ok(Self { image, machine, words, bytes: packed.len(), youngs_modulus_pa: tissue.params.youngs_modulus_pa, has_far_field })
     }
 
-    /// Whether the link has no message for a change of this stimulus: the far field is part of the mesh.
+    /// Whether the link has no message for a change of this stimulus: the far field is part of the
+    /// mesh.
     #[must_use]
     pub fn cannot_follow(&self, stimulus: &Stimulus) -> bool {
         self.has_far_field && stimulus.swaps_the_far_field()
     }
 
-    /// The same run without a board: this machine's controller alone, in the device's frame as well. (`palpate loop` runs in the organ's, where readings
-    /// round and count differently.)
+    /// The same run without a board: this machine's controller alone, in the device's frame as
+    /// well. (`palpate loop` runs in the organ's, where readings round and count differently.)
     ///
     /// # Errors
     /// What the core refuses.
@@ -84,7 +86,8 @@ impl InLoop {
         Ok(PatchSurface { patch: Patch::open(self.patch(), memory, None)?, probe, youngs_modulus_pa: self.youngs_modulus_pa })
     }
 
-    /// One run, on a board that has just been started; in the device's frame, whose centre is the site.
+    /// One run, on a board that has just been started; in the device's frame, whose centre is the
+    /// site.
     ///
     /// # Errors
     /// [`EmulateError::Differs`] where board and desktop part.
@@ -100,7 +103,8 @@ impl InLoop {
     }
 }
 
-/// Brings a board to the start of a loop: patch, if it has another one, and profile taken, about to boot.
+/// Brings a board to the start of a loop: patch, if it has another one, and profile taken, about to
+/// boot.
 pub(super) fn started(
     mut board: Board,
     patch: Option<&[u8]>,

@@ -1,8 +1,11 @@
-//! What a tick executes, function by function: exact instruction counts, and the cycles a Cortex-M4F is estimated to take for them.
+//! What a tick executes, function by function: exact instruction counts, and the cycles a
+//! Cortex-M4F is estimated to take for them.
 //!
-//! **Counts are exact, cycles are an estimate, neither is hardware timing.** The emulator has no pipeline, no flash wait states and no
-//! bus contention. The estimate adds up the cycles of Arm DDI 0439B (Cortex-M4 technical reference manual), tables 3-1 and 7-1, for every
-//! executed instruction on its own. It leaves out the overlap of back-to-back loads (too high) and stalls on results (too low).
+//! **Counts are exact, cycles are an estimate, neither is hardware timing.** The emulator has no
+//! pipeline, no flash wait states and no bus contention. The estimate adds up the cycles of Arm DDI
+//! 0439B (Cortex-M4 technical reference manual), tables 3-1 and 7-1, for every executed instruction
+//! on its own. It leaves out the overlap of back-to-back loads (too high) and stalls on results
+//! (too low).
 
 use std::collections::BTreeMap;
 
@@ -36,7 +39,8 @@ pub enum MixError {
     NoFunction(String),
 }
 
-/// Pipeline refill of a taken branch [cycles]: one to three by the manual, 1.5 on the way from the measured mixes.
+/// Pipeline refill of a taken branch [cycles]: one to three by the manual, 1.5 on the way from the
+/// measured mixes.
 const REFILL: f64 = 1.5;
 
 /// Cycles of one instruction that does not branch.
@@ -158,7 +162,8 @@ impl InstructionMix {
     }
 }
 
-/// One entry for every completed call of `function` in the log, in order: what the call and everything below it executed.
+/// One entry for every completed call of `function` in the log, in order: what the call and
+/// everything below it executed.
 pub fn calls_of(
     function: &str,
     image: &FirmwareImage,

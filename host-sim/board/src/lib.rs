@@ -1,10 +1,14 @@
-//! The firmware's image in the emulator, driven in lock-step: one pose in, one record out, and the same controller beside it on this machine.
+//! The firmware's image in the emulator, driven in lock-step: one pose in, one record out, and the
+//! same controller beside it on this machine.
 //!
-//! `image` (built, or given) -> `board` (the emulator and its link) -> `twin` (board and desktop side by side, compared to the bit) -> `press` (the finger) or
-//! `campaign` (contact, faults and recovery for as long as wanted). `in_loop`: the same board under the closed loop's hands; `live_trace`: under what
-//! `palpate live` recorded.
+//! `image` (built, or given) -> `board` (the emulator and its link) -> `twin` (board and desktop
+//! side by side, compared to the bit) -> `press` (the finger) or `campaign` (contact, faults and
+//! recovery for as long as wanted). `in_loop`: the same board under the closed loop's hands;
+//! `live_trace`: under what `palpate live` recorded.
 //!
-//! What a tick costs: `exec_log` (what was executed), `firmware_image` (whose code it is), `thumb` (which class), `instruction_mix` (cycles), `timing`; when ticks start and what is late: `timed`; what it logs: `defmt_log`.
+//! What a tick costs: `exec_log` (what was executed), `firmware_image` (whose code it is), `thumb`
+//! (which class), `instruction_mix` (cycles), `timing`; when ticks start and what is late: `timed`;
+//! what it logs: `defmt_log`.
 
 pub mod board;
 pub mod campaign;

@@ -1,11 +1,13 @@
 //! What `palpate live` recorded, repeated by the emulated board.
 //!
-//! The patch of the trace goes onto the board with its site at the device's centre: for one that is pressed along z the device's frame is then the
-//! trace's own, and every bit can be compared. This machine's replay stands beside it, and holds itself against the trace.
+//! The patch of the trace goes onto the board with its site at the device's centre: for one that is
+//! pressed along z the device's frame is then the trace's own, and every bit can be compared. This
+//! machine's replay stands beside it, and holds itself against the trace.
 //!
 //! * in: a trace
 //! * out: this machine's replay, every tick of which the board answered with the same bits
-//! * may fail: what a board cannot do (it hears its host in every tick, knows one patch, half to twice its stiffness), or [`EmulateError::Differs`]
+//! * may fail: what a board cannot do (it hears its host in every tick, knows one patch, half to
+//!   twice its stiffness), or [`EmulateError::Differs`]
 
 use std::path::{Path, PathBuf};
 
@@ -112,7 +114,8 @@ fn packed(trace: &Trace) -> Result<(Vec<u8>, Params), EmulateError> {
     Ok((packed, params))
 }
 
-/// Opens a patch as a board does: one that is built into an image is refused here, in words, and not by a board that then stays idle.
+/// Opens a patch as a board does: one that is built into an image is refused here, in words, and
+/// not by a board that then stays idle.
 fn fits(packed: &[u8]) -> Result<(), BuildError> {
     let words = aligned(packed);
     let mut memory = Box::new(palpate_controller::patch::Memory::RESERVED);

@@ -1,4 +1,5 @@
-//! Emulator and host take turns: on one core nobody waits for another core to wake up, which takes as long as a small patch's tick.
+//! Emulator and host take turns: on one core nobody waits for another core to wake up, which takes
+//! as long as a small patch's tick.
 
 /// While it lives, this thread and the programs it starts stay on the core they are on.
 #[derive(Debug)]

@@ -1,7 +1,9 @@
-//! The scene's finger presses the emulated board; what comes out is a [`Press`] like that of the desktop.
+//! The scene's finger presses the emulated board; what comes out is a [`Press`] like that of the
+//! desktop.
 //!
-//! The finger feels the force on the device, so with the cycle's damping and limits. Times are instructions of the board, exact, turned into
-//! microseconds by the mean cycles of an instruction: an estimate, not hardware timing.
+//! The finger feels the force on the device, so with the cycle's damping and limits. Times are
+//! instructions of the board, exact, turned into microseconds by the mean cycles of an instruction:
+//! an estimate, not hardware timing.
 
 use palpate::haptic::mode::Mode;
 use palpate::{Limiters, Output, Vector3};
@@ -15,7 +17,8 @@ use palpate_tissue::scene::Scene;
 use palpate_tissue::scene::TICK_S;
 use palpate_tissue::session::Session;
 
-/// Cycles of an instruction of the tick on a Cortex-M4F, by the reference manual's table over the logged mix (`emulate --timing` measures it).
+/// Cycles of an instruction of the tick on a Cortex-M4F, by the reference manual's table over the
+/// logged mix (`emulate --timing` measures it).
 pub const CYCLES_PER_INSTRUCTION: f64 = 1.45;
 
 /// Estimated time of so many instructions [us].
@@ -78,7 +81,8 @@ fn device_m(depth_m: f64) -> Vector3<f32> {
     Vector3::new(0.0, 0.0, -depth_m as f32)
 }
 
-/// A record as a row of `press`: forces and places in the patch's frame, the force that of the device.
+/// A record as a row of `press`: forces and places in the patch's frame, the force that of the
+/// device.
 fn row(record: &Record, twin: &Twin<'_>, position_m: Vector3<f32>, n: usize) -> TickRow {
     let placement = twin.patch().placement();
     let instructions = twin.instructions.last().copied().unwrap_or(0);

@@ -1,7 +1,8 @@
 //! Sorts Thumb-2 instructions into the classes that differ in cost on a Cortex-M4F.
 //!
-//! Encodings: Arm DDI 0403E (`ARMv7-M` architecture reference manual), chapters A5 and A6; the section is named beside every mask.
-//! `FPv5` and double-precision encodings are sorted too, so that an image built for the Cortex-M7 can be read.
+//! Encodings: Arm DDI 0403E (`ARMv7-M` architecture reference manual), chapters A5 and A6; the
+//! section is named beside every mask. `FPv5` and double-precision encodings are sorted too, so
+//! that an image built for the Cortex-M7 can be read.
 
 /// Instructions that cost alike. Words moved are counted beside the class.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -44,7 +45,8 @@ pub struct Instruction {
     pub class: Class,
     /// Length [bytes]: 2 or 4.
     pub bytes: u32,
-    /// Cycles on top of the class's own: one for every 32-bit word to or from memory, one for a second moved register.
+    /// Cycles on top of the class's own: one for every 32-bit word to or from memory, one for a
+    /// second moved register.
     pub words: u32,
     /// Whether it leaves a return address in `lr`.
     pub calls: bool,
@@ -62,7 +64,8 @@ pub const fn is_wide(first: u16) -> bool {
     first >> 11 >= 0b11101
 }
 
-/// Sorts the instruction in `first` and, when [`is_wide`], `second`. `None`: no encoding this table knows.
+/// Sorts the instruction in `first` and, when [`is_wide`], `second`. `None`: no encoding this table
+/// knows.
 #[must_use]
 pub fn classify(first: u16, second: u16) -> Option<Instruction> {
     if is_wide(first) {

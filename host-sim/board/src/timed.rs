@@ -1,9 +1,12 @@
-//! The image paced by its own tick timer, pressed by its scripted hand: when ticks start, and what happens when they take too long.
+//! The image paced by its own tick timer, pressed by its scripted hand: when ticks start, and what
+//! happens when they take too long.
 //!
-//! Every instruction takes 2^shift ns of virtual time, so the shift is how slow the core is. **Emulated counts, not hardware time.**
+//! Every instruction takes 2^shift ns of virtual time, so the shift is how slow the core is.
+//! **Emulated counts, not hardware time.**
 //!
 //! * in: an image, which presses the patch built into it
-//! * out: starts of ticks after the timer's edge, late ticks, who turned the outputs off, what was logged
+//! * out: starts of ticks after the timer's edge, late ticks, who turned the outputs off, what was
+//!   logged
 //! * may fail: an image that does not end
 
 use std::path::Path;
@@ -38,7 +41,8 @@ pub struct Timed {
     pub late_ticks: Option<u64>,
     /// Periods under them, counted by the loop.
     pub missed_periods: Option<u64>,
-    /// Periods that the timer began beyond the ticks run: those under a tick, seen from outside the loop.
+    /// Periods that the timer began beyond the ticks run: those under a tick, seen from outside the
+    /// loop.
     pub periods_without_tick: Option<u64>,
     /// Mode and fault at the end.
     pub ended: String,

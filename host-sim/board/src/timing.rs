@@ -1,4 +1,5 @@
-//! What a tick takes on the board: instructions, exact, and the cycles of a Cortex-M4F that they are estimated to take.
+//! What a tick takes on the board: instructions, exact, and the cycles of a Cortex-M4F that they
+//! are estimated to take.
 //!
 //! **Neither is hardware timing**: no pipeline, no flash wait states, no bus contention.
 
@@ -24,7 +25,8 @@ const TAP_TICKS: u32 = 22;
 const CLEAR_M: f32 = 0.6e-3;
 const STEP_M: f32 = 0.23e-3;
 
-/// Mean cycles of an instruction of the costliest tick of a tap, by the reference manual's table over what was executed.
+/// Mean cycles of an instruction of the costliest tick of a tap, by the reference manual's table
+/// over what was executed.
 ///
 /// # Errors
 /// The board has crashed, or the image holds no such function.

@@ -1,4 +1,5 @@
-//! The emulated board and the same controller on this machine, fed the same messages, compared tick by tick.
+//! The emulated board and the same controller on this machine, fed the same messages, compared tick
+//! by tick.
 
 use palpate::haptic::cycle::Settings;
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
@@ -43,7 +44,8 @@ pub struct Twin<'a> {
     readings: u32,
     /// The first difference; the run goes on, to say how far it leads.
     pub difference: Option<Difference>,
-    /// The first tick in which the board's force broke an invariant of geometry; see [`ByGeometry`].
+    /// The first tick in which the board's force broke an invariant of geometry; see
+    /// [`ByGeometry`].
     pub broken: Option<(u32, Broken)>,
     watch: ByGeometry,
     /// Instructions of every tick so far, sensors to converters.
@@ -193,7 +195,8 @@ impl<'a> Twin<'a> {
         self.tell(&ToBoard::SupplyLow)
     }
 
-    /// Asks both for another Young's modulus under force, as a multiple of the packed one between half and twice.
+    /// Asks both for another Young's modulus under force, as a multiple of the packed one between
+    /// half and twice.
     ///
     /// # Errors
     /// The board has crashed.

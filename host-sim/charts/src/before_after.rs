@@ -1,4 +1,5 @@
-//! Values of groups before and after a training: a dot for each person, joined to their own other dot, and the means as bars.
+//! Values of groups before and after a training: a dot for each person, joined to their own other
+//! dot, and the means as bars.
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
-//! Box plots in clusters: quartiles, median, whiskers to the last value within 1.5 interquartile ranges (Tukey), outliers as dots, the mean as a diamond.
+//! Box plots in clusters: quartiles, median, whiskers to the last value within 1.5 interquartile
+//! ranges (Tukey), outliers as dots, the mean as a diamond.
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
-//! Energy that each control creates: bars on a logarithmic axis, static error and shaken hands beside.
+//! Energy that each control creates: bars on a logarithmic axis, static error and shaken hands
+//! beside.
 
 use std::path::Path;
 
@@ -44,7 +45,8 @@ pub struct CreatedEnergy<'a> {
 /// Writes `NAME.svg` and `NAME.png`.
 ///
 /// # Errors
-/// No rows, a row without a number for each device, a number that cannot be drawn, or a folder that cannot be written.
+/// No rows, a row without a number for each device, a number that cannot be drawn, or a folder that
+/// cannot be written.
 pub fn created_energy(folder: &Path, name: &str, bars: &CreatedEnergy) -> Result<(), ChartError> {
     if bars.rows.is_empty() || bars.devices.is_empty() {
         return Err(ChartError::Empty { what: "rows" });

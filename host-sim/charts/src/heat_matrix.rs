@@ -1,6 +1,8 @@
-//! A table to be read at a glance: a coloured cell with a sign for every row and column, columns in groups.
+//! A table to be read at a glance: a coloured cell with a sign for every row and column, columns in
+//! groups.
 //!
-//! The tones differ in lightness as well as in hue, and every cell carries its sign, so that the picture reads in grey too.
+//! The tones differ in lightness as well as in hue, and every cell carries its sign, so that the
+//! picture reads in grey too.
 
 use std::path::Path;
 

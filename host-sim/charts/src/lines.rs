@@ -81,7 +81,8 @@ pub struct Lines<'a> {
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// No series, one without points, a value that cannot be drawn or that is not above zero on a logarithmic axis, or a folder that cannot be written.
+/// No series, one without points, a value that cannot be drawn or that is not above zero on a
+/// logarithmic axis, or a folder that cannot be written.
 pub fn lines(folder: &Path, name: &str, lines: &Lines) -> Result<(), ChartError> {
     if lines.series.is_empty() {
         return Err(ChartError::Empty { what: "series" });

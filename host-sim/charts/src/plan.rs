@@ -1,4 +1,5 @@
-//! What `plan` searched: cost of a tick against the tolerance that a model keeps, with the budget and the tolerance asked for.
+//! What `plan` searched: cost of a tick against the tolerance that a model keeps, with the budget
+//! and the tolerance asked for.
 
 use std::ops::Range;
 use std::path::Path;

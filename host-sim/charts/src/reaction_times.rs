@@ -1,4 +1,5 @@
-//! How fast each of many faults is answered: a bar from the fastest to the slowest run on a logarithmic axis, the allowed time as a stroke.
+//! How fast each of many faults is answered: a bar from the fastest to the slowest run on a
+//! logarithmic axis, the allowed time as a stroke.
 
 use std::path::Path;
 

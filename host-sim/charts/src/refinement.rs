@@ -73,7 +73,8 @@ impl Picture for Levels<'_> {
             Labels { title: &format!("depth [{}]", self.length.symbol), ticks: self.x.ticks, of: &|v| self.x.label(*v) },
             Labels { title: &format!("force [{}]", self.force.symbol), ticks: self.y.ticks, of: &|v| self.y.label(*v) },
         )?;
-        // the finest mesh as a line, drawn first; the others as marks of falling size, so that none hides another
+        // the finest mesh as a line, drawn first; the others as marks of falling size, so that none
+        // hides another
         let count = self.refinement.levels.len();
         for (n, level) in self.refinement.levels.iter().enumerate().rev() {
             let at = level.holds.iter().map(|h| (h.0 * self.length.per_si, h.1 * self.force.per_si));

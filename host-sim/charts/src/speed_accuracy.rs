@@ -1,4 +1,5 @@
-//! Speed against accuracy: cost of a tick and error of every method, with the front of what nothing else beats.
+//! Speed against accuracy: cost of a tick and error of every method, with the front of what nothing
+//! else beats.
 
 mod key;
 pub(super) mod marker;

@@ -1,4 +1,5 @@
-//! Which stiffness holds: one cell a column and row, orange below the device's own ceiling, blue above.
+//! Which stiffness holds: one cell a column and row, orange below the device's own ceiling, blue
+//! above.
 
 use std::path::Path;
 
@@ -64,7 +65,8 @@ pub struct StiffnessMatrix<'a> {
 /// Writes `NAME.svg` and `NAME.png`.
 ///
 /// # Errors
-/// No rows, a row with another number of cells than there are columns, a number that cannot be drawn, or a folder that cannot be written.
+/// No rows, a row with another number of cells than there are columns, a number that cannot be
+/// drawn, or a folder that cannot be written.
 pub fn stiffness_matrix(folder: &Path, name: &str, matrix: &StiffnessMatrix) -> Result<(), ChartError> {
     let columns: usize = matrix.groups.iter().map(|g| g.columns.len()).sum();
     if matrix.rows.is_empty() || columns == 0 {

@@ -1,7 +1,8 @@
-//! Several surfaces in one oblique view, such as an organ at rest and deformed: solid skins, or meshes of wire where the other shows through.
+//! Several surfaces in one oblique view, such as an organ at rest and deformed: solid skins, or
+//! meshes of wire where the other shows through.
 //!
-//! Painter's algorithm over pieces of a few pixels, so surfaces may pass through each other. The outline of a wire surface is drawn over everything:
-//! it is what the eye compares.
+//! Painter's algorithm over pieces of a few pixels, so surfaces may pass through each other. The
+//! outline of a wire surface is drawn over everything: it is what the eye compares.
 
 mod ghost;
 
@@ -79,8 +80,8 @@ pub struct Superposed<'a> {
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// No layer, one without triangles, a triangle that names a missing node, a direction without length, a value that cannot be drawn, or a folder
-/// that cannot be written.
+/// No layer, one without triangles, a triangle that names a missing node, a direction without
+/// length, a value that cannot be drawn, or a folder that cannot be written.
 pub fn superposed(folder: &Path, name: &str, superposed: &Superposed) -> Result<(), ChartError> {
     if superposed.layers.is_empty() {
         return Err(ChartError::Empty { what: "layers" });

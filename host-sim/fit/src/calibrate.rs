@@ -1,9 +1,13 @@
 //! Calibration: the constants of a patch are fitted to a finite-element reference.
 //!
-//! Unknown are a positive multiplier on every spring, every node's volume stiffness and every foundation point under the probe, and five scalars. Measured
-//! are the force on the probe over a disc of places at several depths, the shape of the dent at the centre, and, where the reference has them, discs glued to the surface, pressed and sheared ([`crate::statics::Glued`]). Every simulation is the *nonlinear* static solution of
-//! the model that the tick runs ([`crate::statics`]), with its adjoint: one tangent factor gives a force and its slopes along thousands of unknowns.
-//! [`gauss_newton`] does the fitting; [`annealing`] (paper 004) minimises the same objective, for comparison.
+//! Unknown are a positive multiplier on every spring, every node's volume stiffness and every
+//! foundation point under the probe, and five scalars. Measured are the force on the probe over a
+//! disc of places at several depths, the shape of the dent at the centre, and, where the reference
+//! has them, discs glued to the surface, pressed and sheared ([`crate::statics::Glued`]). Every
+//! simulation is the *nonlinear* static solution of the model that the tick runs
+//! ([`crate::statics`]), with its adjoint: one tangent factor gives a force and its slopes along
+//! thousands of unknowns. [`gauss_newton`] does the fitting; [`annealing`] (paper 004) minimises
+//! the same objective, for comparison.
 
 pub mod accuracy;
 pub mod annealing;
@@ -74,7 +78,8 @@ impl Default for Settings {
 pub struct Round {
     /// Evaluations of the objective so far, each the solution of all presses.
     pub evaluations: usize,
-    /// The objective: squared errors in units of their tolerance, plus squared unknowns in units of theirs.
+    /// The objective: squared errors in units of their tolerance, plus squared unknowns in units of
+    /// theirs.
     pub cost: f64,
     /// Root mean square of the force errors over all places and depths [%].
     pub force_rms_pct: f64,
@@ -97,7 +102,8 @@ pub struct Calibration {
     pub rounds: Vec<Round>,
 }
 
-/// Fits a tissue's patch to `targets`, with its far field attached if it has one: rim springs are never unknowns, so that another organ's can take their place.
+/// Fits a tissue's patch to `targets`, with its far field attached if it has one: rim springs are
+/// never unknowns, so that another organ's can take their place.
 ///
 /// # Errors
 /// [`CalibrateError`].

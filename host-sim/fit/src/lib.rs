@@ -5,8 +5,10 @@
 //!                                    plan: the smallest patch that keeps a tolerance
 //! ```
 //!
-//! [`reference`](mod@reference) solves the press by finite elements, [`statics`] the patch's own equilibrium, [`calibrate`](mod@calibrate) brings the second to
-//! the first, [`far_field`] condenses the organ around the patch into rim springs, and [`plan`] searches for the smallest patch.
+//! [`reference`](mod@reference) solves the press by finite elements, [`statics`] the patch's own
+//! equilibrium, [`calibrate`](mod@calibrate) brings the second to the first, [`far_field`]
+//! condenses the organ around the patch into rim springs, and [`plan`] searches for the smallest
+//! patch.
 
 pub mod calibrate;
 pub mod far_field;

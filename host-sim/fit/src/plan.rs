@@ -1,8 +1,11 @@
-//! `plan`: the smallest model that keeps a force tolerance on a board. No more is modelled than a scene needs.
+//! `plan`: the smallest model that keeps a force tolerance on a board. No more is modelled than a
+//! scene needs.
 //!
-//! Candidates ([`candidate`]) are patches of several radii, element sizes and foundation points; meshed, cut and condensed they have a cost before any fit.
-//! Sorted by it they are searched ([`search`]) by bisection with short fits, and with full ones around the border. What they answer is judged against the
-//! whole organ at places that no fit has seen ([`judge`]). The winner is then tried with less: terms off, a cheaper edge ([`edge`]).
+//! Candidates ([`candidate`]) are patches of several radii, element sizes and foundation points;
+//! meshed, cut and condensed they have a cost before any fit. Sorted by it they are searched
+//! ([`search`]) by bisection with short fits, and with full ones around the border. What they
+//! answer is judged against the whole organ at places that no fit has seen ([`judge`]). The winner
+//! is then tried with less: terms off, a cheaper edge ([`edge`]).
 
 pub mod candidate;
 pub mod edge;

@@ -1,8 +1,9 @@
-//! The patch at rest under a probe: equilibrium of the model's energies in `f64`, its tangent stiffness, and how forces and displacements change
-//! with every constant of the model.
+//! The patch at rest under a probe: equilibrium of the model's energies in `f64`, its tangent
+//! stiffness, and how forces and displacements change with every constant of the model.
 //!
-//! The energies are those of the tick (`core/src/path/force`), divided by Young's modulus; masses enter only through the cap of the foundation.
-//! No time passes here: what the tick settles to, a Newton iteration finds in a few steps, with derivatives.
+//! The energies are those of the tick (`core/src/path/force`), divided by Young's modulus; masses
+//! enter only through the cap of the foundation. No time passes here: what the tick settles to, a
+//! Newton iteration finds in a few steps, with derivatives.
 
 mod contact;
 mod elastic;
@@ -49,7 +50,8 @@ pub struct StaticTet {
     pub barrier: f64,
 }
 
-/// A surface triangle with the stiffness of its foundation points over E [m] and their largest slope over E [m].
+/// A surface triangle with the stiffness of its foundation points over E [m] and their largest
+/// slope over E [m].
 #[derive(Clone, Debug)]
 pub struct StaticTriangle {
     /// Corners.

@@ -1,7 +1,8 @@
 //! `chart`: every method at the same press, cost of a tick against error.
 //!
-//! For each method, size and stiffness: the substeps it needs to survive the deepest press (`survive`), what force and shape it then gives against
-//! the converged reference (`accuracy`), what a tick costs here (`timing`) and, estimated, on a Cortex-M4F (`cycles`).
+//! For each method, size and stiffness: the substeps it needs to survive the deepest press
+//! (`survive`), what force and shape it then gives against the converged reference (`accuracy`),
+//! what a tick costs here (`timing`) and, estimated, on a Cortex-M4F (`cycles`).
 
 mod accuracy;
 mod cycles;

@@ -1,4 +1,5 @@
-//! Comparisons behind the project's claims: other methods, speed against accuracy, stability, the two papers.
+//! Comparisons behind the project's claims: other methods, speed against accuracy, stability, the
+//! two papers.
 //!
 //! ```text
 //! rivals ─ chart (speed against accuracy)      rivals ─ stability (where methods and loops fail)

@@ -1,9 +1,12 @@
-//! Other people's methods, and ours, at the same work: one file each, behind one trait, never in the core.
+//! Other people's methods, and ours, at the same work: one file each, behind one trait, never in
+//! the core.
 //!
-//! All press the same block on the same meshes, in single precision, with rest data computed beforehand and no allocation in a tick. The explicit
-//! ones run *on* the core: it gives them the guard, the contact (the same foundation points and law as ours), the integrator, the node
-//! damping and the mass floor `m >= f E D T^2` from their own rest stiffness; their own file is the internal force alone. The
-//! two that solve (implicit, compliance) take contact as such methods do: unilateral, at the nodes, without friction.
+//! All press the same block on the same meshes, in single precision, with rest data computed
+//! beforehand and no allocation in a tick. The explicit ones run *on* the core: it gives them the
+//! guard, the contact (the same foundation points and law as ours), the integrator, the node
+//! damping and the mass floor `m >= f E D T^2` from their own rest stiffness; their own file is the
+//! internal force alone. The two that solve (implicit, compliance) take contact as such methods do:
+//! unilateral, at the nodes, without friction.
 
 mod block;
 mod compliance;
@@ -43,7 +46,8 @@ use palpate_tissue::patch::{Material, Memory, Patch};
 
 /// A method at work on one block.
 pub trait Rival {
-    /// One millisecond with the tip there at its end [m]. Force on the probe [N], out of the tissue.
+    /// One millisecond with the tip there at its end [m]. Force on the probe [N], out of the
+    /// tissue.
     ///
     /// # Errors
     /// Diverged or not finite; it must not be used any further.
@@ -154,7 +158,8 @@ impl Method {
         self != Self::Compliance
     }
 
-    /// Builds the method for a block and hands it to `work`. `None` where it cannot be had: no calibrated patch of this size.
+    /// Builds the method for a block and hands it to `work`. `None` where it cannot be had: no
+    /// calibrated patch of this size.
     ///
     /// # Errors
     /// What the core refuses, or a stiffness matrix that cannot be factored.
@@ -213,7 +218,8 @@ fn springs_alone<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn R
     on_core_alone(&Model { springs: &springs, ..model }, &params, work)
 }
 
-/// Springs (11) as printed: our factor `1/(0.8 (1 + nu))`, with which they are meant to carry the shear alone, is taken off again.
+/// Springs (11) as printed: our factor `1/(0.8 (1 + nu))`, with which they are meant to carry the
+/// shear alone, is taken off again.
 fn printed_springs(model: &Model, params: &Params) -> Vec<Spring> {
     let factor = 0.8 * (1.0 + params.poisson_ratio);
     model.springs.iter().map(|s| Spring { k: s.k * factor, k_rest: s.k_rest * factor, ..*s }).collect()

@@ -1,7 +1,9 @@
-//! Training score of paper 004, section 3.6: three physicians mark every intern before and after the training, and each intern gets one value.
+//! Training score of paper 004, section 3.6: three physicians mark every intern before and after
+//! the training, and each intern gets one value.
 //!
-//! Equation (14): `y_i = sum_j x_ij / 10 * w_j`, with marks `x_ij` from 0 to 10 and weights of 0.45 for the chief, 0.35 for the associate chief
-//! and 0.20 for the attending physician. The paper compares groups by eye; here a permutation test says what chance alone would do
+//! Equation (14): `y_i = sum_j x_ij / 10 * w_j`, with marks `x_ij` from 0 to 10 and weights of 0.45
+//! for the chief, 0.35 for the associate chief and 0.20 for the attending physician. The paper
+//! compares groups by eye; here a permutation test says what chance alone would do
 //! ([`statistics`]).
 
 mod analysis;

@@ -1,4 +1,5 @@
-//! Traces, tables and pictures out; traces and scenes in: the disk of a desktop, the downloads of a page.
+//! Traces, tables and pictures out; traces and scenes in: the disk of a desktop, the downloads of a
+//! page.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
@@ -30,7 +31,8 @@ impl Files {
         Self { folder, ..Self::default() }
     }
 
-    /// A recording ended: it is written at once, so that nothing is lost. A sentence, and whether it is bad news.
+    /// A recording ended: it is written at once, so that nothing is lost. A sentence, and whether
+    /// it is bad news.
     pub fn recorded(&mut self, bytes: Vec<u8>) -> (String, bool) {
         let kb = bytes.len() / 1024;
         let told = match keeps_at_once() {
@@ -48,7 +50,8 @@ impl Files {
         told
     }
 
-    /// Writes a file of a number that no other has: a sentence, whether it is bad news, and the number.
+    /// Writes a file of a number that no other has: a sentence, whether it is bad news, and the
+    /// number.
     fn keep(&mut self, ending: &str, bytes: &[u8]) -> ((String, bool), u32) {
         self.last = free(&self.folder, self.last + 1);
         (put(&self.folder, &format!("live-{}.{ending}", self.last), bytes), self.last)
@@ -110,7 +113,8 @@ impl Files {
         })
     }
 
-    /// Lets the user choose a file: a browser shows its own chooser, a desktop has a line for the path.
+    /// Lets the user choose a file: a browser shows its own chooser, a desktop has a line for the
+    /// path.
     pub fn ask(&self) -> bool {
         choose(&self.arrived)
     }

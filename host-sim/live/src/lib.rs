@@ -1,7 +1,9 @@
-//! Palpate live: press tissue with the mouse and see what a finger would feel, in a window or a page.
+//! Palpate live: press tissue with the mouse and see what a finger would feel, in a window or a
+//! page.
 //!
-//! Physics ([`physics`]) runs beside the drawing: a thread of a desktop, a worker of a page ([`link`]); [`message`] is all that passes between
-//! them. The loop itself, its traces and their replay are `palpate_loop::live`.
+//! Physics ([`physics`]) runs beside the drawing: a thread of a desktop, a worker of a page
+//! ([`link`]); [`message`] is all that passes between them. The loop itself, its traces and their
+//! replay are `palpate_loop::live`.
 
 pub mod app;
 mod camera;

@@ -28,7 +28,8 @@ mod window {
         /// Where recordings, tables and pictures go.
         #[arg(long, value_name = "FOLDER", default_value = "out/live")]
         out: std::path::PathBuf,
-        /// Writes what is shown, in numbers, to this file four times a second: for scripts that drive the window.
+        /// Writes what is shown, in numbers, to this file four times a second: for scripts that
+        /// drive the window.
         #[arg(long, value_name = "FILE", hide = true)]
         numbers: Option<std::path::PathBuf>,
     }

@@ -3,13 +3,15 @@
 use palpate_loop::live::{Choice, Holding};
 use serde::{Deserialize, Serialize};
 
-/// Silence for this long means that nobody is there: the loop lets the force go, the screen shows none. Longer than a frame of a machine that is busy [s].
+/// Silence for this long means that nobody is there: the loop lets the force go, the screen shows
+/// none. Longer than a frame of a machine that is busy [s].
 pub const SILENCE_S: f64 = 0.75;
 
 /// From the one who draws.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub enum Request {
-    /// Where the tip shall go [m]; `None` away from the tissue. Once a drawn frame, and answered by an [`Answer::Frame`].
+    /// Where the tip shall go [m]; `None` away from the tissue. Once a drawn frame, and answered by
+    /// an [`Answer::Frame`].
     Aim(Option<[f64; 3]>),
     /// Other tissue, another device.
     Choose(Choice, Holding),

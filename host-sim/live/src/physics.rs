@@ -97,7 +97,8 @@ impl Physics {
         }))
     }
 
-    /// Answers a request; `clock` gives real time [s]. What takes long, a patch to prepare or a trace to repeat, stops the tissue's time.
+    /// Answers a request; `clock` gives real time [s]. What takes long, a patch to prepare or a
+    /// trace to repeat, stops the tissue's time.
     pub fn take(&mut self, request: Request, clock: &dyn Fn() -> f64, answer: &mut dyn FnMut(Answer)) {
         let now_s = clock();
         self.follow(request, now_s, answer);

@@ -1,4 +1,5 @@
-//! The body on the screen: its boundary, how far and how compressed its nodes are, and what a ray meets.
+//! The body on the screen: its boundary, how far and how compressed its nodes are, and what a ray
+//! meets.
 
 use palpate::Vector3;
 use palpate_tissue::mesh::surface;

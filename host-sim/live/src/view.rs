@@ -1,4 +1,5 @@
-//! The picture of the tissue: shaded triangles, far ones first, and over them probe, springs, rim and force.
+//! The picture of the tissue: shaded triangles, far ones first, and over them probe, springs, rim
+//! and force.
 
 use eframe::egui::{Color32, Mesh, Painter, Pos2, Rect, Shape as Drawn, Stroke, pos2, vec2};
 use palpate::Vector3;
@@ -188,7 +189,8 @@ fn rim(painter: &Painter, lens: &Lens, shape: &Shape, frame: &Frame) {
     dots(&shape.body.rim, Color32::from_rgb(200, 75, 30));
 }
 
-/// How much of the way from `a` to `b` lies in the picture: a strong force keeps its head and its number.
+/// How much of the way from `a` to `b` lies in the picture: a strong force keeps its head and its
+/// number.
 fn share_inside(rect: Rect, a: Pos2, b: Pos2) -> f32 {
     let along = |from: f32, to: f32, low: f32, high: f32| {
         let end = if to > high { high } else { low };

@@ -1,4 +1,5 @@
-//! The window under Xvfb, driven by xdotool's mouse and keys: pressed, stiffened, recorded; the trace repeats bit for bit.
+//! The window under Xvfb, driven by xdotool's mouse and keys: pressed, stiffened, recorded; the
+//! trace repeats bit for bit.
 //!
 //! Skipped, saying so, where Xvfb or xdotool are not installed.
 

@@ -4,8 +4,9 @@
 //! stimulus ─ hand ─ plant ─ sense ─ core::haptic::cycle ─ actuate ─ plant      every tick watched against the invariants
 //! ```
 //!
-//! [`run::run`] is that line; [`campaign`] runs it with the faults of [`faulty`]. A [`device`] profile and a [`hand`] are data; a
-//! [`control`] is ours or a rival; a [`surface`] is a wall or the product's patch; a [`verdict`] is frozen.
+//! [`run::run`] is that line; [`campaign`] runs it with the faults of [`faulty`]. A [`device`]
+//! profile and a [`hand`] are data; a [`control`] is ours or a rival; a [`surface`] is a wall or
+//! the product's patch; a [`verdict`] is frozen.
 
 pub mod campaign;
 pub mod control;

@@ -1,10 +1,12 @@
-//! The haptic loop on the desktop: the core's controller, closed over an emulated hand and device, or over the pointer.
+//! The haptic loop on the desktop: the core's controller, closed over an emulated hand and device,
+//! or over the pointer.
 //!
 //! ```text
 //! hand ─ device ─ reading ─ core::haptic::Cycle ─ force ─ device          watched from outside, tick by tick
 //! ```
 //!
-//! [`closed_loop`] closes it over emulated hands, devices and faults; [`live`] is the same loop, owned by a window or a page.
+//! [`closed_loop`] closes it over emulated hands, devices and faults; [`live`] is the same loop,
+//! owned by a window or a page.
 
 pub mod closed_loop;
 pub mod live;

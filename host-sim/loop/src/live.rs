@@ -1,4 +1,5 @@
-//! Live: the loop of board and desktop, one tick per call, owned by whoever draws it; recorded at the core's edge and repeated bit for bit.
+//! Live: the loop of board and desktop, one tick per call, owned by whoever draws it; recorded at
+//! the core's edge and repeated bit for bit.
 //!
 //! ```text
 //! aim ─ hand and device ─ reading ─┬─ Cycle ─ force on the device           window, page: `host-sim/live`

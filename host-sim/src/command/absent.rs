@@ -1,4 +1,5 @@
-//! Stand-in for a command that this build does not hold. It takes any arguments, for the build that reads them.
+//! Stand-in for a command that this build does not hold. It takes any arguments, for the build that
+//! reads them.
 
 use std::ffi::OsString;
 

@@ -24,9 +24,11 @@ use palpate_tissue::stable_step::StableStep;
 use palpate_tissue::tissue::Tissue;
 use palpate_tissue::tissue::place_fine;
 
-/// Elements under the probe are smallest this far around it [probe radii]: places up to 1.65 radii are fitted.
+/// Elements under the probe are smallest this far around it [probe radii]: places up to 1.65 radii
+/// are fitted.
 const FINE_RADII: f64 = 1.25;
-/// Elements larger than this share of the probe's radius get nine foundation points a triangle instead of four.
+/// Elements larger than this share of the probe's radius get nine foundation points a triangle
+/// instead of four.
 const NINE_ABOVE: f64 = 0.4;
 /// A progress bar appears on a terminal when a run takes longer than this [s].
 const QUIET_S: f64 = 2.0;
@@ -48,13 +50,15 @@ pub(super) struct CalibrateArgs {
     /// Rounds of the fit at most (evaluations of the objective, for annealing).
     #[arg(long, value_name = "COUNT")]
     rounds: Option<usize>,
-    /// Foundation points on a surface triangle, 4 or 9 [default: 9 where elements are larger than 0.4 of the probe's radius].
+    /// Foundation points on a surface triangle, 4 or 9 [default: 9 where elements are larger than
+    /// 0.4 of the probe's radius].
     #[arg(long, value_name = "COUNT")]
     points: Option<usize>,
     /// How to fit. The two others minimise the same objective and are there to be compared with.
     #[arg(long, value_enum, default_value_t = FitName::GaussNewton)]
     fit: FitName,
-    /// The finite-element answer to fit to, answer.json of `palpate reference` [default: the one that ships].
+    /// The finite-element answer to fit to, answer.json of `palpate reference` [default: the one
+    /// that ships].
     #[arg(long, value_name = "FILE")]
     reference: Option<PathBuf>,
     /// Fit the answer's glued discs too, pressed and sheared.

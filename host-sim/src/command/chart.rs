@@ -19,7 +19,8 @@ pub(super) struct ChartArgs {
     /// Only the two smallest meshes at 3.5 kPa: under a minute.
     #[arg(long)]
     quick: bool,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done.
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
+    /// done.
     #[arg(long, value_name = "FOLDER", default_value = "out/chart")]
     out: PathBuf,
 }

@@ -28,7 +28,8 @@ pub(super) struct LoopArgs {
     /// A plain spring of this stiffness in N/m in place of the scene's tissue.
     #[arg(long, allow_negative_numbers = true, value_name = "N/m", conflicts_with = "scene")]
     wall: Option<f64>,
-    /// A device (touch, omni, touch-x, falcon, omega3, inverse3, hapkit, frictionless) or the path of a profile (.toml, see host-sim/devices).
+    /// A device (touch, omni, touch-x, falcon, omega3, inverse3, hapkit, frictionless) or the path
+    /// of a profile (.toml, see host-sim/devices).
     #[arg(long, value_name = "NAME|FILE", default_value = "touch")]
     device: String,
     /// Whole ticks between computing a force and the amplifier getting it [default: the device's].
@@ -46,14 +47,16 @@ pub(super) struct LoopArgs {
     /// One hand, H0 to H6 [default: all].
     #[arg(long, value_name = "ID")]
     hand: Option<String>,
-    /// One stimulus [default: all]: S1-0.05, S1-0.2, S1-0.5, S1-1 tap at so many m/s, S2 slow press, S3 target jumps in, S4 hold, S5 sine 0.5-20 Hz,
-    /// S6 drag, S7 let go, S8 chirp, S9 random motion, S10 across edges of elements, S11 stiffness x2 and /2, S12 organ swapped.
+    /// One stimulus [default: all]: S1-0.05, S1-0.2, S1-0.5, S1-1 tap at so many m/s, S2 slow
+    /// press, S3 target jumps in, S4 hold, S5 sine 0.5-20 Hz, S6 drag, S7 let go, S8 chirp, S9
+    /// random motion, S10 across edges of elements, S11 stiffness x2 and /2, S12 organ swapped.
     #[arg(long, value_name = "ID")]
     stimulus: Option<String>,
     /// Hold for 3 s in place of a minute.
     #[arg(long)]
     quick: bool,
-    /// The hand feels the firmware's image in the emulator, with the scene's patch for a board; every tick must be the desktop's to the bit.
+    /// The hand feels the firmware's image in the emulator, with the scene's patch for a board;
+    /// every tick must be the desktop's to the bit.
     #[arg(long, conflicts_with = "wall")]
     emulated: bool,
     /// The firmware's image, with --emulated [default: built with `cargo fw`].

@@ -38,7 +38,8 @@ pub(super) struct EmulateArgs {
     /// The firmware's image [default: built with `cargo fw`].
     #[arg(long, value_name = "FILE")]
     image: Option<PathBuf>,
-    /// The packed patch to upload [default: by scene, of firmware/patches: block-m4f-168, nodule-m7-480, liver-m4f-168].
+    /// The packed patch to upload [default: by scene, of firmware/patches: block-m4f-168,
+    /// nodule-m7-480, liver-m4f-168].
     #[arg(long, value_name = "FILE")]
     patch: Option<PathBuf>,
     /// The emulated board [default: m4f, with a patch named *m7-480 m7].
@@ -50,7 +51,8 @@ pub(super) struct EmulateArgs {
     /// Only the press and 2000 ticks.
     #[arg(long)]
     quick: bool,
-    /// Also measure what a tick takes, its start's jitter and what happens to late ticks (instructions.csv, overruns.csv, board.log, picture of all ticks).
+    /// Also measure what a tick takes, its start's jitter and what happens to late ticks
+    /// (instructions.csv, overruns.csv, board.log, picture of all ticks).
     #[arg(long)]
     timing: bool,
 }

@@ -23,7 +23,8 @@ pub(super) struct FarFieldArgs {
     /// One mesh and fewer places: under a minute.
     #[arg(long)]
     quick: bool,
-    /// Where the contact moves: slide 30 mm over the default block on patches as long as the stroke and on their rivals.
+    /// Where the contact moves: slide 30 mm over the default block on patches as long as the stroke
+    /// and on their rivals.
     #[arg(long)]
     sliding: bool,
 }

@@ -32,14 +32,16 @@ pub(super) struct FaultsArgs {
     /// So many seconds of normal use besides, in which nothing may trip.
     #[arg(long = "soak-s", value_name = "SECONDS", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     soak_s: u32,
-    /// Instead: so many random paths (from 10) through, along, around and under every shipped patch, at 1-100 kPa, on every device;
-    /// leaves paths.csv and summary.json, and exits with 1 if one breaks an invariant or ends honest motion.
+    /// Instead: so many random paths (from 10) through, along, around and under every shipped
+    /// patch, at 1-100 kPa, on every device; leaves paths.csv and summary.json, and exits with 1 if
+    /// one breaks an invariant or ends honest motion.
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(10..=100_000_000), conflicts_with_all = ["runs", "soak_s"])]
     paths: Option<u64>,
     /// Fewer runs, or at most 4000 paths, under a minute.
     #[arg(long)]
     quick: bool,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done.
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
+    /// done.
     #[arg(long, value_name = "FOLDER", default_value = "out/faults")]
     out: PathBuf,
 }

@@ -1,4 +1,5 @@
-//! The emulated board under an emulated hand, for `loop --emulated`; a build without the feature `board` has none.
+//! The emulated board under an emulated hand, for `loop --emulated`; a build without the feature
+//! `board` has none.
 
 use std::path::{Path, PathBuf};
 

@@ -28,7 +28,8 @@ pub(super) struct LiveArgs {
     /// Build the page and do not serve it.
     #[arg(long, requires = "page")]
     no_serve: bool,
-    /// Where the window's recordings and pictures go, or the page [default: out/live, out/live-page].
+    /// Where the window's recordings and pictures go, or the page [default: out/live,
+    /// out/live-page].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }

@@ -1,4 +1,5 @@
-//! Commands that this build does not hold: `palpate-full` holds them. It is built when one is first asked for, and run with the same arguments.
+//! Commands that this build does not hold: `palpate-full` holds them. It is built when one is first
+//! asked for, and run with the same arguments.
 
 use std::path::Path;
 use std::process::Command;

@@ -35,7 +35,8 @@ impl PackArgs {
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct BoardArg {
-    /// Board whose budget a tick of the patch must meet: m4f-168 (Cortex-M4F, 168 MHz), m7-480 (Cortex-M7, 480 MHz) or desktop.
+    /// Board whose budget a tick of the patch must meet: m4f-168 (Cortex-M4F, 168 MHz), m7-480
+    /// (Cortex-M7, 480 MHz) or desktop.
     #[arg(long, value_name = "BOARD", default_value = "m4f-168")]
     board: String,
 }
@@ -123,8 +124,9 @@ impl Packed {
     }
 }
 
-/// The most nodes, up to the scene's own, that fit the machine. Cost grows with the nodes but for a few percent of scatter between meshes, so
-/// the bisection is followed by a look at the next few counts.
+/// The most nodes, up to the scene's own, that fit the machine. Cost grows with the nodes but for a
+/// few percent of scatter between meshes, so the bisection is followed by a look at the next few
+/// counts.
 fn largest(sized: impl Fn(usize) -> Result<Packed, Error>, most: usize) -> Result<Packed, Error> {
     let fits = |n: usize| sized(n).ok().filter(|p| p.cost.units <= p.cost.budget);
     if let Some(packed) = fits(most) {

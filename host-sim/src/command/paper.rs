@@ -9,26 +9,32 @@ use palpate_lab::paper::{local_compression, volume_preserved};
 
 #[derive(Clone, Debug, Subcommand)]
 pub(super) enum PaperCommand {
-    /// Paper 000: a liver with its gallbladder hung by a thread. Table 1, Fig. 2, Fig. 3, section 3.4, and where its formulas fail.
+    /// Paper 000: a liver with its gallbladder hung by a thread. Table 1, Fig. 2, Fig. 3, section
+    /// 3.4, and where its formulas fail.
     ///
-    /// Writes report.md, summary.json, tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if the product's own promise at full resolution does not
-    /// hold: landmarks within 1 mm and 2 mm of finite elements.
+    /// Writes report.md, summary.json, tables as CSV and pictures as SVG and PNG. Fails (exit code
+    /// 1) if the product's own promise at full resolution does not hold: landmarks within 1 mm and
+    /// 2 mm of finite elements.
     VolumePreserved(PaperArgs),
-    /// Paper 004: a finger presses an abdomen and a foot. Figs. 5 to 9, and where its formulas fail.
+    /// Paper 004: a finger presses an abdomen and a foot. Figs. 5 to 9, and where its formulas
+    /// fail.
     ///
-    /// Writes report.md, summary.json, every curve as CSV and pictures as SVG and PNG. The annealing writes down where it is: stopped, the same command goes on.
+    /// Writes report.md, summary.json, every curve as CSV and pictures as SVG and PNG. The
+    /// annealing writes down where it is: stopped, the same command goes on.
     LocalCompression(LocalCompressionArgs),
 }
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct LocalCompressionArgs {
-    /// One scene, abdomen-press or foot-press, or the path of a file like host-sim/scenes/abdomen-press.toml [default: both].
+    /// One scene, abdomen-press or foot-press, or the path of a file like
+    /// host-sim/scenes/abdomen-press.toml [default: both].
     #[arg(long, value_name = "NAME|FILE")]
     scene: Option<String>,
     /// Few forces, few trials at each temperature, coarse organs: under a minute.
     #[arg(long)]
     quick: bool,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done [default: out/paper-local-compression].
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
+    /// done [default: out/paper-local-compression].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -41,10 +47,12 @@ pub(super) struct PaperArgs {
     /// The sparse resolution only: under a minute.
     #[arg(long)]
     quick: bool,
-    /// Solve the finite elements of the full resolution anew instead of taking the shipped answer: some 15 minutes more.
+    /// Solve the finite elements of the full resolution anew instead of taking the shipped answer:
+    /// some 15 minutes more.
     #[arg(long)]
     solve: bool,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done [default: out/paper-NAME].
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
+    /// done [default: out/paper-NAME].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }

@@ -17,10 +17,12 @@ use palpate_tissue::scene::Scene;
 pub(super) struct PlanArgs {
     #[command(flatten)]
     common: Common,
-    /// Force error that is bearable [%]: root mean square over places and depths; single places may be 2.5 times as far off.
+    /// Force error that is bearable [%]: root mean square over places and depths; single places may
+    /// be 2.5 times as far off.
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
     tolerance_pct: f64,
-    /// Board whose budget a tick of the model must meet: m4f-168 (Cortex-M4F, 168 MHz), m7-480 (Cortex-M7, 480 MHz) or desktop.
+    /// Board whose budget a tick of the model must meet: m4f-168 (Cortex-M4F, 168 MHz), m7-480
+    /// (Cortex-M7, 480 MHz) or desktop.
     #[arg(long, value_name = "BOARD", default_value = "m4f-168")]
     board: String,
     /// Fewer and smaller candidates: under a minute for a block.

@@ -134,7 +134,8 @@ struct HoldReport {
     depth_m: Vec<f64>,
     force_n: Vec<f64>,
     penetration_share_of_depth: f64,
-    /// Force (of a force drive: depth) at vanishing element size, and how far the finest level may be off.
+    /// Force (of a force drive: depth) at vanishing element size, and how far the finest level may
+    /// be off.
     extrapolated: Option<f64>,
     estimated_error_pct: Option<f64>,
 }

@@ -19,7 +19,8 @@ pub(super) struct ReplayArgs {
     /// Trace that `palpate live` recorded, in the window or in the page.
     #[arg(value_name = "TRACE")]
     file: PathBuf,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done.
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
+    /// done.
     #[arg(long, value_name = "FOLDER", default_value = "out/replay")]
     out: PathBuf,
     /// Also on the emulated board, in lock-step: every tick must have the trace's bits.

@@ -13,16 +13,19 @@ use palpate_tissue::output::OutputFolder;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct ScoreArgs {
-    /// Marks as CSV: header group,phase,intern,chief,associate,attending; phase is before or after, marks go from 0 to 10.
+    /// Marks as CSV: header group,phase,intern,chief,associate,attending; phase is before or after,
+    /// marks go from 0 to 10.
     #[arg(value_name = "FILE", required_unless_present = "table_1", conflicts_with = "table_1")]
     file: Option<PathBuf>,
-    /// Weights of chief, associate chief and attending physician; above zero, sum 1 [default: 0.45,0.35,0.20].
+    /// Weights of chief, associate chief and attending physician; above zero, sum 1 [default:
+    /// 0.45,0.35,0.20].
     #[arg(long, value_name = "W,W,W", conflicts_with = "table_1", allow_hyphen_values = true)]
     weights: Option<String>,
     /// Instead of a file: check the equation against the 40 values printed in Table 1 of paper 004.
     #[arg(long = "table-1")]
     table_1: bool,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done.
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
+    /// done.
     #[arg(long, value_name = "FOLDER", default_value = "out/score")]
     out: PathBuf,
 }

@@ -27,7 +27,8 @@ pub(super) struct StabilityArgs {
     /// The loop on every shipped device too, at its own delay.
     #[arg(long, conflicts_with_all = ["quick", "model"])]
     full: bool,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is done.
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
+    /// done.
     #[arg(long, value_name = "FOLDER", default_value = "out/stability")]
     out: PathBuf,
 }

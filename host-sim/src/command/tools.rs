@@ -25,7 +25,8 @@ impl Tools {
         Self { package, cargo: named("CARGO", "cargo"), rustc: named("RUSTC", "rustc"), rustup: "rustup".into() }
     }
 
-    /// Adds the standard library for `target`, if it is not there. Also a toolchain that rustup knows nothing of may have it.
+    /// Adds the standard library for `target`, if it is not there. Also a toolchain that rustup
+    /// knows nothing of may have it.
     pub fn add_target(&self, target: &str) -> Result<(), Error> {
         let mut ask = self.command(&self.rustc);
         if let Ok(told) = ask.args(["--print", "target-libdir", "--target", target]).output()
@@ -49,7 +50,8 @@ impl Tools {
         }
     }
 
-    /// Builds, and asks cargo where it put what it made of `target`: settings may name any folder. Cargo shows its own progress.
+    /// Builds, and asks cargo where it put what it made of `target`: settings may name any folder.
+    /// Cargo shows its own progress.
     pub fn build(&self, arguments: &[&str], target: &str) -> Result<PathBuf, Error> {
         let what = format!("cargo build {} in {}", arguments.join(" "), self.package.display());
         let mut cargo = self.command(&self.cargo);
@@ -115,7 +117,8 @@ mod tests {
             if !lines.is_empty() {
                 let text = path.with_extension("text");
                 std::fs::write(&text, format!("#!/bin/sh\n{lines}\n")).unwrap();
-                // by a program of its own: a file that a test beside this one inherits open for writing does not start
+                // by a program of its own: a file that a test beside this one inherits open for
+                // writing does not start
                 let made = Command::new("install").args(["-m", "755"]).args([&text, &path]).status().unwrap();
                 assert!(made.success());
             }

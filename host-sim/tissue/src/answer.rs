@@ -16,7 +16,8 @@ const BLOCK: &str = include_str!("../../references/block.json");
 /// Places and depths that differ by less are the same [m].
 const SAME_M: f64 = 1e-7;
 
-/// Forces and displacements of one tissue under one probe. Everything is over Young's modulus, so it holds for any.
+/// Forces and displacements of one tissue under one probe. Everything is over Young's modulus, so
+/// it holds for any.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Answer {
@@ -26,7 +27,8 @@ pub struct Answer {
     pub probe: AnswerProbe,
     /// Every place and depth.
     pub holds: Vec<HoldAnswer>,
-    /// Discs glued to the surface and moved a little, if they were solved; the probe has no part in them.
+    /// Discs glued to the surface and moved a little, if they were solved; the probe has no part in
+    /// them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub glued: Vec<GluedAnswer>,
 }
@@ -134,7 +136,8 @@ impl Answer {
         folder.write(name, text.as_bytes())
     }
 
-    /// Whether the answer is for a scene's tissue and probe, at any stiffness, place and depth. Gravity has no answer.
+    /// Whether the answer is for a scene's tissue and probe, at any stiffness, place and depth.
+    /// Gravity has no answer.
     #[must_use]
     pub fn is_for(&self, scene: &Scene) -> bool {
         let (own, tissue) = (&self.tissue, &scene.tissue);

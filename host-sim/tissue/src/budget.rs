@@ -1,7 +1,9 @@
 //! What a tick costs on which machine, estimated from the patch's size.
 //!
-//! Board figures: cycles per item from exact instruction counts in the emulator times the Cortex-M4F's documented cycle table; **not hardware
-//! cycles** (`cargo test -p palpate-tests --release --test board board_cost -- --nocapture` measures them anew). Desktop: measured, see the README.
+//! Board figures: cycles per item from exact instruction counts in the emulator times the
+//! Cortex-M4F's documented cycle table; **not hardware cycles** (`cargo test -p palpate-tests
+//! --release --test board board_cost -- --nocapture` measures them anew). Desktop: measured, see
+//! the README.
 
 use palpate::{Model, Terms};
 
@@ -13,7 +15,8 @@ pub struct Machine {
     /// What the units are: "cycles" or "ns".
     pub unit: &'static str,
     spring: f64,
-    /// What of a spring is compensation: on the M4F nine instructions of its loop, a cycle each. A tet's barrier is not counted.
+    /// What of a spring is compensation: on the M4F nine instructions of its loop, a cycle each. A
+    /// tet's barrier is not counted.
     compensation: f64,
     tet: f64,
     node: f64,
@@ -38,7 +41,8 @@ pub struct Machine {
 /// What a board's firmware keeps for a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Room {
-    /// Nodes and surface triangles whose state the firmware reserves (`firmware/controller/src/patch.rs`).
+    /// Nodes and surface triangles whose state the firmware reserves
+    /// (`firmware/controller/src/patch.rs`).
     nodes: usize,
     triangles: usize,
     /// Flash for the patch file [bytes]: that of `memory.x` less an eighth for the program.
@@ -47,7 +51,8 @@ struct Room {
 
 /// The least of the boards: 1 MB of flash, 128 KB of RAM.
 const LEAST_BOARD: Room = Room { nodes: 512, triangles: 1024, flash_bytes: 7 * 128 * 1024 };
-/// State of a node and of a surface triangle on the board [bytes]: position, velocity, force, pressure and step; candidate and cap.
+/// State of a node and of a surface triangle on the board [bytes]: position, velocity, force,
+/// pressure and step; candidate and cap.
 const NODE_BYTES: usize = 10 * 4 + 4;
 const TRIANGLE_BYTES: usize = 2 + 4;
 
@@ -194,7 +199,8 @@ impl Machine {
     }
 }
 
-/// Surface triangles that a probe of this radius, pressed to the patch's depth limit at `site_m`, can touch.
+/// Surface triangles that a probe of this radius, pressed to the patch's depth limit at `site_m`,
+/// can touch.
 #[must_use]
 pub fn triangles_in_reach(model: &Model, site_m: [f32; 3], radius_m: f32) -> usize {
     let near = |n: u16| {

@@ -4,7 +4,8 @@
 
 use crate::scene::Drive;
 
-/// Mass of a firm fingertip [kg], its damping [N s/m] and stiffness [N/m] (order of Hajian & Howe 1997, grip scaled up).
+/// Mass of a firm fingertip [kg], its damping [N s/m] and stiffness [N/m] (order of Hajian & Howe
+/// 1997, grip scaled up).
 pub const FINGER: (f64, f64, f64) = (0.020, 4.0, 800.0);
 
 /// What the finger does in one tick.
@@ -29,7 +30,8 @@ struct Leg {
 enum Kind {
     /// The tip is where the target is.
     Stiff,
-    /// Targets are forces [N]; a mass pushed by the target against the tissue, critically damped for the stiffness it feels.
+    /// Targets are forces [N]; a mass pushed by the target against the tissue, critically damped
+    /// for the stiffness it feels.
     Pushed,
     /// Targets are hand positions; a mass on a spring and damper between hand and tissue.
     Compliant,
@@ -52,8 +54,8 @@ pub struct Finger {
 }
 
 impl Finger {
-    /// A finger that starts `clear_m` above the surface, makes every hold of the drive, returns and waits `settle_s`.
-    /// `None` for a recorded trace, which needs no finger.
+    /// A finger that starts `clear_m` above the surface, makes every hold of the drive, returns and
+    /// waits `settle_s`. `None` for a recorded trace, which needs no finger.
     #[must_use]
     pub fn new(drive: &Drive, clear_m: f64, tick_s: f64, settle_s: f64) -> Option<Self> {
         let (kind, holds, ramp_m_per_s, hold_s) = match drive {
@@ -80,7 +82,8 @@ impl Finger {
         })
     }
 
-    /// The next tick, given what the last one answered: force along the line [N], positive when it pushes the finger out. `None` at the end.
+    /// The next tick, given what the last one answered: force along the line [N], positive when it
+    /// pushes the finger out. `None` at the end.
     pub fn next(&mut self, force_n: f64) -> Option<Step> {
         let leg = *self.legs.get(self.leg)?;
         let there = match self.kind {

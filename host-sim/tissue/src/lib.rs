@@ -4,8 +4,10 @@
 //! scene ─ tissue (mesh, organ) ─ patch ─ stable_step ─ session ─ press ─ output
 //! ```
 //!
-//! A [`scene`] describes the tissue, the probe and its motion. [`tissue`] meshes it ([`mesh`], [`organ`]), [`patch`] derives springs, tets and the
-//! foundation, [`stable_step`] finds the substeps, and [`session`] holds what a run needs. [`press`] runs it tick by tick with a [`finger`].
+//! A [`scene`] describes the tissue, the probe and its motion. [`tissue`] meshes it ([`mesh`],
+//! [`organ`]), [`patch`] derives springs, tets and the foundation, [`stable_step`] finds the
+//! substeps, and [`session`] holds what a run needs. [`press`] runs it tick by tick with a
+//! [`finger`].
 
 pub mod answer;
 pub mod budget;

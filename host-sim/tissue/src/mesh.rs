@@ -33,6 +33,7 @@ pub struct TetMesh {
     pub nodes_m: Vec<[f64; 3]>,
     /// Node indices of every tet, shape \[tets\]\[4\].
     pub tets: Vec<[u32; 4]>,
-    /// Region (physical group, attribute) of every tet, shape \[tets\]; 0 where the file names none.
+    /// Region (physical group, attribute) of every tet, shape \[tets\]; 0 where the file names
+    /// none.
     pub regions: Vec<u32>,
 }

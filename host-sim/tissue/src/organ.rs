@@ -1,7 +1,8 @@
 //! Organs as closed smooth shapes, and their tetrahedral meshes.
 //!
-//! A shape is an implicit function of space, negative inside, put together from few parts ([`Organ`]); a mesh of it is cut out of a
-//! body-centred cubic lattice by isosurface stuffing (Labelle and Shewchuk 2007). Metres, z up; x and y as each organ's file says.
+//! A shape is an implicit function of space, negative inside, put together from few parts
+//! ([`Organ`]); a mesh of it is cut out of a body-centred cubic lattice by isosurface stuffing
+//! (Labelle and Shewchuk 2007). Metres, z up; x and y as each organ's file says.
 
 mod abdomen;
 mod count;
@@ -52,10 +53,12 @@ pub struct Fine {
     pub at_m: [f64; 3],
     /// Elements are smallest within this of it [m].
     pub radius_m: f64,
-    /// Edge of the lattice's cube there [m]: its nodes are 0.87 of it apart at least, edges 0.92 of it long on average.
+    /// Edge of the lattice's cube there [m]: its nodes are 0.87 of it apart at least, edges 0.92 of
+    /// it long on average.
     pub spacing_m: f64,
-    /// How fast elements grow outside (1): 0 not at all; with 1, at n radii from the place, an edge toward it is about `2 n^(2/3)` times and one
-    /// across `0.7 n^(2/3)` times as long as there. More stretches them more.
+    /// How fast elements grow outside (1): 0 not at all; with 1, at n radii from the place, an edge
+    /// toward it is about `2 n^(2/3)` times and one across `0.7 n^(2/3)` times as long as there.
+    /// More stretches them more.
     pub growth: f64,
 }
 
@@ -103,15 +106,17 @@ impl Organ {
         self.regions
     }
 
-    /// The implicit function [m]: negative inside, zero on the surface, near the distance close to it.
+    /// The implicit function [m]: negative inside, zero on the surface, near the distance close to
+    /// it.
     #[must_use]
     pub fn implicit_m(&self, at_m: [f64; 3]) -> f64 {
         self.value(at_m.into())
     }
 
-    /// Signed distance to the surface [m], negative inside; in size never less than the true one. Measured against fine meshes: within 0.1 mm down
-    /// to 10 mm in the foot and 30 mm in the abdomen, where their layers are. Deeper in the liver and the foot, about as near to two sides, the
-    /// side found may be the other one, some millimetres further.
+    /// Signed distance to the surface [m], negative inside; in size never less than the true one.
+    /// Measured against fine meshes: within 0.1 mm down to 10 mm in the foot and 30 mm in the
+    /// abdomen, where their layers are. Deeper in the liver and the foot, about as near to two
+    /// sides, the side found may be the other one, some millimetres further.
     #[must_use]
     pub fn distance_m(&self, at_m: [f64; 3]) -> f64 {
         self.distance(at_m.into())
@@ -141,17 +146,19 @@ impl Organ {
         self.foot(at_m.into()).0.into()
     }
 
-    /// Where a ray first crosses the surface [m]; `None` if it misses, or has no direction. Thinner than a four-thousandth of its way it may miss.
+    /// Where a ray first crosses the surface [m]; `None` if it misses, or has no direction. Thinner
+    /// than a four-thousandth of its way it may miss.
     #[must_use]
     pub fn surface_point(&self, from_m: [f64; 3], direction: [f64; 3]) -> Option<[f64; 3]> {
         self.crossing(from_m.into(), direction.into()).map(Into::into)
     }
 
-    /// A mesh of the organ: every tet positively oriented, the surface one closed sphere, every node in use, regions by tet centroid. The same on
-    /// every machine.
+    /// A mesh of the organ: every tet positively oriented, the surface one closed sphere, every
+    /// node in use, regions by tet centroid. The same on every machine.
     ///
     /// # Errors
-    /// Numbers that are no sizes; a spacing too coarse for the shape or too fine for memory; no spacing gives about that many tets.
+    /// Numbers that are no sizes; a spacing too coarse for the shape or too fine for memory; no
+    /// spacing gives about that many tets.
     pub fn mesh(&self, spec: &Spec) -> Result<TetMesh, OrganError> {
         let mut mesh = match *spec {
             Spec::Spacing(spacing_m) => self.uniform(spacing_m)?,

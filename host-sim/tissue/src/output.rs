@@ -1,7 +1,7 @@
 //! The output folder: a result appears whole, in place of an earlier one, or not at all.
 //!
-//! A run writes into a draft beside the folder and moves it into place at the end. An error, a kill or a full
-//! disk before that leaves the earlier result as it was. For `--out out/press`:
+//! A run writes into a draft beside the folder and moves it into place at the end. An error, a kill
+//! or a full disk before that leaves the earlier result as it was. For `--out out/press`:
 //!
 //! ```text
 //! out/press           the last result that was finished
@@ -48,8 +48,9 @@ pub struct OutputFolder {
 }
 
 impl OutputFolder {
-    /// Locks the folder, restores what a killed run left, and begins an empty draft. [`Self::publish`] replaces
-    /// the earlier result. Patch files of earlier runs, and files that were put beside a result, stay.
+    /// Locks the folder, restores what a killed run left, and begins an empty draft.
+    /// [`Self::publish`] replaces the earlier result. Patch files of earlier runs, and files that
+    /// were put beside a result, stay.
     ///
     /// # Errors
     /// The folder cannot be written, is in use, or holds files and no result.
@@ -57,8 +58,8 @@ impl OutputFolder {
         Self::begin(path, Mode::Replace)
     }
 
-    /// As [`Self::open`], but the files of this run are added to whatever the folder holds: for commands whose
-    /// files are each a result of their own, such as patches.
+    /// As [`Self::open`], but the files of this run are added to whatever the folder holds: for
+    /// commands whose files are each a result of their own, such as patches.
     ///
     /// # Errors
     /// The folder cannot be written or is in use.
@@ -94,7 +95,8 @@ impl OutputFolder {
     /// Moves the result into place; returns the folder as it was given on the command line.
     ///
     /// # Errors
-    /// The disk is full, or the folder changed while the run was under way. The earlier result is still there.
+    /// The disk is full, or the folder changed while the run was under way. The earlier result is
+    /// still there.
     pub fn publish(self) -> Result<PathBuf, Error> {
         let refuse = |source| Error::Write { path: self.shown.clone(), source };
         match self.mode {
@@ -122,7 +124,8 @@ impl OutputFolder {
         std::fs::write(self.draft().join(name), bytes).map_err(|source| Error::Write { path: self.shown.join(name), source })
     }
 
-    /// Writes a note for a later run, in case this one is stopped: whole or not at all, and not part of the result.
+    /// Writes a note for a later run, in case this one is stopped: whole or not at all, and not
+    /// part of the result.
     ///
     /// # Errors
     /// The disk is full.

@@ -1,7 +1,9 @@
-//! From a tet mesh to a patch: rest data per pascal of Young's modulus, in `f64` until the last rounding.
+//! From a tet mesh to a patch: rest data per pascal of Young's modulus, in `f64` until the last
+//! rounding.
 //!
-//! Springs (paper 000, eq 11) times `1/(0.8 (1 + nu))`, so that their shear modulus is the tissue's; nodal and per-tet volume stiffness for the
-//! rest; foundation points on the surface; masses. Multipliers for each edge, node and foundation point are what calibration fits.
+//! Springs (paper 000, eq 11) times `1/(0.8 (1 + nu))`, so that their shear modulus is the
+//! tissue's; nodal and per-tet volume stiffness for the rest; foundation points on the surface;
+//! masses. Multipliers for each edge, node and foundation point are what calibration fits.
 
 mod foundation;
 mod neighbours;
@@ -29,7 +31,8 @@ pub struct Multipliers {
     pub edge: Vec<f64>,
     /// On each node's volume stiffness, shape \[nodes\].
     pub node: Vec<f64>,
-    /// On each foundation point, shape [skin triangles][points], triangles in the order of [`Tissue::skin`].
+    /// On each foundation point, shape [skin triangles][points], triangles in the order of
+    /// [`Tissue::skin`].
     pub point: Vec<Vec<f64>>,
     /// On the volume stiffness that acts per tet.
     pub bulk: f64,
@@ -73,7 +76,8 @@ pub struct Patch {
     site_m: [f32; 3],
     element_m: f64,
     fitted_places: u32,
-    /// Inclusions were scaled into a fitted patch: packed, it no longer counts as one of the homogeneous block.
+    /// Inclusions were scaled into a fitted patch: packed, it no longer counts as one of the
+    /// homogeneous block.
     scaled: bool,
     nodes: Vec<NodeRest>,
     anchors: Vec<u16>,
@@ -90,7 +94,8 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// Builds the patch of a tissue. The mesh must have passed its check; more than 65 535 nodes are refused there.
+    /// Builds the patch of a tissue. The mesh must have passed its check; more than 65 535 nodes
+    /// are refused there.
     #[must_use]
     pub fn build(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>) -> Self {
         Self::build_joined(tissue, material, multipliers, &[])
@@ -192,7 +197,8 @@ impl Patch {
         }
     }
 
-    /// The patch as the desktop runs it: springs scheduled so that neighbours in the list share no node. Same bits.
+    /// The patch as the desktop runs it: springs scheduled so that neighbours in the list share no
+    /// node. Same bits.
     #[must_use]
     pub fn wide_model(&self) -> Model<'_> {
         Model { spring_rows: &[], springs: &self.scheduled, ..self.model() }
@@ -204,13 +210,15 @@ impl Patch {
         self.site_m.into()
     }
 
-    /// Element size at the site: the side of the equilateral triangle of the nearest triangle's area [m].
+    /// Element size at the site: the side of the equilateral triangle of the nearest triangle's
+    /// area [m].
     #[must_use]
     pub fn element_m(&self) -> f64 {
         self.element_m
     }
 
-    /// Makes nodes heavier or lighter: their weight and inertia times `ratio`, shape \[nodes\]. Volumes that resist compression stay.
+    /// Makes nodes heavier or lighter: their weight and inertia times `ratio`, shape \[nodes\].
+    /// Volumes that resist compression stay.
     pub fn scale_masses(&mut self, ratio: &[f64]) {
         for (node, ratio) in self.nodes.iter_mut().zip(ratio) {
             node.volume_m3 = (f64::from(node.volume_m3) * ratio) as f32;
@@ -222,7 +230,8 @@ impl Patch {
         self.site_m = site_m.map(|c| c as f32);
     }
 
-    /// The same patch with stiffer or softer balls inside: every constant times what the ball makes of its formula.
+    /// The same patch with stiffer or softer balls inside: every constant times what the ball makes
+    /// of its formula.
     #[must_use]
     pub fn with_inclusions(mut self, inclusions: &[Inclusion]) -> Self {
         if inclusions.is_empty() {

@@ -1,6 +1,7 @@
 //! `press`: an emulated finger presses the scene at 1 kHz in virtual time.
 //!
-//! One tick follows the other without waiting; the tick's own CPU time is what is held against the millisecond.
+//! One tick follows the other without waiting; the tick's own CPU time is what is held against the
+//! millisecond.
 
 mod promise;
 
@@ -23,8 +24,8 @@ const CLEAR_RADII: f64 = 1.0 / 16.0;
 
 /// What a tick may take [us].
 const BUDGET_US: f32 = TICK_S as f32 * 1e6;
-/// A tick over the budget is run again from the same state, to the same bits: a tick that is really too slow is so every time, one during which
-/// the machine was taken away is not.
+/// A tick over the budget is run again from the same state, to the same bits: a tick that is really
+/// too slow is so every time, one during which the machine was taken away is not.
 const REPEATS: usize = 3;
 
 /// One tick of a run.
@@ -63,7 +64,8 @@ pub struct Hold {
     pub tip_m: Vector3<f32>,
     /// Displacement of every node [m].
     pub displacement_m: Vec<Vector3<f32>>,
-    /// The same, but at a surface node inside the probe that of the foundation's outer face there, which lies on the probe.
+    /// The same, but at a surface node inside the probe that of the foundation's outer face there,
+    /// which lies on the probe.
     pub surface_displacement_m: Vec<Vector3<f32>>,
 }
 
@@ -158,7 +160,8 @@ pub fn run(scene: &Scene, session: &Session, mut progress: impl FnMut(usize)) ->
     Ok(press)
 }
 
-/// Where the finger starts above the surface [m]: at least two steps of the ramp, for a first pose that is not outside counts as started inside the tissue.
+/// Where the finger starts above the surface [m]: at least two steps of the ramp, for a first pose
+/// that is not outside counts as started inside the tissue.
 pub fn clear_m(scene: &Scene, session: &Session) -> f64 {
     let ramp_step_m = scene.drive.ramp_m_per_s().unwrap_or(0.0) * TICK_S;
     (CLEAR_RADII * f64::from(session.params.probe.radius_m)).max(2.0 * ramp_step_m)

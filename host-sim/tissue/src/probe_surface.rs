@@ -1,4 +1,5 @@
-//! The probe's surface in double precision: penetration of a point, and the tissue surface that belongs to it.
+//! The probe's surface in double precision: penetration of a point, and the tissue surface that
+//! belongs to it.
 
 use nalgebra::{Matrix3, Vector3};
 use palpate::path::force::foundation::FLAT_EDGE;
@@ -7,7 +8,8 @@ use palpate::{Probe, ProbeShape};
 /// Penetration [m], its outward direction (1), and the curvature of the penetration [1/m].
 pub type Inside = (f64, Vector3<f64>, Matrix3<f64>);
 
-/// Where the surface is that belongs to a point of the mesh [m]: inside the probe the foundation is compressed, and its outer face lies on the probe.
+/// Where the surface is that belongs to a point of the mesh [m]: inside the probe the foundation is
+/// compressed, and its outer face lies on the probe.
 #[must_use]
 pub fn outer_face_m(probe: &Probe, tip_m: Vector3<f64>, point_m: Vector3<f64>) -> Vector3<f64> {
     inside(probe, point_m - tip_m).map_or(point_m, |(pen, out, _)| point_m + out * pen)

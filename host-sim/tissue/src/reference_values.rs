@@ -3,8 +3,8 @@
 use crate::answer::Answer;
 use crate::scene::Scene;
 
-/// Depth [m] and force [N] of the scene's press, shallow first, where the shipped answer has it: the standard block and probe at any stiffness, pressed at the centre. Empty
-/// otherwise.
+/// Depth [m] and force [N] of the scene's press, shallow first, where the shipped answer has it:
+/// the standard block and probe at any stiffness, pressed at the centre. Empty otherwise.
 #[must_use]
 pub fn of(scene: &Scene) -> Vec<(f64, f64)> {
     let answer = Answer::block();

@@ -1,4 +1,5 @@
-//! Scene files: what is pressed, with what, and how. SI units, every key named with its unit; an unknown key is an error.
+//! Scene files: what is pressed, with what, and how. SI units, every key named with its unit; an
+//! unknown key is an error.
 
 mod check;
 mod drive;
@@ -63,11 +64,13 @@ pub struct TissueScene {
     pub region: Vec<RegionScene>,
     /// Nodes of the block's mesh; of an organ's, about.
     pub nodes: Option<usize>,
-    /// Mesh file, relative to the scene file (to the working directory for a preset); its underside is fixed.
+    /// Mesh file, relative to the scene file (to the working directory for a preset); its underside
+    /// is fixed.
     pub mesh: Option<PathBuf>,
     /// Unit of the mesh file's coordinates.
     pub length_unit: Option<LengthUnit>,
-    /// Young's modulus [Pa]. Contact follows from it: of an organ in layers, give that of the tissue touched.
+    /// Young's modulus [Pa]. Contact follows from it: of an organ in layers, give that of the
+    /// tissue touched.
     pub youngs_modulus_pa: f64,
     /// Poisson's ratio (1).
     pub poisson_ratio: f64,

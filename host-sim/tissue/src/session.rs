@@ -36,7 +36,8 @@ pub struct Report {
     pub size_mm: [f64; 3],
     /// Mass of the tissue [g].
     pub mass_g: f64,
-    /// Mass that the tick moves, with the mass floor, over the true mass of the nodes that move (1).
+    /// Mass that the tick moves, with the mass floor, over the true mass of the nodes that move
+    /// (1).
     pub mass_floor_ratio: f64,
     /// Nodes.
     pub nodes: usize,
@@ -64,7 +65,8 @@ pub struct Report {
     pub depth_limit_mm: f64,
     /// Substeps of a tick.
     pub substeps: u16,
-    /// Force expected at 1 mm [N]: Hertz for a sphere, the rigid punch for a flat end, on a half-space.
+    /// Force expected at 1 mm [N]: Hertz for a sphere, the rigid punch for a flat end, on a
+    /// half-space.
     pub half_space_force_at_1mm_n: f64,
 }
 
@@ -77,7 +79,8 @@ impl Session {
         let tips_m = read_tips(&scene.drive)?;
         if let Some(path) = scene.solver.patch.as_deref().filter(|p| p.as_os_str() != NO_PATCH) {
             let (patch, packed) = packed::open(scene, path)?;
-            // a patch fitted as a whole block is a homogeneous one's; any other was packed with its inclusions
+            // a patch fitted as a whole block is a homogeneous one's; any other was packed with its
+            // inclusions
             let homogeneous = patch.fitted_places() > 0 && patch.model().rim_nodes.is_empty();
             let patch = if homogeneous { patch.with_inclusions(&scene.tissue.inclusion) } else { patch };
             let params = fitted(scene, &packed);

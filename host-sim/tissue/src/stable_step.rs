@@ -1,9 +1,11 @@
 //! How long a substep may be: measured on the *pressed* patch, not at rest.
 //!
-//! Tissue stiffens under the probe: the limit there is well below the limit at rest. So the patch is pressed to its depth limit with safely
-//! small substeps, and on the way the highest frequency of its tangent stiffness is found by power iteration. Symplectic Euler is stable while
-//! `dt^2 w^2 + 2 dt c < 4`; the foundation's damping takes `2 dt c <= 2 zeta eta` of it. A tap squeezes harder for a few milliseconds, so the
-//! substeps that this bound asks for are then tried on a tap, and one is added until the patch comes to rest in it and after it.
+//! Tissue stiffens under the probe: the limit there is well below the limit at rest. So the patch
+//! is pressed to its depth limit with safely small substeps, and on the way the highest frequency
+//! of its tangent stiffness is found by power iteration. Symplectic Euler is stable while `dt^2 w^2
+//! + 2 dt c < 4`; the foundation's damping takes `2 dt c <= 2 zeta eta` of it. A tap squeezes
+//! harder for a few milliseconds, so the substeps that this bound asks for are then tried on a tap,
+//! and one is added until the patch comes to rest in it and after it.
 
 use palpate::path::force;
 use palpate::{BuildError, Limits, Model, Params, ProbePose, State, Tuned, Vector3, tick};
@@ -28,11 +30,13 @@ const ITERATIONS: usize = 30;
 /// Share of the limit that is used.
 pub const MARGIN: f64 = 0.9;
 
-/// How much of an element's size the tip may sink in a tick. Waves of the floored masses cross about 0.4 (shear) to 1.2 elements (volume) a tick;
-/// measured: at 0.17 tets under the probe turn inside out in a tap to the probe's radius, at 0.13 they keep a tenth of their volume and more.
+/// How much of an element's size the tip may sink in a tick. Waves of the floored masses cross
+/// about 0.4 (shear) to 1.2 elements (volume) a tick; measured: at 0.17 tets under the probe turn
+/// inside out in a tap to the probe's radius, at 0.13 they keep a tenth of their volume and more.
 const SINK_SHARE: f64 = 0.12;
 
-/// The limits that a patch's elements set, whatever its stiffness: masses with a floor carry waves at element size over tick.
+/// The limits that a patch's elements set, whatever its stiffness: masses with a floor carry waves
+/// at element size over tick.
 #[must_use]
 pub fn limits(patch: &Patch, tick_s: f64) -> Limits {
     let max_sink_m_per_s = Limits::HIGHEST.max_sink_m_per_s.min((SINK_SHARE * patch.element_m() / tick_s) as f32);
@@ -87,8 +91,9 @@ impl StableStep {
     }
 }
 
-/// The fewest substeps, from `least` on, with which a patch taken to its depth limit in a tap comes to rest there and after the release; where none
-/// brings rest (tissue that sags slowly, a press beyond what it bears), the fewest that give no fault. `None` when all do.
+/// The fewest substeps, from `least` on, with which a patch taken to its depth limit in a tap comes
+/// to rest there and after the release; where none brings rest (tissue that sags slowly, a press
+/// beyond what it bears), the fewest that give no fault. `None` when all do.
 ///
 /// # Errors
 /// What [`Params::build`] refuses.
@@ -119,7 +124,8 @@ pub fn substeps_for_taps(model: &Model, params: &Params, site_m: Vector3<f32>, l
     Ok(without_fault)
 }
 
-/// Tip depths [m] from just outside to the depth limit, tick by tick. From outside: a probe that starts inside gets no force.
+/// Tip depths [m] from just outside to the depth limit, tick by tick. From outside: a probe that
+/// starts inside gets no force.
 fn way_down(model: &Model, params: &Params, speed_m_per_s: f32) -> impl Iterator<Item = f32> {
     let step_m = speed_m_per_s * params.tick_s;
     let (start_m, end_m) = (-2.0 * step_m, model.depth_limit_m);
@@ -127,7 +133,8 @@ fn way_down(model: &Model, params: &Params, speed_m_per_s: f32) -> impl Iterator
     (0..=ticks).map(move |n| (start_m + n as f32 * step_m).min(end_m))
 }
 
-/// What the patch bears is measured without a limit of the force, but a tap is shown to it as the product shows it.
+/// What the patch bears is measured without a limit of the force, but a tap is shown to it as the
+/// product shows it.
 fn unbounded_but_sink(params: &Params) -> Limits {
     Limits { max_sink_m_per_s: params.limits.max_sink_m_per_s, ..Limits::HIGHEST }
 }

@@ -1,4 +1,5 @@
-//! From a scene to a tissue: mesh (`shape`, `organ` for an organ), what it is made of ([`Layout`]), what is fixed, where the probe presses.
+//! From a scene to a tissue: mesh (`shape`, `organ` for an organ), what it is made of ([`Layout`]),
+//! what is fixed, where the probe presses.
 
 mod body;
 mod material;
@@ -13,11 +14,13 @@ pub use material::Layout;
 pub use organ::DEFAULT_ORGAN_NODES;
 use shape::Shape;
 
-/// A mesh rests on its underside: surface triangles whose outward normal has less than this cosine with the press axis are fixed.
+/// A mesh rests on its underside: surface triangles whose outward normal has less than this cosine
+/// with the press axis are fixed.
 pub const UNDERSIDE_COSINE: f64 = -0.5;
 /// The patch answers presses this much deeper than the deepest hold.
 pub const DEPTH_MARGIN: f64 = 1.25;
-/// Deepest press of a force drive, and of a trace that never touches, in probe radii: where the contact law was measured.
+/// Deepest press of a force drive, and of a trace that never touches, in probe radii: where the
+/// contact law was measured.
 const DEFAULT_DEPTH_RADII: f64 = 0.75;
 
 /// Nodes of a block whose scene does not say.
@@ -171,9 +174,10 @@ pub fn ratio_of(mesh: &TetMesh, tet: &[u32; 4], inclusions: &[Inclusion]) -> f64
     blended(mesh, tet, |x| inclusions.iter().rev().find(|ball| ball.holds(x)).map_or(1.0, |ball| ball.stiffness_ratio))
 }
 
-/// Stiffness of a tet: blended over a fine sample of it, so that a small ball or a thin layer is not lost
-/// between centroids and its size does not jump with the mesh. The blend is Hill's (1952), half way between equal strain and equal stress: equal strain alone
-/// makes a mesh coarser than the ball feel it 8 % too stiff.
+/// Stiffness of a tet: blended over a fine sample of it, so that a small ball or a thin layer is
+/// not lost between centroids and its size does not jump with the mesh. The blend is Hill's (1952),
+/// half way between equal strain and equal stress: equal strain alone makes a mesh coarser than the
+/// ball feel it 8 % too stiff.
 pub fn blended(mesh: &TetMesh, tet: &[u32; 4], stiffness: impl Fn([f64; 3]) -> f64) -> f64 {
     const STEPS: usize = 6;
     let corners = tet.map(|n| mesh.nodes_m[n as usize]);
@@ -192,7 +196,8 @@ pub fn blended(mesh: &TetMesh, tet: &[u32; 4], stiffness: impl Fn([f64; 3]) -> f
     0.5 * (sum / count + count / inverse)
 }
 
-/// The surface point nearest to a place, and the mean outward normal of the surface within a probe radius of it.
+/// The surface point nearest to a place, and the mean outward normal of the surface within a probe
+/// radius of it.
 fn nearest_on_surface(mesh: &TetMesh, place: [f64; 3], radius_m: f64) -> ([f64; 3], [f64; 3]) {
     let triangles = surface::surface(&mesh.tets);
     let corners = |t: &[u32; 3]| t.map(|n| mesh.nodes_m[n as usize]);
@@ -221,7 +226,8 @@ fn normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
 }
 
-/// Nearest point of a triangle: its plane's point if that is inside, else the nearest point of its sides.
+/// Nearest point of a triangle: its plane's point if that is inside, else the nearest point of its
+/// sides.
 fn nearest_on_triangle(corners: [[f64; 3]; 3], p: [f64; 3]) -> [f64; 3] {
     let n = normal(corners);
     let height = dot(sub(p, corners[0]), n) / dot(n, n);

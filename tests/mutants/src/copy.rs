@@ -80,7 +80,8 @@ fn two_packages(text: &str) -> Result<String, String> {
     toml::to_string(&manifest).map_err(|error| format!("Cargo.toml: {error}"))
 }
 
-/// Copies a file or a folder and removes what is no longer in it; what has not changed keeps its date, so that it is not built again.
+/// Copies a file or a folder and removes what is no longer in it; what has not changed keeps its
+/// date, so that it is not built again.
 fn take(from: &Path, to: &Path) -> Result<(), String> {
     if from.is_dir() {
         for old in fs::read_dir(to).into_iter().flatten().flatten() {

@@ -30,7 +30,8 @@ pub struct Survivor {
 }
 
 impl Survivor {
-    /// Reads a line of cargo-mutants, `file:line:column: mistake`; the source line is looked up below `tree`.
+    /// Reads a line of cargo-mutants, `file:line:column: mistake`; the source line is looked up
+    /// below `tree`.
     fn parse(text: &str, tree: &Path) -> Option<Self> {
         let (place, mutant) = text.split_once(": ")?;
         let mut place = place.splitn(3, ':');

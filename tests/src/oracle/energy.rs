@@ -8,7 +8,8 @@ use super::number::Number;
 /// A point or a vector.
 pub type Point<N> = [N; 3];
 
-/// Springs: `k/2 (l - l0)^2`, and once shorter than `(1 - tau) l0` also `chi k/2 (l - (1 - tau) l0)^2`.
+/// Springs: `k/2 (l - l0)^2`, and once shorter than `(1 - tau) l0` also `chi k/2 (l - (1 - tau)
+/// l0)^2`.
 pub fn of_spring<N: Number>(spring: &Spring, params: &Params, a: Point<N>, b: Point<N>) -> N {
     let (k, k_rest) = (f64::from(spring.k), f64::from(spring.k_rest));
     let rest_m = k_rest / k;
@@ -24,7 +25,8 @@ pub fn of_spring<N: Number>(spring: &Spring, params: &Params, a: Point<N>, b: Po
     energy
 }
 
-/// A tet's own volume energy `beta kappa V/2 (J - 1)^2` and its barrier, whose pressure is `3 mu (1 - J/0.4)` below J = 0.4.
+/// A tet's own volume energy `beta kappa V/2 (J - 1)^2` and its barrier, whose pressure is `3 mu (1
+/// - J/0.4)` below J = 0.4.
 pub fn of_tet<N: Number>(tet: &Tet, params: &Params, corners: [Point<N>; 4]) -> N {
     let volume_m3 = 1.0 / (6.0 * f64::from(tet.six_volume_reciprocal));
     let (beta_kappa, mu) = (6.0 * f64::from(tet.bulk), 2.0 * f64::from(tet.barrier));
@@ -38,8 +40,8 @@ pub fn of_tet<N: Number>(tet: &Tet, params: &Params, corners: [Point<N>; 4]) -> 
     N::of(volume_m3) * density
 }
 
-/// Volume energy of a node with `(1 - beta) kappa` and the volume it stands for: `-2 ln J + 4 ln((J + 1)/2)`, J the volume ratio of all its tets.
-/// Its pressure is straight below J = 0.8.
+/// Volume energy of a node with `(1 - beta) kappa` and the volume it stands for: `-2 ln J + 4 ln((J
+/// + 1)/2)`, J the volume ratio of all its tets. Its pressure is straight below J = 0.8.
 pub fn of_node<N: Number>(kappa: f64, volume_m3: f64, j: N) -> N {
     let density = |j: N| N::of(-2.0) * j.log() + N::of(4.0) * ((j + N::of(1.0)) * N::of(0.5)).log();
     let least: f64 = 0.8;
@@ -66,7 +68,8 @@ pub fn of_rim_edge<N: Number>(rim: &RimEdge, ui: Point<N>, uj: Point<N>) -> N {
     dot(ui, [dot(row(0), uj), dot(row(1), uj), dot(row(2), uj)])
 }
 
-/// Foundation point: its stiffness k grows by `2 k s` a metre until it reaches the cap, from there it is the cap.
+/// Foundation point: its stiffness k grows by `2 k s` a metre until it reaches the cap, from there
+/// it is the cap.
 pub fn of_foundation<N: Number>(k: f64, stiffening_per_m: f64, cap: f64, depth: N) -> N {
     let soft = |d: N| N::of(0.5 * k) * d * d + N::of(k * stiffening_per_m / 3.0) * d * d * d;
     let cap = cap.max(k);

@@ -1,4 +1,5 @@
-//! Numbers that know their derivative, so that a force is the slope of an energy and no formula of a force is ever written down.
+//! Numbers that know their derivative, so that a force is the slope of an energy and no formula of
+//! a force is ever written down.
 
 use std::ops::{Add, Div, Mul, Sub};
 

@@ -1,5 +1,6 @@
-//! The firmware on two emulated boards, and the same controller on this machine, end in the same state after the same forces: the block as a whole, a patch
-//! of it with rim springs, and one of a liver, pressed at its own site along its own axis.
+//! The firmware on two emulated boards, and the same controller on this machine, end in the same
+//! state after the same forces: the block as a whole, a patch of it with rim springs, and one of a
+//! liver, pressed at its own site along its own axis.
 
 use std::path::Path;
 
@@ -16,7 +17,8 @@ use palpate_tests::flash_patch::in_flash;
 use palpate_tests::packed;
 
 const TICKS: u32 = 10_000;
-/// Least force that the scripted press of 4 mm must have met [N]: soft tissue of 3.5 kPa gives 0.1 N and more.
+/// Least force that the scripted press of 4 mm must have met [N]: soft tissue of 3.5 kPa gives 0.1
+/// N and more.
 const FELT_N: f32 = 0.05;
 
 fn on_desktop(bytes: &[u8]) -> RunResult {

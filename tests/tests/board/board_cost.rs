@@ -1,7 +1,9 @@
-//! What a tick costs on the board: exact instructions stage by stage, estimated Cortex-M4F cycles, and the budget that the shipped patches keep.
+//! What a tick costs on the board: exact instructions stage by stage, estimated Cortex-M4F cycles,
+//! and the budget that the shipped patches keep.
 //!
-//! `cargo test -p palpate-tests --release --test board board_cost -- --nocapture` prints the tables. **Emulated instruction counts are exact; cycles are
-//! estimated from the documented cycle table; neither is hardware timing.**
+//! `cargo test -p palpate-tests --release --test board board_cost -- --nocapture` prints the
+//! tables. **Emulated instruction counts are exact; cycles are estimated from the documented cycle
+//! table; neither is hardware timing.**
 
 use std::path::Path;
 
@@ -14,7 +16,8 @@ use palpate_tests::instruction_mix::{Cost, InstructionMix, calls_of};
 use palpate_tests::packed;
 use palpate_tissue::budget::{Machine as Board, triangles_in_reach};
 
-/// At 32 ns an instruction the 40 ns of a clock count resolve it to one or two, and no tick meets the watchdog.
+/// At 32 ns an instruction the 40 ns of a clock count resolve it to one or two, and no tick meets
+/// the watchdog.
 const COUNTING_SHIFT: u32 = 5;
 /// At 4 ns an instruction the tick fits its millisecond, and the clock resolves ten instructions.
 const RUNNING_SHIFT: u32 = 2;
@@ -22,17 +25,20 @@ const NS_PER_COUNT: u64 = 40;
 const CLOCK: &str = "palpate_firmware::board::mps2::clock_counts";
 const TICK: &str = "palpate::tick::tick";
 const RIM: &str = "palpate::path::force::rim::hold";
-/// Ticks outside the tissue in a logged run: start-up and the first of arming. The tap meets a patch that nobody feels yet, at the same cost.
+/// Ticks outside the tissue in a logged run: start-up and the first of arming. The tap meets a
+/// patch that nobody feels yet, at the same cost.
 const LOGGED_LEAD: u32 = 5;
-/// The script's tap reaches 4 mm in its tick 23; every triangle that it touches later is touched here.
+/// The script's tap reaches 4 mm in its tick 23; every triangle that it touches later is touched
+/// here.
 const LOGGED_TICKS: u32 = LOGGED_LEAD + 25;
 /// Boot, self-test, a patch put to rest, and one tick of it.
 const FIRST_TICK: u32 = 4;
 /// 65 % of a millisecond [cycles].
 const M4F_168_BUDGET: f64 = 109_200.0;
 const M7_480_BUDGET: f64 = 312_000.0;
-/// `CoreMark` per megahertz of a Cortex-M7 over that of a Cortex-M4, both as Arm gives them: 5.01 / 3.40. An integer program; for want of a cycle table
-/// of the M7 it is printed beside the estimate, and no budget relies on it.
+/// `CoreMark` per megahertz of a Cortex-M7 over that of a Cortex-M4, both as Arm gives them: 5.01 /
+/// 3.40. An integer program; for want of a cycle table of the M7 it is printed beside the estimate,
+/// and no budget relies on it.
 const M7_PER_M4: f64 = 5.01 / 3.40;
 /// Share of the step that rim springs may take.
 const RIM_SHARE: f64 = 0.08;
@@ -40,7 +46,8 @@ const RIM_SHARE: f64 = 0.08;
 struct Logged {
     image: FirmwareImage,
     ticks: Vec<InstructionMix>,
-    /// Instructions of the longest tick by the board's own clock, which includes the haptic cycle and writing the converters.
+    /// Instructions of the longest tick by the board's own clock, which includes the haptic cycle
+    /// and writing the converters.
     by_clock_ns: u64,
     /// The same by the log: instructions between the two reads of the clock.
     by_log: u64,
@@ -89,7 +96,8 @@ struct Worst {
     /// Cycles in the rim springs and in all, in the logged tap, with the stages kept apart.
     rim: f64,
     tick: f64,
-    /// Instructions of the longest tick of a long run, pose and converters included, and its cycles.
+    /// Instructions of the longest tick of a long run, pose and converters included, and its
+    /// cycles.
     instructions: u64,
     cycles: f64,
 }
@@ -175,7 +183,8 @@ fn the_larger_patch_fits_a_cortex_m7_at_480_mhz() {
     keeps_budget("block-m7-480.patch", M7_480_BUDGET);
 }
 
-/// An organ's lattice gives a patch of this size more rim than a block does: its rim springs take more than the share that a block's keep.
+/// An organ's lattice gives a patch of this size more rim than a block does: its rim springs take
+/// more than the share that a block's keep.
 #[test]
 fn a_liver_with_its_rim_fits_a_cortex_m4f_at_168_mhz() {
     let worst = worst_tick(&packed::shipped("liver-m4f-168.patch"));

@@ -1,5 +1,7 @@
-//! Whatever crashes, the outputs are off within 200 instructions, before a word is said about it; a loop that hangs is ended by the watchdog, and a board
-//! that hangs again and again stays idle. A debugger makes the crashes in the image that is flashed; instructions are counted in the emulator's log.
+//! Whatever crashes, the outputs are off within 200 instructions, before a word is said about it; a
+//! loop that hangs is ended by the watchdog, and a board that hangs again and again stays idle. A
+//! debugger makes the crashes in the image that is flashed; instructions are counted in the
+//! emulator's log.
 
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -64,7 +66,8 @@ fn every_crash_turns_the_outputs_off_within_two_hundred_instructions() {
     let read = FirmwareImage::parse(&std::fs::read(&elf).unwrap()).unwrap();
     for place in PLACES {
         for (crash, says) in CRASHES {
-            // the handler of an interrupt without one does not preempt an interrupt of the same or a higher priority
+            // the handler of an interrupt without one does not preempt an interrupt of the same or
+            // a higher priority
             if crash == Crash::PendsAStrayInterrupt && place == Place::Timer {
                 continue;
             }

@@ -1,8 +1,9 @@
-//! The image in the emulator and the controller on this machine, in lock-step over the link: the same bits in every tick, through presses, faults and
-//! recovery; bad frames are dropped, bad patches refused in words; the worst tick does not grow unseen.
+//! The image in the emulator and the controller on this machine, in lock-step over the link: the
+//! same bits in every tick, through presses, faults and recovery; bad frames are dropped, bad
+//! patches refused in words; the worst tick does not grow unseen.
 //!
-//! A longer tick that is meant: `cargo test --release --package palpate-tests --test board emulated_board_equals_the_desktop -- --ignored rewrite`, and say why
-//! in the commit.
+//! A longer tick that is meant: `cargo test --release --package palpate-tests --test board
+//! emulated_board_equals_the_desktop -- --ignored rewrite`, and say why in the commit.
 
 use std::path::{Path, PathBuf};
 
@@ -19,7 +20,8 @@ use palpate_controller::patch::Memory;
 use palpate_tests::emulator::build_firmware;
 use palpate_tests::packed;
 
-/// Instructions of the ticks of every patch that ships for a board, haptic cycle included. Whoever makes the longest one more than 3 % longer should know it.
+/// Instructions of the ticks of every patch that ships for a board, haptic cycle included. Whoever
+/// makes the longest one more than 3 % longer should know it.
 const GOLDEN: &str = "golden/tick-instructions.csv";
 const GROWTH: f64 = 0.03;
 const SHIPPED: [(&str, Machine); 3] =

@@ -1,4 +1,5 @@
-//! What the controller does when the core is too slow for its millisecond. Slowness is the emulator's: every instruction takes 2^shift ns.
+//! What the controller does when the core is too slow for its millisecond. Slowness is the
+//! emulator's: every instruction takes 2^shift ns.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +8,8 @@ use palpate_controller::script::LEAD_TICKS;
 use palpate_tests::crash::{Crash, Place, Planned};
 use palpate_tests::emulator::{Machine, Outcome, Run, build_firmware};
 
-/// The tick that takes a period too long, and the turns of a loop of two instructions that it takes longer.
+/// The tick that takes a period too long, and the turns of a loop of two instructions that it takes
+/// longer.
 const SLOW_TICK: u32 = 900;
 const TURNS: u32 = 60_000;
 

@@ -1,4 +1,5 @@
-//! What `palpate live` recorded is repeated by the emulated board to the last bit; what no board does is refused in a sentence.
+//! What `palpate live` recorded is repeated by the emulated board to the last bit; what no board
+//! does is refused in a sentence.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,6 @@
-//! A tick cannot panic. No function on the core's path calls a panic: read off the board's image, where every stage is a function of its own. And all of a
-//! tick, from the host's message to the outputs, is linked with a panic handler that cannot be linked.
+//! A tick cannot panic. No function on the core's path calls a panic: read off the board's image,
+//! where every stage is a function of its own. And all of a tick, from the host's message to the
+//! outputs, is linked with a panic handler that cannot be linked.
 
 use std::path::Path;
 

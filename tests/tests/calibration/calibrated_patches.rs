@@ -1,5 +1,5 @@
-//! Calibrated patches are as right as promised: against the shipped answers and against finite elements solved here, at depths, places, probes and
-//! stiffnesses that no fit has seen.
+//! Calibrated patches are as right as promised: against the shipped answers and against finite
+//! elements solved here, at depths, places, probes and stiffnesses that no fit has seen.
 
 use palpate::{Params, ProbeShape, Vector3};
 use palpate_fit::calibrate::accuracy::{Accuracy, DISC_RADII, PLACES};
@@ -19,7 +19,8 @@ use palpate_tissue::session::calibrated;
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 
-/// What is promised of a size: centred RMS [%], centred and held out [%], over the disc rms and worst [%], the same at 0.5 mm, surface at 2 and 4 mm [mm].
+/// What is promised of a size: centred RMS [%], centred and held out [%], over the disc rms and
+/// worst [%], the same at 0.5 mm, surface at 2 and 4 mm [mm].
 struct Promise {
     nodes: usize,
     centred: f64,
@@ -127,7 +128,8 @@ fn other_probes_are_felt_without_a_new_fit() {
         (include_str!("../../../host-sim/references/flat.json"), ProbeShape::Flat, 9.0),
         (include_str!("../../../host-sim/references/sphere-5mm.json"), ProbeShape::Sphere, 5.0),
     ];
-    // what holds, not what is wanted (3 %): a flat end presses its edge in, which elements of 3 mm do not resolve
+    // what holds, not what is wanted (3 %): a flat end presses its edge in, which elements of 3 mm
+    // do not resolve
     let mut broken = Vec::new();
     for (text, shape, most_pct) in cases {
         let answer = answer(text);

@@ -60,7 +60,8 @@ struct Case {
 }
 
 impl Case {
-    /// 60 nodes and 8 places; every unknown of the truth is off, and all springs and all nodes together.
+    /// 60 nodes and 8 places; every unknown of the truth is off, and all springs and all nodes
+    /// together.
     fn small() -> Self {
         let tissue = tissue(60);
         let base = statics(&tissue);
@@ -77,7 +78,8 @@ impl Case {
     }
 }
 
-/// The record is what happened: it starts at the uncalibrated patch and falls, within the budget, and the objective is left at its last row.
+/// The record is what happened: it starts at the uncalibrated patch and falls, within the budget,
+/// and the objective is left at its last row.
 fn check_record(objective: &mut Objective, rounds: &[Round], most_evaluations: usize) -> Sweep {
     let made = objective.evaluations();
     assert!(made <= most_evaluations, "{made} evaluations of {most_evaluations}");

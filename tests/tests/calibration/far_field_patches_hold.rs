@@ -1,4 +1,5 @@
-//! Calibrated patches with a far field stand presses and taps at one step a tick, with a margin, jitter and lumps, and come to rest.
+//! Calibrated patches with a far field stand presses and taps at one step a tick, with a margin,
+//! jitter and lumps, and come to rest.
 //!
 //! `--nocapture` prints the table.
 

@@ -1,4 +1,5 @@
-//! What `plan` promises is held against the reference at places that neither its fits nor its own judgement have seen, on scenes that it was not made with.
+//! What `plan` promises is held against the reference at places that neither its fits nor its own
+//! judgement have seen, on scenes that it was not made with.
 
 use nalgebra::Vector3;
 use palpate::{ProbePose, tick};
@@ -47,7 +48,8 @@ fn read(scene: &Scene, bytes: &[u8]) -> Session {
     Session::prepare(&scene).unwrap()
 }
 
-/// Force errors of a patch file at [`PLACES`] places of our own and at the centre, shape \[places\]\[depths\] [%].
+/// Force errors of a patch file at [`PLACES`] places of our own and at the centre, shape
+/// \[places\]\[depths\] [%].
 fn errors(Session { patch, params, .. }: &Session, reference: &dyn Reference, depths_m: &[f64]) -> Vec<Vec<f64>> {
     let statics = Statics::of(&patch.model(), params).unwrap();
     let solver = Solver::of(&statics).unwrap();

@@ -1,4 +1,5 @@
-//! The patches in the firmware are what `pack` makes of default block and nodule today, byte for byte.
+//! The patches in the firmware are what `pack` makes of default block and nodule today, byte for
+//! byte.
 
 use palpate_tests::palpate_command::{Desk, palpate, repository};
 

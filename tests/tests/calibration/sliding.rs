@@ -1,5 +1,5 @@
-//! Where the contact moves: a patch with rim springs as long as the stroke answers as the whole organ all along a fast slide;
-//! what is known to be wrong is seen to be wrong.
+//! Where the contact moves: a patch with rim springs as long as the stroke answers as the whole
+//! organ all along a fast slide; what is known to be wrong is seen to be wrong.
 
 use std::sync::OnceLock;
 

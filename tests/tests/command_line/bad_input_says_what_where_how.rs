@@ -1,4 +1,5 @@
-//! Whatever is wrong with the input: exit code 2, one line that names the item and the remedy, nothing printed, nothing written.
+//! Whatever is wrong with the input: exit code 2, one line that names the item and the remedy,
+//! nothing printed, nothing written.
 
 use std::fmt::Write;
 

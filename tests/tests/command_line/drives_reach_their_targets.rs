@@ -119,7 +119,8 @@ fn trace_is_followed_deeper_than_the_default_limit() {
 
 #[test]
 fn flat_punch_is_near_the_closed_form() {
-    // 2 a E/(1 - nu^2) d on a half-space, times 1.213 for this block (linear finite elements); 0.25 mm is 3 % of the radius
+    // 2 a E/(1 - nu^2) d on a half-space, times 1.213 for this block (linear finite elements); 0.25
+    // mm is 3 % of the radius
     let (a_m, e_pa, nu, depth_m) = (0.008, 3500.0, 0.45_f64, 0.25e-3);
     let exact_n = 1.213 * 2.0 * a_m * e_pa / (1.0 - nu * nu) * depth_m;
     for nodes in [410, 1000] {
@@ -137,7 +138,8 @@ fn hemisphere_rises_from_the_first_tenth_of_a_millimetre() {
     println!("{forces:.6?}");
     assert!(forces[0] > 0.0, "{forces:?}");
     for pair in forces.windows(2) {
-        // Hertz: 2^1.5 = 2.8 for twice the depth; a flat element gives 2, contact of points alone 4 and more
+        // Hertz: 2^1.5 = 2.8 for twice the depth; a flat element gives 2, contact of points alone 4
+        // and more
         assert!((2.0..4.0).contains(&(pair[1] / pair[0])), "{forces:?}");
     }
 }
@@ -146,7 +148,8 @@ fn hemisphere_rises_from_the_first_tenth_of_a_millimetre() {
 fn sphere_is_a_hemisphere_without_the_handle() {
     let [shallow_s, shallow_h] = ["sphere", "hemisphere"].map(|shape| shaped(shape, 0.008, 129, "[0.001, 0.004]").forces_n());
     assert_eq!(shallow_s, shallow_h);
-    // against the side of the block, 3 mm in and with the tip outside: a handle touches only where its tip went in
+    // against the side of the block, 3 mm in and with the tip outside: a handle touches only where
+    // its tip went in
     let mut trace = String::from("probe_x_m,probe_y_m,probe_z_m\n");
     (0..=300).for_each(|n| trace.push_str(&format!("{},0,-0.012\n", 0.050 - 30e-6 * f64::from(n))));
     let last_n = |shape: &str| {

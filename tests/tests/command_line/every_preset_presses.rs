@@ -1,4 +1,5 @@
-//! Every preset presses, and what it shows is so: stiffness scales the force, a nodule is felt, an organ answers.
+//! Every preset presses, and what it shows is so: stiffness scales the force, a nodule is felt, an
+//! organ answers.
 
 use palpate_tests::palpate_command::repository;
 use palpate_tests::press_run::{PressRun, press, press_preset};

@@ -1,4 +1,5 @@
-//! No key of a scene file is ignored: each changes what it names, and only in the direction that mechanics allows.
+//! No key of a scene file is ignored: each changes what it names, and only in the direction that
+//! mechanics allows.
 
 use palpate_tests::cube_mesh::cube;
 use palpate_tests::palpate_command::{Desk, palpate};
@@ -98,7 +99,8 @@ fn tissue_sags_under_gravity_by_its_weight() {
     };
     let (full, half, up) = (sag(-9.81), sag(-4.905), sag(9.81));
     let left = |run: &PressRun| run.number("/residual_m");
-    // a column of height H sags by rho g H^2 / 2M; M is E with free sides, E (1-nu)/((1+nu)(1-2nu)) with none: the block is between
+    // a column of height H sags by rho g H^2 / 2M; M is E with free sides, E (1-nu)/((1+nu)(1-2nu))
+    // with none: the block is between
     let (free_m, none_m) = (1060.0 * 9.81 * 0.04 * 0.04 / 2.0 / 3500.0, 1060.0 * 9.81 * 0.04 * 0.04 / 2.0 / 13_276.0);
     println!("sag {:.6} m, half g {:.6} m, bounds {none_m:.6} .. {free_m:.6} m", left(&full), left(&half));
     assert!((none_m..free_m).contains(&left(&full)), "{}", left(&full));
@@ -243,7 +245,8 @@ fn organ_has_its_shape_its_nodes_and_its_regions() {
     let all = ratios(&foot(&format!("nodes = 300\nregion = [{}]", all.join(", "))), &plain);
     let fat = ratios(&foot("nodes = 300\nregion = [{ name = \"fat pad\", youngs_modulus_pa = 7000.0 }]"), &plain);
     println!("all regions twice as stiff {all:.4?}, fat alone {fat:.4?}");
-    // every stiffness doubled, but the contact's, which is of the scene's own modulus: in series with it
+    // every stiffness doubled, but the contact's, which is of the scene's own modulus: in series
+    // with it
     assert!(all.iter().all(|r| (1.3..2.0).contains(r)) && all.is_sorted_by(|a, b| a < b));
     assert!(fat.iter().zip(&all).all(|(fat, all)| *fat > 1.1 && fat < all));
 }

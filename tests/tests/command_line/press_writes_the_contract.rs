@@ -100,7 +100,8 @@ fn trace_has_one_row_a_millisecond() {
     }
     let free = run.number("/nodes") - run.number("/report/anchors");
     assert!(run.trace.column("active_nodes").iter().all(|active| *active == free));
-    // down and up at 0.04 m/s from 1/16 radius above, three holds, half a second after; each leg's last step may be short
+    // down and up at 0.04 m/s from 1/16 radius above, three holds, half a second after; each leg's
+    // last step may be short
     let expected_s = 2.0 * (0.0005 + 0.004) / 0.04 + 3.0 * 0.3 + 0.5;
     assert!((run.number("/ticks") * TICK_S - expected_s).abs() <= 4.0 * TICK_S, "{} ticks", run.number("/ticks"));
 }
@@ -124,7 +125,8 @@ fn holds_of_the_summary_are_rows_of_the_trace() {
         let row = end_of_hold(&run, k);
         assert_eq!(hold.force_n, run.trace.column("force_z_n")[row], "hold {k}");
         assert_eq!(hold.depth_m, run.trace.column("depth_m")[row], "hold {k}");
-        // frictionless on a flat top: the contact normal leans by what the mesh's asymmetry gives, a few percent, its cosine by its square
+        // frictionless on a flat top: the contact normal leans by what the mesh's asymmetry gives,
+        // a few percent, its cosine by its square
         assert!((hold.depth_m / hold.target - 1.0).abs() < 0.005, "{hold:?}");
         let across = run.trace.column("force_x_n")[row].hypot(run.trace.column("force_y_n")[row]);
         assert!(across < 0.1 * hold.force_n, "hold {k}: {across} N across");
@@ -156,13 +158,15 @@ fn surface_is_the_closed_skin_pressed_in_under_the_probe() {
             assert!(!on(row[2], -0.04) || row[3..] == [0.0; 3], "{row:?}");
         }
         let deepest = surface.rows.iter().min_by(|a, b| a[5].total_cmp(&b[5])).unwrap();
-        // the foundation stands for the indentation below an element (5 mm here): the nodes follow by a part of the depth
+        // the foundation stands for the indentation below an element (5 mm here): the nodes follow
+        // by a part of the depth
         assert!((0.2 * target..1.05 * target).contains(&-deepest[5]), "{target}: {deepest:?}");
         assert!(deepest[0].hypot(deepest[1]) < 0.008, "the deepest place is not under the probe: {deepest:?}");
     }
 }
 
-/// Elements of an XML text as (name, content up to its first child); every tag must be closed in its place.
+/// Elements of an XML text as (name, content up to its first child); every tag must be closed in
+/// its place.
 fn elements(xml: &str) -> Vec<(String, String)> {
     let (mut open, mut found) = (Vec::<&str>::new(), Vec::new());
     for piece in xml.split('<').skip(1) {
@@ -205,7 +209,8 @@ fn vtu_is_well_formed_and_agrees_with_summary_and_surface() {
         // VTK's number of a tet
         assert_eq!(array("types"), vec![10.0; tets]);
 
-        // deformed coordinates are rounded to single precision before J: 0.04 m x 6e-8 on edges of 4 mm and more, three of them
+        // deformed coordinates are rounded to single precision before J: 0.04 m x 6e-8 on edges of
+        // 4 mm and more, three of them
         let least = ratio.iter().copied().fold(f64::INFINITY, f64::min);
         assert!((least - hold.min_j).abs() < 1e-5, "{least} {hold:?}");
         for row in run.surface(k).rows {

@@ -7,8 +7,9 @@ use std::time::Instant;
 
 use palpate_tests::palpate_command::repository;
 
-/// Commands of the fenced `sh` blocks: lines that call cargo or a script of the repository, with their continuation lines.
-/// `./test` runs all tests and would run this one; nothing that fetches or changes the repository starts with these words.
+/// Commands of the fenced `sh` blocks: lines that call cargo or a script of the repository, with
+/// their continuation lines. `./test` runs all tests and would run this one; nothing that fetches
+/// or changes the repository starts with these words.
 fn commands(text: &str) -> Vec<String> {
     let (mut found, mut in_sh, mut whole) = (Vec::new(), false, String::new());
     for line in text.lines().map(str::trim) {
@@ -33,7 +34,8 @@ fn commands(text: &str) -> Vec<String> {
     found
 }
 
-/// The command as it is run here: what it writes stays out of the repository unless it says where itself, what takes long is quick.
+/// The command as it is run here: what it writes stays out of the repository unless it says where
+/// itself, what takes long is quick.
 fn as_run(command: &str, out: &Path) -> String {
     // a trailing comment would swallow the option
     let command = command.split(" #").next().unwrap_or(command).trim_end();
@@ -75,7 +77,8 @@ fn every_command_of_the_readme_exits_with_0() {
     assert!(!commands.is_empty(), "README.md shows no command");
     let out = tempfile::tempdir().unwrap();
     let lines = commands.iter().enumerate().map(|(n, command)| as_run(command, &out.path().join(n.to_string())));
-    // two at a time; those that link or start the board's image after each other, for it is one file
+    // two at a time; those that link or start the board's image after each other, for it is one
+    // file
     let (board, others): (Vec<String>, Vec<String>) =
         lines.partition(|line| line.contains("cargo fw") || line.contains("emulate"));
     assert!(board.len() > 2 && others.len() > 10, "{commands:?}");

@@ -1,4 +1,5 @@
-//! A recorded run, driven again by its own `trace.csv`, gives the same bits; so do two runs of one scene.
+//! A recorded run, driven again by its own `trace.csv`, gives the same bits; so do two runs of one
+//! scene.
 
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::press::{self, Press};
@@ -28,7 +29,8 @@ fn compare(name: &str, first: &Press, second: &Press) {
     assert!(first.ticks.iter().any(|t| t.output.force_n.norm() > 0.01), "{name}: a press that is not felt proves nothing");
 }
 
-/// Runs a scene twice, then its trace. The depth limit decides the substeps: how deep a finger might have gone is not in the trace.
+/// Runs a scene twice, then its trace. The depth limit decides the substeps: how deep a finger
+/// might have gone is not in the trace.
 fn replays(name: &str, scene: &Scene, told_limit: bool) {
     let folder = tempfile::tempdir().unwrap();
     let first = run(scene);

@@ -1,4 +1,5 @@
-//! An output folder holds one result, whole: after a kill, a second run, a full disk, and beside files of others.
+//! An output folder holds one result, whole: after a kill, a second run, a full disk, and beside
+//! files of others.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -126,7 +127,8 @@ fn a_second_run_into_the_same_folder_is_refused_at_once() {
     assert_eq!(content(&desk.folder().join("out")).len(), content(&desk.folder().join("beside")).len());
 }
 
-/// `sh` limits the size of a file, in blocks of 512 or 1024 bytes; a write beyond it fails as on a full disk.
+/// `sh` limits the size of a file, in blocks of 512 or 1024 bytes; a write beyond it fails as on a
+/// full disk.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_leaves_the_earlier_result_whole() {
@@ -224,7 +226,8 @@ fn write(out: &Path, force: &str, names: &[&str]) {
     folder.publish().unwrap();
 }
 
-/// Every state in which a kill can leave the folder and its neighbours, and what the next run makes of it.
+/// Every state in which a kill can leave the folder and its neighbours, and what the next run makes
+/// of it.
 #[test]
 fn a_run_restores_the_result_whenever_the_one_before_was_killed() {
     let earlier = &["force.csv", "force.svg", "surface_2.csv"];

@@ -1,5 +1,6 @@
-//! The power fails at every byte of writing a profile: the board starts with the profile before or the new one, whole, never with anything else. Flipped bits
-//! and profiles out of range are not taken.
+//! The power fails at every byte of writing a profile: the board starts with the profile before or
+//! the new one, whole, never with anything else. Flipped bits and profiles out of range are not
+//! taken.
 
 use palpate_controller::config::{Flash, FlashError, Profile, SLOT_BYTES, Slot, StoreError, load, store};
 

@@ -1,4 +1,5 @@
-//! Every mechanism: its torques are the transpose of the derivative of its tip, by finite differences, so motors and hand have the same power.
+//! Every mechanism: its torques are the transpose of the derivative of its tip, by finite
+//! differences, so motors and hand have the same power.
 
 use nalgebra::Vector3;
 use palpate_controller::kinematics::{Mechanism, Paddle, Pantograph, YourDevice};
@@ -7,7 +8,8 @@ use palpate_controller::probe_in::EncoderCounts;
 /// Counts that a joint is moved for a difference, to both sides.
 const STEP: i32 = 50;
 
-/// `tau . q'` against `F . x'` for each joint moved alone, in three directions of force: relative to the largest power met.
+/// `tau . q'` against `F . x'` for each joint moved alone, in three directions of force: relative
+/// to the largest power met.
 fn power_is_kept<M: Mechanism + Clone>(mechanism: &M, poses: &[[i32; 3]], joints: usize, per_count: [f32; 3]) {
     let mut met = 0;
     for pose in poses {

@@ -1,6 +1,8 @@
-//! The link under fire: random bytes, mutated frames and flipped bits are counted and dropped; nothing that was not sent is ever taken, nothing crashes.
+//! The link under fire: random bytes, mutated frames and flipped bits are counted and dropped;
+//! nothing that was not sent is ever taken, nothing crashes.
 //!
-//! `cargo test -p palpate-tests --release --test controller link_frames_are_checked -- --ignored` runs the long form: ten million flips, ten million frames.
+//! `cargo test -p palpate-tests --release --test controller link_frames_are_checked -- --ignored`
+//! runs the long form: ten million flips, ten million frames.
 
 use palpate::haptic::cycle::Settings;
 use palpate::haptic::device::HapticDevice;
@@ -47,7 +49,8 @@ fn message<'a>(n: usize, bytes: &'a [u8], random: &mut Random) -> ToBoard<'a> {
     }
 }
 
-/// Flips one to four bits of good frames; how many were taken all the same, and how many frames were tried.
+/// Flips one to four bits of good frames; how many were taken all the same, and how many frames
+/// were tried.
 fn flips_taken(tries: usize) -> usize {
     let mut random = Random(0x9E37_79B9_7F4A_7C15);
     let bytes: Vec<u8> = (0..192).map(|n| (n * 37) as u8).collect();

@@ -1,5 +1,6 @@
-//! A hundred thousand mutated patches, checksum repaired, through the code that opens an upload on the board: each is refused with a reason, or
-//! pressed and harmless. The mutations know the file as words and bytes alone, not its fields.
+//! A hundred thousand mutated patches, checksum repaired, through the code that opens an upload on
+//! the board: each is refused with a reason, or pressed and harmless. The mutations know the file
+//! as words and bytes alone, not its fields.
 
 use palpate::haptic::cycle::{Command, Renderer, Settings};
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
@@ -18,7 +19,8 @@ use palpate_tissue::budget::Machine;
 const MUTANTS: usize = 100_000;
 /// Magic, version and checksum: what a mutation leaves alone, so that the rest is read.
 const CHECKED_FROM: usize = 16;
-/// Ticks that an accepted mutant is pressed for by itself, and one in so many by the whole controller.
+/// Ticks that an accepted mutant is pressed for by itself, and one in so many by the whole
+/// controller.
 const PRESSED_TICKS: usize = 24;
 const ONE_IN: usize = 400;
 /// Longest force that a patch gives whatever its limits say [N].
@@ -120,7 +122,8 @@ struct Seen {
     costliest_share: f64,
 }
 
-/// Presses an accepted mutant from outside its site to twice its depth limit and aside, faster than any hand.
+/// Presses an accepted mutant from outside its site to twice its depth limit and aside, faster than
+/// any hand.
 fn press(patch: &mut Patch<'_>, depth_limit_m: f32) -> bool {
     let mut faulted = false;
     for tick in 0..PRESSED_TICKS {
@@ -137,7 +140,8 @@ fn press(patch: &mut Patch<'_>, depth_limit_m: f32) -> bool {
     faulted
 }
 
-/// The whole controller under the scripted hand: the actuators get no more than the loop's limit, and nothing after a fault.
+/// The whole controller under the scripted hand: the actuators get no more than the loop's limit,
+/// and nothing after a fault.
 fn press_by_controller(mut patch: Patch<'_>) {
     let mut controller = Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP, Arming::ByItself).unwrap();
     for tick in 0..LEAD_TICKS + 200 {

@@ -1,8 +1,10 @@
 //! Left alone, tissue does not gain energy.
 //!
-//! Potential energy is the oracle's, masses are the tick's. Symplectic Euler does not keep `m v^2/2 + U`, which swings by up to `w dt / 2` of itself; for
-//! linear forces it keeps `m v_n . v_(n+1) / 2 + U(x_n)` *exactly* (`v_n` leads to `x_n`, `v_(n+1)` leads from it). That is the energy here. What it moves by
-//! without damping is what the forces bend; what it grows by would be a method that feeds the hand.
+//! Potential energy is the oracle's, masses are the tick's. Symplectic Euler does not keep `m v^2/2
+//! + U`, which swings by up to `w dt / 2` of itself; for linear forces it keeps `m v_n . v_(n+1) /
+//! 2 + U(x_n)` *exactly* (`v_n` leads to `x_n`, `v_(n+1)` leads from it). That is the energy here.
+//! What it moves by without damping is what the forces bend; what it grows by would be a method
+//! that feeds the hand.
 
 use palpate::path::probe::ProbePose;
 use palpate::{State, Vector3, tick};
@@ -21,8 +23,9 @@ fn snapshot(state: &State) -> Snapshot {
 enum Start {
     /// A press of 4 mm, then the probe is gone in steps of the speed limit.
     Press,
-    /// A strain with jitter of 2 %, velocities of up to 40 mm/s: ten times the energy of the press. (Thrown with 5 % and undamped, tets swing
-    /// beyond the barrier, where 1 ms is too long a step.)
+    /// A strain with jitter of 2 %, velocities of up to 40 mm/s: ten times the energy of the press.
+    /// (Thrown with 5 % and undamped, tets swing beyond the barrier, where 1 ms is too long a
+    /// step.)
     Thrown(u64),
 }
 
@@ -79,7 +82,8 @@ fn damped_tissue_loses_energy_from_window_to_window() {
     for (nodes, bench) in benches() {
         for start in [Start::Press, Start::Thrown(1), Start::Thrown(2)] {
             let energies = energies(&bench, start, 1000, 1);
-            // A window is one twentieth of a second. Below a millionth of the first, what is left is rounding.
+            // A window is one twentieth of a second. Below a millionth of the first, what is left
+            // is rounding.
             let most: Vec<f64> = energies.chunks(50).map(|w| w.iter().copied().fold(f64::MIN, f64::max)).collect();
             println!("{nodes}, {start:?}: {:.2e} J, after 1 s {:.1e} of it", most[0], most[19] / most[0]);
             assert!(most[0] > 0.0);
@@ -113,7 +117,8 @@ fn undamped_tissue_keeps_its_energy() {
             (low / first - 1.0) * 100.0,
             (high / first - 1.0) * 100.0
         );
-        // measured within 0.7 %; a growth of one part in a million a tick would be 0.5 %, and more with every second
+        // measured within 0.7 %; a growth of one part in a million a tick would be 0.5 %, and more
+        // with every second
         assert!(high < 1.02 * first && low > 0.98 * first, "{nodes}, {start:?}: {first} J became {low} .. {high} J");
     }
 }

@@ -1,7 +1,8 @@
-//! The force that a hand gets, press, tap, hold and drag, on a wall and on the shipped patches, against traces that were written down: a force that
-//! silently changes or vanishes fails.
+//! The force that a hand gets, press, tap, hold and drag, on a wall and on the shipped patches,
+//! against traces that were written down: a force that silently changes or vanishes fails.
 //!
-//! A change that is meant: `cargo test --release --package palpate-tests --test core golden_force_traces -- --ignored rewrite`, and say why in the commit.
+//! A change that is meant: `cargo test --release --package palpate-tests --test core
+//! golden_force_traces -- --ignored rewrite`, and say why in the commit.
 
 use std::fmt::Write;
 use std::path::PathBuf;

@@ -1,4 +1,5 @@
-//! Imports run down: no crate stands on one above it, and no files import each other in a circle, but for a file and those of its own folder.
+//! Imports run down: no crate stands on one above it, and no files import each other in a circle,
+//! but for a file and those of its own folder.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -103,7 +104,8 @@ impl Files {
         Self { text }
     }
 
-    /// Pairs of files that reach each other by imports. A folder's own file is not counted with those in the folder.
+    /// Pairs of files that reach each other by imports. A folder's own file is not counted with
+    /// those in the folder.
     fn circles(&self) -> Vec<[String; 2]> {
         let code: BTreeMap<&Module, String> = self.text.iter().map(|(m, text)| (m, without_words(text))).collect();
         let imports: BTreeMap<&Module, Vec<Import>> = code.iter().map(|(m, code)| (*m, Import::all(code))).collect();

@@ -1,4 +1,5 @@
-//! The physics of a tick: energies, momentum, rest, allocation, against an oracle in double precision and frozen force traces.
+//! The physics of a tick: energies, momentum, rest, allocation, against an oracle in double
+//! precision and frozen force traces.
 
 mod energy_never_grows;
 mod golden_force_traces;

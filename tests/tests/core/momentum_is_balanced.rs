@@ -34,7 +34,8 @@ fn forces(state: &State) -> Vec<Vector> {
     state.nodes().iter().map(|n| n.force_over_modulus().cast()).collect()
 }
 
-/// Springs between neighbours, written as a rim: what a rim edge gives to one node it takes from the other.
+/// Springs between neighbours, written as a rim: what a rim edge gives to one node it takes from
+/// the other.
 fn spring_rim(model: &Model) -> (Vec<RimNode>, Vec<RimEdge>) {
     let mut blocks = vec![[0.0_f32; 6]; model.nodes.len()];
     let mut edges = Vec::new();
@@ -83,7 +84,8 @@ proptest! {
         place(&mut state, &bench.patch.wide_model(), deformation, 0.0);
         force::accumulate(&model, &tuned, &mut state, at_depth(-1.0), Vector3::zeros());
         let left = forces(&state).iter().sum::<Vector>().norm();
-        // 80 block rows of entries up to 2^-10 m, 3 products each, displacements up to 0.1 m, 12 roundings
+        // 80 block rows of entries up to 2^-10 m, 3 products each, displacements up to 0.1 m, 12
+        // roundings
         let allowed = 80.0 * 3.0 * 2.0_f64.powi(-10) * 0.1 * 12.0 * UNIT;
         prop_assert!(left <= allowed, "{left} N/Pa left, rounding explains {allowed} N/Pa");
         prop_assert!(forces(&state).iter().any(|f| f.norm() > 0.0) || deformation.strain == 0.0);
@@ -105,7 +107,8 @@ proptest! {
         let touched = forces(&state);
         force::accumulate(&model, &tuned, &mut state, at_depth(-0.1), velocity);
         let on_tissue: Vector = touched.iter().zip(forces(&state)).map(|(a, b)| a - b).sum();
-        // each node's sum is rounded with the contact's part in it, last; the probe's sum has as many terms
+        // each node's sum is rounded with the contact's part in it, last; the probe's sum has as
+        // many terms
         let allowed = touched.iter().zip(forces(&state)).map(|(a, b)| 4.0 * UNIT * (a.norm() + b.norm())).sum::<f64>()
             + 100.0 * UNIT * f64::from(load.push);
         let on_probe: Vector = load.force.cast();
@@ -113,12 +116,14 @@ proptest! {
         prop_assert!((on_tissue - on_probe).norm() <= allowed, "{on_tissue:?} is not {on_probe:?} within {allowed}");
     }
 
-    /// Momentum a tick adds = force on the tissue times the tick. Node damping takes `alpha dt` of the momentum it finds, in each substep.
+    /// Momentum a tick adds = force on the tissue times the tick. Node damping takes `alpha dt` of
+    /// the momentum it finds, in each substep.
     #[test]
     fn a_tick_changes_momentum_by_force_times_time(seed: u64, depth_m in 1e-3_f32..4e-3, substeps in 1_u16..4) {
         let bench = Bench::floating(129).with(|p| {
             p.substeps = substeps;
-            // with one substep what the damping takes is known; with more, only the sum of the forces is
+            // with one substep what the damping takes is known; with more, only the sum of the
+            // forces is
             p.node_damping_per_s = if substeps == 1 { 40.0 } else { 0.0 };
         });
         let model = bench.patch.wide_model();
@@ -139,7 +144,8 @@ proptest! {
         let keep = if substeps == 1 { 1.0 - 40.0e-3 } else { 1.0 };
         let gained = momentum(&velocities(&state)) - momentum(&start) * keep;
         let given = -output.force_n.cast::<f64>() * 1e-3;
-        // roundings: of the inner forces times dt, and of the velocities, three operations a substep, in all substeps
+        // roundings: of the inner forces times dt, and of the velocities, three operations a
+        // substep, in all substeps
         let inner = rounding::together(rounding::of_forces_n(&model, &bench.params, &positions(&state), &start)) * 1e-3;
         let speeds = rounding::together(velocities(&state).iter().zip(&masses).map(|(v, m)| v.norm() * m));
         let allowed = 2.0 * inner + 4.0 * f64::from(substeps) * UNIT * 2.0 * rounding::SIGMAS * speeds + 100.0 * UNIT * given.norm();

@@ -1,4 +1,5 @@
-//! The core's forces are the slopes of the documented energies: an oracle in double precision, written from the energies, finds the same ones.
+//! The core's forces are the slopes of the documented energies: an oracle in double precision,
+//! written from the energies, finds the same ones.
 
 use palpate::path::probe::{Motion, ProbePose};
 use palpate::path::{contact, force};
@@ -67,7 +68,8 @@ fn model_holds_the_documented_constants() {
             }
         }
     }
-    // the mesh is read back with rounded coordinates: half an ulp of 40 mm on each, over the shortest edge
+    // the mesh is read back with rounded coordinates: half an ulp of 40 mm on each, over the
+    // shortest edge
     let shortest_m = model.springs.iter().map(|s| s.k_rest / s.k).fold(f32::MAX, f32::min);
     let rounded = 0.04 * UNIT / f64::from(shortest_m);
     for (node, wanted) in model.nodes.iter().zip(&volume_m3) {
@@ -115,7 +117,8 @@ fn inner_forces_are_slopes_of_the_energies() {
         let oracle = Oracle::new(model, bench.params);
         let mut bound = rounding::of_forces_n(&model, &bench.params, &x, &v);
         for b in bound.iter_mut().take(13) {
-            // at most three blocks of 1e-3 at a node, twelve operations; displacements are below 0.1 m
+            // at most three blocks of 1e-3 at a node, twelve operations; displacements are below
+            // 0.1 m
             *b += 3.0 * 12.0 * UNIT * 3e-3 * 0.1 * oracle.youngs_modulus_pa();
         }
         for (n, (found, wanted)) in forces_n(&tuned, &state).iter().zip(oracle.forces_n(&x, &v)).enumerate() {
@@ -184,8 +187,9 @@ fn contact_forces_are_slopes_of_the_foundation_and_its_damping() {
         let on = oracle.contact_n(&x, &v, Tip { at_m: inside.cast(), velocity_m_per_s: velocity.cast() });
         let inner = oracle.forces_n(&x, &v);
         let mut bound = rounding::of_forces_n(&model, &bench.params, &x, &v);
-        // A point's place relative to the probe rounds at the sizes of both, its push by the cap times that; the direction turns by that over
-        // the radius, and the push is at most cap times radius.
+        // A point's place relative to the probe rounds at the sizes of both, its push by the cap
+        // times that; the direction turns by that over the radius, and the push is at most cap
+        // times radius.
         let r = f64::from(bench.params.probe.radius_m);
         let damping_s = 0.3e-3;
         let mut whole = 0.0;
@@ -226,8 +230,9 @@ fn a_press_in_double_precision_gives_the_same_force() {
     let oracle = Oracle::new(model, bench.params);
     let mut x: Vec<Vector3<f64>> = model.nodes.iter().map(|n| Vector3::from(n.rest_m).cast()).collect();
     let mut v = vec![Vector3::zeros(); x.len()];
-    // Each tick rounds a position by half an ulp at 40 mm, 1.9 nm. At worst all ticks of the damping's memory, 2/alpha = 50, add up; the tissue at
-    // 1 mm is no stiffer than 100 N/m. To that the rounding of the foundation's own sum.
+    // Each tick rounds a position by half an ulp at 40 mm, 1.9 nm. At worst all ticks of the
+    // damping's memory, 2/alpha = 50, add up; the tissue at 1 mm is no stiffer than 100 N/m. To
+    // that the rounding of the foundation's own sum.
     let allowed_n = 100.0 * 50.0 * 1.9e-9 + 1e-6;
     let mut worst = 0.0_f64;
     let mut from = at_depth(-0.5e-3);

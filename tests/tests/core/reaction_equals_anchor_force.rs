@@ -1,6 +1,8 @@
-//! At the end of a hold the probe pushes as hard as the support pushes back: the reaction is the sum over the anchors, in all three directions.
+//! At the end of a hold the probe pushes as hard as the support pushes back: the reaction is the
+//! sum over the anchors, in all three directions.
 //!
-//! What is left after 0.3 s of a hold swings with half the damping rate, exp(-0.3 s x 20/s) = 0.25 % of the step that the ramp's end was; allowed: 1 %.
+//! What is left after 0.3 s of a hold swings with half the damping rate, exp(-0.3 s x 20/s) = 0.25
+//! % of the step that the ramp's end was; allowed: 1 %.
 
 use palpate::path::probe::ProbePose;
 use palpate::{Limiters, Vector3, tick};

@@ -1,8 +1,9 @@
 //! Untouched tissue stays where it is and gives no force, whatever its mesh, stiffness and size.
 //!
-//! Rest lengths are rounded apart from the rest positions: half an ulp of the block's half-width on a coordinate over the shortest edge is a
-//! strain, and so is the rounding of a force over the stiffness it belongs to. All such strains in one direction over the whole block would move
-//! its far side by strain times side: that is the bound, and a real pre-strain of 1e-5 is far above it.
+//! Rest lengths are rounded apart from the rest positions: half an ulp of the block's half-width on
+//! a coordinate over the shortest edge is a strain, and so is the rounding of a force over the
+//! stiffness it belongs to. All such strains in one direction over the whole block would move its
+//! far side by strain times side: that is the bound, and a real pre-strain of 1e-5 is far above it.
 
 use palpate::path::probe::ProbePose;
 use palpate::{Output, Vector3, tick};
@@ -11,7 +12,8 @@ use palpate_tests::rounding::UNIT;
 use palpate_tissue::measure;
 
 const TICKS: usize = 2000;
-/// Roundings of a force relative to the stiffness times the length: as many as a node has springs and tets.
+/// Roundings of a force relative to the stiffness times the length: as many as a node has springs
+/// and tets.
 const OPERATIONS: f64 = 40.0;
 
 fn stays(bench: &Bench, side_m: f64, label: &str) {

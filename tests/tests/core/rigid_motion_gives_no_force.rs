@@ -1,7 +1,9 @@
-//! Tissue that is carried and turned as a whole is not deformed: its internal forces are rounding. (Rim and foundation stay behind, and are left out.)
+//! Tissue that is carried and turned as a whole is not deformed: its internal forces are rounding.
+//! (Rim and foundation stay behind, and are left out.)
 //!
-//! The rounded positions themselves are a deformation: half an ulp of the farthest coordinate on both ends of every edge, times the stiffness
-//! at the node. To that comes the rounding of the forces.
+//! The rounded positions themselves are a deformation: half an ulp of the farthest coordinate on
+//! both ends of every edge, times the stiffness at the node. To that comes the rounding of the
+//! forces.
 
 use palpate::path::force;
 use palpate::{State, Tuned, Vector3};
@@ -35,7 +37,8 @@ fn worst(bench: &Bench, seed: u64, away_m: f64, state: &mut State, tuned: &Tuned
     let e = f64::from(bench.params.youngs_modulus_pa);
     let farthest_m = x.iter().map(|x| x.amax()).fold(0.08, f64::max);
     for s in model.springs {
-        // three coordinates, two ends, in the position and at rest; the trace of the node's stiffness is at most that of its springs and volumes
+        // three coordinates, two ends, in the position and at rest; the trace of the node's
+        // stiffness is at most that of its springs and volumes
         let place = 4.0 * 3.0_f64.sqrt() * UNIT * farthest_m * f64::from(s.k) * e;
         // velocities round too
         let speed = f64::from(bench.params.spring_damping_s) * f64::from(s.k) * e * 4.0 * UNIT * (3.0 * farthest_m + away_m);

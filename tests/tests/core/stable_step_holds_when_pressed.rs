@@ -1,4 +1,5 @@
-//! The substeps that the desktop asks for are real: within it taps and presses end as they began, and past it they do not.
+//! The substeps that the desktop asks for are real: within it taps and presses end as they began,
+//! and past it they do not.
 //!
 //! `--nocapture` prints how far the bound is from the step at which a press goes wrong.
 
@@ -105,14 +106,16 @@ fn within_the_step_taps_and_presses_end_as_they_began() {
 
 #[test]
 fn pressed_tissue_needs_a_shorter_step() {
-    // the tets under a probe that is pressed as deep as it is wide are stiffer by more than a tenth of the step
+    // the tets under a probe that is pressed as deep as it is wide are stiffer by more than a tenth
+    // of the step
     for nodes in [60, 129, 410] {
         let stable = measured(&bench(nodes, 3.5e3, 8e-3));
         assert!(stable.pressed_s < 0.9 * stable.rest_s, "{nodes} nodes: {stable:?}");
     }
 }
 
-/// Lighter nodes have a shorter stable step; one substep a tick stays what it is. Where the press goes wrong is the dynamic limit.
+/// Lighter nodes have a shorter stable step; one substep a tick stays what it is. Where the press
+/// goes wrong is the dynamic limit.
 #[test]
 fn past_the_step_they_do_not() {
     for (nodes, youngs_modulus_pa, depth_limit_m) in

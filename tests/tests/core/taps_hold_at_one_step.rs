@@ -1,4 +1,5 @@
-//! One step a tick is enough for taps: 0.5 m/s to the probe's radius, held and released, on patches of 130 to 1020 nodes, with 15 % of margin.
+//! One step a tick is enough for taps: 0.5 m/s to the probe's radius, held and released, on patches
+//! of 130 to 1020 nodes, with 15 % of margin.
 //!
 //! `--nocapture` prints the table.
 

@@ -1,5 +1,5 @@
-//! After its memory is reserved a patch allocates nothing: not when parameters are built, not in a tick, not on reset. Nor do the rivals in a tick: that
-//! would count against them on the chart.
+//! After its memory is reserved a patch allocates nothing: not when parameters are built, not in a
+//! tick, not on reset. Nor do the rivals in a tick: that would count against them on the chart.
 #![allow(unsafe_code)] // reason: counting is the allocator's to do, and `GlobalAlloc` is an unsafe trait
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -16,7 +16,8 @@ thread_local! {
 
 struct Counting;
 
-// SAFETY: every call goes to the system's allocator unchanged; the counter is a `Cell` without destructor, so it allocates nothing itself.
+// SAFETY: every call goes to the system's allocator unchanged; the counter is a `Cell` without
+// destructor, so it allocates nothing itself.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.set(ALLOCATIONS.get() + 1);
@@ -62,7 +63,8 @@ fn build_reset_and_ticks_allocate_nothing() {
         let mut state = State::new(&model, &mut nodes, &mut candidates, &mut shapes).unwrap();
         let mut touched = 0;
         for n in 0..5000_u16 {
-            // a tap a second, deeper than the depth limit, faster than the speed limit on the way out
+            // a tap a second, deeper than the depth limit, faster than the speed limit on the way
+            // out
             let depth_m = if n % 1000 < 700 { 1e-5 * f32::from(n % 1000) - 5e-4 } else { -0.05 };
             touched +=
                 usize::from(tick(&model, &tuned, &mut state, ProbePose { tip_m: at_depth(depth_m) }).normal != Vector3::zeros());

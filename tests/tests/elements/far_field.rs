@@ -1,4 +1,5 @@
-//! The far field: rim springs answer as the exact outside does, the exact outside is exact, ticks settle to it, and it can be swapped.
+//! The far field: rim springs answer as the exact outside does, the exact outside is exact, ticks
+//! settle to it, and it can be swapped.
 
 mod command;
 mod condensed;

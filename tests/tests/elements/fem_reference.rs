@@ -1,4 +1,5 @@
-//! The finite-element reference is right: against exact solutions, against itself, against the shipped answers.
+//! The finite-element reference is right: against exact solutions, against itself, against the
+//! shipped answers.
 
 mod balance;
 mod block;
@@ -24,7 +25,8 @@ fn tissue(poisson_ratio: f64) -> Material {
     Material { poisson_ratio, inclusions: vec![] }
 }
 
-/// The preset block, a quarter of it with `nodes` corner nodes, fine within `fine_radius_m` of its centre.
+/// The preset block, a quarter of it with `nodes` corner nodes, fine within `fine_radius_m` of its
+/// centre.
 fn standard_block(nodes: usize, fine_radius_m: f64) -> BlockCase {
     BlockCase {
         size_m: [0.08, 0.08, 0.04],

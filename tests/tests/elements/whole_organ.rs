@@ -1,4 +1,5 @@
-//! A whole organ meshed anew around a site: it keeps its shape, is fine where it should be, and presses as an independent mesh says.
+//! A whole organ meshed anew around a site: it keeps its shape, is fine where it should be, and
+//! presses as an independent mesh says.
 
 use std::fmt::Write;
 
@@ -123,7 +124,8 @@ fn a_block_from_a_file_keeps_its_shape_and_is_fine_at_the_site() {
     assert!((0.94..1.0).contains(&volume_share));
     assert!((fine_m / SMALL.fine_m - 1.0).abs() < 0.1);
     assert!((50..=125).contains(&nodes));
-    // far away elements are coarser: as many of the finest would fill the block with thousands of nodes
+    // far away elements are coarser: as many of the finest would fill the block with thousands of
+    // nodes
     assert!(mesh.nodes_m.len() < 900);
     // all of the bottom is held, and nothing else
     let heights = placed.tissue.anchors.iter().map(|n| mesh.nodes_m[*n as usize][2]);
@@ -186,7 +188,8 @@ fn organs_of_our_own_lie_on_their_shape_with_layers_and_bones() {
         let off_m = surface_nodes(mesh).iter().map(|n| organ.implicit_m(mesh.nodes_m[*n as usize]).abs()).fold(0.0, f64::max);
         println!("{name}: {} nodes, patch {}, {off_m:e} m off", mesh.nodes_m.len(), patch_nodes(&placed, &SMALL));
         assert!(off_m < 1e-9);
-        // ten times as stiff where all of a tet is in the region, by its corners' depths; a thin skin is a share of any
+        // ten times as stiff where all of a tet is in the region, by its corners' depths; a thin
+        // skin is a share of any
         let ratios = &placed.tissue.stiffness_ratio;
         assert!(ratios.iter().all(|r| (1.0 - 1e-12..=10.0 + 1e-12).contains(r)));
         assert!(ratios.iter().any(|r| *r > 1.05));

@@ -1,4 +1,5 @@
-//! Power comes on with the probe inside the tissue: no force, however long, until the probe has been outside, and then slowly.
+//! Power comes on with the probe inside the tissue: no force, however long, until the probe has
+//! been outside, and then slowly.
 
 use palpate::haptic::cycle::{Command, Settings};
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};

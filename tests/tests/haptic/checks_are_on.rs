@@ -1,4 +1,5 @@
-//! `./test` runs everything with overflow and debug checks: in the core, the controller, the emulated loop, and in the `palpate` that tests start.
+//! `./test` runs everything with overflow and debug checks: in the core, the controller, the
+//! emulated loop, and in the `palpate` that tests start.
 
 use std::collections::BTreeSet;
 use std::hint::black_box;
@@ -40,8 +41,8 @@ fn a_test_stops_where_a_number_overflows() {
     }
 }
 
-/// Paths of source files below `folder` that stand in the program: the places from which it can panic. Elsewhere, as in its line tables,
-/// names stand without their folder.
+/// Paths of source files below `folder` that stand in the program: the places from which it can
+/// panic. Elsewhere, as in its line tables, names stand without their folder.
 fn can_panic(program: &[u8], folder: &str) -> BTreeSet<String> {
     let starts = program.windows(folder.len()).enumerate().filter(|(_, bytes)| *bytes == folder.as_bytes());
     let paths = starts.filter_map(|(at, _)| {
@@ -52,7 +53,8 @@ fn can_panic(program: &[u8], folder: &str) -> BTreeSet<String> {
     paths.collect()
 }
 
-/// Nothing on a tick's path can panic without the checks, so a file there that can was built with them.
+/// Nothing on a tick's path can panic without the checks, so a file there that can was built with
+/// them.
 #[test]
 fn core_controller_and_loop_in_the_program_that_tests_start_are_checked() {
     if !switched_on() {

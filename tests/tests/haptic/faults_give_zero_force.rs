@@ -1,4 +1,5 @@
-//! Whatever goes wrong, the device gets no force, and is told why until it resets; whatever it is asked, it gets no more than its limit.
+//! Whatever goes wrong, the device gets no force, and is told why until it resets; whatever it is
+//! asked, it gets no more than its limit.
 
 use palpate::path::probe::ProbePose;
 use palpate::{BuildError, Fault, Limiters, Limits, Output, Params, State, Tuned, Vector3, tick};
@@ -184,7 +185,8 @@ fn the_probe_is_held_at_the_depth_limit() {
     let mut deepest = at_limit;
     for n in 0..400_u16 {
         deepest = tick(&model, &tuned, &mut state, pose(at_depth((limit_m + 40e-6 * f32::from(n)).min(3.0 * limit_m))));
-        // the limit acts along the contact's normal of the tick before, whose point on the undeformed surface is rounded
+        // the limit acts along the contact's normal of the tick before, whose point on the
+        // undeformed surface is rounded
         assert!(deepest.depth_m <= limit_m * 1.001, "{n}: {deepest:?}");
     }
     assert!(deepest.limiters.contains(Limiters::DEPTH) && !at_limit.limiters.contains(Limiters::DEPTH));

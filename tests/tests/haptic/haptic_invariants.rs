@@ -1,4 +1,5 @@
-//! What holds in every tick of the haptic loop, whatever the device, the hand and the host do; and that breaking it is noticed.
+//! What holds in every tick of the haptic loop, whatever the device, the hand and the host do; and
+//! that breaking it is noticed.
 
 mod defects;
 mod random;

@@ -1,4 +1,5 @@
-//! What `palpate live` records is repeated bit for bit; what was changed in a trace is found; what is no trace is refused in a sentence.
+//! What `palpate live` records is repeated bit for bit; what was changed in a trace is found; what
+//! is no trace is refused in a sentence.
 
 use palpate::Vector3;
 use palpate::haptic::mode::Mode;

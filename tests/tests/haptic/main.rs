@@ -1,4 +1,5 @@
-//! The haptic loop: no force without contact, faults, closed loops under emulated hands, recorded traces.
+//! The haptic loop: no force without contact, faults, closed loops under emulated hands, recorded
+//! traces.
 
 mod boot_inside_tissue_gives_no_force;
 mod checks_are_on;

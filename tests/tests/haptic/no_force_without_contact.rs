@@ -1,5 +1,6 @@
-//! No force acts where the sensed tip is outside the tissue, whatever path took it there; none points into the tissue; none turns round at rest.
-//! Judged from the readings and the rest geometry of the patch, never from what the patch or the loop says of contact.
+//! No force acts where the sensed tip is outside the tissue, whatever path took it there; none
+//! points into the tissue; none turns round at rest. Judged from the readings and the rest geometry
+//! of the patch, never from what the patch or the loop says of contact.
 
 mod campaign;
 mod named;

@@ -1,4 +1,5 @@
-//! Everything that SAFETY.md names exists: files, tests, faults, commands, and third-party software in the versions that are built.
+//! Everything that SAFETY.md names exists: files, tests, faults, commands, and third-party software
+//! in the versions that are built.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,6 +1,8 @@
-//! Normal use, all hands in turn, on a loop that is never restarted: nothing trips, the tissue comes back to rest, no number becomes denormal.
+//! Normal use, all hands in turn, on a loop that is never restarted: nothing trips, the tissue
+//! comes back to rest, no number becomes denormal.
 //!
-//! An hour: `cargo test --release --package palpate-tests --test haptic soak -- --ignored`, or `palpate faults --soak-s 3600`.
+//! An hour: `cargo test --release --package palpate-tests --test haptic soak -- --ignored`, or
+//! `palpate faults --soak-s 3600`.
 
 use palpate_loop::closed_loop::campaign::{Ground, LightPatch};
 use palpate_loop::closed_loop::device::DeviceProfile;

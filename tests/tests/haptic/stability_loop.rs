@@ -1,4 +1,5 @@
-//! Walls under every control: theory is met where it applies, ours keeps its promise, and each rival fails as it is known to.
+//! Walls under every control: theory is met where it applies, ours keeps its promise, and each
+//! rival fails as it is known to.
 
 use palpate_lab::stability::loop_matrix::{Case, HELD_N_PER_M, STEP, Trial, passive_n_per_m};
 use palpate_loop::closed_loop::control::Control;

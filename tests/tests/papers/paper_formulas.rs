@@ -1,4 +1,5 @@
-//! Every numbered equation of the two papers that runs on the core, against the printed (or reconstructed) formula in double precision.
+//! Every numbered equation of the two papers that runs on the core, against the printed (or
+//! reconstructed) formula in double precision.
 
 mod local_compression;
 mod volume_preserved;
@@ -8,8 +9,8 @@ use palpate_tests::bench::{Bench, Deformation, Noise};
 
 type Vector = Vector3<f64>;
 
-/// Single precision against double: a sum of some 15 terms, each the result of some 20 roundings of 6e-8, after the cancellation of lengths that differ by
-/// a few percent.
+/// Single precision against double: a sum of some 15 terms, each the result of some 20 roundings of
+/// 6e-8, after the cancellation of lengths that differ by a few percent.
 const ROUNDING: f64 = 1e-4;
 
 /// A block as the papers run it: springs alone, masses of (10).

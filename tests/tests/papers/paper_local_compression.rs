@@ -118,7 +118,8 @@ fn a_fit_is_at_no_distance_from_itself_and_further_from_stiffer_springs() {
     assert!(simulator.way(1e6, 0.0).is_none());
 }
 
-/// The bisected step is two over the highest frequency, here from a power iteration on the springs' stiffness in double precision.
+/// The bisected step is two over the highest frequency, here from a power iteration on the springs'
+/// stiffness in double precision.
 #[test]
 fn the_largest_step_is_that_of_the_highest_mode() {
     let block = block();
@@ -150,7 +151,8 @@ fn the_largest_step_is_that_of_the_highest_mode() {
     assert!(largest_step_s(&block, STIFFNESS_N_PER_M, 3.11).unwrap() < 0.1 * found_s);
 }
 
-/// Let go with a force, or held at the depth that this came to: the same force, whatever ended the wait.
+/// Let go with a force, or held at the depth that this came to: the same force, whatever ended the
+/// wait.
 #[test]
 fn a_press_by_force_and_by_depth_agree() {
     let block = block();

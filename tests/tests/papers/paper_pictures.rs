@@ -1,4 +1,5 @@
-//! Box plots, line charts and superposed surfaces are whole and labelled, show what they are given, or are not there at all.
+//! Box plots, line charts and superposed surfaces are whole and labelled, show what they are given,
+//! or are not there at all.
 
 use std::error::Error;
 use std::fs;

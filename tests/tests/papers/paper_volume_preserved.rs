@@ -1,4 +1,5 @@
-//! `palpate paper volume-preserved`: what it leaves behind, what its answers rest on, what it refuses.
+//! `palpate paper volume-preserved`: what it leaves behind, what its answers rest on, what it
+//! refuses.
 
 use palpate::path::force::damper::DampingLaw;
 use palpate_lab::paper::volume_preserved::assembly::Assembly;
@@ -29,7 +30,8 @@ fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap_or_else(|| panic!("{value} is no list")).iter().map(|v| v.as_f64().unwrap()).collect()
 }
 
-/// The finite elements are solved in the run: what the product is held to here is not written down anywhere.
+/// The finite elements are solved in the run: what the product is held to here is not written down
+/// anywhere.
 #[test]
 fn a_quick_run_reports_and_the_product_is_near_finite_elements() {
     let desk = Desk::default();
@@ -63,7 +65,8 @@ fn a_quick_run_reports_and_the_product_is_near_finite_elements() {
     assert!(ours["at_rest"].as_array().unwrap().iter().all(|r| r == true));
 }
 
-/// What ships belongs to the scene as it is, and to the meshes as the generator makes them; else a run would quietly solve for ten minutes.
+/// What ships belongs to the scene as it is, and to the meshes as the generator makes them; else a
+/// run would quietly solve for ten minutes.
 #[test]
 fn shipped_answers_belong_to_the_scene() {
     let scene = HangingScene::load(PRESET).unwrap();
@@ -80,7 +83,8 @@ fn shipped_answers_belong_to_the_scene() {
     }
 }
 
-/// Where errors are taken: a motion that is known everywhere is found again at every landmark and surface point, whole and subdivided.
+/// Where errors are taken: a motion that is known everywhere is found again at every landmark and
+/// surface point, whole and subdivided.
 #[test]
 fn points_of_the_organs_are_followed() {
     let scene = HangingScene::load(PRESET).unwrap();
@@ -133,7 +137,8 @@ fn subdivision_keeps_volume_supports_and_joint() {
     }
 }
 
-/// (10) and (11) of two organs in one patch: masses by their densities, springs by their moduli, joints on top.
+/// (10) and (11) of two organs in one patch: masses by their densities, springs by their moduli,
+/// joints on top.
 #[test]
 fn organs_have_their_own_mass_and_stiffness_and_are_joined() {
     let scene = HangingScene::load(PRESET).unwrap();
@@ -249,7 +254,8 @@ fn values_and_keys_that_cannot_be_are_refused() {
     refused_edit("names = [\"small\", \"large\"]", "names = [\"small\"]", &["attachment.names"]);
 }
 
-/// "Position-based attachment": after the move every held node has moved by exactly that, every fixed one not at all.
+/// "Position-based attachment": after the move every held node has moved by exactly that, every
+/// fixed one not at all.
 #[test]
 fn the_stick_takes_its_nodes_all_the_way() {
     let text = text()

@@ -1,4 +1,5 @@
-//! The methods that the product is charted against do what their papers say: a strawman would make any front.
+//! The methods that the product is charted against do what their papers say: a strawman would make
+//! any front.
 
 mod chart;
 mod equilibrium;

@@ -1,4 +1,5 @@
-//! `palpate score`: equation (14) of paper 004, what its Table 1 bears out, and what a bad file of marks is told.
+//! `palpate score`: equation (14) of paper 004, what its Table 1 bears out, and what a bad file of
+//! marks is told.
 
 use std::fs;
 

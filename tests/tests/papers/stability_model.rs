@@ -1,4 +1,5 @@
-//! The model half of the stability matrix: verdicts judge what they say, methods fail where they are known to, the product stands what it promises.
+//! The model half of the stability matrix: verdicts judge what they say, methods fail where they
+//! are known to, the product stands what it promises.
 //!
 //! `--nocapture` prints the figures.
 
@@ -112,7 +113,8 @@ fn a_search_ends_at_what_passes() {
 fn methods_fail_where_they_are_known_to() {
     // plain springs have nothing that keeps a tet from turning inside out
     assert_eq!(stand(&subject(Method::Springs, 3.5e3), "press-20").verdict, Verdict::Inverted);
-    // a matrix factored at rest: stiffer tissue needs more substeps, and with one too few numbers run away
+    // a matrix factored at rest: stiffer tissue needs more substeps, and with one too few numbers
+    // run away
     let implicit = subject(Method::Implicit, 100e3);
     assert!(implicit.substeps > 1, "{} substeps", implicit.substeps);
     let mut too_few = implicit.clone();
@@ -179,7 +181,8 @@ fn the_product_stands_what_it_promises() {
     assert!(std::fs::read(folder.path().join("stability_model.png")).expect("a picture").starts_with(b"\x89PNG"));
 }
 
-/// The ball is in every method's tissue: at 1.5 mm, where none has failed yet, it adds some percent to the force.
+/// The ball is in every method's tissue: at 1.5 mm, where none has failed yet, it adds some percent
+/// to the force.
 #[test]
 fn every_method_feels_the_inclusion() {
     let press = Stimulus { depth_m: 1.5e-3, ..case("press-20").stimulus };
@@ -206,7 +209,8 @@ fn jitter_moves_the_poses_and_keeps_their_order() {
     assert!((0.0..1e-5).contains(&least) && (7e-5..8e-5).contains(&most), "{least} to {most} m a tick");
 }
 
-/// The product's margins against what bounds them independently: its depth limit, and the highest frequency of its pressed stiffness.
+/// The product's margins against what bounds them independently: its depth limit, and the highest
+/// frequency of its pressed stiffness.
 #[test]
 fn the_products_margins_are_where_its_bounds_are() {
     let palpate = subject(Method::Palpate, 3.5e3);

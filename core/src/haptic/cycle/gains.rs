@@ -27,7 +27,8 @@ impl Cycle {
         gain * self.observer.gain()
     }
 
-    /// Longest force that the mode allows [N]. In `SafeRamp` it falls to zero in a fixed time and never rises.
+    /// Longest force that the mode allows [N]. In `SafeRamp` it falls to zero in a fixed time and
+    /// never rises.
     pub(super) fn cap_n(&self) -> f32 {
         match self.mode() {
             Mode::Active | Mode::Degraded => self.limits.values().max_force_n,

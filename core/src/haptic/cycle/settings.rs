@@ -29,8 +29,8 @@ pub struct ArmingSettings {
 }
 
 impl ArmingSettings {
-    /// Weaker than 0.2 N and slower than 0.5 m/s for 100 ticks, full gain after 500 ticks outside; a silent host is lost after 20 ticks and any
-    /// force gone 120 later.
+    /// Weaker than 0.2 N and slower than 0.5 m/s for 100 ticks, full gain after 500 ticks outside;
+    /// a silent host is lost after 20 ticks and any force gone 120 later.
     pub const DEFAULT: Self = Self {
         weak_n: 0.2,
         slow_m_per_s: 0.5,

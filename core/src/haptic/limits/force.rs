@@ -1,8 +1,9 @@
 //! Which force may leave.
 //!
-//! The vector is shortened, never clipped per axis, which would turn it. The slew limit binds growth alone: the part of the last force that
-//! the new one no longer asks for goes at once, the rest is approached by at most the slew. So it never makes a force longer than wanted
-//! and never pushes a hand that leaves; a limit on both sides creates hundreds of millijoules.
+//! The vector is shortened, never clipped per axis, which would turn it. The slew limit binds
+//! growth alone: the part of the last force that the new one no longer asks for goes at once, the
+//! rest is approached by at most the slew. So it never makes a force longer than wanted and never
+//! pushes a hand that leaves; a limit on both sides creates hundreds of millijoules.
 //!
 //! * in: wanted force [N], cap [N]
 //! * out: force [N], what was limited
@@ -53,8 +54,9 @@ impl ForceLimiter {
         }
     }
 
-    /// The model's force no longer than the limit [N], and whether it was. Damped after that: on the way in the limit takes the damping away, so on the
-    /// way out it must come off what is felt, not off a force far beyond it.
+    /// The model's force no longer than the limit [N], and whether it was. Damped after that: on
+    /// the way in the limit takes the damping away, so on the way out it must come off what is
+    /// felt, not off a force far beyond it.
     #[must_use]
     pub fn shorten(limits: &Limits, model_n: &Vector3<f32>) -> (Vector3<f32>, bool) {
         let (square, most_n) = (model_n.dot(model_n), limits.values.max_force_n);
@@ -80,7 +82,8 @@ impl ForceLimiter {
             aim_n *= most_n / length(&wanted_n);
             limiters.set(Limiters::FORCE);
         }
-        // what the new force keeps of the last one: the nearest point on the way from the last force to none
+        // what the new force keeps of the last one: the nearest point on the way from the last
+        // force to none
         let square = self.last_n.dot(&self.last_n);
         let share = if square > 0.0 { (aim_n.dot(&self.last_n) / square).clamp(0.0, 1.0) } else { 0.0 };
         let kept_n = self.last_n * share;

@@ -1,8 +1,12 @@
 //! A reading that stops dead: an encoder that is stuck, or one axis of it.
 //!
-//! A probe that moves at 0.2 m/s for three ticks and then reads the same count again and again was stopped within a tick: 200 m/s^2, nine newtons on a stylus,
-//! which no tissue gives. A hand slows down first: a last displacement so much shorter than the one before it that the next would be slow is no dead stop. One fast reading alone is a glitch. An encoder that sticks while the hand rests cannot be told from a hand that rests, friction holds it as still. Then the
-//! force stays what it was; the first way beyond a hand's, once the encoder works again, is a fault of [`super::pose`].
+//! A probe that moves at 0.2 m/s for three ticks and then reads the same count again and again was
+//! stopped within a tick: 200 m/s^2, nine newtons on a stylus, which no tissue gives. A hand slows
+//! down first: a last displacement so much shorter than the one before it that the next would be
+//! slow is no dead stop. One fast reading alone is a glitch. An encoder that sticks while the hand
+//! rests cannot be told from a hand that rests, friction holds it as still. Then the force stays
+//! what it was; the first way beyond a hand's, once the encoder works again, is a fault of
+//! [`super::pose`].
 //!
 //! * in: the way between two readings [m], the place
 //! * out: nothing

@@ -1,16 +1,18 @@
 //! Which reading becomes the pose of a tick.
 //!
-//! One reading that no hand can have caused is a glitch: the last good pose is held, so that the force does not see it. Two in a row are a
-//! hand out of control or a broken sensor. The way is measured from the last *believed* pose, so a jump there and back counts once.
+//! One reading that no hand can have caused is a glitch: the last good pose is held, so that the
+//! force does not see it. Two in a row are a hand out of control or a broken sensor. The way is
+//! measured from the last *believed* pose, so a jump there and back counts once.
 //!
-//! Bad readings between good ones are counted as well: more than one in twenty missing, or more than
-//! one in twenty jumping while a force acts, is a broken cable or encoder, whatever the readings
-//! between them say.
+//! Bad readings between good ones are counted as well: more than one in twenty missing, or more
+//! than one in twenty jumping while a force acts, is a broken cable or encoder, whatever the
+//! readings between them say.
 //!
 //! * in: a reading, whether a force acts on the hand
 //! * out: position [m], whether it is new
 //! * cost: up to 145 instructions of a Cortex-M4F
-//! * may fail: [`Fault::SensorFault`], [`Fault::PoseNotFinite`], [`Fault::PoseStale`], [`Fault::OverSpeed`], [`Fault::OutOfWorkspace`]
+//! * may fail: [`Fault::SensorFault`], [`Fault::PoseNotFinite`], [`Fault::PoseStale`],
+//!   [`Fault::OverSpeed`], [`Fault::OutOfWorkspace`]
 
 use nalgebra::Vector3;
 
@@ -71,7 +73,8 @@ impl PoseGate {
     /// Takes one reading a tick. After a fault the next good reading is believed wherever it is.
     ///
     /// # Errors
-    /// See the module. `force_acts` decides whether speed is a fault: without a force a fast hand is only followed.
+    /// See the module. `force_acts` decides whether speed is a fault: without a force a fast hand
+    /// is only followed.
     pub fn admit(&mut self, limits: &Limits, sensed: &Sensed, force_acts: bool) -> Result<Pose, Fault> {
         let answer = self.judge(limits, sensed, force_acts);
         if answer.is_err() {

@@ -29,7 +29,8 @@ impl Numbers {
     }
 }
 
-/// Calls `check` with a state that has been outside, a motion to change, and a source of numbers, for every shape and several axes.
+/// Calls `check` with a state that has been outside, a motion to change, and a source of numbers,
+/// for every shape and several axes.
 fn with_probes(mut check: impl FnMut(&Model, &Tuned, &mut State, Motion, &mut Numbers)) {
     let file = PatchFile::open(&BLOCK.0).unwrap();
     let model = &file.model;

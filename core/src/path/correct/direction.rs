@@ -8,9 +8,11 @@ use crate::state::State;
 
 /// Turns springs back to within theta of where they pointed when positions `x^p` were last taken.
 ///
-/// The paper gives the constraint and says that its update follows as that of (6). With `C = theta - phi`, `phi` the angle, its gradient at
-/// the ends is `-t/l` and `t/l`, t the unit vector across the spring toward its old direction; the step that closes C is then `-C l/2 t`, averaged over a
-/// node's springs as in (7). A spring that points exactly backwards has no such t and is left alone.
+/// The paper gives the constraint and says that its update follows as that of (6). With `C = theta
+/// - phi`, `phi` the angle, its gradient at the ends is `-t/l` and `t/l`, t the unit vector across
+/// the spring toward its old direction; the step that closes C is then `-C l/2 t`, averaged over a
+/// node's springs as in (7). A spring that points exactly backwards has no such t and is left
+/// alone.
 #[derive(Debug)]
 pub struct SpringDirection<'a> {
     /// Critical angle theta [rad], above 0 and below pi.
@@ -60,7 +62,8 @@ impl SpringDirection<'_> {
         }
     }
 
-    /// How far end j is to go, seen from end i, so that the spring turns back to theta [m]; zero within theta.
+    /// How far end j is to go, seen from end i, so that the spring turns back to theta [m]; zero
+    /// within theta.
     fn turn_back(&self, i: usize, j: usize, d: &Row, least_cosine: f32) -> Row {
         const NONE: Row = [0.0; ROW];
         let (Some(a), Some(b)) = (self.before_m.get(i), self.before_m.get(j)) else { return NONE };

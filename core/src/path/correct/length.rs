@@ -1,4 +1,5 @@
-//! Over-stretching and over-compressing corrections of paper 000, eqs (6)-(8): Jacobi, averaged over each node's springs.
+//! Over-stretching and over-compressing corrections of paper 000, eqs (6)-(8): Jacobi, averaged
+//! over each node's springs.
 
 use super::shares;
 use crate::lanes::{ROW, add, difference, scaled, sqrt, subtract};
@@ -8,8 +9,9 @@ use crate::state::State;
 
 /// Brings every spring back between `(1 - tau_c) l0` and `(1 + tau_s) l0`.
 ///
-/// As printed the correction of a node is divided by the number of *all* its springs (7), whose letter m is not the mass: each end divides
-/// by another number, so momentum is not kept. A compressed spring is pushed apart; the print gives only the stretched one's sign.
+/// As printed the correction of a node is divided by the number of *all* its springs (7), whose
+/// letter m is not the mass: each end divides by another number, so momentum is not kept. A
+/// compressed spring is pushed apart; the print gives only the stretched one's sign.
 #[derive(Clone, Copy, Debug)]
 pub struct SpringLength {
     /// Critical stretching rate `tau_s` (1).

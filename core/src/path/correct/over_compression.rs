@@ -6,8 +6,9 @@ use crate::model::Model;
 use crate::params::Tuned;
 use crate::state::State;
 
-/// Pushes the ends of every spring shorter than `(1 - tau_c) l0` apart, one spring after the other, each end by half of what is missing:
-/// `p_i += -C/2 n`, `p_j += C/2 n`, `n = (p_i - p_j)/|p_i - p_j|`, `C < 0` (12)-(13; both lost in the text, reconstructed).
+/// Pushes the ends of every spring shorter than `(1 - tau_c) l0` apart, one spring after the other,
+/// each end by half of what is missing: `p_i += -C/2 n`, `p_j += C/2 n`, `n = (p_i - p_j)/|p_i -
+/// p_j|`, `C < 0` (12)-(13; both lost in the text, reconstructed).
 #[derive(Clone, Copy, Debug)]
 pub struct OverCompression {
     /// Critical compression ratio `tau_c` (1).

@@ -1,7 +1,9 @@
-//! Volume force of paper 004, eq (2): each corner of a tet is pushed along the line from the tet's barycentre.
+//! Volume force of paper 004, eq (2): each corner of a tet is pushed along the line from the tet's
+//! barycentre.
 //!
-//! `F_i = -sum_w c (V_w - V_w0) (p_i - b_w)/|p_i - b_w|`. Unit vectors do not add up to zero: the tet pushes itself, momentum is not kept. The print shows no
-//! coefficient c; without one the unit is m^3. Kept as the paper has it; the product's `volume` is the gradient of an energy.
+//! `F_i = -sum_w c (V_w - V_w0) (p_i - b_w)/|p_i - b_w|`. Unit vectors do not add up to zero: the
+//! tet pushes itself, momentum is not kept. The print shows no coefficient c; without one the unit
+//! is m^3. Kept as the paper has it; the product's `volume` is the gradient of an energy.
 //!
 //! * in: positions
 //! * out: adds to `node.f`

@@ -1,17 +1,20 @@
 //! Compression compensation as a conservative force.
 //!
-//! The papers push over-compressed springs apart by moving their ends (000 eq 8; 004 eqs 11-13). That acts as a stiffness of about
-//! m/dt^2: the force then depends on the step, by up to +2800 % measured. Here the same intent is an energy, so the force depends on
-//! the tissue alone. Both laws are used inside the loops of `spring` and `volume`, at the cost of a few instructions.
+//! The papers push over-compressed springs apart by moving their ends (000 eq 8; 004 eqs 11-13).
+//! That acts as a stiffness of about m/dt^2: the force then depends on the step, by up to +2800 %
+//! measured. Here the same intent is an energy, so the force depends on the tissue alone. Both laws
+//! are used inside the loops of `spring` and `volume`, at the cost of a few instructions.
 
 use crate::lanes::Lanes;
 
 /// Below this share of its rest volume a tet is pushed open.
 pub const BARRIER_BELOW: f32 = 0.4;
-/// One over it: the barrier grows linearly, a growth with `1 / J` would make the step too long for it just when a tap needs it.
+/// One over it: the barrier grows linearly, a growth with `1 / J` would make the step too long for
+/// it just when a tap needs it.
 const BARRIER_SLOPE: f32 = 1.0 / BARRIER_BELOW;
 
-/// Extra force per length over E of a spring shorter than `onset` times its rest length: `chi k (1 - onset l0 / l)`, zero otherwise.
+/// Extra force per length over E of a spring shorter than `onset` times its rest length: `chi k (1
+/// - onset l0 / l)`, zero otherwise.
 ///
 /// `stretch` is `k l0 / l`. Energy: `chi k / 2 (l - onset l0)^2`.
 #[inline(always)]
@@ -19,7 +22,8 @@ pub(crate) fn of_spring<L: Lanes<W>, const W: usize>(k: L, stretch: L, onset: L,
     chi * (k - onset * stretch).negative_part()
 }
 
-/// Extra pressure over E (divided by 6, as the tet gradients are) of a tet at `j` of its rest volume: `3 mu / 6 (1 - j / 0.4)`, zero above 0.4.
+/// Extra pressure over E (divided by 6, as the tet gradients are) of a tet at `j` of its rest
+/// volume: `3 mu / 6 (1 - j / 0.4)`, zero above 0.4.
 #[inline(always)]
 pub(crate) fn of_tet<L: Lanes<W>, const W: usize>(j: L, barrier: L) -> L {
     if !j.any_below(BARRIER_BELOW) {

@@ -1,4 +1,5 @@
-//! A damper beside every spring, with its own constant (paper 000, eqs 5 and 12; the damper of paper 004, eq 1).
+//! A damper beside every spring, with its own constant (paper 000, eqs 5 and 12; the damper of
+//! paper 004, eq 1).
 //!
 //! * in: positions, velocities
 //! * out: adds to `node.f`
@@ -26,14 +27,16 @@ pub enum DampingLaw {
     PrintedMillimetres,
     /// `2 sqrt(k (m_i + m_j))`: without the length the unit is right.
     WithoutLength,
-    /// A share of `2 sqrt(k m_i m_j / (m_i + m_j))`, the critical damping of two masses on a spring. At 1 it is the repaired form.
+    /// A share of `2 sqrt(k m_i m_j / (m_i + m_j))`, the critical damping of two masses on a
+    /// spring. At 1 it is the repaired form.
     Critical(f32),
     /// One constant for all springs [N s/m] (paper 004, eq 1).
     Constant(f32),
 }
 
 impl DampingLaw {
-    /// Writes the constant of every spring over E [m s] into `damping_m_s`, shape \[springs\]. Masses are those of (10), without a floor.
+    /// Writes the constant of every spring over E [m s] into `damping_m_s`, shape \[springs\].
+    /// Masses are those of (10), without a floor.
     pub fn fill(self, model: &Model, params: &Params, damping_m_s: &mut [f32]) {
         let e = params.youngs_modulus_pa;
         let mass_kg = |n: u16| model.nodes.get(usize::from(n)).map_or(0.0, |node| params.density_kg_per_m3 * node.volume_m3);
@@ -53,8 +56,9 @@ impl DampingLaw {
 }
 
 impl Dampers<'_> {
-    /// Adds the damping forces over E [N/Pa]. Where one end approaches the other the force is outward on both, as (5) has it; (1) of paper 004, typed
-    /// with the signs that its text kept, would drive instead of damp.
+    /// Adds the damping forces over E [N/Pa]. Where one end approaches the other the force is
+    /// outward on both, as (5) has it; (1) of paper 004, typed with the signs that its text kept,
+    /// would drive instead of damp.
     pub fn resist(&self, model: &Model, state: &mut State) {
         for (s, &constant) in model.springs.iter().zip(self.damping_m_s) {
             let [i, j] = [s.i, s.j].map(usize::from);

@@ -1,11 +1,13 @@
 //! Contact as a soft sub-element foundation.
 //!
-//! Four fixed points on every surface triangle, or nine where triangles are large beside the probe. A point inside the probe by `pen` is pushed out along the probe's normal by
-//! `f/E = k lo (1 + s lo) + cap (pen - lo)`, `lo` the part of `pen` up to where the slope reaches `cap`; the push is shared to the triangle's nodes and
-//! its opposite is the force on the probe. It stands for the local indentation that a flat element cannot have: it is part of the tissue,
-//! not a penalty, and it is smooth when the probe slides over nodes (node projection ripples 10-36 %, this 2-6 %).
-//! `cap` is a share of what the nodes' masses can take in a step, so contact never sets the step. Against rebound the law loses
-//! `zeta cap dt` times the separating speed and never pulls.
+//! Four fixed points on every surface triangle, or nine where triangles are large beside the probe.
+//! A point inside the probe by `pen` is pushed out along the probe's normal by `f/E = k lo (1 + s
+//! lo) + cap (pen - lo)`, `lo` the part of `pen` up to where the slope reaches `cap`; the push is
+//! shared to the triangle's nodes and its opposite is the force on the probe. It stands for the
+//! local indentation that a flat element cannot have: it is part of the tissue, not a penalty, and
+//! it is smooth when the probe slides over nodes (node projection ripples 10-36 %, this 2-6 %).
+//! `cap` is a share of what the nodes' masses can take in a step, so contact never sets the step.
+//! Against rebound the law loses `zeta cap dt` times the separating speed and never pulls.
 //!
 //! * in: candidates of `contact`, positions, velocities, the probe
 //! * out: adds to `node.f`; the load on the probe
@@ -19,7 +21,8 @@ use crate::model::Model;
 use crate::params::{Probe, ProbeShape, Tuned};
 use crate::state::{State, node};
 
-/// Barycentric weights of the four points, corner by corner: the centroid last, before it the middles between it and the corners.
+/// Barycentric weights of the four points, corner by corner: the centroid last, before it the
+/// middles between it and the corners.
 const FOUR: [[f32; 3]; 4] = [
     [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0],
     [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0],
@@ -27,7 +30,8 @@ const FOUR: [[f32; 3]; 4] = [
     [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0],
 ];
 
-/// Barycentric weights of nine points: centroids of the triangle's nine equal parts, first those that point its way.
+/// Barycentric weights of nine points: centroids of the triangle's nine equal parts, first those
+/// that point its way.
 const NINE: [[f32; 3]; 9] = [
     [7.0 / 9.0, 1.0 / 9.0, 1.0 / 9.0],
     [1.0 / 9.0, 7.0 / 9.0, 1.0 / 9.0],
@@ -46,8 +50,8 @@ pub fn point_weights(per_triangle: usize) -> &'static [[f32; 3]] {
     if per_triangle == NINE.len() { &NINE } else { &FOUR }
 }
 
-/// Radius of the flat probe's rounded edge, as a share of its own: with a sharp one the force jumps when a point slips over it, and the tissue
-/// never comes to rest.
+/// Radius of the flat probe's rounded edge, as a share of its own: with a sharp one the force jumps
+/// when a point slips over it, and the tissue never comes to rest.
 pub const FLAT_EDGE: f32 = 1.0 / 16.0;
 
 /// Force that the tissue bears.
@@ -61,7 +65,8 @@ pub struct Load {
     pub point: Vector3<f32>,
     /// Push-weighted sum of contact points, at rest [N/Pa m].
     pub rest: Vector3<f32>,
-    /// Largest push on one surface triangle over E [N/Pa], and that triangle; the last tick's counts a quarter more.
+    /// Largest push on one surface triangle over E [N/Pa], and that triangle; the last tick's
+    /// counts a quarter more.
     pub strongest: (f32, u16),
 }
 
@@ -82,8 +87,8 @@ impl Load {
     }
 }
 
-/// How much stronger another triangle has to be before it replaces the last tick's (1): two equal ones took turns, and the depth limit
-/// with them.
+/// How much stronger another triangle has to be before it replaces the last tick's (1): two equal
+/// ones took turns, and the depth limit with them.
 const KEPT: f32 = 1.25;
 const THIRD: f32 = 1.0 / 3.0;
 const SIXTH: f32 = 1.0 / 6.0;
@@ -164,9 +169,10 @@ fn press_points<P: Points<Q>, const Q: usize>(
     load
 }
 
-/// Whether a triangle cannot be pressed from where the probe is: the point one radius above the tip, at `lift` from the probe's
-/// centre, is behind it, or it faces away from the handle by more than 30 degrees. A probe that entered elsewhere would push such
-/// a surface out of the tissue and be pulled into it. A full sphere has no handle.
+/// Whether a triangle cannot be pressed from where the probe is: the point one radius above the
+/// tip, at `lift` from the probe's centre, is behind it, or it faces away from the handle by more
+/// than 30 degrees. A probe that entered elsewhere would push such a surface out of the tissue and
+/// be pulled into it. A full sphere has no handle.
 #[inline(always)]
 fn turned_away([a, b, c]: [Vector3<f32>; 3], lift: Vector3<f32>, probe: &Probe) -> bool {
     let normal = (b - a).cross(&(c - a));
@@ -239,7 +245,8 @@ fn centre_m(probe: &Probe, tip_m: Vector3<f32>) -> Vector3<f32> {
     }
 }
 
-/// Depth of a point inside the probe [m] and the unit vector that leads it out; `d` is the point relative to the probe's centre [m].
+/// Depth of a point inside the probe [m] and the unit vector that leads it out; `d` is the point
+/// relative to the probe's centre [m].
 #[inline(always)]
 fn penetration(probe: &Probe, shaft: bool, mut d: Vector3<f32>) -> Option<(f32, Vector3<f32>)> {
     let r = probe.radius_m;
@@ -263,7 +270,8 @@ fn penetration(probe: &Probe, shaft: bool, mut d: Vector3<f32>) -> Option<(f32, 
             let length = sqrt(arm.dot(&arm));
             return (length < edge).then(|| (edge - length, if length > 0.0 { arm * (1.0 / length) } else { -probe.axis }));
         }
-        // above the half-sphere stands a cylinder where the tip went in; elsewhere the ball alone touches
+        // above the half-sphere stands a cylinder where the tip went in; elsewhere the ball alone
+        // touches
         ProbeShape::Hemisphere if along > 0.0 && shaft => d -= probe.axis * along,
         ProbeShape::Hemisphere | ProbeShape::Sphere => {}
     }

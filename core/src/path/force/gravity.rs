@@ -1,4 +1,5 @@
-//! Weight of the nodes. Uses the true mass (paper 000, eq 10), not the floored one: statics never see the mass floor.
+//! Weight of the nodes. Uses the true mass (paper 000, eq 10), not the floored one: statics never
+//! see the mass floor.
 
 use crate::lanes::{add, row};
 use crate::model::Model;

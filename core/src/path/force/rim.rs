@@ -1,14 +1,16 @@
 //! Rim springs: what stands in for the rest of the organ.
 //!
-//! A symmetric positive block per rim node and a block per edge between rim nodes, fitted to the condensed outside: conservative, and
-//! exchangeable for another organ's. The cost follows the rim's nodes and edges, whatever organ lies behind them.
+//! A symmetric positive block per rim node and a block per edge between rim nodes, fitted to the
+//! condensed outside: conservative, and exchangeable for another organ's. The cost follows the
+//! rim's nodes and edges, whatever organ lies behind them.
 //!
-//! Edges lie in the order of their first node, so that its displacement and its force stay in registers while they pass ([`Model::check`] holds
-//! them to it).
+//! Edges lie in the order of their first node, so that its displacement and its force stay in
+//! registers while they pass ([`Model::check`] holds them to it).
 //!
 //! * in: displacements of the rim nodes
 //! * out: adds `-M u` to their `node.f`
-//! * cost (M4F, estimated from exact instruction counts): 75 cycles a rim node, 99 a rim edge; `palpate-tests`' `board_cost` prints it
+//! * cost (M4F, estimated from exact instruction counts): 75 cycles a rim node, 99 a rim edge;
+//!   `palpate-tests`' `board_cost` prints it
 //! * may fail: never
 
 use nalgebra::Vector3;

@@ -1,12 +1,16 @@
-//! Springs along the edges (paper 000, eq 4), with compression compensation and damping fused into the same loop.
+//! Springs along the edges (paper 000, eq 4), with compression compensation and damping fused into
+//! the same loop.
 //!
-//! Per spring, `d = x_j - x_i` and `l = |d|`: `u = k l0 / l`, `q = k - u` (+ compensation), `f_i += q d`, `f_j -= q d`. That is eq 4 written with
-//! one square root and one division. The order of additions *at each node* is the patch's order whatever the loop, hence the same bits.
+//! Per spring, `d = x_j - x_i` and `l = |d|`: `u = k l0 / l`, `q = k - u` (+ compensation), `f_i +=
+//! q d`, `f_j -= q d`. That is eq 4 written with one square root and one division. The order of
+//! additions *at each node* is the patch's order whatever the loop, hence the same bits.
 //!
 //! * in: positions (velocities, when spring damping is on)
 //! * out: adds to `node.f`
-//! * cost (M4F, estimated from exact instruction counts): about 90 cycles a spring; `palpate-tests`' `board_cost` prints it
-//! * may fail: never; a spring of length zero gives a non-finite force, which `integrate` turns into a fault
+//! * cost (M4F, estimated from exact instruction counts): about 90 cycles a spring;
+//!   `palpate-tests`' `board_cost` prints it
+//! * may fail: never; a spring of length zero gives a non-finite force, which `integrate` turns
+//!   into a fault
 
 #[cfg(not(target_os = "none"))]
 mod groups;
@@ -45,7 +49,8 @@ fn run<const COMPENSATED: bool, const DAMPED: bool>(model: &Model, tuned: &Tuned
     groups::by_groups::<f32, 1, COMPENSATED, DAMPED>(rest.as_chunks().0, tuned, nodes);
 }
 
-/// Springs of one node at a time, that node's sum in registers: least loads and stores, for the board.
+/// Springs of one node at a time, that node's sum in registers: least loads and stores, for the
+/// board.
 #[cfg_attr(not(any(target_os = "none", test)), expect(dead_code, reason = "the desktop runs it in tests only"))]
 pub(crate) fn by_rows<const COMPENSATED: bool, const DAMPED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {
     let mut springs = model.springs;
@@ -82,8 +87,8 @@ fn force_per_length<L: Lanes<W>, const W: usize, const COMPENSATED: bool>(d: Vec
     q
 }
 
-/// Damping force over E divided by the length: stiffness-proportional, along the spring (000 eq 5 with d = beta k; eq 12 as printed
-/// has the unit kg/(s m) and is not used).
+/// Damping force over E divided by the length: stiffness-proportional, along the spring (000 eq 5
+/// with d = beta k; eq 12 as printed has the unit kg/(s m) and is not used).
 #[inline(always)]
 fn damping<L: Lanes<W>, const W: usize>(d: Vector3<L>, dv: Vector3<L>, k: L, tuned: &Tuned) -> L {
     let closing = dv.x * d.x + dv.y * d.y + dv.z * d.z;

@@ -1,9 +1,11 @@
 //! Volume energy: nodal-averaged, with a small per-tet share.
 //!
-//! Springs alone are a solid with Poisson's ratio 1/4. What is missing to the wanted ratio is `kappa = lambda - mu`, added as
-//! `sum_n V_n kappa w(J_n)` with `J_n = sum V_t / sum V_t0` over the node's tets and `w' = 2 (J - 1) / (J (J + 1))`: as stiff as `ln J / J` to
-//! second order, without a logarithm; straight below J = 0.8. Averaging over nodes does not lock; alone it lets neighbouring tets trade volume, so a share
-//! beta acts per tet, and a barrier opens tets below 0.4 of their volume (`compensation`).
+//! Springs alone are a solid with Poisson's ratio 1/4. What is missing to the wanted ratio is
+//! `kappa = lambda - mu`, added as `sum_n V_n kappa w(J_n)` with `J_n = sum V_t / sum V_t0` over
+//! the node's tets and `w' = 2 (J - 1) / (J (J + 1))`: as stiff as `ln J / J` to second order,
+//! without a logarithm; straight below J = 0.8. Averaging over nodes does not lock; alone it lets
+//! neighbouring tets trade volume, so a share beta acts per tet, and a barrier opens tets below 0.4
+//! of their volume (`compensation`).
 //!
 //! * in: positions
 //! * out: adds to `node.f`; leaves each node's pressure over E in `node.p`
@@ -20,8 +22,9 @@ use crate::params::Tuned;
 use crate::state::TetShapes;
 use crate::state::{Node, State, node};
 
-/// Below this share of its rest volume a node's pressure goes on along its tangent. The formula would stiffen twentyfold until 0.3, where no
-/// millisecond step holds. That is for taps: the static force of a hemisphere pressed in by its radius does not see it (less than 0.03 %).
+/// Below this share of its rest volume a node's pressure goes on along its tangent. The formula
+/// would stiffen twentyfold until 0.3, where no millisecond step holds. That is for taps: the
+/// static force of a hemisphere pressed in by its radius does not see it (less than 0.03 %).
 pub const STRAIGHT_BELOW: f32 = 0.8;
 /// Slope of `(J - 1) / (J (J + 1))` there: `(1 + 2 J - J^2) / (J (J + 1))^2`.
 const STRAIGHT_SLOPE: f32 = 0.945_216_05;
@@ -73,7 +76,8 @@ fn gather_volume<L: Lanes<W>, const W: usize>(group: &[Tet; W], six_volume: L, n
     }
 }
 
-/// Turns every node's volume into its pressure over E, divided by 24 (a quarter for each corner, a sixth for the gradient).
+/// Turns every node's volume into its pressure over E, divided by 24 (a quarter for each corner, a
+/// sixth for the gradient).
 #[cfg_attr(feature = "stage-cost", inline(never))]
 fn pressurise(rest: &[NodeRest], nodes: &mut [Node]) {
     for (node, rest) in nodes.iter_mut().zip(rest) {
@@ -125,7 +129,8 @@ fn push_group<L: Lanes<W>, const W: usize, const BARRIER: bool>(
     let (f1, f2, f3) = (g1.map(|g| p * g), g2.map(|g| p * g), g3.map(|g| p * g));
     let f0 = Vector3::new(-((f1.x + f2.x) + f3.x), -((f1.y + f2.y) + f3.y), -((f1.z + f2.z) + f3.z));
     let rows = [f0, f1, f2, f3].map(L::to_rows);
-    // tet by tet, at every width: tets of one group may share a node, and the order of additions is the patch's
+    // tet by tet, at every width: tets of one group may share a node, and the order of additions is
+    // the patch's
     for (lane, tet) in group.iter().enumerate() {
         for (n, row) in tet.node.iter().zip(&rows) {
             if let Some(node) = nodes.get_mut(usize::from(*n)) {
@@ -135,13 +140,15 @@ fn push_group<L: Lanes<W>, const W: usize, const BARRIER: bool>(
     }
 }
 
-/// Always true for a checked model; said once a tet, it spares the optimiser a check at every access.
+/// Always true for a checked model; said once a tet, it spares the optimiser a check at every
+/// access.
 #[inline(always)]
 fn in_range<const W: usize>(group: &[Tet; W], nodes: &[Node]) -> bool {
     group.iter().flat_map(|tet| &tet.node).all(|&n| usize::from(n) < nodes.len())
 }
 
-/// Gradients of six times the volume with respect to corners b, c, d [m^2], and six times the volume [m^3].
+/// Gradients of six times the volume with respect to corners b, c, d [m^2], and six times the
+/// volume [m^3].
 #[inline(always)]
 fn gradients<L: Lanes<W>, const W: usize>(nodes: &[Node], group: &[Tet; W]) -> ([Vector3<L>; 3], L) {
     let at = |corner: usize| L::from_rows(group.each_ref().map(|t| node(nodes, t.node[corner]).x));
@@ -174,7 +181,8 @@ mod tests {
             n.x = row(Vector3::new(next(), next(), next()));
             n.p = next() - 0.5;
         }
-        // four tets that use every corner of the others, in other places; some inverted, so that the barrier acts
+        // four tets that use every corner of the others, in other places; some inverted, so that
+        // the barrier acts
         let tets = [[0, 1, 2, 3], [3, 2, 1, 4], [1, 5, 0, 2], [4, 0, 5, 3]].map(|node| Tet {
             node,
             six_volume_reciprocal: 1.0 + next(),

@@ -1,8 +1,11 @@
-//! Velocity Verlet of paper 004, eqs (9)-(10): `x += v dt + F dt^2/(2m)`, then `v += (F(t) + F(t+dt)) dt/(2m)`.
+//! Velocity Verlet of paper 004, eqs (9)-(10): `x += v dt + F dt^2/(2m)`, then `v += (F(t) +
+//! F(t+dt)) dt/(2m)`.
 //!
-//! A substep has one evaluation of the forces, F(t). So (10) of the step before is closed first, `v(t) = v(t-dt/2) + F(t) dt/(2m)`, then (9) is taken with
-//! `v(t+dt/2) = v(t) + F(t) dt/(2m)`: the same positions, and between steps the node keeps the half-step velocity. Dampers see that one, which breaks the
-//! circle that F(t+dt) needs v(t+dt) and v(t+dt) needs F(t+dt). After the first half step it differs from symplectic Euler by nothing.
+//! A substep has one evaluation of the forces, F(t). So (10) of the step before is closed first,
+//! `v(t) = v(t-dt/2) + F(t) dt/(2m)`, then (9) is taken with `v(t+dt/2) = v(t) + F(t) dt/(2m)`: the
+//! same positions, and between steps the node keeps the half-step velocity. Dampers see that one,
+//! which breaks the circle that F(t+dt) needs v(t+dt) and v(t+dt) needs F(t+dt). After the first
+//! half step it differs from symplectic Euler by nothing.
 
 use super::FASTEST_M_PER_S;
 use crate::fault::Fault;
@@ -19,7 +22,8 @@ pub struct VelocityVerlet {
 }
 
 impl VelocityVerlet {
-    /// Moves the region's nodes by one substep; returns how many. Nodes outside stop: their step ends.
+    /// Moves the region's nodes by one substep; returns how many. Nodes outside stop: their step
+    /// ends.
     ///
     /// # Errors
     /// [`Fault::Diverged`].

@@ -104,8 +104,8 @@ pub struct StopCircuit {
 }
 
 impl StopCircuit {
-    /// Fault that the tick receives. The loop latches it: it is cleared by request only, and not while the
-    /// circuit is open.
+    /// Fault that the tick receives. The loop latches it: it is cleared by request only, and not
+    /// while the circuit is open.
     #[must_use]
     pub fn fault(self) -> Option<Fault> {
         (self.tripped || !self.closed).then_some(Fault::EmergencyStop)

@@ -1,8 +1,10 @@
-//! Sine and cosine in single precision, without libm: its `sinf` computes in double precision, 1258 instructions on a Cortex-M4F.
+//! Sine and cosine in single precision, without libm: its `sinf` computes in double precision, 1258
+//! instructions on a Cortex-M4F.
 
 use core::f32::consts::FRAC_2_PI;
 
-/// A quarter turn [rad] in three parts: the first two have so few digits that their multiples are exact (Cody and Waite; constants of Cephes).
+/// A quarter turn [rad] in three parts: the first two have so few digits that their multiples are
+/// exact (Cody and Waite; constants of Cephes).
 const QUARTER: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
 
 /// Sine and cosine of an angle of a few turns [rad], within 3e-7.

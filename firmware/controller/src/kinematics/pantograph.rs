@@ -1,8 +1,9 @@
-//! Two joints: the five-bar pantograph, as in a Haply or a Pantograph Mk II (Campion, Wang and Hayward, The Pantograph Mk-II: a haptic instrument,
-//! IROS 2005, whose forward kinematics this is).
+//! Two joints: the five-bar pantograph, as in a Haply or a Pantograph Mk II (Campion, Wang and
+//! Hayward, The Pantograph Mk-II: a haptic instrument, IROS 2005, whose forward kinematics this
+//! is).
 //!
-//! Motors stand at x = 0 and x = -base on the device's x axis and drive the proximal arms `near_m`; the distal arms `far_m` meet in the tip. It moves in
-//! the x-z plane: z is up, out of the tissue.
+//! Motors stand at x = 0 and x = -base on the device's x axis and drive the proximal arms `near_m`;
+//! the distal arms `far_m` meet in the tip. It moves in the x-z plane: z is up, out of the tissue.
 
 use palpate::Vector3;
 
@@ -28,7 +29,8 @@ pub struct Pantograph {
     jacobian_m: [[f32; 2]; 2],
 }
 
-/// Square of the way between the elbows over a distal arm's: below it the distal arms lie on each other, and a newton aside takes ten times the torque.
+/// Square of the way between the elbows over a distal arm's: below it the distal arms lie on each
+/// other, and a newton aside takes ten times the torque.
 const FOLDED: f32 = 1e-2;
 
 impl Pantograph {
@@ -57,7 +59,8 @@ impl Mechanism for Pantograph {
         }
         let rise = root(height_square / square);
         let tip = [elbow[0] + 0.5 * across[0] + rise * across[1], elbow[1] + 0.5 * across[1] - rise * across[0]];
-        // both distal arms keep their length: (tip - elbow) . tip' = (tip - elbow) . elbow', and the same of the other
+        // both distal arms keep their length: (tip - elbow) . tip' = (tip - elbow) . elbow', and
+        // the same of the other
         let (u, v) = ([tip[0] - elbow[0], tip[1] - elbow[1]], [tip[0] - other[0], tip[1] - other[1]]);
         let determinant = u[0] * v[1] - u[1] * v[0];
         let turned = self.near_m * (u[1] * c1 - u[0] * s1) / determinant;

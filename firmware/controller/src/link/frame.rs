@@ -1,7 +1,8 @@
 //! A message as bytes on the wire, and back.
 //!
-//! CRC-32 (IEEE) over sequence and message finds every error of up to three bits in frames of this length; what COBS does with a flipped
-//! bit of its own can be more, and is found but for one in 2^32.
+//! CRC-32 (IEEE) over sequence and message finds every error of up to three bits in frames of this
+//! length; what COBS does with a flipped bit of its own can be more, and is found but for one in
+//! 2^32.
 
 use core::fmt;
 

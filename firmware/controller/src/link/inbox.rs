@@ -1,4 +1,5 @@
-//! The inbox of the controller. Messages for the haptic cycle are kept for its next tick; messages that change the patch are returned to the caller.
+//! The inbox of the controller. Messages for the haptic cycle are kept for its next tick; messages
+//! that change the patch are returned to the caller.
 
 use palpate::Fault;
 use palpate::haptic::cycle::{Ask, Command};
@@ -105,7 +106,8 @@ impl Inbox {
         }
     }
 
-    /// The newest reading that the host sent, and what it said, for one tick. A inbox without a new reading repeats nothing: the cycle sees its age.
+    /// The newest reading that the host sent, and what it said, for one tick. A inbox without a new
+    /// reading repeats nothing: the cycle sees its age.
     pub fn clear(&mut self) -> (Option<Sensed>, Command) {
         let Self { heard, asked, sensed, found, operator_present } = core::mem::take(self);
         self.operator_present = operator_present;

@@ -14,7 +14,8 @@ use crate::config::{Profile, StoreError};
 pub enum ToBoard<'a> {
     /// Nothing else to say.
     Heartbeat,
-    /// A reading in place of the board's own sensors, device frame [m]: ends the input of a lock-step tick.
+    /// A reading in place of the board's own sensors, device frame [m]: ends the input of a
+    /// lock-step tick.
     Pose {
         /// Tip [m].
         position_m: [f32; 3],
@@ -27,8 +28,9 @@ pub enum ToBoard<'a> {
     Ask(HostAsk),
     /// Stricter limits, in any mode.
     LowerLimits(WireLimits),
-    /// Another Young's modulus [Pa], between half and twice that of the patch as it was packed. In `Idle` the patch is put to rest with it; under
-    /// force it softens at once and stiffens when nothing touches.
+    /// Another Young's modulus [Pa], between half and twice that of the patch as it was packed. In
+    /// `Idle` the patch is put to rest with it; under force it softens at once and stiffens when
+    /// nothing touches.
     YoungsModulus(f32),
     /// A patch of so many bytes will come, in `Idle`.
     PatchBegin(u32),
@@ -50,7 +52,8 @@ pub enum ToBoard<'a> {
     SupplyLow,
     /// The stop circuit is open: for boards that cannot see it themselves.
     EmergencyStop,
-    /// Whether the operator's switch is pressed, for boards without a pin for it; holds until told otherwise, released before that.
+    /// Whether the operator's switch is pressed, for boards without a pin for it; holds until told
+    /// otherwise, released before that.
     Operator(bool),
 }
 

@@ -44,7 +44,8 @@ pub struct Record {
     pub enabled: bool,
     /// Converter codes.
     pub codes: [i16; 3],
-    /// Time from reading the sensors to writing the converters, in counts of the board's clock; 0 on the desktop.
+    /// Time from reading the sensors to writing the converters, in counts of the board's clock; 0
+    /// on the desktop.
     pub spent_counts: u32,
 }
 

@@ -27,8 +27,8 @@ pub const FLOOR: &str = "mass of a node over E D dt^2";
 /// each node.
 ///
 /// # Errors
-/// [`BuildError::Degenerate`] names the first item that contradicts the rest shape; [`BuildError::OutOfRange`] with [`FLOOR`]: a node is too light
-/// for its stiffness.
+/// [`BuildError::Degenerate`] names the first item that contradicts the rest shape;
+/// [`BuildError::OutOfRange`] with [`FLOOR`]: a node is too light for its stiffness.
 pub fn check(
     model: &Model<'_>,
     params: &Params,

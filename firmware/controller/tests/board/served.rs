@@ -16,7 +16,8 @@ use super::mock::{Mock, haptic_loop};
 
 static BLOCK: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m4f-168.patch"));
 
-/// Runs the service on the messages of a host that then goes away; returns the answers and the board.
+/// Runs the service on the messages of a host that then goes away; returns the answers and the
+/// board.
 fn answers(messages: &[ToBoard<'_>]) -> (Vec<Vec<u8>>, Mock) {
     let mut haptic = haptic_loop(Arming::OnRequest);
     for (n, message) in messages.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! The task that the emulator's command line names, and its link: two files of the emulator's host, or the UART.
+//! The task that the emulator's command line names, and its link: two files of the emulator's host,
+//! or the UART.
 
 use core::{cell::RefCell, ffi::CStr};
 
@@ -14,13 +15,15 @@ use palpate_controller::serve::Pace;
 /// The run when the emulator's command line names none.
 const DEFAULT_SCRIPT: Script = Script { ticks: 10_000, lead_ticks: LEAD_TICKS };
 
-/// Whether the command line asks for a reset after a crash, as on hardware: `TICKS LEAD_TICKS restart`.
+/// Whether the command line asks for a reset after a crash, as on hardware: `TICKS LEAD_TICKS
+/// restart`.
 pub fn restarts() -> bool {
     let arguments = semihosting::experimental::env::args::<512>();
     arguments.is_ok_and(|words| (&words).filter_map(core::result::Result::ok).nth(3) == Some("restart"))
 }
 
-/// The task that the emulator's command line names: `TICKS`, `TICKS LEAD_TICKS`, `lock-step IN OUT` with the paths of two FIFOs, or `uart`.
+/// The task that the emulator's command line names: `TICKS`, `TICKS LEAD_TICKS`, `lock-step IN OUT`
+/// with the paths of two FIFOs, or `uart`.
 pub fn duty() -> Duty {
     let Ok(arguments) = semihosting::experimental::env::args::<512>() else { return Duty::Script(DEFAULT_SCRIPT) };
     let mut words = (&arguments).filter_map(core::result::Result::ok).skip(1);
@@ -53,7 +56,8 @@ pub fn duty() -> Duty {
 /// The two ends of a lock-step link, from the host's file system. Without one the link is the UART.
 static FILES: Mutex<CriticalSectionRawMutex, RefCell<Option<(File, File)>>> = Mutex::new(RefCell::new(None));
 
-/// Bytes from the host. In lock-step the whole machine stands still until there are some, and 0 says that the host has gone.
+/// Bytes from the host. In lock-step the whole machine stands still until there are some, and 0
+/// says that the host has gone.
 pub fn link_read(bytes: &mut [u8]) -> usize {
     let from_file = FILES.lock(|link| link.borrow_mut().as_mut().map(|(input, _)| input.read(bytes).unwrap_or(0)));
     from_file.unwrap_or_else(|| uart::read(bytes))

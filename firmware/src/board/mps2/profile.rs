@@ -21,7 +21,8 @@ impl ProfileMemory {
 
 impl Flash for ProfileMemory {
     fn read(&self, slot: Slot, bytes: &mut [u8; SLOT_BYTES]) {
-        // SAFETY: whatever the RAM holds is bytes; one task at a time has the slots: `main`, then the haptic loop.
+        // SAFETY: whatever the RAM holds is bytes; one task at a time has the slots: `main`, then
+        // the haptic loop.
         *bytes = unsafe { Self::at(slot).read_volatile() };
     }
 

@@ -18,7 +18,8 @@ const RECEIVED: u32 = 2;
 const ENABLE: u32 = 0b1111;
 const BAUD: u32 = 115_200;
 
-/// Four of the longest frames each way. What finds no room is lost, and its frame dropped by the checksum.
+/// Four of the longest frames each way. What finds no room is lost, and its frame dropped by the
+/// checksum.
 static IN: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
 static OUT: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
 
@@ -52,7 +53,8 @@ pub fn write(bytes: &[u8]) {
 }
 
 pub extern "C" fn on_received() {
-    // SAFETY: registers of a UART that nothing but this file touches; reading the data takes it out.
+    // SAFETY: registers of a UART that nothing but this file touches; reading the data takes it
+    // out.
     unsafe {
         INTCLEAR.write_volatile(RECEIVED);
         while STATE.read_volatile() & RECEIVE_FULL != 0 {

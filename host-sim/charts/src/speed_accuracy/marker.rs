@@ -66,7 +66,8 @@ pub fn radius_px(nodes: usize) -> f64 {
 
 /// Corners on the canvas.
 pub fn outline(shape: Shape, (x, y): (i32, i32), radius: i32) -> Vec<(i32, i32)> {
-    // (corners, first angle in turns from the right, size that makes areas look alike, inner radius of a star)
+    // (corners, first angle in turns from the right, size that makes areas look alike, inner radius
+    // of a star)
     let (corners, first, size, inner) = match shape {
         Shape::Disc => (32, 0.0, 1.0, 1.0),
         Shape::Square => (4, 0.125, 1.25, 1.0),

@@ -41,7 +41,8 @@ fn ends(layer: &Layer, edge: [u32; 2]) -> Option<[V3; 2]> {
 
 /// Edges of the triangles that face the eye, in pieces no longer than `piece_px`.
 ///
-/// They count as half a piece farther than they are: where both surfaces coincide only the skin is seen, not a moiré of both.
+/// They count as half a piece farther than they are: where both surfaces coincide only the skin is
+/// seen, not a moiré of both.
 pub fn wires(layer: &Layer, view: &View, piece_px: f64) -> Vec<Wire> {
     let mut all = Vec::new();
     let behind = 0.5 * piece_px * f64::from(FINE) / view.scale;

@@ -72,7 +72,8 @@ impl View {
         Self::from_eye(eye, axis, points, frame)
     }
 
-    /// Looks from the unit vector `eye` with the unit vector `axis` upward, everything in `points` inside `frame`.
+    /// Looks from the unit vector `eye` with the unit vector `axis` upward, everything in `points`
+    /// inside `frame`.
     pub fn from_eye(eye: V3, axis: V3, points: &(impl Iterator<Item = V3> + Clone), frame: Frame) -> Self {
         // straight along the axis there is no upward: any right will do
         let side = across(axis, [0.0, 1.0, 0.0]);

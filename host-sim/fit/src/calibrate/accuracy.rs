@@ -1,4 +1,5 @@
-//! How right a patch is, by the static solution of its tick: centred presses, random places over a disc, dents, discs glued to the surface.
+//! How right a patch is, by the static solution of its tick: centred presses, random places over a
+//! disc, dents, discs glued to the surface.
 
 use palpate::Params;
 use rayon::prelude::*;
@@ -9,12 +10,14 @@ use super::targets::Reference;
 use crate::statics::{Balance, Solver, Statics, Unbalanced, Vector};
 use palpate_tissue::patch::Patch;
 
-/// Centred depths, fitted and held out, and depths over the disc [probe radii]: 0.5, 1, .. mm for a radius of 8 mm.
+/// Centred depths, fitted and held out, and depths over the disc [probe radii]: 0.5, 1, .. mm for a
+/// radius of 8 mm.
 const CENTRED_RADII: [f64; 8] = [0.0625, 0.125, 0.1875, 0.25, 0.375, 0.5, 0.75, 1.0];
 const DISC_DEPTHS_RADII: [f64; 7] = [0.0625, 0.125, 0.1875, 0.25, 0.375, 0.5, 0.75];
 /// How many places it takes to judge a patch.
 pub const PLACES: usize = 40;
-/// Radius of the disc on a whole block [probe radii], and the seed of its places, which no fit uses.
+/// Radius of the disc on a whole block [probe radii], and the seed of its places, which no fit
+/// uses.
 pub const DISC_RADII: f64 = 1.5;
 const SEED: u64 = 2026;
 /// Dents are compared at these depths, this far around [probe radii].
@@ -40,7 +43,8 @@ pub struct DepthError {
 pub struct DentError {
     /// Depth [mm].
     pub depth_mm: f64,
-    /// Mean distance of the surface from the reference at the nodes: inside the probe the surface is the foundation's outer face [mm].
+    /// Mean distance of the surface from the reference at the nodes: inside the probe the surface
+    /// is the foundation's outer face [mm].
     pub surface_mean_mm: f64,
     /// The same of the nodes themselves [mm].
     pub nodes_mean_mm: f64,

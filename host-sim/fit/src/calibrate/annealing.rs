@@ -1,10 +1,13 @@
-//! Simulated annealing with the schedule of paper 004 (sections 2.2 and 3.4), to be compared with [`super::gauss_newton`] on the same objective.
+//! Simulated annealing with the schedule of paper 004 (sections 2.2 and 3.4), to be compared with
+//! [`super::gauss_newton`] on the same objective.
 //!
-//! Two unknowns, as there: one multiplier on all springs and one on all nodal volume. The paper's second is the damping, which a press at rest does not
-//! feel; its objective is the Hausdorff distance, here it is the cost that all fits share, so a temperature is in units of that cost. It starts at the
-//! uncalibrated patch, not at random.
+//! Two unknowns, as there: one multiplier on all springs and one on all nodal volume. The paper's
+//! second is the damping, which a press at rest does not feel; its objective is the Hausdorff
+//! distance, here it is the cost that all fits share, so a temperature is in units of that cost. It
+//! starts at the uncalibrated patch, not at random.
 //!
-//! The schedule and the walk are [`super::schedule`]'s: `argmin`'s annealing cools after every trial and takes a worse place with another probability than Metropolis's.
+//! The schedule and the walk are [`super::schedule`]'s: `argmin`'s annealing cools after every
+//! trial and takes a worse place with another probability than Metropolis's.
 
 use super::schedule::{Schedule, Verdict, Walk};
 use super::{CalibrateError, Objective, Round};
@@ -14,9 +17,10 @@ pub const SCHEDULE_EVALUATIONS: usize = 1 + Schedule::PAPER.length();
 
 const SEED: u64 = 4;
 
-/// Fits the two multipliers with at most `most_evaluations`; returns a record of the start and of every trial that was better than all before it. The best
-/// is what the objective is left at. With less than [`SCHEDULE_EVALUATIONS`] all temperatures are gone through with fewer trials each. Coordinates
-/// are in prior widths.
+/// Fits the two multipliers with at most `most_evaluations`; returns a record of the start and of
+/// every trial that was better than all before it. The best is what the objective is left at. With
+/// less than [`SCHEDULE_EVALUATIONS`] all temperatures are gone through with fewer trials each.
+/// Coordinates are in prior widths.
 ///
 /// # Errors
 /// The uncalibrated patch cannot be pressed.

@@ -1,7 +1,8 @@
-//! Gauss-Newton with the adjoint's exact slopes: every round solves the regularised linear least squares of all errors in all unknowns.
+//! Gauss-Newton with the adjoint's exact slopes: every round solves the regularised linear least
+//! squares of all errors in all unknowns.
 //!
-//! There are fewer measured numbers than unknowns, so the normal equations are solved on the side of the measurements:
-//! `z = J^T (J J^T + I)^-1 (J z0 - r)` minimises `|r + J (z - z0)|^2 + |z|^2`.
+//! There are fewer measured numbers than unknowns, so the normal equations are solved on the side
+//! of the measurements: `z = J^T (J J^T + I)^-1 (J z0 - r)` minimises `|r + J (z - z0)|^2 + |z|^2`.
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
@@ -10,11 +11,13 @@ use super::{CalibrateError, Objective, Round, Sweep};
 
 /// A round that gains less than this share of the cost is the last.
 const LEAST_GAIN: f64 = 0.002;
-/// Weight with which a round's unknowns are held to the last round's, in units of their prior (Levenberg, Marquardt).
+/// Weight with which a round's unknowns are held to the last round's, in units of their prior
+/// (Levenberg, Marquardt).
 const FIRST_HOLD: f64 = 100.0;
 /// A hold below this hardly shortens a step.
 const FREE: f64 = 1.0;
-/// A step that does not pay, or keeps little of what the linear model promised, makes the next one shorter; one that keeps most of it, longer.
+/// A step that does not pay, or keeps little of what the linear model promised, makes the next one
+/// shorter; one that keeps most of it, longer.
 const LONGER_HOLD: f64 = 4.0;
 const GOOD: f64 = 0.7;
 const FAIR: f64 = 0.3;
@@ -77,7 +80,8 @@ fn linear_cost(sweep: &Sweep, z: &[f64], there: &[f64]) -> f64 {
     misfit + there.iter().map(|z| z * z).sum::<f64>()
 }
 
-/// Where the linear model is best when every unknown is also held to its present value with `hold` times the weight of its prior.
+/// Where the linear model is best when every unknown is also held to its present value with `hold`
+/// times the weight of its prior.
 fn step(sweep: &Sweep, z: &[f64], hold: f64) -> Option<Vec<f64>> {
     let (m, n) = (sweep.rows.len(), z.len());
     let j = Mat::from_fn(m, n, |r, c| sweep.rows[r][c]);

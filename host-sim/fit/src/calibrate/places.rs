@@ -6,7 +6,8 @@ use rand_xoshiro::rand_core::{RngCore, SeedableRng};
 /// Golden angle [rad].
 const GOLDEN: f64 = 2.399_963_229_728_653;
 
-/// `count` places spread evenly over a disc of radius `radius_m` (Vogel's sunflower), relative to its centre [m].
+/// `count` places spread evenly over a disc of radius `radius_m` (Vogel's sunflower), relative to
+/// its centre [m].
 #[must_use]
 pub fn sunflower(count: usize, radius_m: f64) -> Vec<[f64; 2]> {
     let place = |n: usize| {
@@ -17,7 +18,8 @@ pub fn sunflower(count: usize, radius_m: f64) -> Vec<[f64; 2]> {
     (0..count).map(place).collect()
 }
 
-/// `count` places at random over a disc, the same for the same seed: what a calibration is tested on.
+/// `count` places at random over a disc, the same for the same seed: what a calibration is tested
+/// on.
 #[must_use]
 pub fn random(count: usize, radius_m: f64, seed: u64) -> Vec<[f64; 2]> {
     let mut random = SplitMix64::seed_from_u64(seed);

@@ -1,8 +1,9 @@
 //! The reference between its solved depths and places.
 //!
-//! Over depth the force divided by depth^1.5 (Hertz) is smooth and slow, and is interpolated by a cubic through the four nearest depths. Over the top of a homogeneous
-//! block the force hardly changes (under 1 % within 1.5 probe radii): its ratio to the centred force has the square's symmetry,
-//! `1 + a r^2 + b r^4 + c r^4 cos(4 angle)`, fitted to the solved places.
+//! Over depth the force divided by depth^1.5 (Hertz) is smooth and slow, and is interpolated by a
+//! cubic through the four nearest depths. Over the top of a homogeneous block the force hardly
+//! changes (under 1 % within 1.5 probe radii): its ratio to the centred force has the square's
+//! symmetry, `1 + a r^2 + b r^4 + c r^4 cos(4 angle)`, fitted to the solved places.
 
 use nalgebra::Matrix3;
 
@@ -12,7 +13,8 @@ use palpate_tissue::answer::{Answer, GluedAnswer};
 
 /// Places closer to the centre than this are the centre [m].
 const CENTRED_M: f64 = 1e-9;
-/// Weight of zero for a, b and c in the fit of the ratio, beside places that weigh about one: without a place off the axes c is zero.
+/// Weight of zero for a, b and c in the fit of the ratio, beside places that weigh about one:
+/// without a place off the axes c is zero.
 const RIDGE: [f64; 3] = [1e-9, 1e-9, 1e-6];
 
 /// An answer that can be asked anywhere on the top of its block.

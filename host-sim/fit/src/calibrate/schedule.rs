@@ -1,7 +1,9 @@
-//! The annealing schedule of paper 004 (sections 2.2 and 3.4) and a walk that follows it: proposals, Metropolis's criterion, cooling.
+//! The annealing schedule of paper 004 (sections 2.2 and 3.4) and a walk that follows it:
+//! proposals, Metropolis's criterion, cooling.
 //!
-//! The paper says neither how far a trial goes nor in what unit the objective is. Here the reach follows the share of trials taken, and every objective
-//! says its unit. A walk is plain numbers: written down and read back, it goes on where it stopped.
+//! The paper says neither how far a trial goes nor in what unit the objective is. Here the reach
+//! follows the share of trials taken, and every objective says its unit. A walk is plain numbers:
+//! written down and read back, it goes on where it stopped.
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{RngCore, SeedableRng};

@@ -1,4 +1,5 @@
-//! One evaluation of the objective: every press of every place, and, if asked, how each result changes with every unknown.
+//! One evaluation of the objective: every press of every place, and, if asked, how each result
+//! changes with every unknown.
 
 use std::time::Instant;
 
@@ -11,7 +12,8 @@ use crate::statics::{Balance, Solver, Statics, Unbalanced, Vector};
 /// The probe starts this far above the surface [m].
 const CLEAR_M: f64 = 1e-4;
 
-/// Errors in units of their tolerance, one a measured number, and their slopes along the unknowns, row by row.
+/// Errors in units of their tolerance, one a measured number, and their slopes along the unknowns,
+/// row by row.
 #[derive(Clone, Debug, Default)]
 pub struct Sweep {
     /// Errors.
@@ -22,7 +24,8 @@ pub struct Sweep {
     pub measurement: Measurement,
 }
 
-/// The objective of a calibration, with its count of evaluations and the solutions found so far as starting points for the next.
+/// The objective of a calibration, with its count of evaluations and the solutions found so far as
+/// starting points for the next.
 #[derive(Debug)]
 pub struct Objective<'a> {
     base: Statics,

@@ -1,17 +1,19 @@
-//! What a calibration aims at: forces over a disc of places, dents at its centre, and discs glued to the surface.
+//! What a calibration aims at: forces over a disc of places, dents at its centre, and discs glued
+//! to the surface.
 
 use super::places::sunflower;
 use crate::statics::Vector;
 use palpate_tissue::answer::GluedAnswer;
 
-/// Radius of the disc over which places are spread for a whole block [probe radii]: a little more than the 1.5 over which the force is held to its tolerance.
+/// Radius of the disc over which places are spread for a whole block [probe radii]: a little more
+/// than the 1.5 over which the force is held to its tolerance.
 pub const DISC_RADII: f64 = 1.65;
 /// Depths of the presses at every place [probe radii].
 const DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 0.875];
 /// Depths of the presses at the centre [probe radii].
 const CENTRE_DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 1.0];
-/// Depths of the presses along a stroke [probe radii]: 0.5, 1, 2, 4 mm for a radius of 8 mm, so that what slides 3 mm deep was
-/// not fitted.
+/// Depths of the presses along a stroke [probe radii]: 0.5, 1, 2, 4 mm for a radius of 8 mm, so
+/// that what slides 3 mm deep was not fitted.
 const STROKE_DEPTHS_RADII: [f64; 4] = [0.0625, 0.125, 0.25, 0.5];
 /// Places go on this far past both ends of a stroke [probe radii].
 const STROKE_ENDS_RADII: f64 = 0.125;
@@ -93,7 +95,8 @@ pub trait Reference: Sync {
     fn shallowest_m(&self) -> f64 {
         0.0
     }
-    /// Place on the surface [m] at an offset in the plane that touches it at the site [m]: of a flat top that plane itself.
+    /// Place on the surface [m] at an offset in the plane that touches it at the site [m]: of a
+    /// flat top that plane itself.
     fn place_m(&self, offset_m: [f64; 2]) -> Option<Vector> {
         Some(Vector::new(offset_m[0], offset_m[1], 0.0))
     }
@@ -106,7 +109,8 @@ pub trait Reference: Sync {
 }
 
 impl Targets {
-    /// Presses at the centre and at `places` more over `disc_radii` probe radii, to all depths that the reference knows; dents at `surface` nodes, if there are any.
+    /// Presses at the centre and at `places` more over `disc_radii` probe radii, to all depths that
+    /// the reference knows; dents at `surface` nodes, if there are any.
     #[must_use]
     pub fn over_a_disc(
         reference: &(impl Reference + ?Sized),
@@ -136,8 +140,9 @@ impl Targets {
         Some(Self { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii })
     }
 
-    /// Presses on a flat top (normal along z) along a stroke centred on `centre_m`, over `half_width_m` to both sides: a lattice
-    /// of golden ratio, the centre first. `None` where the reference does not know.
+    /// Presses on a flat top (normal along z) along a stroke centred on `centre_m`, over
+    /// `half_width_m` to both sides: a lattice of golden ratio, the centre first. `None` where the
+    /// reference does not know.
     #[must_use]
     pub fn over_a_stroke(
         reference: &(impl Reference + ?Sized),
@@ -180,7 +185,8 @@ impl Targets {
         self
     }
 
-    /// The same with other depths [probe radii] at the centre, as far as the reference knows them, and presses there `weight` times as exact.
+    /// The same with other depths [probe radii] at the centre, as far as the reference knows them,
+    /// and presses there `weight` times as exact.
     #[must_use]
     pub fn with_centre(mut self, reference: &(impl Reference + ?Sized), depths_radii: &[f64], weight: f64) -> Option<Self> {
         let solved = reference.shallowest_m()..=reference.deepest_m() * (1.0 + 1e-9);
@@ -214,7 +220,8 @@ const DENT_TOLERANCE: f64 = 0.008;
 /// Less one, the most even step for places on a line.
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
-/// Forces at an offset from the centre for those depths [probe radii] that the reference knows; `None` where it does not know the place.
+/// Forces at an offset from the centre for those depths [probe radii] that the reference knows;
+/// `None` where it does not know the place.
 fn forces(
     reference: &(impl Reference + ?Sized),
     offset_m: Vector,

@@ -1,7 +1,7 @@
 //! The unknowns of a calibration as one vector, and what they do to a patch.
 //!
-//! Each unknown is the logarithm of a multiplier in units of its own prior width, so that the ridge is the plain sum of squares, multipliers
-//! stay positive, and zero is the uncalibrated patch.
+//! Each unknown is the logarithm of a multiplier in units of its own prior width, so that the ridge
+//! is the plain sum of squares, multipliers stay positive, and zero is the uncalibrated patch.
 
 use palpate::Params;
 

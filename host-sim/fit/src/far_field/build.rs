@@ -1,4 +1,5 @@
-//! From a whole organ to a patch with its far field, formulas only; [`crate::calibrate`] fits it afterwards.
+//! From a whole organ to a patch with its far field, formulas only; [`crate::calibrate`] fits it
+//! afterwards.
 
 use faer::Mat;
 use palpate::Params;

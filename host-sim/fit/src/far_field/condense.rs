@@ -1,6 +1,8 @@
-//! The outside of a patch as its rim feels it: quadratic finite elements, linear about rest, everything but the rim condensed out.
+//! The outside of a patch as its rim feels it: quadratic finite elements, linear about rest,
+//! everything but the rim condensed out.
 //!
-//! Rim faces stay piecewise linear, as the patch's tets are: the middle of a rim edge follows the mean of its ends.
+//! Rim faces stay piecewise linear, as the patch's tets are: the middle of a rim edge follows the
+//! mean of its ends.
 
 use std::collections::HashMap;
 
@@ -13,7 +15,8 @@ use crate::reference::condensed::{Tie, condensed};
 use crate::reference::quadratic::QuadraticMesh;
 use crate::reference::shape::{TET_EDGES, TetRule};
 
-/// Stiffness over E of the outside [m], shape [3 rim nodes][3 rim nodes]; `None` if memory runs out.
+/// Stiffness over E of the outside [m], shape [3 rim nodes][3 rim nodes]; `None` if memory runs
+/// out.
 #[must_use]
 pub fn condense(outside: &Outside, poisson_ratio: f64) -> Option<Mat<f64>> {
     let corners = outside.mesh.nodes_m.len();

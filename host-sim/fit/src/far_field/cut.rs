@@ -62,7 +62,8 @@ pub struct Cut {
 }
 
 impl Cut {
-    /// Takes all tets whose centroid is near the site, as far as they hang together by faces, out of a whole.
+    /// Takes all tets whose centroid is near the site, as far as they hang together by faces, out
+    /// of a whole.
     ///
     /// # Errors
     /// [`CutError`].

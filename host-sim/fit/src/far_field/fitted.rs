@@ -1,4 +1,5 @@
-//! From a scene to a calibrated patch with its far field: whole organ, cut, rim springs, reference of the whole organ, fit.
+//! From a scene to a calibrated patch with its far field: whole organ, cut, rim springs, reference
+//! of the whole organ, fit.
 
 use palpate::Params;
 use serde::Serialize;
@@ -20,14 +21,15 @@ use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::tissue::Placed;
 use palpate_tissue::tissue::Tissue;
 
-/// Places of the fit are spread this far around the site [probe radii]: a little more than the one radius over which the force is promised.
+/// Places of the fit are spread this far around the site [probe radii]: a little more than the one
+/// radius over which the force is promised.
 const DISC_RADII: f64 = 1.15;
 /// Radius of the disc over which a patch is judged [probe radii].
 pub const JUDGED_RADII: f64 = 1.0;
 /// Places over it, unknown to any fit.
 pub const JUDGED_PLACES: usize = 60;
-/// Mass floor of such patches: with the default of 4 the coarsest go unstable in a tap to the probe's radius at a tick 15 % longer, with 6 not at 30 %. Forces at
-/// rest are the same.
+/// Mass floor of such patches: with the default of 4 the coarsest go unstable in a tap to the
+/// probe's radius at a tick 15 % longer, with 6 not at 30 %. Forces at rest are the same.
 const MASS_FLOOR: f32 = 6.0;
 /// Radii that a patch may have [probe radii].
 const RADII: [f64; 2] = [1.25, 4.0];
@@ -35,18 +37,22 @@ const RADII: [f64; 2] = [1.25, 4.0];
 const MOST_FINE_NODES: f64 = 1000.0;
 /// Along a stroke, places lie this far to both sides [probe radii].
 const HALF_WIDTH_RADII: f64 = 0.5;
-/// Presses at the centre count as this many times more exact: it is one place of a hundred, and the one that is pressed most.
+/// Presses at the centre count as this many times more exact: it is one place of a hundred, and the
+/// one that is pressed most.
 const CENTRE_WEIGHT: f64 = 3.0;
-/// Depths of the presses there [probe radii], between those that a patch is judged at: with five of them a fit met these and swung by 2-4 % between.
+/// Depths of the presses there [probe radii], between those that a patch is judged at: with five of
+/// them a fit met these and swung by 2-4 % between.
 const CENTRE_DEPTHS_RADII: [f64; 12] = [0.0625, 0.0885, 0.125, 0.156, 0.21875, 0.25, 0.3125, 0.4375, 0.5, 0.625, 0.8125, 1.0];
-/// Presses around the site shallower than this [probe radii] count as so many times more exact, the shallowest excepted: they rest on a few foundation points
-/// and are the worst of the unseen places.
+/// Presses around the site shallower than this [probe radii] count as so many times more exact, the
+/// shallowest excepted: they rest on a few foundation points and are the worst of the unseen
+/// places.
 const SHALLOW_RADII: [f64; 2] = [0.1, 0.2];
 const SHALLOW_WEIGHT: f64 = 2.0;
 /// Glued discs are fitted at the site and on a ring of this radius [probe radii], this many.
 const RING_RADII: f64 = 0.5;
 const RING: usize = 4;
-/// Places at which the finite elements of an organ are pressed, the site not counted, and how far around it [probe radii].
+/// Places at which the finite elements of an organ are pressed, the site not counted, and how far
+/// around it [probe radii].
 const SOLVED_PLACES: usize = 10;
 const SOLVED_RADII: f64 = 1.2;
 /// Depths they are pressed to, as shares of the deepest hold.
@@ -61,7 +67,8 @@ pub enum Truth {
 }
 
 impl Truth {
-    /// The shipped answer if it is of this scene, pressed at its centre; else finite elements of the whole, some minutes for an organ.
+    /// The shipped answer if it is of this scene, pressed at its centre; else finite elements of
+    /// the whole, some minutes for an organ.
     ///
     /// # Errors
     /// What [`organ_reference`] refuses.
@@ -251,7 +258,8 @@ fn unfitted(cause: &crate::calibrate::CalibrateError) -> Error {
     Error::Check(format!("the patch cannot be fitted: {cause}"))
 }
 
-/// Patches narrower than the contact spreads miss it, however they are fitted; wider ones are a whole organ at a whole organ's cost.
+/// Patches narrower than the contact spreads miss it, however they are fitted; wider ones are a
+/// whole organ at a whole organ's cost.
 fn refuse_odd(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
     let probe_m = scene.probe.radius_m;
     let [least_m, most_m] = RADII.map(|radii| radii * probe_m);
@@ -283,7 +291,8 @@ fn refuse_too_fine(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
     )))
 }
 
-/// Fits a tissue's patch, with its rim springs if it has some, to a reference over a little more than the disc that it is judged on.
+/// Fits a tissue's patch, with its rim springs if it has some, to a reference over a little more
+/// than the disc that it is judged on.
 ///
 /// # Errors
 /// A reference that lacks presses, a patch that cannot be pressed.
@@ -311,7 +320,8 @@ pub fn fit_tissue(
     calibrate(tissue, material, rim, params, &targets, settings, progress).map_err(|cause| unfitted(&cause))
 }
 
-/// Solved discs at the site, and what lies between them and those solved away from it: on a ring, where the stiffness has gone the square of the way's share.
+/// Solved discs at the site, and what lies between them and those solved away from it: on a ring,
+/// where the stiffness has gone the square of the way's share.
 fn glued_around(solved: &[GluedAnswer], probe_m: f64) -> Vec<GluedAnswer> {
     let away = |disc: &GluedAnswer| disc.place_m[0].hypot(disc.place_m[1]);
     let mut discs = Vec::new();

@@ -1,7 +1,9 @@
-//! What a press of the whole organ answers: quadratic finite elements ([`crate::reference`]) on the mesh of [`super::whole`], refined under the probe.
+//! What a press of the whole organ answers: quadratic finite elements ([`crate::reference`]) on the
+//! mesh of [`super::whole`], refined under the probe.
 //!
-//! The organ has the mesh's flat facets, as the patch that is cut out of it. At the site the force is that of two meshes, extrapolated; at other places that of
-//! the coarser one times the ratio of the two at the site, as what the mesh does to the force is much alike at both.
+//! The organ has the mesh's flat facets, as the patch that is cut out of it. At the site the force
+//! is that of two meshes, extrapolated; at other places that of the coarser one times the ratio of
+//! the two at the site, as what the mesh does to the force is much alike at both.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -24,7 +26,8 @@ use palpate_tissue::tissue::{Layout, Placed};
 
 type V3 = Vector3<f64>;
 
-/// How a mesh is refined under the probe: longest edge over the radius of the smallest contact, its growth per distance from there.
+/// How a mesh is refined under the probe: longest edge over the radius of the smallest contact, its
+/// growth per distance from there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Level {
     edge: f64,
@@ -45,7 +48,8 @@ pub struct OrganReference {
     pub places: Vec<PlaceForces>,
     /// Depths [m], rising, shape \[depths\].
     pub depths_m: Vec<f64>,
-    /// How far the force at the site may be off at each depth (1): what the last refinement changed.
+    /// How far the force at the site may be off at each depth (1): what the last refinement
+    /// changed.
     pub error: Vec<f64>,
     /// Nodes of the finest quadratic mesh.
     pub nodes: usize,
@@ -68,11 +72,13 @@ struct Pressed {
     force_over_e_m2: Vec<f64>,
 }
 
-/// Presses the organ of [`super::whole`] along the axis of its site with the scene's probe, without friction: at each of `offsets_m` from the site, to each of
-/// `depths_m`. `progress` hears how many of how many presses are done.
+/// Presses the organ of [`super::whole`] along the axis of its site with the scene's probe, without
+/// friction: at each of `offsets_m` from the site, to each of `depths_m`. `progress` hears how many
+/// of how many presses are done.
 ///
 /// # Errors
-/// No depths, or some that do not rise from zero; an offset that misses the surface; no equilibrium at some depth, or no memory.
+/// No depths, or some that do not rise from zero; an offset that misses the surface; no equilibrium
+/// at some depth, or no memory.
 pub fn organ_reference(
     scene: &Scene,
     placed: &Placed,
@@ -134,7 +140,8 @@ impl<'a> Bench<'a> {
         Ok(Self { scene, placed, layout: Layout::of(scene)?, organ, depths_m })
     }
 
-    /// The surface's point over or under an offset in the tangent plane, along the axis; of several that nearest to the plane.
+    /// The surface's point over or under an offset in the tangent plane, along the axis; of several
+    /// that nearest to the plane.
     fn place(&self, offset_m: [f64; 2]) -> Result<V3, Error> {
         let tissue = &self.placed.tissue;
         let (site, axis) = (V3::from(tissue.site_m), V3::from(self.placed.axis));

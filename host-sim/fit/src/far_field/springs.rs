@@ -1,9 +1,12 @@
-//! Rim springs: a symmetric 3 x 3 block a rim node and a 3 x 3 block a rim edge, fitted to the condensed outside.
+//! Rim springs: a symmetric 3 x 3 block a rim node and a 3 x 3 block a rim edge, fitted to the
+//! condensed outside.
 //!
 //! Sought is the symmetric M with blocks only there that answers loads on the surface as S does:
-//! `|M U - S U|^2 + rho |M - S|^2`, U the rim displacements under unit forces on the surface with the exact outside attached. Cut off S itself, M would be 1-10 % too
-//! stiff; fitted it is within half a percent. M is kept positive, so that the rim can never give energy away: where a fit comes out with a negative
-//! eigenvalue (jagged rims), its eigenvector joins the loads, with growing weight, until none is left.
+//! `|M U - S U|^2 + rho |M - S|^2`, U the rim displacements under unit forces on the surface with
+//! the exact outside attached. Cut off S itself, M would be 1-10 % too stiff; fitted it is within
+//! half a percent. M is kept positive, so that the rim can never give energy away: where a fit
+//! comes out with a negative eigenvalue (jagged rims), its eigenvector joins the loads, with
+//! growing weight, until none is left.
 
 use faer::{Mat, Side};
 
@@ -12,11 +15,13 @@ pub use palpate_tissue::patch::RimSprings;
 use super::cut::Cut;
 use crate::statics::{Solver, Statics, Unbalanced, Vector};
 
-/// Weight of staying near S, as a share of the mean diagonal of the normal equations. Anything from 1e-5 to 1e-2 gives the same forces.
+/// Weight of staying near S, as a share of the mean diagonal of the normal equations. Anything from
+/// 1e-5 to 1e-2 gives the same forces.
 const RIDGE: f64 = 1e-3;
 /// Least eigenvalue, as a share of the mean diagonal of S.
 const LEAST: f64 = 1e-3;
-/// Rounds of adding eigenvectors, each weighted more than the last, the first by this much beside the ridge. Heavier ones at once would spoil the loads' answers.
+/// Rounds of adding eigenvectors, each weighted more than the last, the first by this much beside
+/// the ridge. Heavier ones at once would spoil the loads' answers.
 const MOST_ROUNDS: usize = 24;
 const FIRST_WEIGHT: f64 = 10.0;
 const HEAVIER: f64 = 1.6;
@@ -24,8 +29,9 @@ const HEAVIER: f64 = 1.6;
 const TOLERANCE: f64 = 1e-7;
 const MOST_STEPS: usize = 3000;
 
-/// Displacement of the rim under unit forces over E on the surface near the site [1/m], shape [3 rim nodes][loads]: the patch, with its far field `outside`
-/// (shape [3 rim nodes][3 rim nodes]) attached.
+/// Displacement of the rim under unit forces over E on the surface near the site [1/m], shape [3
+/// rim nodes][loads]: the patch, with its far field `outside` (shape [3 rim nodes][3 rim nodes])
+/// attached.
 ///
 /// # Errors
 /// The patch with its far field is not stiff at rest.
@@ -57,7 +63,8 @@ pub fn rim_answers(statics: &Statics, cut: &Cut, outside: &Mat<f64>, reach_m: f6
     Ok(answers)
 }
 
-/// Fits rim springs to the condensed outside `s` [m], shape [3 rim nodes][3 rim nodes], for the rim displacements `answers`.
+/// Fits rim springs to the condensed outside `s` [m], shape [3 rim nodes][3 rim nodes], for the rim
+/// displacements `answers`.
 #[must_use]
 pub fn fit(cut: &Cut, s: &Mat<f64>, answers: &Mat<f64>) -> RimSprings {
     let rim = cut.rim.len();

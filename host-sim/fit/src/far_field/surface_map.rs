@@ -1,7 +1,8 @@
 //! The reference of an organ between its solved places and depths.
 //!
-//! Over depth the force over depth^1.5 (Hertz) changes slowly, over a smooth surface too: its logarithm at every solved depth is a quadratic of the offset from
-//! the site, fitted to the solved places; between depths a cubic of the depth's logarithm through the four nearest.
+//! Over depth the force over depth^1.5 (Hertz) changes slowly, over a smooth surface too: its
+//! logarithm at every solved depth is a quadratic of the offset from the site, fitted to the solved
+//! places; between depths a cubic of the depth's logarithm through the four nearest.
 
 use nalgebra::{SMatrix, SVector};
 

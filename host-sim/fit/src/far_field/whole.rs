@@ -1,7 +1,8 @@
 //! The whole organ on a mesh that is fine at the site and coarse far away.
 //!
-//! The lattice of [`palpate_tissue::organ`], turned to the surface at the site and grown away from it, is cut to the organ's shape: our own, or the surface of a
-//! mesh file, whose own elements may be larger than the patch. Surface nodes lie on the shape exactly.
+//! The lattice of [`palpate_tissue::organ`], turned to the surface at the site and grown away from
+//! it, is cut to the organ's shape: our own, or the surface of a mesh file, whose own elements may
+//! be larger than the patch. Surface nodes lie on the shape exactly.
 
 use nalgebra::Vector3;
 
@@ -14,21 +15,25 @@ use palpate_tissue::tissue::organ::THROUGH;
 use palpate_tissue::tissue::shape::{Shape, Site};
 use palpate_tissue::tissue::{Placed, on_shape, place_block};
 
-/// Mean edge of the lattice over that of its cube: six whole ones and eight of `sqrt(3)/2` meet at a point.
+/// Mean edge of the lattice over that of its cube: six whole ones and eight of `sqrt(3)/2` meet at
+/// a point.
 const MEAN_EDGE: f64 = (6.0 + 8.0 * 0.866_025_403_784_438_6) / 14.0;
-/// Where the lattice tears the organ, its coarsest elements are made this much smaller, at most so often.
+/// Where the lattice tears the organ, its coarsest elements are made this much smaller, at most so
+/// often.
 const LESS: f64 = 0.7;
 const TRIES: u32 = 8;
 /// Largest share of the organ's volume that may be in the patch (1).
 const MOST_SHARE: f64 = 0.5;
 
-/// Meshes the tissue of a scene around its site: edges about `fine_m` long within `fine_radius_m` of it, about as long as `growth` says at the edge of the patch,
-/// and nowhere longer than lets two elements lie through the organ under the site. Where even so the mesh would tear, where the organ is thin, it grows
-/// less. A block has the mesh of [`block_with_rim`].
+/// Meshes the tissue of a scene around its site: edges about `fine_m` long within `fine_radius_m`
+/// of it, about as long as `growth` says at the edge of the patch, and nowhere longer than lets two
+/// elements lie through the organ under the site. Where even so the mesh would tear, where the
+/// organ is thin, it grows less. A block has the mesh of [`block_with_rim`].
 ///
 /// # Errors
-/// A scene without tissue, sizes that are none, a site further than a probe radius from the surface, a patch that swallows the organ or all that holds it, an
-/// organ that nothing holds: with what would do.
+/// A scene without tissue, sizes that are none, a site further than a probe radius from the
+/// surface, a patch that swallows the organ or all that holds it, an organ that nothing holds: with
+/// what would do.
 pub fn whole(scene: &Scene, tips_m: &[[f32; 3]], sizes: &Sizes) -> Result<Placed, Error> {
     check(scene, sizes)?;
     if let Some(size_m) = scene.tissue.block_m {
@@ -88,8 +93,9 @@ fn graded(scene: &Scene, shape: &Shape, site: &Site, sizes: &Sizes) -> Result<Te
     }
 }
 
-/// Growth of the lattice, as [`Fine`] has it, with which an element at the edge of the patch is as much larger in volume as one whose edges have grown by
-/// `growth` per distance: the lattice grows more along a ray than across.
+/// Growth of the lattice, as [`Fine`] has it, with which an element at the edge of the patch is as
+/// much larger in volume as one whose edges have grown by `growth` per distance: the lattice grows
+/// more along a ray than across.
 fn lattice_growth(sizes: &Sizes) -> f64 {
     let ratio = (sizes.radius_m / sizes.fine_radius_m).max(1.5);
     let wanted = 1.0 + sizes.growth * sizes.fine_radius_m * (ratio - 1.0) / sizes.fine_m;

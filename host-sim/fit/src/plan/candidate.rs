@@ -1,4 +1,5 @@
-//! What is searched: radius of the patch, size of its elements, foundation points; and what each would cost.
+//! What is searched: radius of the patch, size of its elements, foundation points; and what each
+//! would cost.
 
 use palpate::Params;
 use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
@@ -113,8 +114,9 @@ impl<'a> Supply<'a> {
         Self { scene, machine, radii, elements, next: 0, both_foundations: !quick, refused: None }
     }
 
-    /// The next smaller elements in patches of all radii, but those of more than `most_nodes` or that take more than `most_units` a substep.
-    /// `None` when all are too large, or no smaller elements are left.
+    /// The next smaller elements in patches of all radii, but those of more than `most_nodes` or
+    /// that take more than `most_units` a substep. `None` when all are too large, or no smaller
+    /// elements are left.
     pub fn next(&mut self, most_units: f64, most_nodes: usize) -> Option<Vec<Weighed>> {
         let element_radii = *self.elements.get(self.next)?;
         let made: Vec<Result<Vec<Weighed>, Error>> =

@@ -1,4 +1,5 @@
-//! What stands at the patch's edge: rim springs, or something cheaper that is tried so that it is not left out unseen.
+//! What stands at the patch's edge: rim springs, or something cheaper that is tried so that it is
+//! not left out unseen.
 
 use palpate::Params;
 use serde::Serialize;
@@ -53,8 +54,9 @@ impl Edge {
         }
     }
 
-    /// How far off a disc as wide as the probe, glued to the site and sheared, is by the edge alone [%]: the same unfitted springs with the exact condensed
-    /// outside are right. Presses do not see it. `None` where it cannot be solved; zero for a whole block.
+    /// How far off a disc as wide as the probe, glued to the site and sheared, is by the edge alone
+    /// [%]: the same unfitted springs with the exact condensed outside are right. Presses do not
+    /// see it. `None` where it cannot be solved; zero for a whole block.
     #[must_use]
     pub fn shear_error_pct(self, weighed: &Weighed) -> Option<f64> {
         let Some(far) = &weighed.far else { return Some(0.0) };

@@ -1,4 +1,5 @@
-//! How right a fitted patch is where no fit has looked: presses at random places within a probe radius of the site, at the scene's depths.
+//! How right a fitted patch is where no fit has looked: presses at random places within a probe
+//! radius of the site, at the scene's depths.
 
 use palpate::Params;
 use rayon::prelude::*;
@@ -14,7 +15,8 @@ use palpate_tissue::scene::{Drive, Scene};
 
 /// The worst place may be this many times the tolerance off.
 pub const WORST_RATIO: f64 = 2.5;
-/// Depths besides the holds, down to the deepest of them [probe radii]; the first is the shallowest that is promised.
+/// Depths besides the holds, down to the deepest of them [probe radii]; the first is the shallowest
+/// that is promised.
 const DEPTHS_RADII: [f64; 8] = [0.125, 0.1875, 0.25, 0.375, 0.5, 0.75, 1.0, 1.25];
 /// Depths this share apart are one.
 const SAME: f64 = 0.02;

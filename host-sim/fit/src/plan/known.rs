@@ -1,4 +1,5 @@
-//! What a scene's model is held against: the whole organ's answer, the depths that are judged, and how tight a tolerance these can tell.
+//! What a scene's model is held against: the whole organ's answer, the depths that are judged, and
+//! how tight a tolerance these can tell.
 
 use super::judge::Judge;
 use crate::far_field::fitted::{Prepared, Recipe, Truth};
@@ -7,7 +8,8 @@ use palpate_tissue::scene::Scene;
 
 /// What the reference itself knows of a force [%].
 const KNOWN_PCT: f64 = 0.3;
-/// Patches on whose mesh the whole organ is solved [probe radii]: the first, or where an organ is too small for it the second.
+/// Patches on whose mesh the whole organ is solved [probe radii]: the first, or where an organ is
+/// too small for it the second.
 const SOLVED: [[f64; 2]; 2] = [[2.0, 0.56], [1.5, 0.56]];
 
 /// The whole organ's answer.
@@ -19,10 +21,12 @@ pub struct Known {
 }
 
 impl Known {
-    /// Takes the shipped answer or solves the scene by finite elements, minutes for an organ. `progress` hears what is done.
+    /// Takes the shipped answer or solves the scene by finite elements, minutes for an organ.
+    /// `progress` hears what is done.
     ///
     /// # Errors
-    /// A tolerance [%] that is none or that the answer cannot tell; a scene that has no far field; holds that have no answer.
+    /// A tolerance [%] that is none or that the answer cannot tell; a scene that has no far field;
+    /// holds that have no answer.
     pub fn of(scene: &Scene, tolerance_pct: f64, progress: impl Fn(&str) + Sync) -> Result<Self, Error> {
         if !(tolerance_pct > 0.0 && tolerance_pct <= 100.0) {
             return Err(Error::Usage(format!("--tolerance-pct {tolerance_pct}: give a percentage above 0, at most 100")));

@@ -13,7 +13,8 @@ use palpate_tissue::error::Error;
 pub struct Outcome {
     /// The smallest that keeps the tolerance within the budget.
     pub chosen: Option<Trial>,
-    /// The next smaller: it misses the tolerance. None where the chosen one is the smallest there is.
+    /// The next smaller: it misses the tolerance. None where the chosen one is the smallest there
+    /// is.
     pub smaller: Option<Trial>,
     /// The next larger: it keeps the tolerance, or leaves the budget.
     pub larger: Option<Trial>,

@@ -1,7 +1,9 @@
-//! The search: bisection over cost by screening, full fits around the border, then the same with less.
+//! The search: bisection over cost by screening, full fits around the border, then the same with
+//! less.
 //!
-//! Errors of single meshes scatter around their trend with cost, so candidates are bisected in rungs of about the same cost, and the border is walked by full fits.
-//! The smallest model found is the smallest of those on the ladder, not of all that could be.
+//! Errors of single meshes scatter around their trend with cost, so candidates are bisected in
+//! rungs of about the same cost, and the border is walked by full fits. The smallest model found is
+//! the smallest of those on the ladder, not of all that could be.
 
 use std::ops::Range;
 
@@ -13,14 +15,16 @@ use super::outcome::Outcome;
 use super::trial::{Bench, Effort, Trial};
 use palpate_tissue::error::Error;
 
-/// Candidates whose costs are within this factor make a rung; so many of them are screened at most, and so many fitted in full.
+/// Candidates whose costs are within this factor make a rung; so many of them are screened at most,
+/// and so many fitted in full.
 const RUNG: f64 = 1.12;
 const SCREENED_PER_RUNG: usize = 3;
 const FULL_PER_RUNG: usize = 2;
 /// Screening is this much worse than a full fit on most meshes, and seldom more than that.
 const SLACK: f64 = 1.25;
 const MOST_SLACK: f64 = 1.6;
-/// The ladder grows no further when two sizes of elements in a row keep this share of the tolerance in a short fit.
+/// The ladder grows no further when two sizes of elements in a row keep this share of the tolerance
+/// in a short fit.
 const SETTLED: f64 = 1.0;
 const SETTLED_SIZES: usize = 2;
 /// It reaches this far beyond the budget, to show what leaves it.
@@ -31,7 +35,8 @@ const WALK: usize = 3;
 const MOST_NODES: usize = 250;
 const QUICK_MOST_NODES: usize = 140;
 
-/// A candidate and what is known of it: place of its trial, `None` inside for one that cannot be fitted.
+/// A candidate and what is known of it: place of its trial, `None` inside for one that cannot be
+/// fitted.
 struct Step {
     weighed: Weighed,
     screened: Option<Option<usize>>,
@@ -101,7 +106,8 @@ impl Ladder<'_> {
         (0..most).any(|n| self.screened_keeps(rung[n * rung.len() / most], slack))
     }
 
-    /// The cheapest of `steps` (rising) that keeps the tolerance in full, if it must within the budget.
+    /// The cheapest of `steps` (rising) that keeps the tolerance in full, if it must within the
+    /// budget.
     fn cheapest(&mut self, steps: &[usize], within_budget: bool) -> Option<usize> {
         let rungs = self.rungs(steps);
         let Range { start: mut low, end: mut high } = 0..rungs.len();
@@ -125,8 +131,9 @@ impl Ladder<'_> {
         None
     }
 
-    /// From a step down as long as the next ones keep the tolerance too: the last that did, and the next smaller, which does not. A fit may need more
-    /// substeps than the unfitted patch, so what comes before is not always cheaper.
+    /// From a step down as long as the next ones keep the tolerance too: the last that did, and the
+    /// next smaller, which does not. A fit may need more substeps than the unfitted patch, so what
+    /// comes before is not always cheaper.
     fn walk_down(&mut self, mut step: usize) -> (usize, Option<Trial>) {
         let tolerance_pct = self.bench.tolerance_pct;
         let mut units = self.full(step).map_or(f64::INFINITY, |t| t.units);
@@ -141,7 +148,8 @@ impl Ladder<'_> {
         (step, None)
     }
 
-    /// Of the full fits with fewer nodes that do not keep the tolerance within the budget, the largest.
+    /// Of the full fits with fewer nodes that do not keep the tolerance within the budget, the
+    /// largest.
     fn fewer_nodes(&self, step: usize) -> Option<Trial> {
         let nodes = self.steps[step].weighed.counts.nodes;
         let misses = |t: &&Trial| !(t.keeps(self.bench.tolerance_pct) && t.fits);
@@ -168,7 +176,8 @@ impl Ladder<'_> {
         None
     }
 
-    /// The chosen one with a term or the edge's springs left out: taken where that is cheaper and keeps the tolerance.
+    /// The chosen one with a term or the edge's springs left out: taken where that is cheaper and
+    /// keeps the tolerance.
     fn with_less(&mut self, step: usize, chosen: Trial) -> Trial {
         let tolerance_pct = self.bench.tolerance_pct;
         let mut best = chosen;

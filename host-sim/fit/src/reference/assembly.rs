@@ -8,7 +8,8 @@ use super::quadratic::QuadraticMesh;
 /// Where the 3 x 3 block of two nodes lies in the lower triangle.
 pub(super) struct Pattern {
     nodes: usize,
-    /// Blocks of block column `j` are `block_start[j]..block_start[j + 1]`, its diagonal block first.
+    /// Blocks of block column `j` are `block_start[j]..block_start[j + 1]`, its diagonal block
+    /// first.
     block_start: Vec<usize>,
     /// Block row of every block, rising within a column.
     block_row: Vec<u32>,
@@ -56,7 +57,8 @@ impl Pattern {
         Cholesky::analyse(column_start, row)
     }
 
-    /// Adds the block (row node i, column node j) to the lower triangle, where it or its transpose belongs.
+    /// Adds the block (row node i, column node j) to the lower triangle, where it or its transpose
+    /// belongs.
     pub fn add(&self, values: &mut [f64], i: u32, j: u32, block: &Matrix3<f64>) {
         let (row, column, turned) = if i >= j { (i, j as usize, false) } else { (j, i as usize, true) };
         let (start, end) = (self.block_start[column], self.block_start[column + 1]);

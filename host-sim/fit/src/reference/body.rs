@@ -1,8 +1,8 @@
 //! Neo-Hookean tissue against a rigid probe: energy, residual, tangent.
 //!
-//! psi = mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2 (Bonet and Wood, *Nonlinear Continuum Mechanics*, 6.28), with
-//! mu = E/(2(1+nu)), lambda = E nu/((1+nu)(1-2nu)) and E = 1 Pa times the stiffness ratio at the quadrature point.
-//! Contact with the probe is in [`super::touch`].
+//! psi = mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2 (Bonet and Wood, *Nonlinear Continuum
+//! Mechanics*, 6.28), with mu = E/(2(1+nu)), lambda = E nu/((1+nu)(1-2nu)) and E = 1 Pa times the
+//! stiffness ratio at the quadrature point. Contact with the probe is in [`super::touch`].
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::{IntoParallelRefIterator, ParallelIterator, ParallelSlice};
@@ -114,7 +114,8 @@ impl Body {
         Self::with_stiffness(mesh, stiffness, fixed, touchable, copies, rule)
     }
 
-    /// Prepares a mesh whose stiffness is given for each tet (by its index) and point (rest position [m]).
+    /// Prepares a mesh whose stiffness is given for each tet (by its index) and point (rest
+    /// position [m]).
     #[must_use]
     pub fn with_stiffness(
         mesh: QuadraticMesh,
@@ -193,7 +194,8 @@ impl Body {
         self.pattern.multiply(&assembled.tangent, vector)
     }
 
-    /// Displacement of a point of a flat horizontal part of the touchable surface; `None` if there is none at that place.
+    /// Displacement of a point of a flat horizontal part of the touchable surface; `None` if there
+    /// is none at that place.
     #[must_use]
     pub fn surface_at(&self, displacement_m: &[Vector3<f64>], at_m: &Vector3<f64>) -> Option<Vector3<f64>> {
         // area coordinates may miss a side by rounding

@@ -17,7 +17,8 @@ pub(super) struct Cholesky {
 }
 
 impl Cholesky {
-    /// Analyses a lower triangle and orders its elimination (approximate minimum degree); `None` if memory runs out.
+    /// Analyses a lower triangle and orders its elimination (approximate minimum degree); `None` if
+    /// memory runs out.
     pub fn analyse(column_start: Vec<usize>, row: Vec<usize>) -> Option<Self> {
         let size = column_start.len() - 1;
         let pattern = SymbolicSparseColMatRef::new_checked(size, size, &column_start, None, &row);

@@ -1,7 +1,8 @@
 //! The stiffness of a body as a few of its nodes feel it: everything else condensed out.
 //!
-//! Linear elasticity about the rest shape (the tangent of [`super::body`] there). Nodes may be tied: their displacement is a weighted mean of those of the
-//! kept nodes, so that a curved quadratic face can follow a flat linear one.
+//! Linear elasticity about the rest shape (the tangent of [`super::body`] there). Nodes may be
+//! tied: their displacement is a weighted mean of those of the kept nodes, so that a curved
+//! quadratic face can follow a flat linear one.
 
 use faer::Mat;
 use nalgebra::Vector3;
@@ -17,8 +18,9 @@ pub enum Tie {
     To(Vec<(usize, f64)>),
 }
 
-/// Stiffness over E [m], shape [3 kept][3 kept], of a body seen from `kept` displacements; `tie` says what each node of the body's mesh follows.
-/// Components that the body itself fixes stay fixed. `None` if something is left loose or memory runs out.
+/// Stiffness over E [m], shape [3 kept][3 kept], of a body seen from `kept` displacements; `tie`
+/// says what each node of the body's mesh follows. Components that the body itself fixes stay
+/// fixed. `None` if something is left loose or memory runs out.
 #[must_use]
 pub fn condensed(body: &Body, tie: &[Tie], kept: usize) -> Option<Mat<f64>> {
     let nodes = body.mesh.nodes_m.len();

@@ -1,4 +1,5 @@
-//! Tissue with its support: the block, cut at its planes of symmetry, or an imported mesh on its underside.
+//! Tissue with its support: the block, cut at its planes of symmetry, or an imported mesh on its
+//! underside.
 
 use nalgebra::Vector3;
 
@@ -24,8 +25,8 @@ pub struct BlockCase {
     pub fine_radius_m: f64,
     /// Quadrature in the tets.
     pub rule: TetRule,
-    /// Planes, x = 0 and y = 0, at which the block may be cut: a press that is symmetric about one is, unless it is to be compared with
-    /// one that is not.
+    /// Planes, x = 0 and y = 0, at which the block may be cut: a press that is symmetric about one
+    /// is, unless it is to be compared with one that is not.
     pub may_cut: [bool; 2],
 }
 
@@ -72,7 +73,8 @@ impl BlockCase {
         Ok(self.support(&mesh, mirror))
     }
 
-    /// Fixes the bottom of a mesh of the piece and, across them, the planes of symmetry it was cut at.
+    /// Fixes the bottom of a mesh of the piece and, across them, the planes of symmetry it was cut
+    /// at.
     #[must_use]
     pub fn support(&self, mesh: &TetMesh, mirror: [bool; 2]) -> BlockBody {
         let mesh = QuadraticMesh::new(mesh);
@@ -91,7 +93,8 @@ impl BlockCase {
     }
 }
 
-/// An imported mesh on its underside: triangles that face away from the press are fixed, all others may touch the probe.
+/// An imported mesh on its underside: triangles that face away from the press are fixed, all others
+/// may touch the probe.
 #[must_use]
 pub fn mesh_body(mesh: &TetMesh, axis: &Vector3<f64>, material: &Material, rule: TetRule) -> Body {
     let mesh = QuadraticMesh::new(mesh);
@@ -115,7 +118,8 @@ pub fn mesh_body(mesh: &TetMesh, axis: &Vector3<f64>, material: &Material, rule:
 }
 
 impl BlockBody {
-    /// Displacement of the top at a place [m], mirrored into the computed piece; zero off the block.
+    /// Displacement of the top at a place [m], mirrored into the computed piece; zero off the
+    /// block.
     #[must_use]
     pub fn top_displacement_m(&self, displacement_m: &[Vector3<f64>], at_m: [f64; 2]) -> Vector3<f64> {
         let sign = [0, 1].map(|k| if self.mirror[k] && at_m[k] < 0.0 { -1.0 } else { 1.0 });

@@ -1,8 +1,11 @@
-//! A rigid disc glued to the tissue and moved a little: the stiffness it meets along its way, by quadratic finite elements at rest.
+//! A rigid disc glued to the tissue and moved a little: the stiffness it meets along its way, by
+//! quadratic finite elements at rest.
 //!
-//! The mesh is refined towards the disc's edge, where the traction is singular (`r^-1/2`), and surface edges that cross the edge are cut there, so that the
-//! glued triangles end on the circle. Their nodes move with the disc, the anchors stay; at zero displacement the tangent of [`super::body`] is that of
-//! linear elasticity. Three meshes with the elements at the edge halved each time; what is left of the error is of first order there.
+//! The mesh is refined towards the disc's edge, where the traction is singular (`r^-1/2`), and
+//! surface edges that cross the edge are cut there, so that the glued triangles end on the circle.
+//! Their nodes move with the disc, the anchors stay; at zero displacement the tangent of
+//! [`super::body`] is that of linear elasticity. Three meshes with the elements at the edge halved
+//! each time; what is left of the error is of first order there.
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -62,7 +65,8 @@ pub struct Disc {
 /// Stiffness along each of some directions, and how sure it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GluedStiffness {
-    /// Force along the direction over E, per way [m], extrapolated to vanishing elements, shape \[directions\].
+    /// Force along the direction over E, per way [m], extrapolated to vanishing elements, shape
+    /// \[directions\].
     pub limit_m: Vec<f64>,
     /// The same on each mesh, shape \[meshes\] [directions].
     pub levels_m: Vec<Vec<f64>>,
@@ -70,7 +74,8 @@ pub struct GluedStiffness {
     pub nodes: Vec<usize>,
 }
 
-/// Stiffness over E [m] that a glued disc meets along `direction` (any length), extrapolated: see [`glued_stiffness`].
+/// Stiffness over E [m] that a glued disc meets along `direction` (any length), extrapolated: see
+/// [`glued_stiffness`].
 ///
 /// # Errors
 /// [`GluedError`].
@@ -84,8 +89,9 @@ pub fn glued_reference(
     glued_stiffness(mesh, stiffness, anchors, disc, &[direction], &EDGES).map(|found| found.limit_m[0])
 }
 
-/// Solves on one mesh for every edge length in `edges` (in disc radii, each half the one before) and extrapolates from the last two.
-/// `stiffness` is asked with a tet of `mesh` and a point in it [m]; `anchors` are nodes of `mesh`.
+/// Solves on one mesh for every edge length in `edges` (in disc radii, each half the one before)
+/// and extrapolates from the last two. `stiffness` is asked with a tet of `mesh` and a point in it
+/// [m]; `anchors` are nodes of `mesh`.
 ///
 /// # Errors
 /// [`GluedError`].
@@ -118,7 +124,8 @@ fn on_one_mesh(
     directions: &[Vector3<f64>],
     edge_m: f64,
 ) -> Result<(Vec<f64>, usize), GluedError> {
-    // tets are known by where they come from; a surface is anchored where all corners are, before and after refinement
+    // tets are known by where they come from; a surface is anchored where all corners are, before
+    // and after refinement
     let mut own = mesh.clone();
     own.regions = (0..own.tets.len() as u32).collect();
     let coarse = QuadraticMesh::new(&own);

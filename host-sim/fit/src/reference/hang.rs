@@ -1,7 +1,8 @@
 //! Organs at rest under their weight: held at some nodes, moved at others, tied to each other.
 //!
-//! Weight and the moved nodes' displacement are brought on together in steps as large as they converge: each begins with the first-order
-//! answer of the free nodes to the step (Euler's predictor; Bonet and Wood, *Nonlinear Continuum Mechanics*, 9.5) and is then put right by
+//! Weight and the moved nodes' displacement are brought on together in steps as large as they
+//! converge: each begins with the first-order answer of the free nodes to the step (Euler's
+//! predictor; Bonet and Wood, *Nonlinear Continuum Mechanics*, 9.5) and is then put right by
 //! Newton's method.
 
 use nalgebra::Vector3;
@@ -87,10 +88,12 @@ impl<'a> Hanging<'a> {
         self.go_to(share, &grip, |_| {})
     }
 
-    /// Moves the gripped nodes straight to displacements from rest [m], one for each in the order of the grip.
+    /// Moves the gripped nodes straight to displacements from rest [m], one for each in the order
+    /// of the grip.
     ///
     /// # Errors
-    /// Their number is wrong or they are not finite; no rest was found: the last one on the way stays.
+    /// Their number is wrong or they are not finite; no rest was found: the last one on the way
+    /// stays.
     pub fn carry_to(&mut self, grip_m: &[Vector3<f64>]) -> Result<(), HangError> {
         self.go_to(self.weight_share, grip_m, |_| {})
     }
@@ -139,7 +142,8 @@ impl<'a> Hanging<'a> {
         Ok(())
     }
 
-    /// Force and moment that hold some nodes now, over Young's modulus: what the fixed or gripped among them take up.
+    /// Force and moment that hold some nodes now, over Young's modulus: what the fixed or gripped
+    /// among them take up.
     #[must_use]
     pub fn support(&self, nodes: impl IntoIterator<Item = u32>) -> Support {
         let mut support = Support::default();

@@ -27,7 +27,8 @@ struct Place {
 }
 
 impl<'a> Locator<'a> {
-    /// Prepares an organ of a mesh; points outside it are taken for the nearest of its surface if that is within `reach_m`.
+    /// Prepares an organ of a mesh; points outside it are taken for the nearest of its surface if
+    /// that is within `reach_m`.
     #[must_use]
     pub fn new(mesh: &'a QuadraticMesh, organ: &Organ, reach_m: f64) -> Self {
         let tets = mesh.tets[organ.tets.clone()].iter().map(|tet| {
@@ -51,7 +52,8 @@ impl<'a> Locator<'a> {
         Some(self.mesh.triangles[found.triangle].iter().copied().zip(triangle_shape(found.at)).collect())
     }
 
-    /// Displacement [m] of a point at rest [m], from those of the nodes; `None` if it is too far outside.
+    /// Displacement [m] of a point at rest [m], from those of the nodes; `None` if it is too far
+    /// outside.
     #[must_use]
     pub fn displacement_at(&self, displacement_m: &[Vector3<f64>], point_m: &Vector3<f64>) -> Option<Vector3<f64>> {
         Some(self.weights(point_m)?.into_iter().map(|(n, share)| displacement_m[n as usize] * share).sum())

@@ -9,7 +9,8 @@ const MOST_ITERATIONS: usize = 25;
 /// Line search: least share of the step, sufficient decrease (Armijo).
 const LEAST_SHARE: f64 = 1.0 / 4096.0;
 const DECREASE: f64 = 1e-4;
-/// Shares of the diagonal that are added to a tangent that is not positive definite, one after the other.
+/// Shares of the diagonal that are added to a tangent that is not positive definite, one after the
+/// other.
 const STRENGTHEN: [f64; 5] = [0.0, 1e-3, 1e-2, 1e-1, 1.0];
 /// Residual over force at which a search that finds no lower energy has still converged.
 const ROUNDED: f64 = 1e-5;
@@ -47,7 +48,8 @@ impl Minimiser {
         self.solver.entries()
     }
 
-    /// Goes to the equilibrium in which fixed components stay where they are; false if it is not found.
+    /// Goes to the equilibrium in which fixed components stay where they are; false if it is not
+    /// found.
     pub fn relax(&mut self, potential: &impl Potential, displacement_m: &mut Vec<Vector3<f64>>, tolerance: f64) -> bool {
         for _ in 0..MOST_ITERATIONS {
             let Some(mut now) = potential.assemble(displacement_m) else { return false };
@@ -72,8 +74,8 @@ impl Minimiser {
         false
     }
 
-    /// The first-order answer of the free components to a move of the fixed ones (`moved_m`, zero elsewhere) and to all forces that are
-    /// out of balance: the displacement to add.
+    /// The first-order answer of the free components to a move of the fixed ones (`moved_m`, zero
+    /// elsewhere) and to all forces that are out of balance: the displacement to add.
     pub fn carry(
         &mut self,
         potential: &impl Potential,

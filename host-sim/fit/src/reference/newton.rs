@@ -8,10 +8,12 @@ use super::minimise::{Minimiser, Potential};
 use super::probe::RigidProbe;
 use super::touch::Touch;
 
-/// Contact pressure of Young's modulus pushes the surface this share of sqrt(radius x depth) into the probe: as the pressure of a round probe
-/// rises with sqrt(depth / radius), the penetration stays about this share of the depth.
+/// Contact pressure of Young's modulus pushes the surface this share of sqrt(radius x depth) into
+/// the probe: as the pressure of a round probe rises with sqrt(depth / radius), the penetration
+/// stays about this share of the depth.
 const SOFTNESS: f64 = 1.5e-4;
-/// The first contact is made stiffer in these stages, each starting where the one before ended: fewer iterations than the last alone.
+/// The first contact is made stiffer in these stages, each starting where the one before ended:
+/// fewer iterations than the last alone.
 const STAGES: [f64; 3] = [0.01, 0.1, 1.0];
 /// Contact gets no stiffer at depths below this share of the radius.
 const LEAST_DEPTH: f64 = 1e-3;
@@ -45,7 +47,8 @@ pub struct Stalled {
 }
 
 impl<'a> Press<'a> {
-    /// A probe that touches `place_m`, the tissue at rest; `None` if memory for the factor runs out.
+    /// A probe that touches `place_m`, the tissue at rest; `None` if memory for the factor runs
+    /// out.
     #[must_use]
     pub fn new(body: &'a Body, probe: RigidProbe, place_m: Vector3<f64>) -> Option<Self> {
         let rest = vec![Vector3::zeros(); body.mesh.nodes_m.len()];

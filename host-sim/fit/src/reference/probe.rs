@@ -32,7 +32,8 @@ pub struct Gap {
 }
 
 impl RigidProbe {
-    /// A probe whose tip is at `tip_m`. A disc's edge is rounded as the simulator's is, by a sixteenth of its radius.
+    /// A probe whose tip is at `tip_m`. A disc's edge is rounded as the simulator's is, by a
+    /// sixteenth of its radius.
     #[must_use]
     pub fn new(shape: Shape, radius_m: f64, tip_m: Vector3<f64>, axis: Vector3<f64>) -> Self {
         Self { shape, radius_m, edge_m: f64::from(FLAT_EDGE) * radius_m, tip_m, axis }

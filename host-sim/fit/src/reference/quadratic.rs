@@ -10,11 +10,13 @@ use palpate_tissue::mesh::{TetMesh, surface};
 /// 10-node tets and the 6-node triangles of their surface; all edges are straight at rest.
 #[derive(Clone, Debug)]
 pub struct QuadraticMesh {
-    /// Rest position of every node [m]: the corners in the order of the tet mesh, then the middles of the edges.
+    /// Rest position of every node [m]: the corners in the order of the tet mesh, then the middles
+    /// of the edges.
     pub nodes_m: Vec<Vector3<f64>>,
     /// Nodes of every tet, shape \[tets\]\[10\], as [`super::shape`] counts them.
     pub tets: Vec<[u32; 10]>,
-    /// Nodes of every surface triangle, counter-clockwise seen from outside, shape \[triangles\]\[6\].
+    /// Nodes of every surface triangle, counter-clockwise seen from outside, shape
+    /// \[triangles\]\[6\].
     pub triangles: Vec<[u32; 6]>,
 }
 

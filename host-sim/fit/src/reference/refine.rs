@@ -1,4 +1,5 @@
-//! Local refinement: the longest edge of a tet that is too large is halved, in all tets around it (Rivara 1984).
+//! Local refinement: the longest edge of a tet that is too large is halved, in all tets around it
+//! (Rivara 1984).
 
 use std::collections::HashMap;
 
@@ -7,7 +8,8 @@ use palpate_tissue::mesh::TetMesh;
 /// Corner pairs of a tet's edges.
 const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
-/// Halves edges longer than `longest_m` of their middle [m] until none is left or the mesh has `most_nodes`. The surface keeps its shape.
+/// Halves edges longer than `longest_m` of their middle [m] until none is left or the mesh has
+/// `most_nodes`. The surface keeps its shape.
 #[must_use]
 pub fn refine(mesh: &TetMesh, longest_m: impl Fn([f64; 3]) -> f64, most_nodes: usize) -> TetMesh {
     let mut mesh = mesh.clone();
@@ -19,7 +21,8 @@ pub fn refine(mesh: &TetMesh, longest_m: impl Fn([f64; 3]) -> f64, most_nodes: u
                 around.entry(edge).or_default().push(t);
             }
         }
-        // follow each large tet's longest edge to one that is the longest of all tets around it: halving that keeps the mesh closed
+        // follow each large tet's longest edge to one that is the longest of all tets around it:
+        // halving that keeps the mesh closed
         let mut halved: Vec<[u32; 2]> = Vec::new();
         for (t, own) in longest.iter().enumerate() {
             let [i, j] = own.map(|n| mesh.nodes_m[n as usize]);
@@ -90,7 +93,8 @@ mod tests {
         let volumes: Vec<f64> = fine.tets.iter().map(|t| volume(&fine, t)).collect();
         assert!(volumes.iter().all(|v| *v > 0.0));
         assert!((volumes.iter().sum::<f64>() / 0.04_f64.powi(3) - 1.0).abs() < 1e-12);
-        // closed: every boundary triangle lies in a face of the block, so the surface's area is the block's
+        // closed: every boundary triangle lies in a face of the block, so the surface's area is the
+        // block's
         let corners = |t: &[u32; 3]| t.map(|n| nalgebra::Vector3::from(fine.nodes_m[n as usize]));
         let area: f64 =
             surface::surface(&fine.tets).iter().map(corners).map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm()).sum();

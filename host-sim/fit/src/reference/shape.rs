@@ -1,4 +1,5 @@
-//! Quadratic shape functions and quadrature of the 10-node tet and the 6-node triangle (Zienkiewicz and Taylor, *The Finite Element Method*).
+//! Quadratic shape functions and quadrature of the 10-node tet and the 6-node triangle (Zienkiewicz
+//! and Taylor, *The Finite Element Method*).
 
 use nalgebra::Vector3;
 
@@ -50,7 +51,8 @@ fn peak(k: usize, high: f64, low: f64) -> [f64; 4] {
     at
 }
 
-/// Seven points of a triangle as (area coordinates, share of the area), exact to degree 5 (Radon 1948).
+/// Seven points of a triangle as (area coordinates, share of the area), exact to degree 5 (Radon
+/// 1948).
 #[must_use]
 pub fn triangle_points() -> [([f64; 3], f64); 7] {
     let root = 15_f64.sqrt();
@@ -98,7 +100,8 @@ pub fn tet_shape(at: [f64; 4]) -> [f64; 10] {
     values
 }
 
-/// Gradients of the 10-node tet's shape functions [1/m], from the gradients of its volume coordinates [1/m].
+/// Gradients of the 10-node tet's shape functions [1/m], from the gradients of its volume
+/// coordinates [1/m].
 #[must_use]
 pub fn tet_gradients(at: [f64; 4], slopes: &[Vector3<f64>; 4]) -> [Vector3<f64>; 10] {
     let mut gradients = [Vector3::zeros(); 10];
@@ -111,7 +114,8 @@ pub fn tet_gradients(at: [f64; 4], slopes: &[Vector3<f64>; 4]) -> [Vector3<f64>;
     gradients
 }
 
-/// Gradients of a tet's volume coordinates [1/m], and its volume [m^3]. Positive if it is positively oriented.
+/// Gradients of a tet's volume coordinates [1/m], and its volume [m^3]. Positive if it is
+/// positively oriented.
 #[must_use]
 pub fn tet_slopes(corners: [Vector3<f64>; 4]) -> ([Vector3<f64>; 4], f64) {
     let [a, b, c] = [1, 2, 3].map(|k: usize| corners[k] - corners[0]);

@@ -1,9 +1,10 @@
 //! The answers that ship with the project: what they hold, and how they are computed anew.
 //!
-//! Forces of centred presses come from meshes as fine as the contact needs, one mesh for every range of depths. A place off the centre has no
-//! symmetry to shrink the mesh, so there only the *ratio* to the centre is taken from a coarser mesh, solved at the same fineness and with the same
-//! symmetry at both places: what the mesh does to the force cancels. That ratio times the fine centred force is what is stored.
-//! Discs glued to the block are solved on the whole of it.
+//! Forces of centred presses come from meshes as fine as the contact needs, one mesh for every
+//! range of depths. A place off the centre has no symmetry to shrink the mesh, so there only the
+//! *ratio* to the centre is taken from a coarser mesh, solved at the same fineness and with the
+//! same symmetry at both places: what the mesh does to the force cancels. That ratio times the fine
+//! centred force is what is stored. Discs glued to the block are solved on the whole of it.
 
 use nalgebra::Vector3;
 
@@ -23,7 +24,8 @@ const POISSON_RATIO: f64 = 0.45;
 /// Surface grid of a hold that has one.
 const SPACING_M: f64 = 1e-3;
 const HALF_COUNT: usize = 22;
-/// Corner nodes of the block that a disc is glued to, before refinement, and the longest edges at the disc's edge [disc radii].
+/// Corner nodes of the block that a disc is glued to, before refinement, and the longest edges at
+/// the disc's edge [disc radii].
 const GLUED_NODES: usize = 300;
 const GLUED_EDGES: [f64; 2] = [0.05, 0.025];
 
@@ -236,7 +238,8 @@ impl Shipped {
     }
 }
 
-/// Millimetres as the double nearest to the decimal number of metres, so that files and scenes agree to the last bit.
+/// Millimetres as the double nearest to the decimal number of metres, so that files and scenes
+/// agree to the last bit.
 fn metres(mm: f64) -> f64 {
     mm / 1000.0
 }

@@ -1,4 +1,5 @@
-//! A scene solved on three meshes, each finer than the one before: the answer and how far it can be trusted.
+//! A scene solved on three meshes, each finer than the one before: the answer and how far it can be
+//! trusted.
 
 use nalgebra::Vector3;
 
@@ -17,7 +18,8 @@ use palpate_tissue::tissue;
 /// Corner nodes of the three levels, where a quarter, a half and the whole of the block is meshed.
 const FULL_NODES: [[usize; 3]; 3] = [[350, 750, 1600], [600, 1200, 2400], [900, 1700, 3000]];
 const QUICK_NODES: [[usize; 3]; 3] = [[130, 270, 540], [180, 330, 600], [300, 500, 800]];
-/// Longest edges under the probe, in contact radii, and most corner nodes, of the three levels of an imported mesh.
+/// Longest edges under the probe, in contact radii, and most corner nodes, of the three levels of
+/// an imported mesh.
 const FULL_EDGES: [(f64, usize); 3] = [(0.6, 1500), (0.4, 2500), (0.27, 4000)];
 const QUICK_EDGES: [(f64, usize); 3] = [(1.0, 700), (0.7, 1000), (0.5, 1400)];
 /// Growth of the longest edge per distance from the contact, of an imported mesh.
@@ -72,8 +74,9 @@ pub struct LevelHold {
 /// What a quantity tends to as the mesh is refined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// Value at vanishing element size: `value + c h^3` through the two finest levels (Richardson), h^3 ~ 1/nodes. Third order is what quadratic
-    /// elements reach where the contact's edge limits the smoothness.
+    /// Value at vanishing element size: `value + c h^3` through the two finest levels (Richardson),
+    /// h^3 ~ 1/nodes. Third order is what quadratic elements reach where the contact's edge limits
+    /// the smoothness.
     pub limit: f64,
     /// The larger of the finest level's distance to the limit and to the level before.
     pub error: f64,
@@ -99,7 +102,8 @@ struct Task<'a> {
 /// Solves a scene on three meshes; `progress` hears (level, depth [m]).
 ///
 /// # Errors
-/// A scene that has no static answer, or a tissue that cannot be meshed. A hold that does not converge is no error: its level says so.
+/// A scene that has no static answer, or a tissue that cannot be meshed. A hold that does not
+/// converge is no error: its level says so.
 pub fn study(scene: &Scene, quick: bool, mut progress: impl FnMut(usize, f64)) -> Result<Study, Error> {
     let task = Task::new(scene)?;
     let mut levels = Vec::new();
@@ -164,7 +168,8 @@ impl<'a> Task<'a> {
         Ok(Self { scene, material, deepest_m })
     }
 
-    /// Radius of the contact at the deepest hold [m]: where the probe meets the plane of the rest surface, at most its own.
+    /// Radius of the contact at the deepest hold [m]: where the probe meets the plane of the rest
+    /// surface, at most its own.
     fn contact_radius_m(&self) -> f64 {
         let radius_m = self.scene.probe.radius_m;
         match self.scene.probe.shape {
@@ -240,7 +245,8 @@ fn surface_of(body: &Body, displacement_m: &[Vector3<f64>]) -> Vec<(Vector3<f64>
     nodes.into_iter().map(|n| (body.mesh.nodes_m[n as usize], displacement_m[n as usize])).collect()
 }
 
-/// Presses until the force over Young's modulus is `wanted_m2`: steps outward, then false position (Illinois).
+/// Presses until the force over Young's modulus is `wanted_m2`: steps outward, then false position
+/// (Illinois).
 pub fn find_depth(press: &mut Press, wanted_m2: f64, radius_m: f64, progress: &mut impl FnMut(f64)) -> Result<(), Stalled> {
     let step_m = SEARCH_RADII * radius_m;
     let mut low = (0.0, -wanted_m2);

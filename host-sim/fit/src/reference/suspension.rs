@@ -1,6 +1,8 @@
-//! What hangs: a body with its weight, ties and the nodes that are moved; energy, residual and tangent.
+//! What hangs: a body with its weight, ties and the nodes that are moved; energy, residual and
+//! tangent.
 //!
-//! Gravity is a dead load in the consistent nodal forces of the 10-node tet; ties are [`super::tie`].
+//! Gravity is a dead load in the consistent nodal forces of the 10-node tet; ties are
+//! [`super::tie`].
 
 use nalgebra::Vector3;
 use thiserror::Error;
@@ -9,7 +11,8 @@ use super::body::{Assembled, Body};
 use super::shape::tet_slopes;
 use super::tie::Tie;
 
-/// Share of a tet's weight that each corner carries, and each middle of an edge: the integrals of the shape functions.
+/// Share of a tet's weight that each corner carries, and each middle of an edge: the integrals of
+/// the shape functions.
 const CORNER_SHARE: f64 = -0.05;
 const MIDDLE_SHARE: f64 = 0.2;
 /// Forces below Young's modulus times this share of the squared size are none.
@@ -61,7 +64,8 @@ impl Suspension {
         Self { no_force_m2: NO_FORCE * volume_m3.cbrt().powi(2), body, weight_m2, ties: vec![], grip: vec![] }
     }
 
-    /// Gives every tet a density [kg/m^3] under a gravity [m/s^2]; the body's stiffness ratios are over `youngs_modulus_pa`.
+    /// Gives every tet a density [kg/m^3] under a gravity [m/s^2]; the body's stiffness ratios are
+    /// over `youngs_modulus_pa`.
     ///
     /// # Errors
     /// A density per tet is missing, negative or not finite; the modulus is not above 0.
@@ -140,7 +144,8 @@ impl Suspension {
         self.weight_m2.iter().sum()
     }
 
-    /// Energy over Young's modulus [m^3] with a share of the weight; `None` if an element is inside out.
+    /// Energy over Young's modulus [m^3] with a share of the weight; `None` if an element is inside
+    /// out.
     #[must_use]
     pub fn energy_m3(&self, displacement_m: &[Vector3<f64>], weight_share: f64) -> Option<f64> {
         let elastic = self.body.energy(displacement_m, None)?;

@@ -1,10 +1,12 @@
 //! An elastic layer that ties two surfaces together, be their meshes alike or not.
 //!
-//! At the seven points of each triangle of the one surface, the other's nearest point at rest is sought; from then on
-//! `k/2 |x_a - x_b - (X_a - X_b)|^2` per rest area: a penalty tie on quadrature points, one surface leading (Wriggers, *Computational Contact
-//! Mechanics*, 6). The offset at rest is kept as a vector, so the energy is quadratic in the displacements and a common rotation costs
-//! energy where the surfaces do not touch at rest. An even pressure is passed on evenly only within the quadrature's error: one surface's points
-//! do not see the sides of the other's triangles.
+//! At the seven points of each triangle of the one surface, the other's nearest point at rest is
+//! sought; from then on `k/2 |x_a - x_b - (X_a - X_b)|^2` per rest area: a penalty tie on
+//! quadrature points, one surface leading (Wriggers, *Computational Contact Mechanics*, 6). The
+//! offset at rest is kept as a vector, so the energy is quadratic in the displacements and a common
+//! rotation costs energy where the surfaces do not touch at rest. An even pressure is passed on
+//! evenly only within the quadrature's error: one surface's points do not see the sides of the
+//! other's triangles.
 
 use nalgebra::Vector3;
 
@@ -19,9 +21,11 @@ use super::shape::{triangle_points, triangle_shape};
 pub struct Tie {
     /// Nodes of the triangle on the one surface, then of that on the other.
     pub nodes: [u32; 12],
-    /// Shape functions there; those of the second are negative: the sum over the nodes' displacements is the stretch.
+    /// Shape functions there; those of the second are negative: the sum over the nodes'
+    /// displacements is the stretch.
     pub shape: [f64; 12],
-    /// Stiffness over Young's modulus [m]: of the layer per area [1/m], times the point's area at rest.
+    /// Stiffness over Young's modulus [m]: of the layer per area [1/m], times the point's area at
+    /// rest.
     pub stiffness_m: f64,
     /// Distance of the two points at rest [m].
     pub gap_m: f64,
@@ -50,10 +54,12 @@ impl Tie {
     }
 }
 
-/// Ties some triangles of a mesh to the nearest of others (both indices into its surface triangles) that are within `reach_m` at rest.
+/// Ties some triangles of a mesh to the nearest of others (both indices into its surface triangles)
+/// that are within `reach_m` at rest.
 ///
-/// `stiffness_per_m` gives the layer's stiffness per area over Young's modulus [1/m] at a place [m] of the first surface; where it is not
-/// above zero nothing is tied. The two surfaces should have no node in common.
+/// `stiffness_per_m` gives the layer's stiffness per area over Young's modulus [1/m] at a place [m]
+/// of the first surface; where it is not above zero nothing is tied. The two surfaces should have
+/// no node in common.
 #[must_use]
 pub fn layer(
     mesh: &QuadraticMesh,

@@ -1,6 +1,8 @@
-//! The rigid probe touching the surface: energy, residual, tangent and force of a frictionless penalty.
+//! The rigid probe touching the surface: energy, residual, tangent and force of a frictionless
+//! penalty.
 //!
-//! Penalty on the gap g at seven points of each surface triangle: penalty/2 g^2 per rest area where g < 0.
+//! Penalty on the gap g at seven points of each surface triangle: penalty/2 g^2 per rest area where
+//! g < 0.
 
 use nalgebra::Vector3;
 
@@ -33,7 +35,8 @@ impl Body {
         let penalty = contact.penalty_per_m;
         self.each_touch(displacement_m, contact, |nodes, shape, area, gap| {
             sum.energy_m3 += 0.5 * penalty * area * gap.gap_m * gap.gap_m;
-            // the probe's curvature makes the tangent indefinite where a step has not yet been answered: bounded there
+            // the probe's curvature makes the tangent indefinite where a step has not yet been
+            // answered: bounded there
             let curved_m = gap.gap_m.max(-HIGHEST_PRESSURE / penalty);
             let block = (gap.normal * gap.normal.transpose() + gap.curvature_per_m * curved_m) * (penalty * area);
             for (a, i) in nodes.iter().enumerate() {

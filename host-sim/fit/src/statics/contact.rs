@@ -1,4 +1,5 @@
-//! The foundation under the probe: push of each point over E, its slope and the curvature of the probe.
+//! The foundation under the probe: push of each point over E, its slope and the curvature of the
+//! probe.
 
 use nalgebra::Matrix3;
 use palpate::path::force::foundation::point_weights;

@@ -9,7 +9,8 @@ const STRAIGHT_BELOW: f64 = 0.8;
 /// As in the tick: where the barrier of a tet begins.
 const BARRIER_BELOW: f64 = 0.4;
 
-/// A spring at work: unit vector from i to j, length [m], tension over E [m^2], its slope over E [m].
+/// A spring at work: unit vector from i to j, length [m], tension over E [m^2], its slope over E
+/// [m].
 pub(super) struct Pull {
     pub along: Vector,
     pub length_m: f64,
@@ -60,7 +61,8 @@ pub(super) fn shape(t: &StaticTet, x: &[Vector]) -> Shape {
 }
 
 impl Shape {
-    /// Second derivatives of six times the volume [m], rows and columns corners; `between(i, j)` is the transpose of `between(j, i)`.
+    /// Second derivatives of six times the volume [m], rows and columns corners; `between(i, j)` is
+    /// the transpose of `between(j, i)`.
     pub fn between(&self) -> [[Matrix3<f64>; 4]; 4] {
         let [e1, e2, e3] = self.edges.map(|e| e.cross_matrix());
         // d g1 = de2 x e3 + e2 x de3 and so on round

@@ -141,7 +141,8 @@ impl Solver {
 }
 
 impl Balance {
-    /// Small displacement [1/m] under small forces on the nodes over E, at the balance; anchors stay.
+    /// Small displacement [1/m] under small forces on the nodes over E, at the balance; anchors
+    /// stay.
     #[must_use]
     pub fn answer(&self, statics: &Statics, force: &[Vector]) -> Vec<Vector> {
         self.factor.solve_nodes(statics, force)
@@ -171,7 +172,8 @@ fn norm(v: &[Vector]) -> f64 {
 }
 
 impl Statics {
-    /// Slope of the energy over E along every node [m^2] (zero at anchors), and the force on the probe along its axis over E [m^2].
+    /// Slope of the energy over E along every node [m^2] (zero at anchors), and the force on the
+    /// probe along its axis over E [m^2].
     #[must_use]
     pub fn slope(&self, x: &[Vector], tip_m: Vector) -> (Vec<Vector>, f64) {
         let mut slope = vec![Vector::zeros(); x.len()];

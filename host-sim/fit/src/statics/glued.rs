@@ -1,9 +1,12 @@
-//! A disc glued to the surface and moved a little: normal press and shear of a bonded contact, with derivatives.
+//! A disc glued to the surface and moved a little: normal press and shear of a bonded contact, with
+//! derivatives.
 //!
-//! Every foundation point within the disc's radius of its centre is held to the disc's translation `d` by a spring of its initial stiffness `k`, in all
-//! three directions. To first order about rest `(K + sum k w w^T x I) u = sum k w d`, `w` the point's weights, and the force is
-//! `F = sum k (d - sum w u)`. `F . d` is twice the least energy over `u`, so its slope along a constant is the energy's own at that `u` (Danskin):
-//! `w^T (dK/dp) w`, and `|d - sum w u|^2` for a point. A fit on frictionless presses alone leaves these two cases up to 20 % off.
+//! Every foundation point within the disc's radius of its centre is held to the disc's translation
+//! `d` by a spring of its initial stiffness `k`, in all three directions. To first order about rest
+//! `(K + sum k w w^T x I) u = sum k w d`, `w` the point's weights, and the force is `F = sum k (d -
+//! sum w u)`. `F . d` is twice the least energy over `u`, so its slope along a constant is the
+//! energy's own at that `u` (Danskin): `w^T (dK/dp) w`, and `|d - sum w u|^2` for a point. A fit on
+//! frictionless presses alone leaves these two cases up to 20 % off.
 
 use nalgebra::Matrix3;
 use palpate::path::force::foundation::point_weights;
@@ -38,14 +41,17 @@ pub struct Glued {
 }
 
 impl Solver {
-    /// Glues a disc of radius `radius_m` [m] to the surface around `place_m` [m] and moves it along `direction` (any length).
+    /// Glues a disc of radius `radius_m` [m] to the surface around `place_m` [m] and moves it along
+    /// `direction` (any length).
     ///
     /// # Errors
-    /// [`Unbalanced`] if no foundation point lies under the disc, or the stiffness at rest is not positive.
+    /// [`Unbalanced`] if no foundation point lies under the disc, or the stiffness at rest is not
+    /// positive.
     pub fn glued(&self, statics: &Statics, place_m: Vector, radius_m: f64, direction: Vector) -> Result<Glued, Unbalanced> {
         let failed = Unbalanced { depth_mm: 0.0, steps: 0 };
         let direction = direction.try_normalize(0.0).ok_or(failed)?;
-        // with a threshold of zero compensation would act on every spring that rounding made a hair short
+        // with a threshold of zero compensation would act on every spring that rounding made a hair
+        // short
         let at_rest = Statics { compensation_acts: false, ..statics.clone() };
         let held = at_rest.held(place_m, radius_m);
         if held.is_empty() {
@@ -85,7 +91,8 @@ impl Statics {
 }
 
 impl Glued {
-    /// Slopes of [`Self::stiffness_m`] [m]. Stiffening and compensation have none at rest; what stands in for the far field is not a constant here.
+    /// Slopes of [`Self::stiffness_m`] [m]. Stiffening and compensation have none at rest; what
+    /// stands in for the far field is not a constant here.
     #[must_use]
     pub fn gradient(&self, statics: &Statics) -> Gradient {
         let (x, u) = (&statics.rest_m, &self.u);
@@ -154,7 +161,8 @@ mod tests {
 
     #[test]
     fn the_disc_bears_what_the_nonlinear_energy_says() {
-        // half the difference of the slopes of the full energy at small displacements to either side: rest's rounding and the second order cancel
+        // half the difference of the slopes of the full energy at small displacements to either
+        // side: rest's rounding and the second order cancel
         let statics = statics(&Params::default());
         for direction in DIRECTIONS {
             let glued = glued(&statics, direction);

@@ -52,7 +52,8 @@ impl Rim {
 }
 
 impl Statics {
-    /// The same patch with another far field: `stiffness_m` over E between the rim nodes, shape [3 rim nodes][3 rim nodes].
+    /// The same patch with another far field: `stiffness_m` over E between the rim nodes, shape [3
+    /// rim nodes][3 rim nodes].
     #[must_use]
     pub fn with_rim(&self, node: &[usize], stiffness_m: &Mat<f64>) -> Self {
         Self { rim: Some(Rim { node: node.to_vec(), stiffness_m: stiffness_m.clone() }), ..self.clone() }

@@ -1,12 +1,15 @@
-//! How the force, or a displacement, changes with every constant of the patch: the adjoint of the equilibrium.
+//! How the force, or a displacement, changes with every constant of the patch: the adjoint of the
+//! equilibrium.
 //!
-//! At balance the slope of the energy is zero: `g(x, p) = 0`. For an output `y(x, p)` with `b = dy/dx`, `K l = b` gives
-//! `dy/dp = dp y - l . dp g`, whatever the number of constants. For the probe's force, `l` is also how the tissue follows the press, with opposite sign.
+//! At balance the slope of the energy is zero: `g(x, p) = 0`. For an output `y(x, p)` with `b =
+//! dy/dx`, `K l = b` gives `dy/dp = dp y - l . dp g`, whatever the number of constants. For the
+//! probe's force, `l` is also how the tissue follows the press, with opposite sign.
 
 use super::equilibrium::Balance;
 use super::{Statics, Vector, elastic};
 
-/// Slopes of an output along the logarithm of every constant (along the value itself for `compensation` and `compensation_threshold`).
+/// Slopes of an output along the logarithm of every constant (along the value itself for
+/// `compensation` and `compensation_threshold`).
 #[derive(Clone, Debug)]
 pub struct Gradient {
     /// Springs, shape \[springs\].
@@ -40,8 +43,9 @@ impl Balance {
         self.gradient(statics, &adjoint, axis)
     }
 
-    /// Slopes of `along . position of the surface at the node` [m]. A node inside the probe carries a compressed layer whose outer face lies on the
-    /// probe: there only what slides along the probe counts.
+    /// Slopes of `along . position of the surface at the node` [m]. A node inside the probe carries
+    /// a compressed layer whose outer face lies on the probe: there only what slides along the
+    /// probe counts.
     #[must_use]
     pub fn surface_gradient(&self, statics: &Statics, node: usize, along: Vector) -> Gradient {
         let mut by_position = vec![Vector::zeros(); self.x_m.len()];

@@ -59,7 +59,8 @@ impl Pattern {
         Some(Self { symbolic, factor, rows, start, stars: stars.into_iter().map(|s| s.into_iter().collect()).collect() })
     }
 
-    /// Adds a block at row `i`, column `j` (free nodes); what lies above the diagonal is left to its mirror.
+    /// Adds a block at row `i`, column `j` (free nodes); what lies above the diagonal is left to
+    /// its mirror.
     fn add(&self, values: &mut [f64], i: usize, j: usize, block: &Matrix3<f64>) {
         if i < j {
             return;
@@ -99,12 +100,14 @@ impl Factor {
 }
 
 impl Statics {
-    /// Curvature of the energy over E at `x`, probe included; `shift` is added to the diagonal as a share of itself.
+    /// Curvature of the energy over E at `x`, probe included; `shift` is added to the diagonal as a
+    /// share of itself.
     pub(super) fn factor(&self, pattern: &Pattern, x: &[Vector], tip_m: Option<Vector>, shift: f64) -> Result<Factor, LltError> {
         self.factor_with(pattern, x, tip_m, &[], shift)
     }
 
-    /// The same with what else holds points of surface triangles: their corners, weights and stiffness over E [m].
+    /// The same with what else holds points of surface triangles: their corners, weights and
+    /// stiffness over E [m].
     pub(super) fn factor_with(
         &self,
         pattern: &Pattern,

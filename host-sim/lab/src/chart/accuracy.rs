@@ -20,7 +20,8 @@ const SPACING_M: f64 = 0.001;
 const SPEED_M_PER_S: f64 = 0.04;
 /// Forces are averaged over this many ticks.
 const AVERAGED_TICKS: usize = 50;
-/// A hold ends when one such mean after the other differs by less than this share from the last: the mass floor lets the last percent take its time.
+/// A hold ends when one such mean after the other differs by less than this share from the last:
+/// the mass floor lets the last percent take its time.
 const SETTLED: f64 = 5e-4;
 /// So many times in a row: a slow swing stands still at its ends.
 const IN_A_ROW: usize = 4;
@@ -100,8 +101,8 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (count > 0.0).then(|| sum / count)
 }
 
-/// Mean distance [mm] between where the mesh's surface and the reference's bring the same rest points, on a square grid: each part of the
-/// surface counts by its area, whatever the mesh.
+/// Mean distance [mm] between where the mesh's surface and the reference's bring the same rest
+/// points, on a square grid: each part of the surface counts by its area, whatever the mesh.
 fn surface_error_mm(block: &Block, rival: &dyn Rival, reference: &Reference, depth_m: f64) -> Option<f64> {
     let mesh = &block.tissue.mesh;
     let moved = positions(rival, mesh.nodes_m.len());

@@ -1,7 +1,7 @@
 //! The Pareto front: what nothing else beats in cost and error both.
 
-/// Indices of the points (cost, error) that no other point beats, by rising cost. A point that is not finite is on no front; of equal points the
-/// first is.
+/// Indices of the points (cost, error) that no other point beats, by rising cost. A point that is
+/// not finite is on no front; of equal points the first is.
 #[must_use]
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..points.len()).filter(|&n| points[n].0.is_finite() && points[n].1.is_finite()).collect();

@@ -18,7 +18,8 @@ const ERROR_WORDS: [(&str, &str); 2] = [
     ("shape of the surface", "mean surface error, r < 20 mm, at 2 and 4 mm [mm]"),
 ];
 
-/// Draws them; the names of those that were written, without ending. A quantity without a reference has no picture.
+/// Draws them; the names of those that were written, without ending. A quantity without a reference
+/// has no picture.
 ///
 /// # Errors
 /// A picture cannot be drawn or written.

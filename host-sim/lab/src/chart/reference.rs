@@ -24,7 +24,8 @@ impl Reference {
         self.0.hold([0.0; 3], depth_m).map(|h| h.force_over_e_m2)
     }
 
-    /// Displacement of the point of the top that rested at (x, y), at a depth [m], where it is known.
+    /// Displacement of the point of the top that rested at (x, y), at a depth [m], where it is
+    /// known.
     #[must_use]
     pub fn displacement_m(&self, depth_m: f64, at_m: [f64; 2]) -> Option<Vector3<f64>> {
         let surface = self.0.hold([0.0; 3], depth_m)?.surface.as_ref()?;

@@ -1,7 +1,8 @@
 //! How many substeps a method needs to survive the deepest press of the chart.
 //!
-//! Pressed at 0.1 m/s, held, released: it survives if every number stays finite, the tissue comes to rest in the hold, and returns after
-//! the release. Bounded is not right: methods that never diverge can stay inside out.
+//! Pressed at 0.1 m/s, held, released: it survives if every number stays finite, the tissue comes
+//! to rest in the hold, and returns after the release. Bounded is not right: methods that never
+//! diverge can stay inside out.
 
 use palpate::Vector3;
 
@@ -54,7 +55,8 @@ pub enum Failure {
 pub struct Trial {
     /// Why it failed, if so.
     pub failure: Option<Failure>,
-    /// Smallest tet volume over its rest volume at the end of the hold; NaN if that was not reached.
+    /// Smallest tet volume over its rest volume at the end of the hold; NaN if that was not
+    /// reached.
     pub min_j: f64,
 }
 
@@ -67,7 +69,8 @@ pub struct Survival {
     pub trial: Trial,
 }
 
-/// The fewest substeps, by doubling, then bisection. `None` when the method cannot be had or diverges with every number tried.
+/// The fewest substeps, by doubling, then bisection. `None` when the method cannot be had or
+/// diverges with every number tried.
 ///
 /// # Errors
 /// What building the method refuses.

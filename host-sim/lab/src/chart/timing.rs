@@ -1,7 +1,9 @@
-//! What a tick costs on this machine: CPU time of the thread, in batches, while the tip moves gently about 4 mm.
+//! What a tick costs on this machine: CPU time of the thread, in batches, while the tip moves
+//! gently about 4 mm.
 //!
-//! The tip moves because a solver that starts from the last answer has nothing to do in a hold. Batches of plain springs on the same mesh are timed in
-//! turn with the method's: the clock of a shared machine wanders, the ratio of neighbours does not.
+//! The tip moves because a solver that starts from the last answer has nothing to do in a hold.
+//! Batches of plain springs on the same mesh are timed in turn with the method's: the clock of a
+//! shared machine wanders, the ratio of neighbours does not.
 
 use palpate::Fault;
 
@@ -29,7 +31,8 @@ pub struct TickTime {
     pub min_us: f64,
     /// In the middle one [us].
     pub median_us: f64,
-    /// Over that of plain springs with one substep on the same mesh: median of neighbouring batches.
+    /// Over that of plain springs with one substep on the same mesh: median of neighbouring
+    /// batches.
     pub times_springs: f64,
     /// Floating-point operations in solves of the last tick.
     pub solver_flops: f64,

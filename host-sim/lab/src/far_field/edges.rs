@@ -1,7 +1,10 @@
-//! What can be put at the cut in place of the outside: ours and its rivals, all made from the same condensed stiffness S.
+//! What can be put at the cut in place of the outside: ours and its rivals, all made from the same
+//! condensed stiffness S.
 //!
-//! Written as matrices between the rim nodes, every one of them can be pressed in [`palpate_fit::statics`]; how a tick runs those that are no springs is in
-//! [`crate::rivals`]. Shapes of the rim are the leading left singular vectors of its displacements under loads on the surface.
+//! Written as matrices between the rim nodes, every one of them can be pressed in
+//! [`palpate_fit::statics`]; how a tick runs those that are no springs is in [`crate::rivals`].
+//! Shapes of the rim are the leading left singular vectors of its displacements under loads on the
+//! surface.
 
 use faer::{Mat, Scale, Side};
 
@@ -11,9 +14,11 @@ use palpate_fit::statics::{Solver, Statics, Vector};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::patch::RimSprings;
 
-/// What slaved rims are held with across their modes, in units of the mean diagonal of S: the force no longer changes in four digits.
+/// What slaved rims are held with across their modes, in units of the mean diagonal of S: the force
+/// no longer changes in four digits.
 const HELD: f64 = 1e4;
-/// Block-diagonal stiffness is kept this share above what positivity needs, so that what is taken off it stays invertible.
+/// Block-diagonal stiffness is kept this share above what positivity needs, so that what is taken
+/// off it stays invertible.
 const ABOVE: f64 = 1e-6;
 /// Between these the factor of Winkler springs is looked for, by halving their ratio so often.
 const WINKLER: (f64, f64) = (1e-3, 10.0);
@@ -32,7 +37,8 @@ pub enum Edge {
     RimSprings,
     /// The rim moves only in so many shapes, with the stiffness that S has along them.
     Modes(usize),
-    /// A block-diagonal stiffness above S, less a matrix of so low a rank that it is S along as many shapes; across them rim nodes are free to move.
+    /// A block-diagonal stiffness above S, less a matrix of so low a rank that it is S along as
+    /// many shapes; across them rim nodes are free to move.
     LowRank(usize),
     /// S itself.
     Dense,
@@ -88,8 +94,10 @@ pub struct Edges<'a> {
 }
 
 impl<'a> Edges<'a> {
-    /// Fits everything that needs a fit. `free` is the patch with its rim free; the Winkler springs are the ones with which a disc of radius `disc_m`, glued to the
-    /// site and pressed, meets the stiffness that it meets with S: a single number can be right in one case, so that is the one a force curve shows.
+    /// Fits everything that needs a fit. `free` is the patch with its rim free; the Winkler springs
+    /// are the ones with which a disc of radius `disc_m`, glued to the site and pressed, meets the
+    /// stiffness that it meets with S: a single number can be right in one case, so that is the one
+    /// a force curve shows.
     ///
     /// # Errors
     /// The patch with its far field is not stiff at rest.
@@ -179,8 +187,9 @@ impl<'a> Edges<'a> {
         Mat::from_fn(size, size, |r, c| 0.5 * (along[(r, c)] + along[(c, r)]) + held * (f64::from(u8::from(r == c)) - on[(r, c)]))
     }
 
-    /// `D - (D - S) Phi [Phi^T (D - S) Phi]^-1 Phi^T (D - S)`, D = c blockdiag(S) with the least c that keeps `D - S` positive: S along the shapes Phi, and never below
-    /// S elsewhere, because what is taken off is a Nystroem approximation of `D - S` from below.
+    /// `D - (D - S) Phi [Phi^T (D - S) Phi]^-1 Phi^T (D - S)`, D = c blockdiag(S) with the least c
+    /// that keeps `D - S` positive: S along the shapes Phi, and never below S elsewhere, because
+    /// what is taken off is a Nystroem approximation of `D - S` from below.
     ///
     /// # Errors
     /// S is not positive.

@@ -1,16 +1,21 @@
-//! Where the contact moves: a probe slides over the tissue, and the patch must answer everywhere on its way.
+//! Where the contact moves: a probe slides over the tissue, and the patch must answer everywhere on
+//! its way.
 //!
-//! Chosen is a *stroke patch*: all elements within a radius of the way, rim springs fitted to the condensed outside, constants
-//! fitted to presses along the way. Every node is awake all the time, so nothing changes from tick to tick but the pose: no step
-//! and no energy can come from a region that follows. Paper 004 instead freezes what lies outside a ball around the contact
-//! ([`palpate::path::region::StressRule`], its (7)-(8)): see [`contestants`] for that and the other rivals.
+//! Chosen is a *stroke patch*: all elements within a radius of the way, rim springs fitted to the
+//! condensed outside, constants fitted to presses along the way. Every node is awake all the time,
+//! so nothing changes from tick to tick but the pose: no step and no energy can come from a region
+//! that follows. Paper 004 instead freezes what lies outside a ball around the contact
+//! ([`palpate::path::region::StressRule`], its (7)-(8)): see [`contestants`] for that and the other
+//! rivals.
 //!
-//! The reference is at rest at every place; the tick has inertia, floored masses and damping, so a moving probe meets less behind
-//! itself: the force falls and drags back as the speed grows. That loss is measured too, and has one sign: it takes energy. Two
-//! thirds of the drag at 100 mm/s are the foundation's damping, the rest floored and contact masses.
+//! The reference is at rest at every place; the tick has inertia, floored masses and damping, so a
+//! moving probe meets less behind itself: the force falls and drags back as the speed grows. That
+//! loss is measured too, and has one sign: it takes energy. Two thirds of the drag at 100 mm/s are
+//! the foundation's damping, the rest floored and contact masses.
 //!
-//! Where it ends: at 120-180 mm/s by mesh (radius 12 mm) the force leaves 5 %; 1 mm deep it is beyond that at 100 mm/s, 2 mm deep on
-//! some meshes; nodes grow with the stroke; a stroke is straight and its surface flat, because the reference is
+//! Where it ends: at 120-180 mm/s by mesh (radius 12 mm) the force leaves 5 %; 1 mm deep it is
+//! beyond that at 100 mm/s, 2 mm deep on some meshes; nodes grow with the stroke; a stroke is
+//! straight and its surface flat, because the reference is
 //! ([`palpate_fit::calibrate::Targets::over_a_stroke`]).
 
 pub mod contestants;
@@ -37,7 +42,8 @@ use palpate_tissue::answer::Answer;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 
-/// Largest step of the force between ticks that a change of region may make [N], and the energy that it may make [mJ].
+/// Largest step of the force between ticks that a change of region may make [N], and the energy
+/// that it may make [mJ].
 pub const STEP_N: f64 = 0.02;
 /// Energy that a closed path may make [mJ].
 pub const WORK_MJ: f64 = 0.05;
@@ -73,7 +79,8 @@ pub struct Sliding {
     pub tolerance_pct: f64,
     /// Every method; the chosen one first.
     pub methods: Vec<Measured>,
-    /// The smallest stroke patch that keeps the promise on every mesh tried: radius and element [mm], nodes.
+    /// The smallest stroke patch that keeps the promise on every mesh tried: radius and element
+    /// [mm], nodes.
     pub smallest: Option<Smallest>,
     /// What a longer stroke costs.
     pub strokes: Vec<StrokeLength>,
@@ -92,12 +99,14 @@ pub struct Smallest {
     pub meshes: usize,
 }
 
-/// Slides every method over the default block and writes `sliding.csv`, `sliding_stroke.csv`, a trace of each method's slide and
-/// the pictures. `quick` takes one mesh of the two smaller choices, and no large round patch. `progress` is told what is done, of
-/// how many, and what comes next.
+/// Slides every method over the default block and writes `sliding.csv`, `sliding_stroke.csv`, a
+/// trace of each method's slide and the pictures. `quick` takes one mesh of the two smaller
+/// choices, and no large round patch. `progress` is told what is done, of how many, and what comes
+/// next.
 ///
 /// # Errors
-/// A folder that cannot be written, or a patch that cannot be fitted. Whether the promise holds, [`Sliding::check`] says.
+/// A folder that cannot be written, or a patch that cannot be fitted. Whether the promise holds,
+/// [`Sliding::check`] says.
 pub fn report(folder: &OutputFolder, quick: bool, progress: &mut dyn FnMut(usize, usize, &str)) -> Result<Sliding, Error> {
     let scene = Scene::load("block")?;
     let answer = Answer::block();

@@ -1,8 +1,10 @@
 //! The table "region radius x edge treatment -> force error, cost".
 //!
-//! A whole mesh of a block around every patch, every treatment of [`super::edges`] at its cut. Forces are equilibria of [`palpate_fit::statics`]; the error against dense S
-//! is the edge's alone, the one against the whole mesh of the same springs adds that the outside is linear and better resolved than those springs, the one
-//! against finite elements adds the springs inside, which are not calibrated here.
+//! A whole mesh of a block around every patch, every treatment of [`super::edges`] at its cut.
+//! Forces are equilibria of [`palpate_fit::statics`]; the error against dense S is the edge's
+//! alone, the one against the whole mesh of the same springs adds that the outside is linear and
+//! better resolved than those springs, the one against finite elements adds the springs inside,
+//! which are not calibrated here.
 
 mod awake;
 mod cost;
@@ -34,7 +36,8 @@ pub const PROMISED_RADII: f64 = 2.0;
 /// What is run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// Edge length under the probe [probe radii] and its growth per distance (1), for each fineness.
+    /// Edge length under the probe [probe radii] and its growth per distance (1), for each
+    /// fineness.
     pub fine: Vec<(f64, f64)>,
     /// Radii of the patches [probe radii].
     pub radii: Vec<f64>,

@@ -1,7 +1,8 @@
-//! Paper 004: soft tissue under local compression. An abdomen and a foot in layers are pressed by a finger; Figs. 5 to 9, and where the formulas fail.
+//! Paper 004: soft tissue under local compression. An abdomen and a foot in layers are pressed by a
+//! finger; Figs. 5 to 9, and where the formulas fail.
 //!
-//! The paper's tomography is not public and its finite elements are another paper's: organs are our own shapes, the truth is our own reference. Table 1 and
-//! (14) are `palpate score`.
+//! The paper's tomography is not public and its finite elements are another paper's: organs are our
+//! own shapes, the truth is our own reference. Table 1 and (14) are `palpate score`.
 
 pub mod checkpoint;
 pub mod failures;
@@ -40,7 +41,8 @@ pub struct Options {
     pub scene: Option<String>,
 }
 
-/// Regenerates the figures and writes the report into the folder `out`, which is made once the scenes are known to be sound.
+/// Regenerates the figures and writes the report into the folder `out`, which is made once the
+/// scenes are known to be sound.
 ///
 /// # Errors
 /// A scene that cannot be, what the core or a method refuses, a folder that cannot be written.

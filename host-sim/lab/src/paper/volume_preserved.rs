@@ -1,6 +1,8 @@
-//! Paper 000, section 3: a liver with its gallbladder hung by a thread, at two resolutions. Table 1, Fig. 2, Fig. 3 and section 3.4.
+//! Paper 000, section 3: a liver with its gallbladder hung by a thread, at two resolutions. Table
+//! 1, Fig. 2, Fig. 3 and section 3.4.
 //!
-//! The paper's truth is computed tomography of a pig's organs, which is not public; ours is finite elements of the same scene.
+//! The paper's truth is computed tomography of a pig's organs, which is not public; ours is finite
+//! elements of the same scene.
 
 pub mod assembly;
 pub mod measured;
@@ -28,9 +30,11 @@ use scene::HangingScene;
 use steps::Steps;
 use truth::{Shipped, Truth, solve};
 
-/// Largest mean landmark error of the product at full resolution that is promised, after each move [m].
+/// Largest mean landmark error of the product at full resolution that is promised, after each move
+/// [m].
 pub const PROMISED_M: [f64; 2] = [1.0e-3, 2.0e-3];
-/// Largest change of each organ's volume that is promised, after each move [%]: what the paper's authors report for a later version of theirs.
+/// Largest change of each organ's volume that is promised, after each move [%]: what the paper's
+/// authors report for a later version of theirs.
 pub const PROMISED_VOLUME_PCT: [f64; 2] = [0.03, 0.06];
 
 /// Methods, in the order of tables.
@@ -74,7 +78,8 @@ const LONGEST_S: f64 = 6.0;
 /// Weight that is put on in the second scene [m/s^2].
 const WEIGHT_M_PER_S2: [f64; 3] = [0.0, 0.0, -9.81];
 
-/// Runs the paper's section 3 and writes the report into the folder `out`, which is made once the scene is known to be sound.
+/// Runs the paper's section 3 and writes the report into the folder `out`, which is made once the
+/// scene is known to be sound.
 ///
 /// # Errors
 /// Bad scene; finite elements that do not converge; a promise of the product that did not hold.
@@ -155,7 +160,8 @@ fn at_resolution<'a>(
     Ok(resolution)
 }
 
-/// Finite elements of the sparse resolution with every tet cut into eight; only where they ship or are asked for.
+/// Finite elements of the sparse resolution with every tet cut into eight; only where they ship or
+/// are asked for.
 fn subdivided(sparse: &Resolution, solve_anew: bool, bar: &ProgressBar) -> Result<Option<Truth>, Error> {
     if solve_anew {
         let finer = sparse.assembly.subdivided();

@@ -1,8 +1,9 @@
-//! Linear precomputed compliance (Cotin et al. 1999; James and Pai 1999): what a unit force on each surface node does to all others is solved
-//! beforehand, a tick only solves the contact.
+//! Linear precomputed compliance (Cotin et al. 1999; James and Pai 1999): what a unit force on each
+//! surface node does to all others is solved beforehand, a tick only solves the contact.
 //!
-//! Linear tets at rest, factored in `f64`; single precision in the tick. No inertia: every tick is the static answer. Only the nodes that the
-//! probe can touch are moved by the tick; where the others are is worked out when they are looked at.
+//! Linear tets at rest, factored in `f64`; single precision in the tick. No inertia: every tick is
+//! the static answer. Only the nodes that the probe can touch are moved by the tick; where the
+//! others are is worked out when they are looked at.
 
 use palpate::{Fault, Vector3};
 
@@ -14,7 +15,8 @@ use palpate_tissue::error::Error;
 pub struct Compliance {
     contact: NodeContact,
     rest_m: Vec<Vector3<f32>>,
-    /// Displacement of all nodes for a unit force over E on each of the touched nodes' coordinates [1/m].
+    /// Displacement of all nodes for a unit force over E on each of the touched nodes' coordinates
+    /// [1/m].
     columns: Vec<Vec<Vector3<f32>>>,
     youngs_modulus_pa: f32,
 }
@@ -38,7 +40,8 @@ impl Compliance {
     }
 }
 
-/// Displacement of all nodes for unit forces on each coordinate of `nodes`; `solve` works in place on one right-hand side.
+/// Displacement of all nodes for unit forces on each coordinate of `nodes`; `solve` works in place
+/// on one right-hand side.
 pub(super) fn columns<T: Copy + From<f32> + Into<f64>>(
     linear: &LinearElastic,
     nodes: &[u32],

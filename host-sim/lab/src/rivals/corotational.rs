@@ -1,9 +1,12 @@
-//! Corotational linear tets (Müller and Gross 2004; Etzmuss et al. 2003): linear elasticity in the frame that turns with each tet.
+//! Corotational linear tets (Müller and Gross 2004; Etzmuss et al. 2003): linear elasticity in the
+//! frame that turns with each tet.
 //!
-//! `P = 2 mu (F - R) + lambda tr(R^T F - 1) R`, the exact gradient of `mu |F - R|^2 + lambda/2 tr(R^T F - 1)^2` when R is the rotation
-//! of F. R is kept as a quaternion and follows by the iteration of Müller et al. 2016 ("A robust method to extract the rotational part of
-//! deformations"), warm-started, so that tets that turn inside out come back; ours turns by the quaternion's tangent instead of
-//! its exponential, which needs no sine, and by 3/2 of theirs, which is Newton's step where strains are small.
+//! `P = 2 mu (F - R) + lambda tr(R^T F - 1) R`, the exact gradient of `mu |F - R|^2 + lambda/2
+//! tr(R^T F - 1)^2` when R is the rotation of F. R is kept as a quaternion and follows by the
+//! iteration of Müller et al. 2016 ("A robust method to extract the rotational part of
+//! deformations"), warm-started, so that tets that turn inside out come back; ours turns by the
+//! quaternion's tangent instead of its exponential, which needs no sine, and by 3/2 of theirs,
+//! which is Newton's step where strains are small.
 
 use palpate::Vector3;
 
@@ -13,7 +16,8 @@ use super::rest_tet::{Matrix, RestTet, diagonal_m};
 
 /// Turns in one evaluation at most; a slow press needs one.
 const TURNS: usize = 4;
-/// A turn below this angle squared is the last [rad^2]: it leaves a share of itself of the order of the strain, for the next substep.
+/// A turn below this angle squared is the last [rad^2]: it leaves a share of itself of the order of
+/// the strain, for the next substep.
 const LAST: f32 = 1e-6;
 /// One below this is not worth making: the force errs by mu times the angle.
 const NONE: f32 = 1e-11;

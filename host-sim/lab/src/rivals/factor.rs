@@ -1,4 +1,5 @@
-//! A sparse matrix factored once (`faer`, Cholesky with fill-reducing order), then solved with in every tick without allocation.
+//! A sparse matrix factored once (`faer`, Cholesky with fill-reducing order), then solved with in
+//! every tick without allocation.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::cholesky::{
@@ -18,7 +19,8 @@ pub struct Factor<T> {
 }
 
 impl<T: RealField + Copy> Factor<T> {
-    /// Factors the matrix with these (row, column, value) in its lower triangle, summed where they meet.
+    /// Factors the matrix with these (row, column, value) in its lower triangle, summed where they
+    /// meet.
     ///
     /// # Errors
     /// Not positive definite, or no memory.

@@ -1,9 +1,11 @@
-//! Implicit Euler with a matrix factored once, at rest: one solve a substep (as in Baraff and Witkin 1998, with the stiffness frozen).
+//! Implicit Euler with a matrix factored once, at rest: one solve a substep (as in Baraff and
+//! Witkin 1998, with the stiffness frozen).
 //!
-//! One Newton step from where inertia leads, `x^ = x + dt v`: `(M (1 + alpha dt)/dt^2 + K_0) d = f(x^) - alpha M (x^ - x)/dt`, `x = x^ + d`, f the
-//! corotational forces, `K_0` linear elasticity. The factor is single precision (`faer`). Contact is solved at the nodes on the same inverse, of
-//! which the touched columns are kept. True masses, no floor. With the stiffness frozen it is stable only while the tissue is not
-//! stiffer than about twice what it was at rest.
+//! One Newton step from where inertia leads, `x^ = x + dt v`: `(M (1 + alpha dt)/dt^2 + K_0) d =
+//! f(x^) - alpha M (x^ - x)/dt`, `x = x^ + d`, f the corotational forces, `K_0` linear elasticity.
+//! The factor is single precision (`faer`). Contact is solved at the nodes on the same inverse, of
+//! which the touched columns are kept. True masses, no floor. With the stiffness frozen it is
+//! stable only while the tissue is not stiffer than about twice what it was at rest.
 
 use palpate::path::integrate::FASTEST_M_PER_S;
 use palpate::{Fault, Params, Vector3};

@@ -4,7 +4,8 @@ use palpate::Vector3;
 
 use super::{Block, RestTet};
 
-/// Entries of the matrix over E [m], `K_ij = sum_t V (lambda g_i g_j^T + mu g_j g_i^T + mu g_i . g_j 1)`.
+/// Entries of the matrix over E [m], `K_ij = sum_t V (lambda g_i g_j^T + mu g_j g_i^T + mu g_i .
+/// g_j 1)`.
 #[derive(Clone, Debug)]
 pub struct LinearElastic {
     /// First row of each node, `None` where it is fixed, shape \[nodes\].

@@ -1,20 +1,28 @@
-//! Meshless total-Lagrangian explicit dynamics (Horton, Wittek, Joldes and Miller 2010): moving least squares at rest, integrated in background cells.
+//! Meshless total-Lagrangian explicit dynamics (Horton, Wittek, Joldes and Miller 2010): moving
+//! least squares at rest, integrated in background cells.
 //!
-//! `F = 1 + sum_n u_n grad phi_n`, neo-Hookean stress P as in [`super::NeoHookean`], `f_n -= V P grad phi_n`. The tets serve as cells of one stress each.
-//! Ours differs in two things, each because the plain form is wrong on meshes as coarse as these (rms force errors at 57 and 130 nodes, as against the 10
-//! and 7 % that are left):
+//! `F = 1 + sum_n u_n grad phi_n`, neo-Hookean stress P as in [`super::NeoHookean`], `f_n -= V P
+//! grad phi_n`. The tets serve as cells of one stress each. Ours differs in two things, each
+//! because the plain form is wrong on meshes as coarse as these (rms force errors at 57 and 130
+//! nodes, as against the 10 and 7 % that are left):
 //!
-//! * gradients are means over a cell, by the divergence theorem from its faces (Chen et al. 2001, there over nodal cells). Neighbours share faces, so a
-//!   uniform stress leaves exactly what it puts on the boundary, and linear fields stay exact. Gradients at the centroid do not integrate
+//! * gradients are means over a cell, by the divergence theorem from its faces (Chen et al. 2001,
+//!   there over nodal cells). Neighbours share faces, so a uniform stress leaves exactly what it
+//!   puts on the boundary, and linear fields stay exact. Gradients at the centroid do not integrate
 //!   to the boundary: 17 and 23 %, and at 57 nodes 8 mm turn tets inside out;
-//! * the weight nearly interpolates (see [`super::ShapeFunctions`]), so that contact and anchors, which act on nodal values, act on the field: it misses
-//!   them by less than 1e-10 m. With the paper's quartic spline they act on parameters that the field smooths away: 65 and 24 %, all too soft.
+//! * the weight nearly interpolates (see [`super::ShapeFunctions`]), so that contact and anchors,
+//!   which act on nodal values, act on the field: it misses them by less than 1e-10 m. With the
+//!   paper's quartic spline they act on parameters that the field smooths away: 65 and 24 %, all
+//!   too soft.
 //!
-//! The volume term stays in each cell: averaged over nodes, as linear tets need it, it is too soft here (26 and 16 %).
+//! The volume term stays in each cell: averaged over nodes, as linear tets need it, it is too soft
+//! here (26 and 16 %).
 //!
-//! What is left is too soft. On coarse meshes contact takes the surface between nodes as flat, the field does not: at 4 mm, within 8 mm of the axis, the
-//! middles of triangles lie 0.48, 0.09 and 0.00 mm less deep in the field than on the flat triangles, on the mean at 57, 130 and 410 nodes. The
-//! 7 % that stay at 410 nodes are not of that kind. The limit is the cost: 26 nodes in a cell instead of 4.
+//! What is left is too soft. On coarse meshes contact takes the surface between nodes as flat, the
+//! field does not: at 4 mm, within 8 mm of the axis, the middles of triangles lie 0.48, 0.09 and
+//! 0.00 mm less deep in the field than on the flat triangles, on the mean at 57, 130 and 410 nodes.
+//! The 7 % that stay at 410 nodes are not of that kind. The limit is the cost: 26 nodes in a cell
+//! instead of 4.
 
 use palpate::Vector3;
 
@@ -24,8 +32,8 @@ use super::on_core::Law;
 use super::rest_tet::{Matrix, cofactors};
 use palpate_tissue::error::Error;
 
-/// Reach of a node over its farthest integration point. 1.2 takes up to a third more time; the error goes from 10.5 to 12.2 % at 57 nodes, from 7.4
-/// to 6.2 % at 130.
+/// Reach of a node over its farthest integration point. 1.2 takes up to a third more time; the
+/// error goes from 10.5 to 12.2 % at 57 nodes, from 7.4 to 6.2 % at 130.
 const REACH: f64 = 1.05;
 
 /// A node's part in a cell.
@@ -140,7 +148,8 @@ impl Law for Meshless {
     }
 }
 
-/// Mean diagonal stiffness over E of each node [m], `V (lambda + 4 mu) |g|^2 / 3` summed, as for tets.
+/// Mean diagonal stiffness over E of each node [m], `V (lambda + 4 mu) |g|^2 / 3` summed, as for
+/// tets.
 fn diagonal_m(cells: &[Cell], parts: &[Part], nodes: usize, modulus: f32) -> Vec<f32> {
     let mut diagonal = vec![0.0_f32; nodes];
     let mut begin = 0;

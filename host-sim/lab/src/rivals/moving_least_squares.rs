@@ -1,9 +1,12 @@
-//! Moving-least-squares shape functions of scattered nodes (Lancaster and Salkauskas 1981; in Galerkin's method Belytschko, Lu and Gu 1994), linear basis.
+//! Moving-least-squares shape functions of scattered nodes (Lancaster and Salkauskas 1981; in
+//! Galerkin's method Belytschko, Lu and Gu 1994), linear basis.
 //!
-//! `phi_n(x) = w(|X_n - x| / R_n) p_n^T A^-1 p(x)`, `A = sum_n w_n p_n p_n^T`, `p_n = (1, X_n - x)`, so `p(x) = (1, 0, 0, 0)`. Whatever the weights, they
-//! reproduce linear fields. The weight is that of Most and Bucher 2005, `(r^2 + e)^-2 - (1 + e)^-2`: so steep at its node that the field passes through
-//! the nodal values, which the usual splines do not give. Reaches follow the mesh: each node is felt at every integration point of its own tets.
-//! A face's points then feel all corners of the tets beside it, which lie in no plane, so A can be inverted.
+//! `phi_n(x) = w(|X_n - x| / R_n) p_n^T A^-1 p(x)`, `A = sum_n w_n p_n p_n^T`, `p_n = (1, X_n -
+//! x)`, so `p(x) = (1, 0, 0, 0)`. Whatever the weights, they reproduce linear fields. The weight is
+//! that of Most and Bucher 2005, `(r^2 + e)^-2 - (1 + e)^-2`: so steep at its node that the field
+//! passes through the nodal values, which the usual splines do not give. Reaches follow the mesh:
+//! each node is felt at every integration point of its own tets. A face's points then feel all
+//! corners of the tets beside it, which lie in no plane, so A can be inverted.
 
 use nalgebra::{Matrix4, Vector4};
 use palpate::Vector3;
@@ -28,7 +31,8 @@ pub struct ShapeFunctions {
 }
 
 impl ShapeFunctions {
-    /// Of a mesh's nodes. A node reaches `reach` times as far as the farthest integration point of its tets; must be above 1.
+    /// Of a mesh's nodes. A node reaches `reach` times as far as the farthest integration point of
+    /// its tets; must be above 1.
     #[must_use]
     pub fn new(mesh: &TetMesh, reach: f64) -> Self {
         let node_m: Vec<_> = mesh.nodes_m.iter().map(|x| Vector3::from(*x)).collect();
@@ -85,7 +89,8 @@ impl ShapeFunctions {
     }
 }
 
-/// Half way from a triangle's middle to its corners: equal weights integrate quadratic polynomials exactly.
+/// Half way from a triangle's middle to its corners: equal weights integrate quadratic polynomials
+/// exactly.
 #[must_use]
 pub fn integration_points_m(corners_m: &[Vector3<f64>; 3]) -> [Vector3<f64>; 3] {
     let middle_m = (corners_m[0] + corners_m[1] + corners_m[2]) / 3.0;

@@ -1,8 +1,9 @@
-//! Total-Lagrangian explicit dynamics with neo-Hookean linear tets (TLED: Miller et al. 2007; average nodal pressure: Bonet and Burton 1998,
-//! in total-Lagrangian form Joldes et al. 2009).
+//! Total-Lagrangian explicit dynamics with neo-Hookean linear tets (TLED: Miller et al. 2007;
+//! average nodal pressure: Bonet and Burton 1998, in total-Lagrangian form Joldes et al. 2009).
 //!
-//! Energy `mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2`, the same as the reference's. Per tet the volume term locks; averaged over nodes it
-//! is `lambda/2 (ln J_n)^2` with `J_n` the volume of a node's tets over that at rest, weighted with a quarter of it.
+//! Energy `mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2`, the same as the reference's. Per tet the
+//! volume term locks; averaged over nodes it is `lambda/2 (ln J_n)^2` with `J_n` the volume of a
+//! node's tets over that at rest, weighted with a quarter of it.
 
 use palpate::Vector3;
 
@@ -93,7 +94,8 @@ impl Law for NeoHookean {
             // the coefficient of the cofactors, d psi / d J
             let pressure = match self.volume {
                 Volume::PerTet => (tet.stiffness_ratio * self.lambda * j.ln() - mu) / j,
-                // d V / d F = V_0 cof F; a tet belongs to four nodes, each with a quarter of the weight
+                // d V / d F = V_0 cof F; a tet belongs to four nodes, each with a quarter of the
+                // weight
                 Volume::Nodal => 0.25 * tet.node.iter().map(|&n| self.node[n as usize]).sum::<f32>() - mu / j,
             };
             let stress = [0, 1, 2].map(|k| f[k] * mu + cofactors[k] * pressure);

@@ -1,7 +1,9 @@
-//! Frictionless unilateral contact at the nodes, solved on a compliance: Signorini's conditions by projected Gauss-Seidel.
+//! Frictionless unilateral contact at the nodes, solved on a compliance: Signorini's conditions by
+//! projected Gauss-Seidel.
 //!
-//! `gap_i = (x_i - c) . n_i - R + sum_j D_ij lambda_j >= 0`, `lambda >= 0`, one of the two zero; `D_ij = n_i^T W_ij n_j`. The normals are those
-//! of the last solution, taken twice. Forces of the last tick are the first guess.
+//! `gap_i = (x_i - c) . n_i - R + sum_j D_ij lambda_j >= 0`, `lambda >= 0`, one of the two zero;
+//! `D_ij = n_i^T W_ij n_j`. The normals are those of the last solution, taken twice. Forces of the
+//! last tick are the first guess.
 
 use palpate::{Probe, Vector3};
 
@@ -54,7 +56,8 @@ impl NodeContact {
         nodes
     }
 
-    /// `columns[3 i + a]` is the displacement of all nodes over a unit force over E on node i along axis a.
+    /// `columns[3 i + a]` is the displacement of all nodes over a unit force over E on node i along
+    /// axis a.
     pub fn new(block: &Block, nodes: Vec<u32>, columns: &[Vec<Vector3<f32>>]) -> Self {
         let count = nodes.len();
         let mut w = vec![0.0; 9 * count * count];

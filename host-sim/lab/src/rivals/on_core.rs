@@ -1,7 +1,10 @@
-//! Explicit rivals on the core: it moves the nodes and presses the surface, the rival says what the tissue answers.
+//! Explicit rivals on the core: it moves the nodes and presses the surface, the rival says what the
+//! tissue answers.
 //!
-//! The core's tick runs with springs and volume off. After each of its substeps the rival's force gives every node a kick `v += f dt / (m (1 - alpha dt))`:
-//! as the next substep begins with damping, `v (1 - alpha dt)`, and the contact's kick and then moves, both together are one step of symplectic Euler.
+//! The core's tick runs with springs and volume off. After each of its substeps the rival's force
+//! gives every node a kick `v += f dt / (m (1 - alpha dt))`: as the next substep begins with
+//! damping, `v (1 - alpha dt)`, and the contact's kick and then moves, both together are one step
+//! of symplectic Euler.
 
 use palpate::method::Method;
 use palpate::{Fault, Model, NodeRest, Params, ProbePose, State, Terms, Tuned, Vector3, tick_with};
@@ -89,7 +92,8 @@ pub(super) fn with_law<T>(
     Ok(work(&mut OnCore { model: &model, tuned: &tuned, state, method }))
 }
 
-/// What a force over E changes each node's velocity by [m/s per N/Pa], before the damping that follows.
+/// What a force over E changes each node's velocity by [m/s per N/Pa], before the damping that
+/// follows.
 pub(super) fn steps(tuned: &Tuned, params: &Params, nodes: usize) -> Vec<f32> {
     let dt_s = params.tick_s / f32::from(params.substeps);
     let mass = |n| tuned.mass_kg(n).unwrap_or(f32::INFINITY);

@@ -1,9 +1,12 @@
-//! The models of the two source papers as the chart runs every explicit method: with its contact, node damping and mass floor.
+//! The models of the two source papers as the chart runs every explicit method: with its contact,
+//! node damping and mass floor.
 //!
-//! `volume-preserved` (000): springs (11) as printed, corrections (6)-(9) with the paper's rates (tau = 0, theta = pi/3, a look every 100 steps), dampers of a tenth of
-//! critical, because (12) as printed has no step that a tick could take. `local-compression` (004): one stiffness for all springs, velocity Verlet, over-compression
-//! correction from 10 % on; no damper, as the fit of `palpate paper local-compression` ends at the least it may take; no region, which saves nothing at 2 % of
-//! error; no volume force, whose coefficient is not printed.
+//! `volume-preserved` (000): springs (11) as printed, corrections (6)-(9) with the paper's rates
+//! (tau = 0, theta = pi/3, a look every 100 steps), dampers of a tenth of critical, because (12) as
+//! printed has no step that a tick could take. `local-compression` (004): one stiffness for all
+//! springs, velocity Verlet, over-compression correction from 10 % on; no damper, as the fit of
+//! `palpate paper local-compression` ends at the least it may take; no region, which saves nothing
+//! at 2 % of error; no volume force, whose coefficient is not printed.
 
 use palpate::method::{LocalCompression, Method, VolumePreserved};
 use palpate::path::correct::direction::SpringDirection;
@@ -17,7 +20,8 @@ use super::{OnCore, Rival, printed_springs};
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::{Memory, Patch};
 
-/// The fitted stiffness over the mean of (11), both on the block of 130 nodes and 20 kPa: `palpate paper local-compression` ends at 0.1816 N/mm, the mean is 0.1298.
+/// The fitted stiffness over the mean of (11), both on the block of 130 nodes and 20 kPa: `palpate
+/// paper local-compression` ends at 0.1816 N/mm, the mean is 0.1298.
 const FITTED_OVER_MEAN: f64 = 1.4;
 /// Critical compression ratio; the paper gives none.
 const RATIO: f32 = 0.1;
@@ -38,7 +42,8 @@ pub(super) fn volume_preserved<T>(patch: &Patch, params: &Params, work: impl FnO
     run(&model, params, method, work)
 }
 
-/// `even` is the patch without inclusions: what they add to the springs of (11) they add to the one stiffness.
+/// `even` is the patch without inclusions: what they add to the springs of (11) they add to the one
+/// stiffness.
 pub(super) fn local_compression<T>(
     patch: &Patch,
     even: &Patch,

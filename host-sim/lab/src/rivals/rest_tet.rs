@@ -16,7 +16,8 @@ pub struct RestTet {
     pub volume_m3: f32,
     /// Stiffness as a multiple of the tissue's.
     pub stiffness_ratio: f32,
-    /// Gradients of the shape functions of b, c, d [1/m]: the rows of the inverse of (b-a, c-a, d-a). That of a is minus their sum.
+    /// Gradients of the shape functions of b, c, d [1/m]: the rows of the inverse of (b-a, c-a,
+    /// d-a). That of a is minus their sum.
     pub gradient: [Vector3<f32>; 3],
 }
 
@@ -65,7 +66,8 @@ pub(super) fn cofactors(f: &Matrix) -> (Matrix, f32) {
     (cofactors, f[0].dot(&cofactors[0]))
 }
 
-/// Mean diagonal stiffness over E of each node [m] of linear tets, `V (lambda + 4 mu) |g|^2 / 3` summed: what the mass floor compares masses with.
+/// Mean diagonal stiffness over E of each node [m] of linear tets, `V (lambda + 4 mu) |g|^2 / 3`
+/// summed: what the mass floor compares masses with.
 pub(super) fn diagonal_m(block: &Block, tets: &[RestTet], lambda: f64, mu: f64) -> Vec<f32> {
     let mut diagonal = vec![0.0_f32; block.tissue.mesh.nodes_m.len()];
     for tet in tets {

@@ -1,8 +1,10 @@
-//! Rims that are no springs, on the core's tick: the dense condensed outside, a low-rank one, and modes that the rim is slaved to.
+//! Rims that are no springs, on the core's tick: the dense condensed outside, a low-rank one, and
+//! modes that the rim is slaved to.
 //!
-//! The model they run on has no rim springs of its own; its rim nodes carry the mass floor of the stiffness that is attached here. Dense and low rank add their
-//! force as a kick after each substep, as the explicit rivals of this folder do. Modes have floored masses `Phi^T m Phi` of the rim's nodes: a subspace of a
-//! system that is stable at this step is stable too.
+//! The model they run on has no rim springs of its own; its rim nodes carry the mass floor of the
+//! stiffness that is attached here. Dense and low rank add their force as a kick after each
+//! substep, as the explicit rivals of this folder do. Modes have floored masses `Phi^T m Phi` of
+//! the rim's nodes: a subspace of a system that is stable at this step is stable too.
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
@@ -112,7 +114,8 @@ impl LowRankRim {
         }
     }
 
-    /// Floating-point operations of a substep, and bytes that it reads, for so many rim nodes and a rank `q`.
+    /// Floating-point operations of a substep, and bytes that it reads, for so many rim nodes and a
+    /// rank `q`.
     #[must_use]
     pub fn cost(rim_nodes: usize, q: usize) -> (usize, usize) {
         (rim_nodes * (18 + 12 * q), 4 * rim_nodes * (9 + 3 * q))
@@ -143,7 +146,8 @@ pub struct ModeRim {
     rim: RimNodes,
     /// Shape [3 rim nodes][q].
     shapes: Vec<f32>,
-    /// What forces over E on the rim change the modes' speeds by in a substep, shape [3 rim nodes][q].
+    /// What forces over E on the rim change the modes' speeds by in a substep, shape [3 rim
+    /// nodes][q].
     pushes: Vec<f32>,
     /// What the modes' places change their speeds by, shape [q][q].
     holds: Vec<f32>,
@@ -155,7 +159,8 @@ pub struct ModeRim {
 }
 
 impl ModeRim {
-    /// Orthonormal `shapes` of the rim's `node`s, shape [3 rim nodes][q], with `stiffness_m` over E of the outside. `None` if a shape has no mass.
+    /// Orthonormal `shapes` of the rim's `node`s, shape [3 rim nodes][q], with `stiffness_m` over E
+    /// of the outside. `None` if a shape has no mass.
     #[must_use]
     pub fn new(
         model: &Model,
@@ -188,7 +193,8 @@ impl ModeRim {
         })
     }
 
-    /// Floating-point operations of a substep, and bytes that it reads, for so many rim nodes and `q` modes.
+    /// Floating-point operations of a substep, and bytes that it reads, for so many rim nodes and
+    /// `q` modes.
     #[must_use]
     pub fn cost(rim_nodes: usize, q: usize) -> (usize, usize) {
         // velocities of the rim are its displacements' differences in time: one product gives both

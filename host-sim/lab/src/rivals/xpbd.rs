@@ -1,8 +1,10 @@
-//! Extended position-based dynamics (Macklin et al. 2016), one Gauss-Seidel pass a substep ("small steps", Macklin et al. 2019).
+//! Extended position-based dynamics (Macklin et al. 2016), one Gauss-Seidel pass a substep ("small
+//! steps", Macklin et al. 2019).
 //!
-//! Constraints: the length of every edge with compliance `1/k`, k the spring constant of our own model, and the volume of every tet with
-//! compliance `V / kappa`, kappa = lambda - mu: the same small-strain moduli as springs with per-tet volume. The core moves the nodes and presses
-//! the surface; then the constraints move them again, and the velocity takes what they moved.
+//! Constraints: the length of every edge with compliance `1/k`, k the spring constant of our own
+//! model, and the volume of every tet with compliance `V / kappa`, kappa = lambda - mu: the same
+//! small-strain moduli as springs with per-tet volume. The core moves the nodes and presses the
+//! surface; then the constraints move them again, and the velocity takes what they moved.
 
 use palpate::method::Method;
 use palpate::{Model, Params, State, Terms, Tuned, Vector3};
@@ -37,7 +39,8 @@ pub struct Xpbd {
 }
 
 impl Xpbd {
-    /// Floating-point operations of an edge and of a tet, counted in this file, a division or root as 14 (the Cortex-M4F's cycles).
+    /// Floating-point operations of an edge and of a tet, counted in this file, a division or root
+    /// as 14 (the Cortex-M4F's cycles).
     pub const FLOPS: [f64; 2] = [55.0, 160.0];
 
     fn new(model: &Model, tuned: &Tuned, params: &Params) -> Self {

@@ -1,4 +1,5 @@
-//! What the values say: spread of each group and phase, change by the training, differences between groups.
+//! What the values say: spread of each group and phase, change by the training, differences between
+//! groups.
 
 use serde::Serialize;
 

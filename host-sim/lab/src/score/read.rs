@@ -1,4 +1,5 @@
-//! Reads marks from CSV: header `group,phase,intern,chief,associate,attending` in any order, one row for each intern and phase.
+//! Reads marks from CSV: header `group,phase,intern,chief,associate,attending` in any order, one
+//! row for each intern and phase.
 
 use std::collections::HashMap;
 use std::path::Path;

@@ -1,7 +1,8 @@
 //! Spread of a sample and the permutation test of a difference of means.
 //!
-//! Marks are discrete and bounded and groups are small, so no distribution is assumed: the test counts how many of the ways to deal the same values
-//! into groups of the same sizes differ in their means at least as much as the groups did (two-sided).
+//! Marks are discrete and bounded and groups are small, so no distribution is assumed: the test
+//! counts how many of the ways to deal the same values into groups of the same sizes differ in
+//! their means at least as much as the groups did (two-sided).
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{RngCore, SeedableRng};

@@ -1,7 +1,9 @@
-//! Table 1 of paper 004: the values of 20 interns before and after the training, as printed, and a check of equation (14) against them.
+//! Table 1 of paper 004: the values of 20 interns before and after the training, as printed, and a
+//! check of equation (14) against them.
 //!
-//! The marks behind the values are not printed. What can be checked: every value is one that (14) gives for whole marks, the groups are alike before
-//! the training, and the first group (virtual training) is above the second (on a real abdomen) after it.
+//! The marks behind the values are not printed. What can be checked: every value is one that (14)
+//! gives for whole marks, the groups are alike before the training, and the first group (virtual
+//! training) is above the second (on a real abdomen) after it.
 
 use serde::Serialize;
 
@@ -81,7 +83,8 @@ pub struct Check {
     pub before: (f64, f64),
     /// The same after.
     pub after: (f64, f64),
-    /// Share of pairs (one intern of each group) in which that of group 1 is above that of group 2, after.
+    /// Share of pairs (one intern of each group) in which that of group 1 is above that of group 2,
+    /// after.
     pub pairs_above_after: f64,
 }
 

@@ -1,12 +1,16 @@
-//! Hand x delay x device x control: the stiffest wall without a limit cycle, and what holding and leaving 400 N/m costs.
+//! Hand x delay x device x control: the stiffest wall without a limit cycle, and what holding and
+//! leaving 400 N/m costs.
 //!
-//! Each cell climbs from [`SOFTEST_N_PER_M`] in steps of 12 % until the first wall that is not quiet. Bisecting would be wrong: a loop can shake at
-//! one stiffness and hold at a higher one, because friction, the force limit and the encoder's count enter at different ones.
+//! Each cell climbs from [`SOFTEST_N_PER_M`] in steps of 12 % until the first wall that is not
+//! quiet. Bisecting would be wrong: a loop can shake at one stiffness and hold at a higher one,
+//! because friction, the force limit and the encoder's count enter at different ones.
 //!
-//! An earlier simulation, one axis and written apart, found 139, 952, 2640 and 5836 N/m raw for H0 to H3 one tick late; here it is 155, 1066,
-//! 2357 and 2105. H2 and H3 end there by the encoder: the handle swings by a few micrometres across the edge of a count, and that is 50-70 mN. Whether a
-//! hold rests on such an edge is luck of the stiffness (H3 is quiet again at 3312 and from 4653 on). With counts of 1 um H3 is quiet to the end
-//! and H2 to 3312. Two ticks late H0 ends at 99 against 70: the other pushed with 0.5 N at every stiffness, and so pushed it ends at 79.
+//! An earlier simulation, one axis and written apart, found 139, 952, 2640 and 5836 N/m raw for H0
+//! to H3 one tick late; here it is 155, 1066, 2357 and 2105. H2 and H3 end there by the encoder:
+//! the handle swings by a few micrometres across the edge of a count, and that is 50-70 mN. Whether
+//! a hold rests on such an edge is luck of the stiffness (H3 is quiet again at 3312 and from 4653
+//! on). With counts of 1 um H3 is quiet to the end and H2 to 3312. Two ticks late H0 ends at 99
+//! against 70: the other pushed with 0.5 N at every stiffness, and so pushed it ends at 79.
 //!
 //! [`ceiling`] asks what the encoder allows, whatever the control.
 
@@ -44,8 +48,9 @@ pub const MOST_STATIC_ERROR: f64 = 1e-3;
 const DEPTH_M: f64 = 4e-3;
 const FORCE_SHARE: f64 = 0.85;
 
-/// Stiffest spring [N/m] that any passive hand may hold without the loop giving it energy: `K = b / (T / 2 + t_d)` (Colgate and Schenkel,
-/// J. Robotic Systems 14, 1997; with a delay after Gil, Hulin and others), `b` the device's own damping alone.
+/// Stiffest spring [N/m] that any passive hand may hold without the loop giving it energy: `K = b /
+/// (T / 2 + t_d)` (Colgate and Schenkel, J. Robotic Systems 14, 1997; with a delay after Gil, Hulin
+/// and others), `b` the device's own damping alone.
 #[must_use]
 pub fn passive_n_per_m(device: &DeviceProfile) -> f64 {
     let late_s = f64::from(device.delay_ticks) * 1e-3 + device.amplifier_lag_s;
@@ -74,7 +79,8 @@ pub struct Cell {
 /// What is measured.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// Every device under every control; the shipped ones at delays 0, 1 and 2, then, if asked for, all at their own.
+    /// Every device under every control; the shipped ones at delays 0, 1 and 2, then, if asked for,
+    /// all at their own.
     cases: Vec<(String, DeviceProfile)>,
     ceilings: ceiling::Plan,
 }
@@ -171,8 +177,8 @@ impl LoopSummary {
     }
 }
 
-/// Ours holds [`HELD_N_PER_M`] without energy and without static error, in every hand: on the Touch up to two ticks late, without friction up
-/// to one.
+/// Ours holds [`HELD_N_PER_M`] without energy and without static error, in every hand: on the Touch
+/// up to two ticks late, without friction up to one.
 fn broken(cells: &[Cell]) -> Vec<String> {
     let promised =
         |c: &&Cell| c.control == Control::Ours.name() && (c.device == SWEPT[0] || c.device == SWEPT[1] && c.delay_ticks <= 1);

@@ -1,10 +1,14 @@
-//! The model half: every method of the chart pressed, tapped, jittered and released at five stiffnesses, without a device in the loop.
+//! The model half: every method of the chart pressed, tapped, jittered and released at five
+//! stiffnesses, without a device in the loop.
 //!
-//! A [`Case`] says how the tip moves; a [`Subject`] is a method with the substeps it asks for; [`press`] moves one through the other and keeps a
-//! [`Trace`]; [`judge`] says what went wrong first; [`margin`] finds how much more it stands; [`promises`] holds the product to what it promises.
+//! A [`Case`] says how the tip moves; a [`Subject`] is a method with the substeps it asks for;
+//! [`press`] moves one through the other and keeps a [`Trace`]; [`judge`] says what went wrong
+//! first; [`margin`] finds how much more it stands; [`promises`] holds the product to what it
+//! promises.
 //!
-//! Every method gets the substeps that it needs for the chart's press on the same tissue; the product those that a session derives. The product
-//! has its guard, the depth limit and the limit on the way in; the others have none of the first and 1 m/s of the second.
+//! Every method gets the substeps that it needs for the chart's press on the same tissue; the
+//! product those that a session derives. The product has its guard, the depth limit and the limit
+//! on the way in; the others have none of the first and 1 m/s of the second.
 
 mod case;
 mod margin;

@@ -1,4 +1,5 @@
-//! The whole screen without a screen: events in, the physics in the same thread on a clock of its own.
+//! The whole screen without a screen: events in, the physics in the same thread on a clock of its
+//! own.
 
 use std::cell::{Cell, RefCell};
 use std::path::Path;

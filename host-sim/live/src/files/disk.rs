@@ -11,7 +11,8 @@ pub fn keeps_at_once() -> bool {
     true
 }
 
-/// The first number from `least` on that no file of the folder has: what an earlier window recorded stays.
+/// The first number from `least` on that no file of the folder has: what an earlier window recorded
+/// stays.
 pub fn free(folder: &Path, least: u32) -> u32 {
     let taken = |n: u32| ["trace", "csv", "png"].iter().any(|ending| folder.join(format!("live-{n}.{ending}")).exists());
     (least..u32::MAX).find(|n| !taken(*n)).unwrap_or(least)

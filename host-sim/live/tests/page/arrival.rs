@@ -1,4 +1,5 @@
-//! How the page arrives: from servers of several kinds, or not at all. Then a sentence says why, and it does not "prepare" for ever.
+//! How the page arrives: from servers of several kinds, or not at all. Then a sentence says why,
+//! and it does not "prepare" for ever.
 
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -1,4 +1,5 @@
-//! Minutes of use by a script, in which memory does not grow, and the page's own counters. By `host-sim/live/test minutes` alone.
+//! Minutes of use by a script, in which memory does not grow, and the page's own counters. By
+//! `host-sim/live/test minutes` alone.
 
 use std::time::{Duration, Instant};
 
@@ -10,7 +11,8 @@ use crate::{MIDDLE, active, let_go, number, page, press, says, until};
 /// What each call of the driver leaves in the page's JavaScript, also where nobody touches it [MB].
 const LEFT_BY_A_CALL_MB: f64 = 0.7e-3;
 
-/// Megabytes after the collector ran: the page's JavaScript without what the driver left there; all of the page's processes by the system's account.
+/// Megabytes after the collector ran: the page's JavaScript without what the driver left there; all
+/// of the page's processes by the system's account.
 fn memory_mb(browser: &mut Browser) -> [f64; 2] {
     browser.devtools("HeapProfiler.enable", &json!({}));
     browser.devtools("HeapProfiler.collectGarbage", &json!({}));

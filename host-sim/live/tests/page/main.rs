@@ -1,6 +1,8 @@
-//! The page in a real browser, driven by mouse and keys through `chromedriver`: it loads, is pressed, gives, stiffens, records and replays.
+//! The page in a real browser, driven by mouse and keys through `chromedriver`: it loads, is
+//! pressed, gives, stiffens, records and replays.
 //!
-//! Skipped, saying so, where `chromedriver` and `chromium` are not installed or the page is not built (`PALPATE_LIVE_PAGE` names its folder).
+//! Skipped, saying so, where `chromedriver` and `chromium` are not installed or the page is not
+//! built (`PALPATE_LIVE_PAGE` names its folder).
 
 mod arrival;
 mod driver;

@@ -7,7 +7,8 @@ use serde_json::Value;
 use crate::driver::Browser;
 use crate::{MIDDLE, active, let_go, number, page, press, says, until};
 
-/// Pixels of places on the surface: by the way of the tip over a few pixels, and corrected by where the tip then is.
+/// Pixels of places on the surface: by the way of the tip over a few pixels, and corrected by where
+/// the tip then is.
 struct Map {
     /// A pixel to the right, a pixel down [m].
     per_pixel_m: [[f64; 2]; 2],
@@ -59,7 +60,8 @@ fn feel(browser: &mut Browser, map: &Map, place_m: [f64; 2]) -> ([f64; 2], f64) 
     ([0, 1].map(|k| felt["tip_m"][k].as_f64().unwrap()), number(&felt, "force_n"))
 }
 
-/// Where of these presses the stiffest is: their places, weighed by what they are above the softest.
+/// Where of these presses the stiffest is: their places, weighed by what they are above the
+/// softest.
 fn stiffest(felt: &[([f64; 2], f64)]) -> [f64; 2] {
     let least_n = felt.iter().map(|f| f.1).fold(f64::MAX, f64::min);
     let weight = |force_n: f64| (force_n - least_n).powi(2);

@@ -1,7 +1,8 @@
-//! The fault campaign: every kind of fault, in every hand, at every moment of a touch, on a wall and on a patch, every tick watched.
+//! The fault campaign: every kind of fault, in every hand, at every moment of a touch, on a wall
+//! and on a patch, every tick watched.
 //!
-//! A [`Case`] is one run, drawn from a number; [`Bed`] is what it runs on, armed once. Nothing in it reads a clock, and the same number gives the
-//! same run.
+//! A [`Case`] is one run, drawn from a number; [`Bed`] is what it runs on, armed once. Nothing in
+//! it reads a clock, and the same number gives the same run.
 
 mod case;
 mod inject;
@@ -55,7 +56,8 @@ impl<'a> Ground<'a> {
     }
 }
 
-/// Runs `runs` cases of this seed, half of them on a wall, half on the patch; `done` is told of every batch.
+/// Runs `runs` cases of this seed, half of them on a wall, half on the patch; `done` is told of
+/// every batch.
 ///
 /// # Errors
 /// What the loop or the patch refuses.
@@ -101,7 +103,8 @@ pub struct LightPatch {
 }
 
 impl LightPatch {
-    /// The shipped patch of 130 nodes at 20 kPa, one step a tick: what a campaign can afford a hundred million times.
+    /// The shipped patch of 130 nodes at 20 kPa, one step a tick: what a campaign can afford a
+    /// hundred million times.
     ///
     /// # Errors
     /// It does not build.

@@ -1,7 +1,9 @@
 //! Ways to keep the loop quiet: ours, none at all, and what others do, each around any surface.
 //!
-//! A rival changes what the surface answers; the cycle's own damping is off then and its last resort as late as it may be set. What a rival sees is
-//! what a controller has: the counted depth, the model's force, its stiffness, and the forces it sent itself. All act along the contact's normal.
+//! A rival changes what the surface answers; the cycle's own damping is off then and its last
+//! resort as late as it may be set. What a rival sees is what a controller has: the counted depth,
+//! the model's force, its stiffness, and the forces it sent itself. All act along the contact's
+//! normal.
 
 mod constant_damping;
 mod energy_bounding;
@@ -215,7 +217,8 @@ impl<S: Surface> Renderer for Controlled<S> {
         if force_n == model_n {
             return output;
         }
-        // a force that lingers outside is part of what is compared: the product's rule does not cut it off
+        // a force that lingers outside is part of what is compared: the product's rule does not cut
+        // it off
         let force_n = output.force_n + self.normal * (force_n - model_n);
         Output { force_n, normal: self.normal, outside: false, ..output }
     }

@@ -1,6 +1,8 @@
-//! Faults as data, and what injects them: around a device ([`Faulty`]), around a tissue ([`FaultyTissue`]), into what the host says.
+//! Faults as data, and what injects them: around a device ([`Faulty`]), around a tissue
+//! ([`FaultyTissue`]), into what the host says.
 //!
-//! An [`Injection`] begins at a tick and lasts for some. Everything else is the loop as it ships: nothing in the core knows of this.
+//! An [`Injection`] begins at a tick and lasts for some. Everything else is the loop as it ships:
+//! nothing in the core knows of this.
 
 mod device;
 pub mod list;
@@ -156,7 +158,8 @@ pub enum Expected {
     Fault(&'static [Fault], u32),
     /// Go on as if nothing had happened.
     Ridden,
-    /// Cannot be told from a hand for sure: one of these faults, or none; the force stays within its limits all the time.
+    /// Cannot be told from a hand for sure: one of these faults, or none; the force stays within
+    /// its limits all the time.
     Bounded(&'static [Fault]),
     /// A falling force from here on, none above 0.05 N after 150 ticks.
     Ramp(u32),

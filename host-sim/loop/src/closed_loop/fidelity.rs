@@ -1,8 +1,9 @@
 //! How many substeps a patch needs to answer a tap as tissue does, not as floored masses do.
 //!
-//! A mass floor lets one step a millisecond hold, and statics do not see it; a tap does. `n` substeps with the floor of the *substep* weigh `n^2` times
-//! less. What that gains is measured when a patch is made ready: half-sine taps against the same patch with true masses and steps so small that
-//! they need no floor.
+//! A mass floor lets one step a millisecond hold, and statics do not see it; a tap does. `n`
+//! substeps with the floor of the *substep* weigh `n^2` times less. What that gains is measured
+//! when a patch is made ready: half-sine taps against the same patch with true masses and steps so
+//! small that they need no floor.
 
 use palpate::path::probe::ProbePose;
 use palpate::{BuildError, Limits, Params, tick};
@@ -11,14 +12,17 @@ use palpate_tissue::measure::volumes;
 use palpate_tissue::patch::{Memory, Patch};
 use palpate_tissue::stable_step::StableStep;
 
-/// Speeds of the taps [m/s] and the RMS error allowed, as a share of the largest force (1). 5 and 10 % would do for the taps; what is closer also
-/// makes one encoder count a weaker kick, since it is the floored masses that kick.
+/// Speeds of the taps [m/s] and the RMS error allowed, as a share of the largest force (1). 5 and
+/// 10 % would do for the taps; what is closer also makes one encoder count a weaker kick, since it
+/// is the floored masses that kick.
 pub const TAPS: [(f64, f64); 2] = [(0.2, 0.02), (0.5, 0.075)];
-/// In no tap may a tet become smaller than this share of itself (1): crushed between heavy neighbours it would.
+/// In no tap may a tet become smaller than this share of itself (1): crushed between heavy
+/// neighbours it would.
 pub const LEAST_J: f64 = 0.2;
 /// Numbers of substeps that are tried.
 const TRIED: [u16; 8] = [1, 2, 3, 4, 6, 8, 12, 16];
-/// Substeps beyond which the true masses are not stepped: a mesh with such a sliver has no reference.
+/// Substeps beyond which the true masses are not stepped: a mesh with such a sliver has no
+/// reference.
 const MOST_TRUE: f64 = 4000.0;
 
 /// Substeps of a patch, and what they give.
@@ -32,7 +36,8 @@ pub struct Fidelity {
     pub held: bool,
 }
 
-/// `n` substeps a tick, masses floored for the substep: `n^2` lighter, and the probe may sink `n` times faster.
+/// `n` substeps a tick, masses floored for the substep: `n^2` lighter, and the probe may sink `n`
+/// times faster.
 #[must_use]
 pub fn with_substeps(params: &Params, n: u16) -> Params {
     let n_f = f32::from(n);
@@ -47,7 +52,8 @@ pub fn with_substeps(params: &Params, n: u16) -> Params {
     }
 }
 
-/// The fewest substeps that answer [`TAPS`] to `depth_m` well enough; the most tried if none does. `params` are those of one step.
+/// The fewest substeps that answer [`TAPS`] to `depth_m` well enough; the most tried if none does.
+/// `params` are those of one step.
 ///
 /// # Errors
 /// What [`Params::build`] refuses.
@@ -125,8 +131,8 @@ fn tap(patch: &Patch, params: &Params, depth_m: f64, m_per_s: f64) -> Result<Vec
     Ok((-5..=ticks).map(|n| at(depth(n))).collect())
 }
 
-/// Smallest volume of a tet over its rest volume in any tick of the fastest tap to the patch's depth limit, held for 50 ms, and
-/// of its way out (1).
+/// Smallest volume of a tet over its rest volume in any tick of the fastest tap to the patch's
+/// depth limit, held for 50 ms, and of its way out (1).
 fn lowest_j(patch: &Patch, params: &Params) -> Result<f64, BuildError> {
     let model = patch.wide_model();
     let mut memory = Memory::for_model(&model);

@@ -1,13 +1,16 @@
 //! Hands that hold a device: what they push with, and what they weigh.
 //!
-//! A hand is an impedance between its own target and the handle, the same along every axis; H0 is nobody at all. Values of H1 and H2 are of
-//! the order that Hajian and Howe (1997) measured for fingertips, with stiffness and damping rising with grip as Hasser and Cutkosky (2002) report;
-//! H3 is the arm of van Beek et al. (Sci. Rep. 2015, srep18004, fig. 3); H4 a soft arm of a public course model; H5's exponential pad and its
-//! relaxation have the shape of Pawluk and Howe (1999). A single mass and spring says little above 50 Hz: H5 is there for that.
+//! A hand is an impedance between its own target and the handle, the same along every axis; H0 is
+//! nobody at all. Values of H1 and H2 are of the order that Hajian and Howe (1997) measured for
+//! fingertips, with stiffness and damping rising with grip as Hasser and Cutkosky (2002) report; H3
+//! is the arm of van Beek et al. (Sci. Rep. 2015, srep18004, fig. 3); H4 a soft arm of a public
+//! course model; H5's exponential pad and its relaxation have the shape of Pawluk and Howe (1999).
+//! A single mass and spring says little above 50 Hz: H5 is there for that.
 
 use palpate::Vector3;
 
-/// Mass that moves with the handle [kg], damping [N s/m] and stiffness [N/m] towards the hand's target.
+/// Mass that moves with the handle [kg], damping [N s/m] and stiffness [N/m] towards the hand's
+/// target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impedance {
     /// [kg]
@@ -25,7 +28,8 @@ pub enum Grip {
     Released,
     /// By an impedance.
     Firm(Impedance),
-    /// Through a fingertip that stiffens exponentially and relaxes; it pushes and never pulls. Sideways it is a light fingertip.
+    /// Through a fingertip that stiffens exponentially and relaxes; it pushes and never pulls.
+    /// Sideways it is a light fingertip.
     Pad,
     /// Two impedances in turn.
     Changing {
@@ -157,7 +161,8 @@ impl HandState {
         self.impedance(aim, t_s).map_or(0.0, |i| i.mass_kg)
     }
 
-    /// Force on the handle [N] at a place [m] with a velocity [m/s]; `dt_s` passes for what relaxes.
+    /// Force on the handle [N] at a place [m] with a velocity [m/s]; `dt_s` passes for what
+    /// relaxes.
     pub fn force_n(
         &mut self,
         aim: &Aim,

@@ -1,8 +1,9 @@
-//! The path campaign: a position-controlled tip on random paths through, along, around and under the tissue, off its edges and into its sides, over every
-//! shipped patch, at 1-100 kPa, with the counts, limits and delay of every device.
+//! The path campaign: a position-controlled tip on random paths through, along, around and under
+//! the tissue, off its edges and into its sides, over every shipped patch, at 1-100 kPa, with the
+//! counts, limits and delay of every device.
 //!
-//! The sensor is honest and no hand yields, so whatever breaks is the loop's own. A [`PathCase`] is drawn from a number: the same number gives the
-//! same run.
+//! The sensor is honest and no hand yields, so whatever breaks is the loop's own. A [`PathCase`] is
+//! drawn from a number: the same number gives the same run.
 
 mod case;
 mod ground;

@@ -1,7 +1,9 @@
-//! A device with a hand on it, in double precision and small steps: what the loop drives, and what it cannot see.
+//! A device with a hand on it, in double precision and small steps: what the loop drives, and what
+//! it cannot see.
 //!
-//! The handle is one mass along three axes (or one), with viscous and Coulomb friction, a hard stop at the workspace, forces held for a tick, late by
-//! whole ticks and smoothed by the amplifier; readings are counted. Energy is that of the force that truly acts, along the true way.
+//! The handle is one mass along three axes (or one), with viscous and Coulomb friction, a hard stop
+//! at the workspace, forces held for a tick, late by whole ticks and smoothed by the amplifier;
+//! readings are counted. Energy is that of the force that truly acts, along the true way.
 
 use palpate::Vector3;
 use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
@@ -60,7 +62,8 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// The handle at rest at `start_m`, outside the tissue whose outward normal at `site_m` is `normal`.
+    /// The handle at rest at `start_m`, outside the tissue whose outward normal at `site_m` is
+    /// `normal`.
     #[must_use]
     pub fn new(device: &DeviceProfile, hand: Hand, site_m: Vector3<f32>, normal: Vector3<f32>, start_m: Vector3<f64>) -> Self {
         Self {
@@ -122,7 +125,8 @@ impl Plant {
         self.velocity_m_per_s = Vector3::zeros();
     }
 
-    /// One tick. `touched`: the loop is in contact; without, and with no force under way, the contact is over.
+    /// One tick. `touched`: the loop is in contact; without, and with no force under way, the
+    /// contact is over.
     pub fn step(&mut self, aim: &Aim, touched: bool) {
         if !touched && self.line_n.iter().all(|f| *f == Vector3::zeros()) && self.acting_n.norm() < 1e-4 {
             self.energy.leave();

@@ -1,4 +1,5 @@
-//! A scene made ready for a device: how deep it may be pressed, how many substeps answer a tap, how far the encoder reaches.
+//! A scene made ready for a device: how deep it may be pressed, how many substeps answer a tap, how
+//! far the encoder reaches.
 
 use palpate::Params;
 
@@ -30,7 +31,8 @@ pub struct Prepared {
     pub patch: Patch,
     /// Parameters, with the substeps that answer taps.
     pub params: Params,
-    /// RMS error of taps at 0.2 and 0.5 m/s (1); NaN where the mesh has no reference with true masses.
+    /// RMS error of taps at 0.2 and 0.5 m/s (1); NaN where the mesh has no reference with true
+    /// masses.
     pub tap_errors: [f64; TAPS.len()],
     /// Every tap is within its limit.
     pub taps_held: bool,
@@ -126,8 +128,9 @@ fn rest(curve: &[(f64, f64)], depth_m: f64) -> (f64, f64) {
     (static_n, (static_n - force_at_n(curve, depth_m - h_m)) / h_m)
 }
 
-/// Stiffness up to which one count of the encoder is not felt [N/m]: its force is hidden by the friction of the device in both directions, or is
-/// weaker, toggling, than what is felt. Above it some depths have no count that balances the hand.
+/// Stiffness up to which one count of the encoder is not felt [N/m]: its force is hidden by the
+/// friction of the device in both directions, or is weaker, toggling, than what is felt. Above it
+/// some depths have no count that balances the hand.
 #[must_use]
 pub fn encoder_ceiling_n_per_m(device: &DeviceProfile) -> f64 {
     if device.count_m > 0.0 { 2.0 * device.friction_n.max(FELT_N) / device.count_m } else { f64::INFINITY }

@@ -107,7 +107,8 @@ pub struct Row {
 impl Row {
     fn of(run: &Run, hand: Hand, stimulus: Stimulus, count_n: Option<f64>) -> Self {
         let cycles = run.hold.is_some_and(|h| h.limit_cycle());
-        // within two counts, not growing, no stronger than one count is there: one count more or less
+        // within two counts, not growing, no stronger than one count is there: one count more or
+        // less
         let count_toggles = count_n
             .is_some_and(|most_n| run.hold.is_some_and(|h| h.swing_m <= h.most_swing_m && !h.grows && h.shake_n <= most_n));
         let verdict = match (run.fault, run.broken.first()) {
@@ -118,7 +119,8 @@ impl Row {
             (None, None) if cycles => "limit cycle".into(),
             (None, None) => "quiet".into(),
         };
-        // a released hand and one that changes its grip do not press slowly: what shakes then is theirs
+        // a released hand and one that changes its grip do not press slowly: what shakes then is
+        // theirs
         let steady = !matches!(hand.grip, Grip::Released | Grip::Changing { .. });
         // a contact that was long at the force limit is weakened on purpose until it ends
         let relieved = run.rows.last().is_some_and(|r| r.told.limiters.contains(Limiters::GAIN));

@@ -92,7 +92,8 @@ pub trait Beside {
     /// The tissue is to change before the next tick.
     fn change(&mut self, change: Change);
 
-    /// A tick: what the loop's own controller read, was asked, told, and gave the device. What the device gets [N]; none is its release.
+    /// A tick: what the loop's own controller read, was asked, told, and gave the device. What the
+    /// device gets [N]; none is its release.
     fn tick(
         &mut self,
         reading: Option<Sensed>,

@@ -1,5 +1,5 @@
-//! Hours of normal use: every hand in turn, one motion after the other, on one loop that is never restarted. Nothing may trip, and the tissue must
-//! come back to where it was.
+//! Hours of normal use: every hand in turn, one motion after the other, on one loop that is never
+//! restarted. Nothing may trip, and the tissue must come back to where it was.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Settings};
 use palpate::haptic::mode::Mode;

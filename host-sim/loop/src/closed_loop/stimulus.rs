@@ -18,7 +18,8 @@ const DRIFT: (f64, f64) = (0.08, 0.2);
 
 /// Stiffness or far field change so many times at so many seconds after the press [s] ...
 const CHANGES: [(f64, f64); 3] = [(0.0, 2.0), (1.7, 0.5), (2.4, 1.0)];
-/// ... and meanwhile the hand leaves the tissue twice, from and to [s]: what stiffens waits for that, what softens does not.
+/// ... and meanwhile the hand leaves the tissue twice, from and to [s]: what stiffens waits for
+/// that, what softens does not.
 const LEAVES_S: [[f64; 2]; 2] = [[0.2, 1.4], [2.6, 3.8]];
 
 /// Something that happens to the tissue.
@@ -26,7 +27,8 @@ const LEAVES_S: [[f64; 2]; 2] = [[0.2, 1.4], [2.6, 3.8]];
 pub enum Change {
     /// Its stiffness becomes this many times the first one.
     Stiffness(f64),
-    /// Another organ lies behind the patch: its far field becomes this many times as stiff. A tissue without a far field becomes itself so.
+    /// Another organ lies behind the patch: its far field becomes this many times as stiff. A
+    /// tissue without a far field becomes itself so.
     FarField(f64),
 }
 
@@ -249,7 +251,8 @@ impl Course {
         if depth_m > 0.0 { depth_m * self.depth_m / deep } else { depth_m }
     }
 
-    /// From 0 over 1 and back, faster and faster from 0.5 to 20 Hz over 4 s once pressed; 0 before and after.
+    /// From 0 over 1 and back, faster and faster from 0.5 to 20 Hz over 4 s once pressed; 0 before
+    /// and after.
     fn sine(&self, t_s: f64) -> f64 {
         let s = t_s - self.press_s(0.05) - SETTLE_S;
         if !(0.0..4.0).contains(&s) {

@@ -18,14 +18,16 @@ pub trait Surface: Renderer {
     /// Its geometry at rest, for the watch.
     fn rest_shape(&self) -> Arc<dyn RestShape>;
 
-    /// Asks for a change. What softens comes at once; what stiffens waits until [`Surface::settle`] is told that nothing touches: stiffened
-    /// under the probe, it would give energy that nobody brought.
+    /// Asks for a change. What softens comes at once; what stiffens waits until [`Surface::settle`]
+    /// is told that nothing touches: stiffened under the probe, it would give energy that nobody
+    /// brought.
     fn change(&mut self, change: Change);
 
     /// A tick has ended, in contact or not.
     fn settle(&mut self, in_contact: bool);
 
-    /// Puts one node, or all of them, at a place [m, every axis] or gives them a speed [m/s, every axis]; what has no nodes stays as it is.
+    /// Puts one node, or all of them, at a place [m, every axis] or gives them a speed [m/s, every
+    /// axis]; what has no nodes stays as it is.
     fn strike(&mut self, _at_m: Option<f32>, _speed_m_per_s: Option<f32>, _all: bool) {}
 
     /// What is wrong with its state, if anything: not finite, or far from where it can be.
@@ -46,8 +48,8 @@ pub struct Wall {
 }
 
 impl Wall {
-    /// Stiffness [N/m], below the plane through the origin with this outward normal. Its guard is a patch's: no deeper than where the force is
-    /// 1.09 times the longest one.
+    /// Stiffness [N/m], below the plane through the origin with this outward normal. Its guard is a
+    /// patch's: no deeper than where the force is 1.09 times the longest one.
     #[must_use]
     pub fn new(n_per_m: f64, max_force_n: f64, normal: Vector3<f32>) -> Self {
         let depth_limit_m = (1.09 * max_force_n / n_per_m) as f32;
@@ -231,7 +233,8 @@ impl Surface for TissueSurface<'_> {
     }
 }
 
-/// Static curve of a press: (depth [m], force along the normal [N]) up to the patch's depth limit, in steps of 0.25 mm, each held until it rests.
+/// Static curve of a press: (depth [m], force along the normal [N]) up to the patch's depth limit,
+/// in steps of 0.25 mm, each held until it rests.
 ///
 /// # Errors
 /// What [`Params::build`] refuses.

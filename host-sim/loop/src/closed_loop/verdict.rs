@@ -1,8 +1,10 @@
-//! Whether a hand would feel anything but the tissue: the frozen limit-cycle detector, buzz, energy, what the controller adds.
+//! Whether a hand would feel anything but the tissue: the frozen limit-cycle detector, buzz,
+//! energy, what the controller adds.
 //!
-//! A hold *fails* if in its last half second the handle swings by more than two counts (5 um at least), or the force above 20 Hz is
-//! stronger than 20 mN RMS, or the swing grows over three windows of 100 ms, one after the other. 20 mN is two thirds of the one detection threshold
-//! found for such devices (30 mN, Dosher and Hannaford, bare finger, slow exploration).
+//! A hold *fails* if in its last half second the handle swings by more than two counts (5 um at
+//! least), or the force above 20 Hz is stronger than 20 mN RMS, or the swing grows over three
+//! windows of 100 ms, one after the other. 20 mN is two thirds of the one detection threshold found
+//! for such devices (30 mN, Dosher and Hannaford, bare finger, slow exploration).
 
 use palpate::Vector3;
 
@@ -28,7 +30,8 @@ pub struct Hold {
 }
 
 impl Hold {
-    /// Judges the end of a run: positions of the handle [m] and forces on it [N], one a tick, and the encoder's count [m].
+    /// Judges the end of a run: positions of the handle [m] and forces on it [N], one a tick, and
+    /// the encoder's count [m].
     #[must_use]
     pub fn judge(at_m: &[Vector3<f64>], force_n: &[Vector3<f64>], count_m: f64) -> Self {
         let last = at_m.len().saturating_sub(JUDGED);
@@ -58,7 +61,8 @@ fn swing_m(at_m: &[Vector3<f64>]) -> f64 {
     (high - low).max()
 }
 
-/// RMS of a force above a frequency [N], from a tick on; a Butterworth high-pass of fourth order that has seen all before.
+/// RMS of a force above a frequency [N], from a tick on; a Butterworth high-pass of fourth order
+/// that has seen all before.
 #[must_use]
 pub fn rms_above(force_n: &[Vector3<f64>], hz: f64, from: usize) -> f64 {
     let Some(first) = force_n.first() else { return 0.0 };

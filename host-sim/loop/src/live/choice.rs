@@ -100,7 +100,8 @@ impl Choice {
         if let Some((patch, params)) = calibrated::as_shipped(&scene) {
             return Ok(LiveTissue::new(patch, params)?);
         }
-        // pressed to the probe's radius, where the contact law was measured, whatever the scene's own drive
+        // pressed to the probe's radius, where the contact law was measured, whatever the scene's
+        // own drive
         let deepest_m = scene.probe.radius_m as f32;
         if scene.tissue.block_m.is_some() {
             let holds_m = vec![scene.probe.radius_m / DEPTH_MARGIN];

@@ -1,4 +1,5 @@
-//! What the tip is fixed to: the pointer itself, or an emulated hand on an emulated device that follows it.
+//! What the tip is fixed to: the pointer itself, or an emulated hand on an emulated device that
+//! follows it.
 
 use palpate::Vector3;
 use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
@@ -9,7 +10,8 @@ use crate::closed_loop::hand::{Aim, Hand};
 use crate::closed_loop::plant::Plant;
 use palpate_tissue::error::Error;
 
-/// Longest force with the pointer as probe [N]: nobody feels it, and the curve should not end early.
+/// Longest force with the pointer as probe [N]: nobody feels it, and the curve should not end
+/// early.
 pub const POINTER_FORCE_N: f32 = 12.0;
 
 /// Who holds the probe.

@@ -1,7 +1,9 @@
-//! Find the nodule: a stiffer ball somewhere under the surface, found by pressing, scored by equation (14) of paper 004.
+//! Find the nodule: a stiffer ball somewhere under the surface, found by pressing, scored by
+//! equation (14) of paper 004.
 //!
-//! The paper's three physicians mark from 0 to 10; here three measured things take their places and their weights: how near the answer is
-//! (0.45, the chief's), how gently it was found (0.35), how soon (0.20).
+//! The paper's three physicians mark from 0 to 10; here three measured things take their places and
+//! their weights: how near the answer is (0.45, the chief's), how gently it was found (0.35), how
+//! soon (0.20).
 
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::{RngCore, SeedableRng};

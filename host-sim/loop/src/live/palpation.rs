@@ -127,8 +127,8 @@ impl Live {
         self.waiting.is_some()
     }
 
-    /// Other tissue or another device. What stiffens waits until nothing is touched; what is more than stiffness and damping is a new loop, and
-    /// ends a recording: its bytes.
+    /// Other tissue or another device. What stiffens waits until nothing is touched; what is more
+    /// than stiffness and damping is a new loop, and ends a recording: its bytes.
     ///
     /// # Errors
     /// As [`Self::new`]; nothing changes then, and a recording goes on.
@@ -162,12 +162,14 @@ impl Live {
         Ok(LiveTissue::new(self.tissue.patch().clone(), params)?)
     }
 
-    /// Asks the loop for something in the next tick; arming, and what follows a fault, it asks for itself.
+    /// Asks the loop for something in the next tick; arming, and what follows a fault, it asks for
+    /// itself.
     pub fn ask(&mut self, ask: Ask) {
         self.asked = Some(ask);
     }
 
-    /// Starts a recording: with a loop from its first tick on, for a trace begins where everything is known.
+    /// Starts a recording: with a loop from its first tick on, for a trace begins where everything
+    /// is known.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -195,9 +197,11 @@ impl Live {
         self.recorder.take().map(|recorder| recorder.finish(hash))
     }
 
-    /// One tick towards a target [m]. `heard`: whoever moves it is there; a silent one loses the force.
+    /// One tick towards a target [m]. `heard`: whoever moves it is there; a silent one loses the
+    /// force.
     pub fn step(&mut self, target_m: Vector3<f64>, heard: bool) -> Told {
-        // what softens comes at once; what stiffens under the probe would give energy that nobody brought
+        // what softens comes at once; what stiffens under the probe would give energy that nobody
+        // brought
         let softens = self.waiting.is_some_and(|p| p.youngs_modulus_pa <= self.tissue.params().youngs_modulus_pa);
         if (softens || !self.cycle.in_contact())
             && let Some(params) = self.waiting.take()

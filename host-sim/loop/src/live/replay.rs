@@ -25,7 +25,8 @@ pub struct Replayed {
 
 /// A controller that is given the same beside this one.
 pub trait Witness {
-    /// Another Young's modulus after the next tick [Pa]: a board weighs its nodes anew when the force is out.
+    /// Another Young's modulus after the next tick [Pa]: a board weighs its nodes anew when the
+    /// force is out.
     fn retuned(&mut self, youngs_modulus_pa: f32);
 
     /// A tick: what was read and asked, told, and given to the device; none is its release.

@@ -19,7 +19,8 @@ pub struct LiveTissue {
     node_step: Vec<f32>,
     cap_m: Vec<f32>,
     held: Held,
-    /// The next tick puts the patch to rest, in place of its answer: as on the board, or the two would differ by that tick.
+    /// The next tick puts the patch to rest, in place of its answer: as on the board, or the two
+    /// would differ by that tick.
     resting: bool,
 }
 

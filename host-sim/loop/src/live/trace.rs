@@ -1,4 +1,5 @@
-//! The trace of a recording: everything that entered the cycle and everything that it answered, to the bit.
+//! The trace of a recording: everything that entered the cycle and everything that it answered, to
+//! the bit.
 //!
 //! ```text
 //! "PALPLIVE" version  ( kind length payload )*        little-endian

@@ -38,7 +38,8 @@ impl Emulated {
     }
 }
 
-/// Every tick of the run: how often how many instructions, and the picture; slower and slower cores.
+/// Every tick of the run: how often how many instructions, and the picture; slower and slower
+/// cores.
 pub fn write_timing(
     folder: &OutputFolder,
     scene: &Scene,

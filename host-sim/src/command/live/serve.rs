@@ -41,7 +41,8 @@ pub(super) fn serve(folder: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// A browser also connects in advance and asks nothing for seconds: such a client must not hold up the others.
+/// A browser also connects in advance and asks nothing for seconds: such a client must not hold up
+/// the others.
 fn answer(listener: &TcpListener, folder: &Path) {
     std::thread::scope(|scope| {
         for _ in 0..CLIENTS {

@@ -1,6 +1,8 @@
-//! The built-in block: a graded, unstructured tet mesh with an exact number of nodes, fine where a probe presses.
+//! The built-in block: a graded, unstructured tet mesh with an exact number of nodes, fine where a
+//! probe presses.
 //!
-//! Nodes are seeded at the wanted density, relaxed like a truss, joined by Delaunay tets and rid of slivers.
+//! Nodes are seeded at the wanted density, relaxed like a truss, joined by Delaunay tets and rid of
+//! slivers.
 
 mod delaunay;
 mod flip;
@@ -30,7 +32,8 @@ const MIN_QUALITY: f64 = 0.1;
 
 /// Most nodes around a patch: what a patch file's indices can name.
 const MAX_NODES: usize = u16::MAX as usize;
-/// Steepest growth of the element size per distance around a patch: neighbours then differ by at most a factor 2.
+/// Steepest growth of the element size per distance around a patch: neighbours then differ by at
+/// most a factor 2.
 const MAX_GROWTH: f64 = 1.0;
 
 /// Coordinates in units of the longest side are multiples of 2^-40.
@@ -45,7 +48,8 @@ pub struct BlockSpec {
     pub nodes: usize,
     /// Where on the top face the elements are smallest [m].
     pub fine_at_m: [f64; 2],
-    /// Around that spot elements keep their smallest size this far [m]; outside they grow with the distance.
+    /// Around that spot elements keep their smallest size this far [m]; outside they grow with the
+    /// distance.
     pub fine_radius_m: f64,
 }
 
@@ -141,7 +145,8 @@ fn check_spot(size_m: [f64; 3], at_m: [f64; 2]) -> Result<(), BlockError> {
     Ok(())
 }
 
-/// A length in units of the block's longest side, rounded so that blocks of one shape give the same bits at every size.
+/// A length in units of the block's longest side, rounded so that blocks of one shape give the same
+/// bits at every size.
 fn to_unit(size_m: [f64; 3], length_m: f64) -> f64 {
     let longest = size_m.into_iter().fold(0.0, f64::max);
     (length_m / longest * ROUNDING).round() / ROUNDING

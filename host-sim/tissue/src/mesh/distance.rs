@@ -1,8 +1,9 @@
 //! Signed distance to the closed surface of a tet mesh, and rays onto it.
 //!
-//! The nearest triangle is found in a hierarchy of boxes. The sign is that of the angle-weighted normal of the corner, side or face it is nearest at
-//! (Baerentzen and Aanaes 2005, "Signed distance computation using the angle weighted pseudonormal", IEEE TVCG 11:243): right in front of any edge of a
-//! closed surface, where the normal of one triangle is not.
+//! The nearest triangle is found in a hierarchy of boxes. The sign is that of the angle-weighted
+//! normal of the corner, side or face it is nearest at (Baerentzen and Aanaes 2005, "Signed
+//! distance computation using the angle weighted pseudonormal", IEEE TVCG 11:243): right in front
+//! of any edge of a closed surface, where the normal of one triangle is not.
 
 use std::collections::BTreeMap;
 
@@ -26,13 +27,15 @@ pub struct ClosedSurface {
 #[derive(Clone, Debug)]
 struct Facet {
     corners: [V3; 3],
-    /// Outward unit normal of the face; sums of normals for side `k` (from corner `k` to the next) and for corner `k`.
+    /// Outward unit normal of the face; sums of normals for side `k` (from corner `k` to the next)
+    /// and for corner `k`.
     normal: V3,
     at_sides: [V3; 3],
     at_corners: [V3; 3],
 }
 
-/// A box of the hierarchy with its run of facets; its first half follows it, `second` is its other half, 0 in a leaf.
+/// A box of the hierarchy with its run of facets; its first half follows it, `second` is its other
+/// half, 0 in a leaf.
 #[derive(Clone, Debug)]
 struct Bounds {
     low: V3,
@@ -208,7 +211,8 @@ mod tests {
 
     #[test]
     fn in_front_of_a_sharp_reentrant_edge_the_sign_is_right() {
-        // two tets share a face; the notch between them is where the normal of one triangle alone errs
+        // two tets share a face; the notch between them is where the normal of one triangle alone
+        // errs
         let nodes_m = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.2, 0.2, 1.0], [2.0, 2.0, 1.5]];
         let mut tets = vec![[0, 1, 2, 3], [1, 2, 3, 4]];
         for tet in &mut tets {

@@ -5,8 +5,9 @@ use nalgebra::Vector3;
 /// Sides of a triangle by their corners.
 const SIDES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 
-/// Area coordinates of a triangle's point that is nearest to `point`: the foot of the perpendicular if it lies within, else on a side. A coordinate is
-/// exactly 0 where the point lies on a side or a corner.
+/// Area coordinates of a triangle's point that is nearest to `point`: the foot of the perpendicular
+/// if it lies within, else on a side. A coordinate is exactly 0 where the point lies on a side or a
+/// corner.
 #[must_use]
 pub fn nearest_on_triangle(corners: &[Vector3<f64>; 3], point: &Vector3<f64>) -> [f64; 3] {
     let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
@@ -28,7 +29,8 @@ pub fn nearest_on_triangle(corners: &[Vector3<f64>; 3], point: &Vector3<f64>) ->
     sides.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(foot, |side| side.1)
 }
 
-/// How far along a ray it enters a triangle from outside [m] (Moeller and Trumbore 1997); `None` if it misses.
+/// How far along a ray it enters a triangle from outside [m] (Moeller and Trumbore 1997); `None` if
+/// it misses.
 #[must_use]
 pub fn entry_m([a, b, c]: [Vector3<f64>; 3], from: &Vector3<f64>, direction: &Vector3<f64>) -> Option<f64> {
     let (u, v, w) = (b - a, c - a, from - a);

@@ -1,8 +1,9 @@
 //! An abdomen on its back: a segment of a torso, layered from the skin inward.
 //!
-//! About 300 mm wide (x), 260 mm long (y), 210 mm deep (z), the belly up. Layers by depth under the surface: skin 2 mm, subcutaneous fat
-//! 12 mm, abdominal wall 11 mm (rectus or the three oblique muscles together, ultrasound of adults), viscera inside. The ends, where a
-//! body would go on, are rounded off and skinned like the rest.
+//! About 300 mm wide (x), 260 mm long (y), 210 mm deep (z), the belly up. Layers by depth under the
+//! surface: skin 2 mm, subcutaneous fat 12 mm, abdominal wall 11 mm (rectus or the three oblique
+//! muscles together, ultrasound of adults), viscera inside. The ends, where a body would go on, are
+//! rounded off and skinned like the rest.
 
 use super::parts::{V3, mm};
 use super::{Organ, Region};

@@ -9,12 +9,14 @@ use crate::mesh::TetMesh;
 const WORST_SHARE: f64 = 0.1;
 /// Close enough to stop looking (1).
 const GOOD_SHARE: f64 = 0.004;
-/// Halvings of the bracket, then spacings tried around the end of it: the number of tets jumps by a percent from one to the next.
+/// Halvings of the bracket, then spacings tried around the end of it: the number of tets jumps by a
+/// percent from one to the next.
 const HALVINGS: u32 = 10;
 const TRIES: u32 = 64;
 /// Half-width of the last search (1).
 const WINDOW: f64 = 0.03;
-/// From one of those to the next the lattice shifts by this share of its way: on a shape symmetric about it whole layers would come and go at once.
+/// From one of those to the next the lattice shifts by this share of its way: on a shape symmetric
+/// about it whole layers would come and go at once.
 const SHIFT: f64 = 0.382;
 /// Samples along an axis for the volume.
 const GRID: u32 = 48;

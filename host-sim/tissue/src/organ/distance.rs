@@ -3,12 +3,14 @@
 use super::Organ;
 use super::parts::V3;
 
-/// Step of the central differences [m]: their error is far below a micrometre per metre on organs bent over centimetres.
+/// Step of the central differences [m]: their error is far below a micrometre per metre on organs
+/// bent over centimetres.
 const STEP_M: f64 = 1e-6;
 /// Rounds of the search for the nearest surface point, and of Newton's method in each.
 const ROUNDS: usize = 8;
 const NEWTON: usize = 6;
-/// A ray is looked at this often on its way through twice the organ's box: it misses what it crosses in less.
+/// A ray is looked at this often on its way through twice the organ's box: it misses what it
+/// crosses in less.
 const RAY_STEPS: u32 = 4000;
 
 impl Organ {
@@ -38,8 +40,10 @@ impl Organ {
         at
     }
 
-    /// Nearest surface point and signed distance to it [m], negative inside. The point is moved along the surface until the way to it is normal
-    /// (Hartmann's foot-point iteration): exact where the point is nearer than the surface's radius of curvature, a bound from outside beyond.
+    /// Nearest surface point and signed distance to it [m], negative inside. The point is moved
+    /// along the surface until the way to it is normal (Hartmann's foot-point iteration): exact
+    /// where the point is nearer than the surface's radius of curvature, a bound from outside
+    /// beyond.
     pub(super) fn foot(&self, at: V3) -> (V3, f64) {
         let mut foot = self.settle(at);
         let mut least = (at - foot).norm();

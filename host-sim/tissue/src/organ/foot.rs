@@ -1,8 +1,8 @@
 //! A foot with its sole up: heel, arch, ball and toes as one mass, held by the bones inside.
 //!
-//! An adult's: 250 x 95 x 70 mm (x from heel to toes, y across, z up). The heel pad, from the skin to the heel bone, is 18-20 mm thick
-//! unloaded (ultrasound of healthy adults), plantar skin 1.5 mm. The inner edge, with the arch, is at +y. Bones are capsules: nodes
-//! inside them are anchors.
+//! An adult's: 250 x 95 x 70 mm (x from heel to toes, y across, z up). The heel pad, from the skin
+//! to the heel bone, is 18-20 mm thick unloaded (ultrasound of healthy adults), plantar skin 1.5
+//! mm. The inner edge, with the arch, is at +y. Bones are capsules: nodes inside them are anchors.
 
 use super::parts::{V3, capsule, ellipsoid, join, meet, mm, mm3};
 use super::{Organ, Region};

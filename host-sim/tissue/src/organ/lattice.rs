@@ -1,13 +1,16 @@
 //! The body-centred cubic lattice that organs are cut out of, even or growing away from a place.
 //!
-//! Points are the integer triples of one parity, all even or all odd, in half edges of the cube. A point has 14 neighbours: 6 at a whole edge
-//! (*long*), 8 at `sqrt(3)/2` of it (*short*). Every tet has two opposite long edges and four short ones; 12 tets fill a cube.
+//! Points are the integer triples of one parity, all even or all odd, in half edges of the cube. A
+//! point has 14 neighbours: 6 at a whole edge (*long*), 8 at `sqrt(3)/2` of it (*short*). Every tet
+//! has two opposite long edges and four short ones; 12 tets fill a cube.
 //!
-//! The lattice matters to the springs: with the stiffness of paper 000, eq 11 (`k` proportional to the number of tets on the edge, here 4 and 6) it
-//! is an exactly isotropic solid, `C11 = 3 C12 = 3 C44`, so `lambda = mu` (nu = 1/4), of 1.008 times the Young's modulus asked for.
+//! The lattice matters to the springs: with the stiffness of paper 000, eq 11 (`k` proportional to
+//! the number of tets on the edge, here 4 and 6) it is an exactly isotropic solid, `C11 = 3 C12 = 3
+//! C44`, so `lambda = mu` (nu = 1/4), of 1.008 times the Young's modulus asked for.
 //!
-//! Growing: a point at distance `rho` from the place is moved along its ray to `r = R (1 + w + g (w^2 + w^3/3))`, `w = rho/R - 1`, `R` the fine
-//! radius, `g` the growth; inside `R` it stays. With `g = 1` that is `R ((rho/R)^3 + 2)/3`. No radial map keeps angles: at depth an element is up to
+//! Growing: a point at distance `rho` from the place is moved along its ray to `r = R (1 + w + g
+//! (w^2 + w^3/3))`, `w = rho/R - 1`, `R` the fine radius, `g` the growth; inside `R` it stays. With
+//! `g = 1` that is `R ((rho/R)^3 + 2)/3`. No radial map keeps angles: at depth an element is up to
 //! three times as long along the ray as across.
 
 use super::parts::V3;
@@ -16,7 +19,8 @@ use super::{Fine, OrganError};
 /// Most integer triples in a lattice: what a desktop's memory holds with ease.
 const MOST_POINTS: usize = 8_000_000;
 
-/// Neighbours of a point in half edges: the first 6 at a whole edge, the other 8 at `sqrt(3)/2` of it.
+/// Neighbours of a point in half edges: the first 6 at a whole edge, the other 8 at `sqrt(3)/2` of
+/// it.
 pub(super) const NEIGHBOURS: [[i32; 3]; 14] = [
     [-2, 0, 0],
     [2, 0, 0],
@@ -65,7 +69,8 @@ pub(super) enum Refusal {
 }
 
 impl Lattice {
-    /// The same spacing everywhere in the box. A point lies in its middle, or up to half a spacing off with a `shift` of 0 to 1.
+    /// The same spacing everywhere in the box. A point lies in its middle, or up to half a spacing
+    /// off with a `shift` of 0 to 1.
     pub fn uniform(spacing_m: f64, [low, high]: [[f64; 3]; 2], shift: f64) -> Result<Self, Refusal> {
         let (low, high) = (V3::from(low), V3::from(high));
         let half: [f64; 3] = (0.5 * (high - low)).into();
@@ -79,7 +84,8 @@ impl Lattice {
         Self::along(fine, [0.0; 3], f64::INFINITY, bounds)
     }
 
-    /// The same around a segment, `stroke_m` long and centred on the place, elements along a ray not longer than `coarsest_m`.
+    /// The same around a segment, `stroke_m` long and centred on the place, elements along a ray
+    /// not longer than `coarsest_m`.
     pub fn along(fine: &Fine, stroke_m: [f64; 3], coarsest_m: f64, [low, high]: [[f64; 3]; 2]) -> Result<Self, Refusal> {
         length("radius_m", fine.radius_m)?;
         if !(0.0..=100.0).contains(&fine.growth) {
@@ -154,8 +160,9 @@ impl Lattice {
     }
 }
 
-/// The four tets around the long edge from an all-even `point` along an axis: every tet of the lattice belongs to one such edge.
-/// Positively oriented, the first two corners on one long edge, the last two on the other.
+/// The four tets around the long edge from an all-even `point` along an axis: every tet of the
+/// lattice belongs to one such edge. Positively oriented, the first two corners on one long edge,
+/// the last two on the other.
 pub(super) fn tets_around(point: [i32; 3], axis: usize) -> [[[i32; 3]; 4]; 4] {
     let (right, up) = ((axis + 1) % 3, (axis + 2) % 3);
     let at = |along: i32, u: i32, v: i32| {
@@ -230,7 +237,8 @@ mod tests {
 
     type Edge = [[i32; 3]; 2];
 
-    /// Tets on every edge, counted on a block of the lattice; only edges around its middle have all of theirs.
+    /// Tets on every edge, counted on a block of the lattice; only edges around its middle have all
+    /// of theirs.
     fn tets_on_edges() -> BTreeMap<Edge, u32> {
         let mut count = BTreeMap::new();
         let range = || (-4..=4).step_by(2);
@@ -248,7 +256,8 @@ mod tests {
 
     #[test]
     fn with_the_springs_of_eq_11_the_lattice_is_an_isotropic_cauchy_solid() {
-        // Cauchy-Born: C_ijkl = 1/V sum over the springs of a cell of k l^2 n_i n_j n_k n_l; a cell of edge 2 has 2 points, here those at 0 and (1,1,1)
+        // Cauchy-Born: C_ijkl = 1/V sum over the springs of a cell of k l^2 n_i n_j n_k n_l; a cell
+        // of edge 2 has 2 points, here those at 0 and (1,1,1)
         let tets = tets_on_edges();
         let volume = 8.0 / 12.0;
         let edge_length = (12.0 * volume / 2.0_f64.sqrt()).cbrt();

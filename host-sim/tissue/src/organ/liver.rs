@@ -1,8 +1,9 @@
 //! A liver: thick Lobe 2, thin Lobe 1 that can be lifted, fossa of the gallbladder.
 //!
-//! Sizes of an adult's (a pig's of 100 kg is alike): 21-26 cm across, 14-18 cm from front to back, up to 10 cm high, 1.2-1.6 l
-//! (Gray's Anatomy, "The liver"; volumetry by computed tomography gives 1.5 l on average). Paper 000 presses and lifts such a liver
-//! without printing its size. Lobe 1 is at -y, Lobe 2 at +y; the front edge, where it thins out, at +x; the belly of the liver is down.
+//! Sizes of an adult's (a pig's of 100 kg is alike): 21-26 cm across, 14-18 cm from front to back,
+//! up to 10 cm high, 1.2-1.6 l (Gray's Anatomy, "The liver"; volumetry by computed tomography gives
+//! 1.5 l on average). Paper 000 presses and lifts such a liver without printing its size. Lobe 1 is
+//! at -y, Lobe 2 at +y; the front edge, where it thins out, at +x; the belly of the liver is down.
 
 use super::gallbladder;
 use super::parts::{V3, ellipsoid, join, meet, mm, mm3};

@@ -17,7 +17,8 @@ fn sides(triangles: &[[u32; 3]]) -> Option<Edges> {
     edges.values().all(|sides| sides.len() == 2).then_some(edges)
 }
 
-/// What is wrong with a solid that may have holes through it and hollows, if anything: it must be one piece, every edge of its surface in two triangles.
+/// What is wrong with a solid that may have holes through it and hollows, if anything: it must be
+/// one piece, every edge of its surface in two triangles.
 pub(super) fn torn(tets: &[[u32; 4]]) -> Option<&'static str> {
     if sides(&surface::surface(tets)).is_none() {
         return Some("touches itself along an edge");
@@ -25,7 +26,8 @@ pub(super) fn torn(tets: &[[u32; 4]]) -> Option<&'static str> {
     (surface::pieces(tets) != 1).then_some("is in pieces")
 }
 
-/// What is wrong with the surface, if anything: it must be one sphere, every edge of it in two triangles.
+/// What is wrong with the surface, if anything: it must be one sphere, every edge of it in two
+/// triangles.
 pub(super) fn defect(tets: &[[u32; 4]]) -> Option<&'static str> {
     let triangles = surface::surface(tets);
     let Some(edges) = sides(&triangles) else {
@@ -51,7 +53,8 @@ pub(super) fn defect(tets: &[[u32; 4]]) -> Option<&'static str> {
     if seen.contains(&false) {
         return Some("is in pieces or hollow");
     }
-    // one closed piece without a hole through it: vertices - edges + faces = 2; less with handles or pinched nodes
+    // one closed piece without a hole through it: vertices - edges + faces = 2; less with handles
+    // or pinched nodes
     (nodes.len() + triangles.len() != edges.len() + 2).then_some("has a hole through it or touches itself at a node")
 }
 

@@ -1,8 +1,10 @@
-//! How the surface cuts a lattice tet: the stencils of isosurface stuffing (Labelle and Shewchuk 2007, section 3), by rule instead of a table.
+//! How the surface cuts a lattice tet: the stencils of isosurface stuffing (Labelle and Shewchuk
+//! 2007, section 3), by rule instead of a table.
 //!
-//! What is left of a tet is a tet, a pyramid over a quadrilateral, or a prism. Quadrilaterals on a lattice face are halved alike from both sides: by the
-//! diagonal that ends at the cut of the face's long edge, and where that is not cut, at the end of it that is even. A quadrilateral on the
-//! surface takes the shorter diagonal where both fit.
+//! What is left of a tet is a tet, a pyramid over a quadrilateral, or a prism. Quadrilaterals on a
+//! lattice face are halved alike from both sides: by the diagonal that ends at the cut of the
+//! face's long edge, and where that is not cut, at the end of it that is even. A quadrilateral on
+//! the surface takes the shorter diagonal where both fit.
 
 /// Where a corner is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -13,7 +15,8 @@ pub(super) enum Side {
     On,
 }
 
-/// A corner of a part: one of the tet's, or the cut on the edge from an inner corner to an outer one.
+/// A corner of a part: one of the tet's, or the cut on the edge from an inner corner to an outer
+/// one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
     Corner(usize),
@@ -28,7 +31,8 @@ pub(super) struct Cell {
 }
 
 impl Cell {
-    /// The parts inside, positively oriented. `shorter` says whether the first of two diagonals is not the longer one.
+    /// The parts inside, positively oriented. `shorter` says whether the first of two diagonals is
+    /// not the longer one.
     pub fn inside(&self, shorter: impl Fn([Part; 2], [Part; 2]) -> bool) -> Vec<[Part; 4]> {
         use Part::{Corner, Cut};
         let [p, q, r, s] = self.sorted();
@@ -71,7 +75,8 @@ impl Cell {
         order
     }
 
-    /// Whether the quadrilateral of the inner corners `a`, `b` and their cuts toward `out` is halved from `a`, not from `b`.
+    /// Whether the quadrilateral of the inner corners `a`, `b` and their cuts toward `out` is
+    /// halved from `a`, not from `b`.
     fn halved_at_first(&self, a: usize, b: usize, out: usize) -> bool {
         let long = |i: usize, j: usize| i / 2 == j / 2;
         if long(b, out) {
@@ -84,8 +89,9 @@ impl Cell {
     }
 }
 
-/// A prism of columns `bottom[k]`-`top[k]`. `before` says for the pairs 01, 02, 12 of columns that the diagonal between them starts at the bottom of
-/// the first; the three never chase each other in a circle.
+/// A prism of columns `bottom[k]`-`top[k]`. `before` says for the pairs 01, 02, 12 of columns that
+/// the diagonal between them starts at the bottom of the first; the three never chase each other in
+/// a circle.
 fn prism(bottom: [Part; 3], top: [Part; 3], [b01, b02, b12]: [bool; 3]) -> Vec<[Part; 4]> {
     let bottoms = [u8::from(b01) + u8::from(b02), u8::from(!b01) + u8::from(b12), u8::from(!b02) + u8::from(!b12)];
     let mut order = [0, 1, 2];

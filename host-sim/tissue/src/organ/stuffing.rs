@@ -1,8 +1,9 @@
-//! Isosurface stuffing: a lattice cut to an implicit shape (Labelle and Shewchuk, "Isosurface Stuffing: Fast Tetrahedral Meshes with Good Dihedral
-//! Angles", 2007).
+//! Isosurface stuffing: a lattice cut to an implicit shape (Labelle and Shewchuk, "Isosurface
+//! Stuffing: Fast Tetrahedral Meshes with Good Dihedral Angles", 2007).
 //!
-//! Every lattice edge from inside to outside has a cut point, here found on the straight edge by bisection. A lattice point with a cut too near
-//! moves onto the nearest of them; then the tets are cut ([`split`]). The thresholds are the paper's, for which it proves dihedral angles of 10.7 to
+//! Every lattice edge from inside to outside has a cut point, here found on the straight edge by
+//! bisection. A lattice point with a cut too near moves onto the nearest of them; then the tets are
+//! cut ([`split`]). The thresholds are the paper's, for which it proves dihedral angles of 10.7 to
 //! 164.8 degrees on an even lattice whatever the shape. A lattice that grows carries no such bound.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -115,7 +116,8 @@ impl Stuffing<'_> {
         self.cuts = cuts;
     }
 
-    /// Moves points onto cuts that are too near, one after the other; a moved point's edges are cut no more.
+    /// Moves points onto cuts that are too near, one after the other; a moved point's edges are cut
+    /// no more.
     fn draw_points(&mut self) {
         let ends: BTreeSet<u32> = self.cuts.keys().flatten().copied().collect();
         for name in ends {

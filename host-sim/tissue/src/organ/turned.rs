@@ -1,7 +1,8 @@
 //! Any closed shape, cut out of a lattice that is turned to the surface at a place.
 //!
-//! The lattice's densest planes, `(110)`, are made of whole faces of its tets. Turned so that one of them is tangent at the place, a flat surface there is
-//! met by uncut tets and a bent one by tets cut little.
+//! The lattice's densest planes, `(110)`, are made of whole faces of its tets. Turned so that one
+//! of them is tangent at the place, a flat surface there is met by uncut tets and a bent one by
+//! tets cut little.
 
 use nalgebra::Matrix3;
 
@@ -24,8 +25,8 @@ pub struct Turned {
 }
 
 impl Turned {
-    /// A mesh of the shape where `implicit_m` is negative and which `bounds_m` contains, regions 0: every tet positively oriented, one piece, every node in use.
-    /// `name` is for messages.
+    /// A mesh of the shape where `implicit_m` is negative and which `bounds_m` contains, regions 0:
+    /// every tet positively oriented, one piece, every node in use. `name` is for messages.
     ///
     /// # Errors
     /// Numbers that are no sizes; a spacing too coarse for the shape or too fine for memory.
@@ -58,8 +59,9 @@ impl Turned {
     }
 }
 
-/// Two unit vectors that make a right-handed frame with a unit normal, `[first, second, normal]`: x and y where that is z, else the first as near to x (to y,
-/// where the normal is nearly x) as it can be.
+/// Two unit vectors that make a right-handed frame with a unit normal, `[first, second, normal]`: x
+/// and y where that is z, else the first as near to x (to y, where the normal is nearly x) as it
+/// can be.
 #[must_use]
 pub fn tangents(normal: [f64; 3]) -> [[f64; 3]; 2] {
     let up = V3::from(normal).normalize();

@@ -4,8 +4,8 @@ use std::fs::{File, TryLockError};
 use std::io;
 use std::path::PathBuf;
 
-/// A file that is locked while a run writes, and removed after it. The system releases the lock of a run that was
-/// killed.
+/// A file that is locked while a run writes, and removed after it. The system releases the lock of
+/// a run that was killed.
 #[derive(Debug)]
 pub(super) struct Lock {
     path: PathBuf,

@@ -148,8 +148,9 @@ impl Place {
         names.iter().try_for_each(|name| fs::rename(self.draft.join(name), self.folder.join(name)))
     }
 
-    /// Empties a result that is none any more: its files go, those of others and the patches that are kept move to the folder.
-    /// `from` is the earlier result after an exchange, or a newer one that never got into place, which has nothing to keep.
+    /// Empties a result that is none any more: its files go, those of others and the patches that
+    /// are kept move to the folder. `from` is the earlier result after an exchange, or a newer one
+    /// that never got into place, which has nothing to keep.
     fn settle(&self, from: &Path) -> io::Result<()> {
         let ours = Record::read(from).unwrap_or_default();
         let kept = Record::read(&self.folder).filter(|now| now.run > ours.run).unwrap_or_default();

@@ -6,7 +6,8 @@ use palpate::{FoundationPoint, Triangle};
 use super::{Material, Multipliers};
 use crate::tissue::Tissue;
 
-/// Penetration, as a share of the element size, at which the contact's stiffness is added to the masses.
+/// Penetration, as a share of the element size, at which the contact's stiffness is added to the
+/// masses.
 const TYPICAL_PENETRATION: f64 = 0.1;
 
 pub(super) struct Foundation {

@@ -1,10 +1,12 @@
-//! The order of springs and tets. It defines the bits, and it decides how well a processor can overlap the work.
+//! The order of springs and tets. It defines the bits, and it decides how well a processor can
+//! overlap the work.
 
 use palpate::{Spring, Tet};
 
 use super::stiffness::RestSpring;
 
-/// Tets that follow each other share no node over this distance, where the mesh allows it: a sum just stored is not loaded at once.
+/// Tets that follow each other share no node over this distance, where the mesh allows it: a sum
+/// just stored is not loaded at once.
 const TET_DISTANCE: usize = 6;
 /// The same for springs on wide processors.
 const SPRING_DISTANCE: usize = 8;
@@ -24,9 +26,11 @@ pub(super) fn rows(rest: &[RestSpring], nodes: usize) -> (Vec<Spring>, Vec<u16>)
     (springs, counts)
 }
 
-/// The same springs, neighbours in the list apart, **with the order at every node kept**: the sums, and so the bits, are the same.
+/// The same springs, neighbours in the list apart, **with the order at every node kept**: the sums,
+/// and so the bits, are the same.
 ///
-/// List scheduling: at each place the first spring that is next in line at both of its nodes and whose nodes were not used lately.
+/// List scheduling: at each place the first spring that is next in line at both of its nodes and
+/// whose nodes were not used lately.
 pub(super) fn schedule(springs: &[Spring]) -> Vec<Spring> {
     let nodes = springs.iter().map(|s| usize::from(s.i.max(s.j)) + 1).max().unwrap_or(0);
     let mut queue: Vec<Vec<usize>> = vec![Vec::new(); nodes];
@@ -69,7 +73,8 @@ pub(super) fn schedule(springs: &[Spring]) -> Vec<Spring> {
     order
 }
 
-/// Tets in an order where the next one shares no node with the last few. One order for all machines.
+/// Tets in an order where the next one shares no node with the last few. One order for all
+/// machines.
 pub(super) fn interleave(tets: &[Tet]) -> Vec<Tet> {
     let nodes = tets.iter().flat_map(|t| t.node).max().map_or(0, |n| usize::from(n) + 1);
     let mut last_used: Vec<Option<usize>> = vec![None; nodes];

@@ -85,7 +85,8 @@ impl Elastic {
         for s in &self.springs {
             s.nodes.iter().for_each(|&n| trace[n as usize] += s.k);
         }
-        // nodal volume: energy kappa V/2 (J - 1)^2 with V a quarter of the volume around; d J_n / d x_i sums over the tets of both
+        // nodal volume: energy kappa V/2 (J - 1)^2 with V a quarter of the volume around; d J_n / d
+        // x_i sums over the tets of both
         let mut slopes: std::collections::BTreeMap<(u32, u32), [f64; 3]> = std::collections::BTreeMap::new();
         for ((tet, &v), ratio) in mesh.tets.iter().zip(volumes).zip(&tissue.stiffness_ratio) {
             let gradients = volume_gradients(mesh, tet);
@@ -124,8 +125,9 @@ impl Elastic {
     }
 }
 
-/// Paper 000, eq 11: `k = sum over the edge's tets of 2 sqrt(2)/25 l_e E`, `l_e = (12 V / sqrt(2))^(1/3)`, times `1/(0.8 (1 + nu))`: as printed the
-/// network's shear modulus is that of nu = 1/4.
+/// Paper 000, eq 11: `k = sum over the edge's tets of 2 sqrt(2)/25 l_e E`, `l_e = (12 V /
+/// sqrt(2))^(1/3)`, times `1/(0.8 (1 + nu))`: as printed the network's shear modulus is that of nu
+/// = 1/4.
 fn springs(tissue: &Tissue, volumes: &[f64], nu: f64, multipliers: Option<&Multipliers>) -> Vec<RestSpring> {
     let mesh = &tissue.mesh;
     let edges = surface::edges(&mesh.tets);

@@ -1,4 +1,5 @@
-//! What `press` promises. A run that breaks a promise writes its files all the same and exits with 1.
+//! What `press` promises. A run that breaks a promise writes its files all the same and exits with
+//! 1.
 
 use palpate::Limiters;
 
@@ -10,7 +11,8 @@ use crate::scene::Drive;
 const FORCE_TOLERANCE: f64 = 0.02;
 
 impl Press {
-    /// No fault, no deadline miss, no inverted tet, a force at every hold that rises with depth and, for a force drive, is the one asked for.
+    /// No fault, no deadline miss, no inverted tet, a force at every hold that rises with depth
+    /// and, for a force drive, is the one asked for.
     ///
     /// # Errors
     /// The first promise that did not hold.

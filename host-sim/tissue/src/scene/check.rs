@@ -4,7 +4,8 @@ use palpate::{BuildError, Limits};
 
 use super::{Drive, Scene, SceneError};
 
-/// Smallest and largest side of a block [m]: beyond it a unit is wrong. A mesh file has the same range.
+/// Smallest and largest side of a block [m]: beyond it a unit is wrong. A mesh file has the same
+/// range.
 const SIDE_M: std::ops::RangeInclusive<f64> = 1e-3..=2.0;
 /// Nodes that an organ's mesh may be asked for, and Young's modulus [Pa] of its regions.
 const ORGAN_NODES: std::ops::RangeInclusive<usize> = 100..=5000;

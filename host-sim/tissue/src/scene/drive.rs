@@ -39,8 +39,9 @@ pub enum Drive {
     Trace {
         /// The file, relative to the scene file.
         trace: PathBuf,
-        /// Deepest press that the patch answers [m]. It decides the substeps, so a run has the recorded one's bits only with its limit
-        /// (`report.depth_limit_mm` in its summary.json); without this key it follows from the trace's deepest tip.
+        /// Deepest press that the patch answers [m]. It decides the substeps, so a run has the
+        /// recorded one's bits only with its limit (`report.depth_limit_mm` in its summary.json);
+        /// without this key it follows from the trace's deepest tip.
         depth_limit_m: Option<f64>,
     },
 }

@@ -16,14 +16,16 @@ const PATCHES: [&[u8]; 3] = [
     include_bytes!("../../../patches/block-1020.patch"),
 ];
 
-/// What they were fitted on: block [m], Poisson's ratio, probe radius [m], and how far from its centre [probe radii].
+/// What they were fitted on: block [m], Poisson's ratio, probe radius [m], and how far from its
+/// centre [probe radii].
 const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
 const POISSON_RATIO: f64 = 0.45;
 const RADIUS_M: f64 = 0.008;
 const FITTED_RADII: f64 = 1.5;
 
-/// The patch for a scene and the parameters fitted with it, if block, Poisson's ratio, probe and node count are those of a shipped one and the probe presses where it
-/// was fitted. Any stiffness; inclusions are scaled in.
+/// The patch for a scene and the parameters fitted with it, if block, Poisson's ratio, probe and
+/// node count are those of a shipped one and the probe presses where it was fitted. Any stiffness;
+/// inclusions are scaled in.
 pub(super) fn of(scene: &Scene, default_nodes: usize) -> Option<(Patch, Params)> {
     let (tissue, probe) = (&scene.tissue, &scene.probe);
     let [x, y] = probe.position_m.unwrap_or_default();
@@ -38,7 +40,8 @@ pub(super) fn of(scene: &Scene, default_nodes: usize) -> Option<(Patch, Params)>
     Some((patch.with_inclusions(&tissue.inclusion), params))
 }
 
-/// The patch for a scene exactly as it ships: its limits were measured when it was packed. `None` where there is anything to measure.
+/// The patch for a scene exactly as it ships: its limits were measured when it was packed. `None`
+/// where there is anything to measure.
 pub fn as_shipped(scene: &Scene) -> Option<(Patch, Params)> {
     let unchanged = scene.tissue.inclusion.is_empty()
         && scene.solver.patch.is_none()

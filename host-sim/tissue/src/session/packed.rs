@@ -8,7 +8,8 @@ use crate::error::Error;
 use crate::patch::Patch;
 use crate::scene::{Scene, SceneError};
 
-/// How far the packed tissue may be from the scene's, as a share of the block's side or of the probe's radius: well above single precision.
+/// How far the packed tissue may be from the scene's, as a share of the block's side or of the
+/// probe's radius: well above single precision.
 const ROUNDING: f64 = 1e-4;
 
 /// Reads the patch and the parameters that it was packed with.
@@ -69,7 +70,8 @@ fn agree(scene: &Scene, path: &Path, file: &PatchFile) -> Result<(), SceneError>
     scene.refuse_deeper_than(f64::from(file.model.depth_limit_m), &format!("{path} answers"))
 }
 
-/// A patch with a far field answers for the organ, the probe and the inclusions that it was cut and fitted with; the organ itself is not in the file.
+/// A patch with a far field answers for the organ, the probe and the inclusions that it was cut and
+/// fitted with; the organ itself is not in the file.
 fn agree_with_its_fit(scene: &Scene, path: &str, file: &PatchFile) -> Result<(), SceneError> {
     let (packed, own) = (file.params.probe, scene.params([0.0, 0.0, 1.0]).probe);
     if packed.shape != own.shape || packed.radius_m != own.radius_m {

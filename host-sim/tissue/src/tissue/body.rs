@@ -28,7 +28,8 @@ impl Tissue {
     }
 }
 
-/// A spring between nodes that share no tet: what joins two organs (paper 000, "repulsive springs"). Its rest length is their distance.
+/// A spring between nodes that share no tet: what joins two organs (paper 000, "repulsive
+/// springs"). Its rest length is their distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
     /// Ends.

@@ -10,7 +10,8 @@ pub const DEFAULT_ORGAN_NODES: usize = 600;
 /// Elements are smallest within this many probe radii of the site; from there they grow by this.
 const FINE_RADII: f64 = 1.25;
 const GROWTH: f64 = 1.0;
-/// Lattice cubes through the organ under the site, at least; nodes lie half a cube apart, so that these are two elements and more.
+/// Lattice cubes through the organ under the site, at least; nodes lie half a cube apart, so that
+/// these are two elements and more.
 pub const THROUGH: f64 = 2.0;
 /// Smallest and largest spacing that is tried, in probe radii, and how often the bracket is halved.
 const SPACING_RADII: [f64; 2] = [0.12, 3.0];

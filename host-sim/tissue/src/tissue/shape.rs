@@ -1,4 +1,5 @@
-//! A closed shape that can be meshed anew: the surface of a mesh file, or an organ of [`crate::organ`]; where it is pressed, and what holds it.
+//! A closed shape that can be meshed anew: the surface of a mesh file, or an organ of
+//! [`crate::organ`]; where it is pressed, and what holds it.
 
 use nalgebra::Vector3;
 
@@ -64,7 +65,8 @@ impl Shape {
         }
     }
 
-    /// The surface point nearest to the scene's site, and the normal there: of facets, their mean within a probe radius.
+    /// The surface point nearest to the scene's site, and the normal there: of facets, their mean
+    /// within a probe radius.
     pub fn site(&self, scene: &Scene) -> Result<Site, SceneError> {
         let Some(wanted) = scene.probe.site else { return scene.bad("probe.site", "is missing: give x, y, z in metres") };
         let (at_m, axis) = match self {
@@ -124,7 +126,8 @@ impl Shape {
         depth_m((1..=STEPS).take_while(inside).last().unwrap_or(1))
     }
 
-    /// Nodes of a mesh of it that are held when it is pressed along `axis`: its underside, and what is in a bone; ascending.
+    /// Nodes of a mesh of it that are held when it is pressed along `axis`: its underside, and what
+    /// is in a bone; ascending.
     pub fn anchors(&self, mesh: &TetMesh, axis: [f64; 3]) -> Vec<u32> {
         match self {
             // what an edge or a corner that is cut off shows downward holds nothing
@@ -135,7 +138,8 @@ impl Shape {
     }
 }
 
-/// Nodes of a mesh that are held when it is pressed along `axis`: its underside, and what is in a bone of the organ; ascending.
+/// Nodes of a mesh that are held when it is pressed along `axis`: its underside, and what is in a
+/// bone of the organ; ascending.
 pub fn held(mesh: &TetMesh, axis: [f64; 3], organ: Option<&Organ>) -> Vec<u32> {
     let mut anchors = underside(mesh, axis);
     if let Some(organ) = organ {

@@ -1,4 +1,5 @@
-//! The condensed outside against what is known otherwise: a bar, rigid motions, and the least energy found by conjugate gradients on all of it.
+//! The condensed outside against what is known otherwise: a bar, rigid motions, and the least
+//! energy found by conjugate gradients on all of it.
 
 use palpate::Vector3;
 use palpate_fit::far_field::FarField;
@@ -24,7 +25,8 @@ fn rim_motion(outside: &Outside, of: impl Fn(Vector) -> Vector) -> Vec<f64> {
     moved.flat_map(|u| [u.x, u.y, u.z]).collect()
 }
 
-/// Without lateral contraction a bar under a plane that moves along it strains evenly: A / L in units of E.
+/// Without lateral contraction a bar under a plane that moves along it strains evenly: A / L in
+/// units of E.
 #[test]
 fn a_bar_has_the_stiffness_of_a_bar() {
     let size_m = [0.02, 0.015, 0.04];

@@ -1,4 +1,5 @@
-//! On every mesh tried, with rims that are smooth or jagged and lumps anywhere: within half a percent of the exact outside, and positive.
+//! On every mesh tried, with rims that are smooth or jagged and lumps anywhere: within half a
+//! percent of the exact outside, and positive.
 
 use palpate_fit::far_field::{Sizes, springs};
 use palpate_fit::statics::Vector;

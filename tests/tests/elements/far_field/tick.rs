@@ -1,4 +1,5 @@
-//! The tick with a rim: it settles to the equilibrium, and what the probe feels is what the rim bears.
+//! The tick with a rim: it settles to the equilibrium, and what the probe feels is what the rim
+//! bears.
 
 use palpate::{Limits, Model, Node, Params, ProbePose, State, tick};
 use palpate_fit::far_field::Sizes;
@@ -31,7 +32,8 @@ fn rim_force(model: &Model, state: &State) -> Vector {
     sum
 }
 
-/// Momentum that a tick adds is what the probe and the rim give: nothing inside the patch pushes it along.
+/// Momentum that a tick adds is what the probe and the rim give: nothing inside the patch pushes it
+/// along.
 #[test]
 fn momentum_comes_from_the_probe_and_the_rim_alone() {
     let bench = Bench::far_field(200, 0.018).with(|p| p.node_damping_per_s = 0.0);

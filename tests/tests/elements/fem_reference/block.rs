@@ -8,7 +8,8 @@ use crate::fem_reference::{RADIUS_M, above, assert_within, standard_block, tissu
 
 /// Depth [m] and force over E [m^2] of a converged hexahedral solution, within 0.3 %.
 const KNOWN: [(f64, f64); 3] = [(0.002, 14.065e-6), (0.004, 39.65e-6), (0.008, 107.0e-6)];
-/// Surface displacement of the coarse mesh against the shipped one: mean over the grid points within 20 mm, as a share of the depth.
+/// Surface displacement of the coarse mesh against the shipped one: mean over the grid points
+/// within 20 mm, as a share of the depth.
 const SURFACE_SHARE: f64 = 0.005;
 
 #[test]

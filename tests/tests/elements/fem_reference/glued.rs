@@ -25,7 +25,8 @@ fn soft(poisson_ratio: f64) -> impl Fn(usize, &Vector3<f64>) -> Stiffness {
 
 #[test]
 fn a_column_glued_all_over_is_a_spring() {
-    // without lateral strain stretch is uniaxial and exact for any mesh; a quarter of it twice as stiff is a spring in series
+    // without lateral strain stretch is uniaxial and exact for any mesh; a quarter of it twice as
+    // stiff is a spring in series
     let size_m = [0.02, 0.03, 0.04];
     let (mesh, bottom) = tissue(size_m, 150, 0.02);
     let over = size_m[0] * size_m[1] / size_m[2];
@@ -39,7 +40,8 @@ fn a_column_glued_all_over_is_a_spring() {
 
 #[test]
 fn every_tet_keeps_its_own_stiffness_through_the_refinement() {
-    // nu = 0, stiffness by tet: the upper half ten times stiffer, on a mesh of two layers made by doubling one
+    // nu = 0, stiffness by tet: the upper half ten times stiffer, on a mesh of two layers made by
+    // doubling one
     let size_m = [0.02, 0.02, 0.02];
     let (lower, bottom) = tissue(size_m, 100, 0.02);
     let mut mesh = lower.clone();
@@ -68,7 +70,8 @@ fn every_tet_keeps_its_own_stiffness_through_the_refinement() {
 fn on_a_large_block_press_and_shear_are_those_of_a_half_space() {
     let nu = 0.45_f64;
     let shear_modulus = 0.5 / (1.0 + nu);
-    // adhesive punch (Mossakovskii 1954, Spence 1968) and sheared disc (Mindlin 1949; its coupling to the normal traction, left out, is small near nu = 1/2)
+    // adhesive punch (Mossakovskii 1954, Spence 1968) and sheared disc (Mindlin 1949; its coupling
+    // to the normal traction, left out, is small near nu = 1/2)
     let press_m = 4.0 * shear_modulus * RADIUS_M * (3.0 - 4.0 * nu).ln() / (1.0 - 2.0 * nu);
     let shear_m = 8.0 * shear_modulus * RADIUS_M / (2.0 - nu);
     let on = |scale: f64| {
@@ -98,7 +101,8 @@ fn the_shipped_discs_are_what_other_meshes_say() {
         let found = glued_stiffness(&mesh, soft(0.45), &bottom, &disc, &ways, &[0.2, 0.1]).expect("solved");
         for ((answer, found_m), levels) in pair.iter().zip(&found.limit_m).zip(0..) {
             assert_within("glued disc", *found_m, answer.stiffness_over_e_m, 0.003);
-            // finer is softer: displacement elements bound the stiffness from above, but for the polygon that stands for the disc
+            // finer is softer: displacement elements bound the stiffness from above, but for the
+            // polygon that stands for the disc
             assert!(found.levels_m[1][levels] < found.levels_m[0][levels]);
         }
     }

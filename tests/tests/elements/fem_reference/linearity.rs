@@ -7,7 +7,8 @@ use palpate_tissue::scene::Shape;
 
 use crate::fem_reference::{RADIUS_M, standard_block};
 
-/// Step of the central differences [m]: the error of order step^2 and the rounding of order 1e-16/step are both below the tolerance.
+/// Step of the central differences [m]: the error of order step^2 and the rounding of order
+/// 1e-16/step are both below the tolerance.
 const STEP_M: f64 = 1e-8;
 
 #[test]

@@ -1,4 +1,5 @@
-//! Two blocks tied stiffly are one; a soft tie gives what its stiffness says; what cannot hang is refused.
+//! Two blocks tied stiffly are one; a soft tie gives what its stiffness says; what cannot hang is
+//! refused.
 
 use palpate::Vector3;
 use palpate_fit::reference::hang::Hanging;
@@ -15,7 +16,8 @@ const SIDE_M: f64 = 0.02;
 const SEAM_M: f64 = 0.02;
 const BOTH_M: f64 = 0.04;
 
-/// Two blocks, one on the other, of meshes that do not match, fixed on top and gripped at the bottom, with weight and a layer between them.
+/// Two blocks, one on the other, of meshes that do not match, fixed on top and gripped at the
+/// bottom, with weight and a layer between them.
 fn two(poisson_ratio: f64, nodes: [usize; 2], stiffness_per_m: f64) -> (Suspension, Vec<u32>) {
     let mut lower = bar([SIDE_M, SIDE_M, BOTH_M - SEAM_M], nodes[1]);
     for node in &mut lower.nodes_m {
@@ -79,7 +81,8 @@ fn a_soft_layer_and_two_bars_are_springs_in_series() {
     hanging.carry_to(&vec![Vector3::new(0.0, 0.0, -pull_m); grip.len()]).expect("can be pulled");
     let force = -hanging.support(grip).force_m2.z;
     assert_within("force", force, pull_m * SIDE_M * SIDE_M / (BOTH_M + 1.0 / stiffness_per_m), 0.001);
-    // one surface's quadrature does not see the sides of the other's triangles: pressure is even within a few parts of a thousand
+    // one surface's quadrature does not see the sides of the other's triangles: pressure is even
+    // within a few parts of a thousand
     for tie in tied.ties() {
         let stretch = tie.stretch_m(&hanging.displacement_m);
         assert_within("stretch", stretch.z, force / (SIDE_M * SIDE_M * stiffness_per_m), 0.02);

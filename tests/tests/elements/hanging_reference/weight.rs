@@ -24,7 +24,8 @@ fn hung(load: f64, nodes: usize) -> Suspension {
     Suspension::new(body).with_weight(&vec![1000.0; tets], gravity, 1000.0).expect("sound")
 }
 
-/// Stretch of a neo-Hookean bar with nu = 0 under a tension over Young's modulus: mu (s - 1/s), as the sides stay as they are.
+/// Stretch of a neo-Hookean bar with nu = 0 under a tension over Young's modulus: mu (s - 1/s), as
+/// the sides stay as they are.
 fn stretch(tension: f64) -> f64 {
     tension + (tension * tension + 1.0).sqrt()
 }
@@ -82,7 +83,8 @@ fn supports_and_grip_carry_the_weight_and_its_moment() {
     let mut hanging = Hanging::new(&suspension).expect("small");
     hanging.weigh(1.0).expect("hangs");
     hanging.carry_to(&vec![Vector3::new(-0.005, 0.004, 0.02); grip.len()]).expect("lifts");
-    // mass and its moment from the corners alone, quadrature of the deformed places: nothing of the nodal weights
+    // mass and its moment from the corners alone, quadrature of the deformed places: nothing of the
+    // nodal weights
     let mut mass_kg = 0.0;
     let mut weight_moment = Vector3::zeros();
     let locator_mesh = &suspension.body().mesh;

@@ -42,7 +42,8 @@ fn tissue_is_quiet_in_every_hand() {
     }
 }
 
-/// A hold on the edge of a count: toggles of the reading are shown to the patch as their mean. Without it the pad shakes with 21 mN, the arm with 137.
+/// A hold on the edge of a count: toggles of the reading are shown to the patch as their mean.
+/// Without it the pad shakes with 21 mN, the arm with 137.
 #[test]
 fn holds_above_the_encoders_ceiling_are_quiet() {
     for (name, count_m, youngs_modulus_pa, hand, id) in [

@@ -1,5 +1,6 @@
-//! A loop with a defect is noticed: what the loop did is changed into what a broken one would have done, one defect at a time, over a script
-//! that meets every situation, and the watch has to object. Without a defect it must not.
+//! A loop with a defect is noticed: what the loop did is changed into what a broken one would have
+//! done, one defect at a time, over a script that meets every situation, and the watch has to
+//! object. Without a defect it must not.
 
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::limits::LimitValues;

@@ -1,4 +1,5 @@
-//! Paths that once left a force behind, and their neighbours: other patches, stiffnesses, speeds and devices.
+//! Paths that once left a force behind, and their neighbours: other patches, stiffnesses, speeds
+//! and devices.
 
 use palpate::{Fault, Vector3};
 use palpate_loop::closed_loop::paths::{Leg, PathCase, PathGround, PathOutcome, Route};
@@ -56,7 +57,8 @@ fn expect_quiet(what: &str, (outcome, rest_n): &(PathOutcome, f32)) {
     );
 }
 
-/// In through the top, out through the side of the block to 30 mm, stop: 0.5 N alternated there for ever at 3.5 kPa, 3 N at 25 kPa.
+/// In through the top, out through the side of the block to 30 mm, stop: 0.5 N alternated there for
+/// ever at 3.5 kPa, 3 N at 25 kPa.
 #[test]
 fn out_through_the_side_leaves_no_force() {
     let ground = PathGround::load().unwrap();
@@ -93,7 +95,8 @@ fn out_through_the_side_leaves_no_force_at_other_speeds_places_patches_and_devic
     assert!(bad.is_empty(), "{} of 320:\n{}", bad.len(), bad.join("\n"));
 }
 
-/// Round the block in free space with sharp corners: half a newton, 17 mm from the tissue, for 45 to 82 ticks.
+/// Round the block in free space with sharp corners: half a newton, 17 mm from the tissue, for 45
+/// to 82 ticks.
 #[test]
 fn fast_and_sharp_round_the_tissue_is_free_space() {
     let ground = PathGround::load().unwrap();

@@ -8,7 +8,8 @@ fn at(mm: [f64; 3]) -> Vector3<f64> {
     Vector3::from(mm) * 1e-3
 }
 
-/// The block is 80 x 80 x 40 mm, its top at z = 0, and can be touched all round but from below: distances are those of a box.
+/// The block is 80 x 80 x 40 mm, its top at z = 0, and can be touched all round but from below:
+/// distances are those of a box.
 #[test]
 fn the_block_is_a_box() {
     let ground = PathGround::load().unwrap();
@@ -33,7 +34,8 @@ fn the_block_is_a_box() {
                     (true, ..) => 0.0,
                     (_, true, _) => gap_m,
                     (.., true) => far_m,
-                    // beside the block: the gap of the ball, or the distance of the tip where its surface is above
+                    // beside the block: the gap of the ball, or the distance of the tip where its
+                    // surface is above
                     _ if (outside_m - gap_m).abs() < 1e-7 => gap_m,
                     _ => far_m,
                 };
@@ -73,7 +75,8 @@ fn every_patch_holds_its_site_and_a_ball_above_it_is_outside_by_its_height() {
         assert!(patch.shape.contains(&point(-1e-3)), "{}", patch.name);
         for out_m in [0.5e-3, 2e-3, 10e-3] {
             let seen_m = patch.shape.outside_m(&point(out_m));
-            // an organ's surface is not flat: the ball may come nearer to a shoulder than its tip to the site
+            // an organ's surface is not flat: the ball may come nearer to a shoulder than its tip
+            // to the site
             assert!(seen_m <= out_m + 1e-6 && seen_m > 0.5 * out_m - 0.2e-3, "{}: {seen_m} at {out_m}", patch.name);
         }
     }

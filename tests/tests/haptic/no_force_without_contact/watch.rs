@@ -6,7 +6,8 @@ use palpate::Vector3;
 use palpate::haptic::device::{Sensed, SensorStatus};
 use palpate_loop::closed_loop::watch::{ByGeometry, HalfSpace};
 
-/// A surface at z = 0, the tissue below it, and what the watch says of each tip height [m] and force [N].
+/// A surface at z = 0, the tissue below it, and what the watch says of each tip height [m] and
+/// force [N].
 fn judged(ticks: impl IntoIterator<Item = (f32, Vector3<f32>)>) -> Option<&'static str> {
     let mut watch = ByGeometry::over(Arc::new(HalfSpace { at_m: Vector3::zeros(), normal: Vector3::z() }));
     ticks.into_iter().enumerate().find_map(|(n, (z_m, force_n))| {

@@ -70,7 +70,8 @@ fn eq_1_to_3_forces() {
     assert!(net > 1e-3 * all, "net force {net} N of {all} N");
 }
 
-/// The stress of (7) is that of a uniform load on a disc: summed here from Boussinesq's point loads.
+/// The stress of (7) is that of a uniform load on a disc: summed here from Boussinesq's point
+/// loads.
 #[test]
 fn eq_7_is_the_stress_under_a_uniform_disc_and_its_inverse() {
     let rule = |least_stress_pa| StressRule::new(least_stress_pa, 0.45, ContactPressure::UniformLoad);
@@ -107,7 +108,8 @@ fn eq_8_pressure_from_force_and_depth() {
     }
 }
 
-/// Nodes beyond the radius that (7)-(8) give stand still, those within move, and the count follows the threshold.
+/// Nodes beyond the radius that (7)-(8) give stand still, those within move, and the count follows
+/// the threshold.
 #[test]
 fn the_region_follows_the_load() {
     let bench = bench();
@@ -138,13 +140,15 @@ fn the_region_follows_the_load() {
     };
     let counts = [10.0, 150.0, 300.0].map(active);
     for (active, wanted) in counts {
-        // the centre of the contact moves by a few tenths of a millimetre, and with it a node at the edge
+        // the centre of the contact moves by a few tenths of a millimetre, and with it a node at
+        // the edge
         assert!(active.abs_diff(wanted) <= 2, "{active} nodes moved, the rule says {wanted}: {counts:?}");
     }
     assert!(counts[0].0 > counts[1].0 && counts[1].0 > counts[2].0 && counts[2].0 > 0, "{counts:?}");
 }
 
-/// The literal (9) and (10) in double precision, forces from (1) without dampers; ours keeps the velocity at the half step.
+/// The literal (9) and (10) in double precision, forces from (1) without dampers; ours keeps the
+/// velocity at the half step.
 #[test]
 fn eq_9_and_10_velocity_verlet() {
     let bench = bench();

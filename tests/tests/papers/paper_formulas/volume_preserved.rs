@@ -34,7 +34,8 @@ fn eq_3_positions_and_velocities_after_a_step() {
     let dt = f64::from(bench.params.tick_s);
     let free = |n: &usize| !model.anchors.contains(&(*n as u16));
     let nodes: Vec<usize> = (0..x.len()).filter(free).collect();
-    // moves, not positions: a move of 1e-5 m would hide in a position; what a position rounds, 4e-9 m at 60 mm, is allowed
+    // moves, not positions: a move of 1e-5 m would hide in a position; what a position rounds, 4e-9
+    // m at 60 mm, is allowed
     let moved: Vec<Vector> = nodes.iter().map(|&n| positions(&state)[n] - x[n]).collect();
     let wanted: Vec<Vector> = nodes.iter().map(|&n| v[n] * dt + f[n] * (dt * dt / m[n])).collect();
     for (moved, wanted) in moved.iter().zip(&wanted) {
@@ -195,7 +196,8 @@ fn eq_9_directions_turn_back_by_the_excess_and_look_again_in_time() {
     assert_eq!(positions(&state), settled);
 }
 
-/// A correction of positions is a force `m dx/dt^2`: pressed to the same depth, the smaller the step the harder the tissue. Nothing in paper 000 says so.
+/// A correction of positions is a force `m dx/dt^2`: pressed to the same depth, the smaller the
+/// step the harder the tissue. Nothing in paper 000 says so.
 #[test]
 fn length_corrections_make_the_force_depend_on_the_step() {
     let force_n = |substeps: u16, fixes: bool| {

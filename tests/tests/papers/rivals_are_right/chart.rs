@@ -5,7 +5,8 @@ use palpate_tests::palpate_command::{Desk, palpate};
 
 #[test]
 fn the_front_is_what_nothing_beats() {
-    // (cost, error): 1 beats 0 at the same cost, 3 is beaten by 2 in both, 4 equals 2, 5 is the most accurate, 6 and 7 are no numbers
+    // (cost, error): 1 beats 0 at the same cost, 3 is beaten by 2 in both, 4 equals 2, 5 is the
+    // most accurate, 6 and 7 are no numbers
     let points = [(1.0, 9.0), (1.0, 8.0), (2.0, 4.0), (3.0, 5.0), (2.0, 4.0), (10.0, 1.0), (f64::NAN, 0.1), (0.5, f64::INFINITY)];
     assert_eq!(front(&points), [1, 2, 5]);
     assert!(front(&[]).is_empty());

@@ -27,7 +27,8 @@ fn the_support_bears_what_the_probe_feels() {
             law.forces(&position, &mut force);
         }
         let borne: Vector3<f32> = block.tissue.anchors.iter().map(|&n| force[n as usize]).sum::<Vector3<f32>>() * 3500.0;
-        // 3 s of hold: the slowest motion under the mass floor takes a quarter of one; the support is pulled down as the probe is pushed up
+        // 3 s of hold: the slowest motion under the mass floor takes a quarter of one; the support
+        // is pulled down as the probe is pushed up
         let gap = (borne.z / -felt.z - 1.0).abs();
         assert!(felt.z > 0.05 && gap < 2e-3, "{}: probe {} N, support {} N", method.name(), felt.z, borne.z);
     }
@@ -37,7 +38,8 @@ fn the_support_bears_what_the_probe_feels() {
     check(&block, Method::Meshless, &mut Meshless::new(&block).expect("sound tets"));
 }
 
-/// XPBD's constraints have the energy of springs with per-tet volume, up to the quadratic volume term, and the same contact: converged, the same force.
+/// XPBD's constraints have the energy of springs with per-tet volume, up to the quadratic volume
+/// term, and the same contact: converged, the same force.
 #[test]
 fn xpbd_converges_to_the_springs_it_stands_for() {
     let block = Block::standard(57, 3500.0).expect("a block that can be meshed");
@@ -48,7 +50,8 @@ fn xpbd_converges_to_the_springs_it_stands_for() {
     }
 }
 
-/// The factor that the product puts on the springs, taken off again for the papers' model. The foundation, in series, keeps its stiffness.
+/// The factor that the product puts on the springs, taken off again for the papers' model. The
+/// foundation, in series, keeps its stiffness.
 #[test]
 fn printed_springs_are_stiffer_than_ours_by_less_than_their_factor() {
     let block = Block::standard(57, 3500.0).expect("a block that can be meshed");

@@ -50,7 +50,8 @@ fn a_factor_solves_in_both_precisions() {
     let worst = solution.iter().zip(&wanted).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(worst < 1e-9, "{worst:e}");
 
-    // conditioned like the square of the block's size over that of its elements, times the ratio of the moduli: about 1e4
+    // conditioned like the square of the block's size over that of its elements, times the ratio of
+    // the moduli: about 1e4
     let single: Vec<_> = linear.lower.iter().map(|&(r, c, v)| (r, c, v as f32)).collect();
     let mut solution: Vec<f32> = right.iter().map(|v| *v as f32).collect();
     Factor::<f32>::new(linear.rows, &single).expect("positive definite").solve(&mut solution);
@@ -84,7 +85,8 @@ fn compliance_is_the_linear_answer_under_signorini_contact() {
             let f = Vector3::new(force[r], force[r + 1], force[r + 2]);
             let gap = (moved[n] - centre).norm() - 8e-3;
             sum += f;
-            // f32 displacements of millimetres times stiffnesses of centimetres: 1e-9 N/Pa is a thousandth of a node's load
+            // f32 displacements of millimetres times stiffnesses of centimetres: 1e-9 N/Pa is a
+            // thousandth of a node's load
             if f.norm() > 2e-8 {
                 touched += 1;
                 let outward = (moved[n] - centre).normalize();

@@ -1,11 +1,12 @@
-//! Internal forces of the finite-element rivals against their energies, written again in double precision.
+//! Internal forces of the finite-element rivals against their energies, written again in double
+//! precision.
 
 use nalgebra::{Matrix3, Vector3};
 use palpate_lab::rivals::{Block, Corotational, Law, Meshless, NeoHookean, ShapeFunctions, Share, Volume};
 use palpate_tests::bench::Noise;
 
-/// Single precision: three digits are lost in the deformation gradient (edges of 3-30 mm in coordinates up to 40 mm, strains of 0.1), and the
-/// corotational turn ends at 1e-5 rad.
+/// Single precision: three digits are lost in the deformation gradient (edges of 3-30 mm in
+/// coordinates up to 40 mm, strains of 0.1), and the corotational turn ends at 1e-5 rad.
 const FORCE_TOLERANCE: f64 = 3e-4;
 
 /// Faces of a tet, counter-clockwise seen from outside.
@@ -61,7 +62,8 @@ fn neo_hookean_energy(block: &Block, x: &[Vector3<f64>], volume_term: Volume) ->
     energy
 }
 
-/// Mean deformation gradients from the displacements of face points, without the gradients of shape functions.
+/// Mean deformation gradients from the displacements of face points, without the gradients of shape
+/// functions.
 fn meshless_energy(block: &Block, means: &[[Vec<Share>; 4]], x: &[Vector3<f64>]) -> f64 {
     let (lambda, mu) = lame();
     let of = |(tet, means): (&[u32; 4], &[Vec<Share>; 4])| {
@@ -190,7 +192,8 @@ fn a_stretched_bar_pulls_with_youngs_modulus() {
     };
     let check = |name: &str, force: Vec<Vector3<f64>>| {
         let (top, bottom) = (-on_end(&force, 0.0) / wanted, on_end(&force, -0.04) / wanted);
-        // the laws differ from linear elasticity by a few strains; rounding leaves 1e-5 of strain in 1e-3
+        // the laws differ from linear elasticity by a few strains; rounding leaves 1e-5 of strain
+        // in 1e-3
         assert!((top - 1.0).abs() < 0.02 && (bottom - 1.0).abs() < 0.02, "{name}: {top:.4} and {bottom:.4} of E A strain");
     };
     check("corotational", forces(&mut Corotational::new(&block), &x));

@@ -48,7 +48,8 @@ fn shape_functions_reproduce_linear_fields_and_nodal_values() {
     }
 }
 
-/// A uniform stress P must leave what it puts on the boundary, `-P` times the integral of `phi_n N`, here summed over the surface triangles.
+/// A uniform stress P must leave what it puts on the boundary, `-P` times the integral of `phi_n
+/// N`, here summed over the surface triangles.
 #[test]
 fn uniform_stress_leaves_its_boundary_traction_alone() {
     let block = block();
@@ -80,7 +81,8 @@ fn piola(f: &Matrix3<f64>) -> Matrix3<f64> {
     f * MU + f.try_inverse().expect("a deformation").transpose() * (LAMBDA * j.ln() - MU)
 }
 
-/// Stress over E from the virtual work of nodal forces on uniform gradients: `V P = -sum f_n X_n^T`.
+/// Stress over E from the virtual work of nodal forces on uniform gradients: `V P = -sum f_n
+/// X_n^T`.
 fn mean_stress(block: &Block, f: &Matrix3<f64>) -> Matrix3<f64> {
     let nodes = rest(block);
     let deformed: Vec<_> = nodes.iter().map(|x| f * x).collect();

@@ -1,7 +1,8 @@
 //! Cutting a mesh along the edge of a glued disc.
 //!
-//! A surface edge that crosses the circle close to one end has that end moved along it onto the circle; any other is cut at the crossing, in all tets around it.
-//! Then no surface edge has one end inside and one outside, and every tet is sound if it was before.
+//! A surface edge that crosses the circle close to one end has that end moved along it onto the
+//! circle; any other is cut at the crossing, in all tets around it. Then no surface edge has one
+//! end inside and one outside, and every tet is sound if it was before.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +18,8 @@ const NEAR_END: f64 = 0.3;
 /// A tet keeps at least this share of its volume when a corner is moved.
 const LEAST_VOLUME: f64 = 0.2;
 
-/// Cuts the mesh so that no surface edge crosses the disc's edge. Nodes keep their numbers, new ones follow; tets keep their regions.
+/// Cuts the mesh so that no surface edge crosses the disc's edge. Nodes keep their numbers, new
+/// ones follow; tets keep their regions.
 pub(super) fn cut(mesh: &TetMesh, disc: &Disc) -> TetMesh {
     let mut mesh = mesh.clone();
     snap(&mut mesh, disc);
@@ -38,7 +40,8 @@ pub(super) fn cut(mesh: &TetMesh, disc: &Disc) -> TetMesh {
     mesh
 }
 
-/// Moves nodes that are near the circle onto it, each along the edge that brings it there soonest, unless a tet around it would lose too much.
+/// Moves nodes that are near the circle onto it, each along the edge that brings it there soonest,
+/// unless a tet around it would lose too much.
 fn snap(mesh: &mut TetMesh, disc: &Disc) {
     let mut moves: BTreeMap<u32, (f64, Vector3<f64>)> = BTreeMap::new();
     for ([i, j], share) in crossings(mesh, disc) {

@@ -1,10 +1,12 @@
 //! What slides: patches long enough for the stroke, and what they are compared with.
 //!
-//! A patch that stays, too small for the stroke, shows where a far field ends; a round one large enough shows what the long shape
-//! saves; the stroke patch with its rim fixed shows what the rim springs do; the whole block with the frozen outside of paper 004
-//! is the papers' answer. Not built: a patch that travels with the probe (no ripple to 50 mm/s, but for homogeneous flat tissue
-//! only, and told the frame's velocity it pushes the probe on: it makes energy), and far fields blended from place to place (a
-//! tick would have to mix blocks, and elements stay where they are).
+//! A patch that stays, too small for the stroke, shows where a far field ends; a round one large
+//! enough shows what the long shape saves; the stroke patch with its rim fixed shows what the rim
+//! springs do; the whole block with the frozen outside of paper 004 is the papers' answer. Not
+//! built: a patch that travels with the probe (no ripple to 50 mm/s, but for homogeneous flat
+//! tissue only, and told the frame's velocity it pushes the probe on: it makes energy), and far
+//! fields blended from place to place (a tick would have to mix blocks, and elements stay where
+//! they are).
 
 use palpate::Params;
 use palpate::path::region::{ContactPressure, StressRule};
@@ -25,7 +27,8 @@ use palpate_tissue::session::calibrated::sized;
 use palpate_tissue::stable_step::{StableStep, limits, substeps_for_taps};
 use palpate_tissue::tissue::{Placed, place_block};
 
-/// Places of a fit are spread this far to both sides of the way [probe radii]: about the contact's radius.
+/// Places of a fit are spread this far to both sides of the way [probe radii]: about the contact's
+/// radius.
 const HALF_WIDTH_RADII: f64 = 0.625;
 /// Radius of the disc of places of a patch that stays [probe radii].
 const DISC_RADII: f64 = 1.15;
@@ -40,7 +43,8 @@ pub enum Kind {
     Stroke,
     /// The same with its rim held.
     Fixed,
-    /// A round patch with rim springs at the middle of the stroke, fitted where it is meant to be pressed.
+    /// A round patch with rim springs at the middle of the stroke, fitted where it is meant to be
+    /// pressed.
     Stays,
     /// A round patch with rim springs that holds the whole stroke, fitted along it.
     Round,
@@ -119,7 +123,8 @@ pub struct StrokeRecipe {
 }
 
 impl StrokeRecipe {
-    /// A patch of radius and elements [m] for a stroke [m] under a probe of radius `probe_radius_m`.
+    /// A patch of radius and elements [m] for a stroke [m] under a probe of radius
+    /// `probe_radius_m`.
     #[must_use]
     pub fn new(radius_m: f64, fine_m: f64, stroke_m: [f64; 3], probe_radius_m: f64) -> Self {
         Self {
@@ -147,10 +152,12 @@ pub struct StrokePatch {
 }
 
 impl StrokePatch {
-    /// Cuts a patch out of the block of a scene and fits it: along `course` to both sides, or around the site if there is none.
+    /// Cuts a patch out of the block of a scene and fits it: along `course` to both sides, or
+    /// around the site if there is none.
     ///
     /// # Errors
-    /// Sizes that do not fit the block, a reference that does not know the way, a patch that cannot be pressed.
+    /// Sizes that do not fit the block, a reference that does not know the way, a patch that cannot
+    /// be pressed.
     pub fn fit(scene: &Scene, recipe: &StrokeRecipe, course: Option<&Course>, reference: &ReferenceMap) -> Result<Self, Error> {
         let refused = |cause: &dyn std::fmt::Display| TissueError::Usage(format!("{}: {cause}", scene.file));
         let Placed { tissue, axis, .. } = whole_block(scene, recipe)?;
@@ -227,7 +234,8 @@ impl Contestant {
         })
     }
 
-    /// A patch with rim springs along the way, and with `and_others` the same with its rim held, and with sleeping nodes.
+    /// A patch with rim springs along the way, and with `and_others` the same with its rim held,
+    /// and with sleeping nodes.
     pub(super) fn stroke(
         scene: &Scene,
         recipe: &StrokeRecipe,
@@ -256,7 +264,8 @@ impl Contestant {
         fitted.contestant(Kind::Stays, format!("patch that stays {}", size_of(recipe, &fitted.patch)))
     }
 
-    /// The shipped block, all awake and with its outside frozen by the stress rule at every threshold [Pa].
+    /// The shipped block, all awake and with its outside frozen by the stress rule at every
+    /// threshold [Pa].
     pub(super) fn whole(least_stresses_pa: &[f64]) -> Result<Vec<Self>, Error> {
         let missing = || TissueError::Check(format!("no block of {WHOLE_NODES} nodes is shipped"));
         let (patch, params) = sized(WHOLE_NODES).ok_or_else(missing)?;

@@ -1,4 +1,5 @@
-//! A contestant measured: what it costs, at rest along the way, at every speed, and where it was not fitted.
+//! A contestant measured: what it costs, at rest along the way, at every speed, and where it was
+//! not fitted.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -24,7 +25,8 @@ const SPEEDS_TRIED: usize = 50;
 /// Slides away from the course: depth and distance aside, in units of the course's depth.
 const ELSEWHERE: [(f64, f64); 4] = [(1.0 / 3.0, 0.0), (2.0 / 3.0, 0.0), (4.0 / 3.0, 0.0), (1.0, 4.0 / 3.0)];
 
-/// Share of the tick on a board [%], estimated: see [`palpate_tissue::budget`]. Triangles are counted with four points each.
+/// Share of the tick on a board [%], estimated: see [`palpate_tissue::budget`]. Triangles are
+/// counted with four points each.
 #[derive(Clone, Debug, Serialize)]
 pub struct BoardShare {
     /// Name of the machine.
@@ -72,14 +74,15 @@ pub struct Measured {
     pub stable_ms: f64,
     /// Worst tick on the boards.
     pub boards: Vec<BoardShare>,
-    /// At rest along the way against the reference: largest error, with its sign, and root mean square [%]. `None` where nodes
-    /// stand still.
+    /// At rest along the way against the reference: largest error, with its sign, and root mean
+    /// square [%]. `None` where nodes stand still.
     pub rest_pct: Option<[f64; 2]>,
     /// Largest part of it that the rim springs have against the dense condensed outside [%].
     pub rim_pct: Option<f64>,
     /// Every speed; `None` after a fault.
     pub slides: Vec<(f64, Option<Figures>)>,
-    /// Slowest speed at which the force leaves the tolerance [mm/s]; `None` if it never did up to 500.
+    /// Slowest speed at which the force leaves the tolerance [mm/s]; `None` if it never did up to
+    /// 500.
     pub leaves_at_mm_per_s: Option<f64>,
     /// Away from the course.
     pub elsewhere: Vec<Elsewhere>,

@@ -78,12 +78,13 @@ pub struct Figures {
     pub step_n: f64,
     /// The same, only where the set of nodes that move changed [N].
     pub region_step_n: f64,
-    /// Mean force along the way over the normal force [%]: below zero it drags, above it pushes the probe on. Truth is near zero.
+    /// Mean force along the way over the normal force [%]: below zero it drags, above it pushes the
+    /// probe on. Truth is near zero.
     pub lateral_pct: f64,
     /// Largest force along the way, either sign, over the normal force [%].
     pub lateral_worst_pct: f64,
-    /// Work of the tissue on the probe from rest forth and back to rest in the same place [mJ]: below zero it is lost, above it
-    /// was made of nothing.
+    /// Work of the tissue on the probe from rest forth and back to rest in the same place [mJ]:
+    /// below zero it is lost, above it was made of nothing.
     pub work_mj: f64,
     /// Least and mean share of the free nodes that moved [%].
     pub awake_pct: [f64; 2],
@@ -133,8 +134,8 @@ impl Slide {
         self.rows.iter().filter(|r| matches!(r.pose.leg, Leg::Forth | Leg::Back))
     }
 
-    /// The slide in numbers; `None` if it ended in a fault or the reference does not know the way. Forces are at
-    /// `youngs_modulus_pa`.
+    /// The slide in numbers; `None` if it ended in a fault or the reference does not know the way.
+    /// Forces are at `youngs_modulus_pa`.
     #[must_use]
     pub fn figures(&self, reference: &impl Reference, youngs_modulus_pa: f64, free_nodes: usize) -> Option<Figures> {
         if self.fault.is_some() {
@@ -156,7 +157,8 @@ impl Slide {
             if pair[0].active_nodes != pair[1].active_nodes {
                 region_step_n = region_step_n.max(change_n);
             }
-            // a device holds each force until the next: what the tick's delay makes of it is counted
+            // a device holds each force until the next: what the tick's delay makes of it is
+            // counted
             work_j += pair[0].force_n.dot(&(pair[1].pose.tip_m - pair[0].pose.tip_m));
         }
         let share = |r: &Row| 100.0 * f64::from(r.active_nodes) / free_nodes as f64;
@@ -196,8 +198,8 @@ mod tests {
     use palpate_fit::calibrate::reference_map::ReferenceMap;
     use palpate_tissue::answer::Answer;
 
-    /// A probe that is pushed on both ways gains 2 F s, one that is dragged loses it; a jump of the force is found wherever it
-    /// is.
+    /// A probe that is pushed on both ways gains 2 F s, one that is dragged loses it; a jump of the
+    /// force is found wherever it is.
     #[test]
     fn work_and_steps_are_those_of_the_forces() {
         let answer = Answer::block();

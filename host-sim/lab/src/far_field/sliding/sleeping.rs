@@ -1,5 +1,5 @@
-//! Sleeping in place: a node at rest stands still where it is until what pulls at it would move it. For a region that follows the
-//! motion, not the contact.
+//! Sleeping in place: a node at rest stands still where it is until what pulls at it would move it.
+//! For a region that follows the motion, not the contact.
 
 use palpate::method::Method;
 use palpate::path::integrate;
@@ -14,8 +14,8 @@ const TRAVEL_TICKS: u64 = 10;
 /// The product's forces and step on the nodes that are awake.
 #[derive(Clone, Debug)]
 pub struct Sleeping {
-    /// A sleeping node wakes when the force on it over its mean diagonal stiffness exceeds this [m]; half of it, in force and in
-    /// travel, is quiet.
+    /// A sleeping node wakes when the force on it over its mean diagonal stiffness exceeds this
+    /// [m]; half of it, in force and in travel, is quiet.
     threshold_m: f32,
     nodes: Vec<Sleeper>,
     steps: u64,

@@ -149,7 +149,8 @@ pub(super) fn pictures(folder: &OutputFolder, sliding: &Sliding, reference: &imp
     Ok(lines(path, "sliding_speed", &picture)?)
 }
 
-/// One of each kind, and of the stress rule the two highest thresholds: as many as can be told apart in one picture.
+/// One of each kind, and of the stress rule the two highest thresholds: as many as can be told
+/// apart in one picture.
 fn shown(methods: &[Measured]) -> Vec<&Measured> {
     let mut shown: Vec<&Measured> = Vec::new();
     for kind in [Kind::Stroke, Kind::Fixed, Kind::Stays, Kind::Round, Kind::Whole] {

@@ -1,9 +1,12 @@
-//! A region whose outside stands still: how much of an organ must be awake for the force to be right, and what the papers' stress rule picks.
+//! A region whose outside stands still: how much of an organ must be awake for the force to be
+//! right, and what the papers' stress rule picks.
 //!
-//! The nodes nearest to the contact are free, all others stand at rest. Beside it, patches of the same place and about the same size with rim springs, and
-//! the regions of (7)-(8) of paper 004 for thresholds of so many shares of the contact pressure. Errors are against the whole mesh awake. Rim springs
-//! come in two kinds: fitted to the condensed *springs* of the outside, which leaves the error of the edge alone, and to its condensed elements, as the product's
-//! are, which also shows by how much coarse springs far from the contact are stiffer than elements.
+//! The nodes nearest to the contact are free, all others stand at rest. Beside it, patches of the
+//! same place and about the same size with rim springs, and the regions of (7)-(8) of paper 004 for
+//! thresholds of so many shares of the contact pressure. Errors are against the whole mesh awake.
+//! Rim springs come in two kinds: fitted to the condensed *springs* of the outside, which leaves
+//! the error of the edge alone, and to its condensed elements, as the product's are, which also
+//! shows by how much coarse springs far from the contact are stiffer than elements.
 
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
@@ -74,7 +77,8 @@ pub struct Frozen {
     pub radius_m: f64,
     /// Awake share of the free nodes (1).
     pub share: f64,
-    /// Error of the force at a quarter and at half a probe radius of depth [%]; `None` without equilibrium.
+    /// Error of the force at a quarter and at half a probe radius of depth [%]; `None` without
+    /// equilibrium.
     pub error_pct: [Option<f64>; 2],
 }
 
@@ -87,9 +91,11 @@ pub struct Needed {
     pub aside_m: f64,
     /// Allowed error of the force [%].
     pub tolerance_pct: f64,
-    /// Least share from which on the error stays within it with the rest standing still (1); `None` if not even 95 % do.
+    /// Least share from which on the error stays within it with the rest standing still (1); `None`
+    /// if not even 95 % do.
     pub frozen_share: Option<f64>,
-    /// The same with rim springs fitted to the springs of the rest; `None` if none of the patches tried does.
+    /// The same with rim springs fitted to the springs of the rest; `None` if none of the patches
+    /// tried does.
     pub rim_springs_share: Option<f64>,
     /// The same with the product's rim springs, fitted to elements.
     pub rim_springs_from_elements_share: Option<f64>,
@@ -244,7 +250,8 @@ impl<'a> Site<'a> {
         Ok(found)
     }
 
-    /// The outside as springs, condensed to the rim: what is left of the compliance of a rim that is also held by springs to the ground, when those are taken off.
+    /// The outside as springs, condensed to the rim: what is left of the compliance of a rim that
+    /// is also held by springs to the ground, when those are taken off.
     fn condensed_springs(&self, far: &FarField) -> Result<Mat<f64>, Error> {
         let setting = self.setting;
         let outside = &far.cut.outside;
@@ -288,7 +295,8 @@ impl<'a> Site<'a> {
                 depth_m as f32,
             );
             for share in THRESHOLDS {
-                // one threshold for both forms: a share of the lower of the two pressures, which is the first
+                // one threshold for both forms: a share of the lower of the two pressures, which is
+                // the first
                 let least_stress_pa = found.first().map_or(f64::from(contact_pa), |s: &Stress| s.contact_pa) * share;
                 let rule = StressRule::new(least_stress_pa as f32, params.poisson_ratio, pressure);
                 let radius_m = f64::from(rule.radius_m(contact_pa, params.probe.radius_m));

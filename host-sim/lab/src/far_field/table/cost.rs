@@ -1,7 +1,9 @@
-//! What an edge treatment costs a tick: operations, bytes, time on this machine, cycles on the board.
+//! What an edge treatment costs a tick: operations, bytes, time on this machine, cycles on the
+//! board.
 //!
-//! Cycles of springs come from [`palpate_tissue::budget`]. Those of modes, low rank and dense S are estimates from their operations: 2.2 cycles a floating-point
-//! operation and 2 a load or store, a factor that stays in registers loaded once.
+//! Cycles of springs come from [`palpate_tissue::budget`]. Those of modes, low rank and dense S are
+//! estimates from their operations: 2.2 cycles a floating-point operation and 2 a load or store, a
+//! factor that stays in registers loaded once.
 
 use super::timing::Times;
 use super::{Setting, Size};

@@ -47,7 +47,8 @@ pub struct Presses {
     pub centred: [Option<f64>; DEPTHS],
     /// Beside it, by distance and direction.
     pub aside: [Vec<Option<f64>>; ASIDES],
-    /// Stiffness over E of a disc of the probe's radius glued to the site and pressed, and of one sheared [m].
+    /// Stiffness over E of a disc of the probe's radius glued to the site and pressed, and of one
+    /// sheared [m].
     pub glued_m: [Option<f64>; 2],
 }
 
@@ -56,7 +57,8 @@ pub struct Presses {
 pub struct Errors {
     /// At the site, by depth; `None` where one of the two forces is not known.
     pub centred_pct: [Option<f64>; DEPTHS],
-    /// The largest over the directions, with its sign, by distance; `None` where one direction is not known.
+    /// The largest over the directions, with its sign, by distance; `None` where one direction is
+    /// not known.
     pub aside_pct: [Option<f64>; ASIDES],
     /// Of a glued disc: pressed, sheared.
     pub glued_pct: [Option<f64>; 2],

@@ -1,7 +1,8 @@
 //! Ticks of one patch with every edge treatment, and of the whole organ, timed in turn.
 //!
-//! Rivals that are no springs run as [`crate::rivals`] has them. Batches are short and follow each other round and round: what a shared machine does to the clock
-//! it does to all of them, and the fastest batch of each has seen it at its best.
+//! Rivals that are no springs run as [`crate::rivals`] has them. Batches are short and follow each
+//! other round and round: what a shared machine does to the clock it does to all of them, and the
+//! fastest batch of each has seen it at its best.
 
 use faer::Mat;
 use palpate::method::Product;

@@ -1,4 +1,5 @@
-//! Where the paper's formulas fail, on the standard block: the position correction against the step, the region against its threshold, the volume force.
+//! Where the paper's formulas fail, on the standard block: the position correction against the
+//! step, the region against its threshold, the volume force.
 
 pub mod barycentre;
 pub mod correction;

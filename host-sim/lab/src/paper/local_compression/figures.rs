@@ -27,7 +27,8 @@ pub struct Words<'a> {
     pub y: (&'a str, Scale),
 }
 
-/// Draws named curves and writes them as CSV with one row a point. Curves without points are left out.
+/// Draws named curves and writes them as CSV with one row a point. Curves without points are left
+/// out.
 ///
 /// # Errors
 /// A value that cannot be drawn, or a folder that cannot be written.
@@ -110,7 +111,8 @@ pub fn time_to_rest(folder: &OutputFolder, scene: &str, below: &str, found: &[Cu
     curves(folder, &words, &all, &[])
 }
 
-/// Figs. 5 and 6: the organ with the finger, before and at a force; the whole of it, or what lies within some finger radii.
+/// Figs. 5 and 6: the organ with the finger, before and at a force; the whole of it, or what lies
+/// within some finger radii.
 ///
 /// # Errors
 /// As [`curves`].

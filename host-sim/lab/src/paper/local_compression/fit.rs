@@ -1,9 +1,12 @@
-//! Annealing of k and d (section 2.2, Fig. 7): the Hausdorff distance (4)-(6) of key points of the mass-spring model to those of a finite-element one.
+//! Annealing of k and d (section 2.2, Fig. 7): the Hausdorff distance (4)-(6) of key points of the
+//! mass-spring model to those of a finite-element one.
 //!
-//! Key points are the free surface nodes around the site. The paper compares deformed shapes; at rest those do not depend on d at all (see
-//! [`super::identifiability`]), so ours are compared *on the way*: a finger is let go with a constant force, and the objective is the mean distance at
-//! four times, in millimetres; temperatures are in millimetres too. Finite elements of the same mesh (neo-Hookean, nodal pressure, true masses) go the same way.
-//! The unknowns are ln k and ln d, started at random. A trial that diverges at the step of the fit, or sinks, is never taken.
+//! Key points are the free surface nodes around the site. The paper compares deformed shapes; at
+//! rest those do not depend on d at all (see [`super::identifiability`]), so ours are compared *on
+//! the way*: a finger is let go with a constant force, and the objective is the mean distance at
+//! four times, in millimetres; temperatures are in millimetres too. Finite elements of the same
+//! mesh (neo-Hookean, nodal pressure, true masses) go the same way. The unknowns are ln k and ln d,
+//! started at random. A trial that diverges at the step of the fit, or sinks, is never taken.
 
 use palpate::Vector3;
 use palpate::method::LocalCompression;

@@ -1,8 +1,10 @@
-//! Hausdorff distance of two sets of points: paper 004, eqs (4)-(6), the formulas lost in the text and taken as the usual ones.
+//! Hausdorff distance of two sets of points: paper 004, eqs (4)-(6), the formulas lost in the text
+//! and taken as the usual ones.
 
 use palpate::Vector3;
 
-/// `h(A, B) = max over a of min over b of |a - b|` (5), (6); 0 for an empty A, infinite for an empty B.
+/// `h(A, B) = max over a of min over b of |a - b|` (5), (6); 0 for an empty A, infinite for an
+/// empty B.
 #[must_use]
 pub fn directed(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     let mut furthest = 0.0_f64;

@@ -37,7 +37,8 @@ pub enum Drive {
 pub struct Seen {
     /// How the finger is moved.
     pub drive: Drive,
-    /// Hausdorff distance [mm] to the key points with the given k and d, for k/2, 2k, d/4, 4d; NaN where it has no answer.
+    /// Hausdorff distance [mm] to the key points with the given k and d, for k/2, 2k, d/4, 4d; NaN
+    /// where it has no answer.
     pub moved_mm: [f64; 4],
 }
 
@@ -89,7 +90,8 @@ const GROWN: f32 = 20.0;
 /// Shortest tick of the core [s]; shorter steps are substeps of it.
 const SHORTEST_TICK_S: f64 = 1e-5;
 
-/// The largest step with which springs of one k [N/m] with dampers of one d [N s/m] vibrate without growing [s], within 3 %, by bisection.
+/// The largest step with which springs of one k [N/m] with dampers of one d [N s/m] vibrate without
+/// growing [s], within 3 %, by bisection.
 ///
 /// # Errors
 /// What the core refuses.

@@ -7,7 +7,8 @@
 //! | `meshless`, `neo-hookean-nodal` | moving least squares; finite elements | the same | 40/s on the masses | symplectic Euler |
 //! | `palpate`, `palpate-calibrated` | the product | with its floor | 40/s on the masses | symplectic Euler, 1 ms |
 //!
-//! All touch the finger by the core's contact. The largest step of 1, 1/2, 1/4 .. ms with which a method comes to rest under the largest force it bears is its step.
+//! All touch the finger by the core's contact. The largest step of 1, 1/2, 1/4 .. ms with which a
+//! method comes to rest under the largest force it bears is its step.
 
 use palpate::method::LocalCompression;
 use palpate::path::force::damper::{Dampers, DampingLaw};
@@ -84,7 +85,8 @@ impl Contestant {
         block
     }
 
-    /// Builds the method for a tissue that [`Self::block`] gave. `None` where it cannot be had: no calibrated patch of this mesh.
+    /// Builds the method for a tissue that [`Self::block`] gave. `None` where it cannot be had: no
+    /// calibrated patch of this mesh.
     ///
     /// # Errors
     /// What the core or the method refuses.
@@ -95,7 +97,8 @@ impl Contestant {
         }
     }
 
-    /// The largest step with which it comes to rest under a force [s], or why it does not with the shortest tried. `None` where it cannot be had.
+    /// The largest step with which it comes to rest under a force [s], or why it does not with the
+    /// shortest tried. `None` where it cannot be had.
     ///
     /// # Errors
     /// What the core or the method refuses.
@@ -115,7 +118,8 @@ impl Contestant {
         Ok(why.map(Err))
     }
 
-    /// Presses from rest until nothing moves, `runs` times; the least CPU time of them. `None` where it cannot be had.
+    /// Presses from rest until nothing moves, `runs` times; the least CPU time of them. `None`
+    /// where it cannot be had.
     ///
     /// # Errors
     /// What the core or the method refuses; inside, why there is no rest.

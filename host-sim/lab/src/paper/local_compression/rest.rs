@@ -1,7 +1,9 @@
-//! From load to rest: a finger with a constant force on it is let go at the surface, and time is counted until nothing moves.
+//! From load to rest: a finger with a constant force on it is let go at the surface, and time is
+//! counted until nothing moves.
 //!
-//! The stop criterion is the same for every method that moves: within 10 ms of virtual time the tip goes less than a micrometre, and in the millisecond
-//! after that no node is faster than two millimetres a second. The clock is CPU time of the thread and runs in the ticks only.
+//! The stop criterion is the same for every method that moves: within 10 ms of virtual time the tip
+//! goes less than a micrometre, and in the millisecond after that no node is faster than two
+//! millimetres a second. The clock is CPU time of the thread and runs in the ticks only.
 
 use palpate::Vector3;
 

@@ -1,4 +1,5 @@
-//! From a scene of paper 004 to tissue under a finger: mesh, layers, support, the place that is pressed.
+//! From a scene of paper 004 to tissue under a finger: mesh, layers, support, the place that is
+//! pressed.
 
 use palpate::{Params, ProbeShape, Vector3};
 
@@ -23,8 +24,9 @@ const EDGE_GROWTH: f64 = 0.35;
 /// An organ that can be pressed.
 #[derive(Clone, Debug)]
 pub struct Site {
-    /// Tissue and parameters, as the rivals take them. Young's modulus is the mean within a finger's radius of the site, so that contact, whose
-    /// stiffness follows from it, is that of the tissue touched.
+    /// Tissue and parameters, as the rivals take them. Young's modulus is the mean within a
+    /// finger's radius of the site, so that contact, whose stiffness follows from it, is that of
+    /// the tissue touched.
     pub block: Block,
     /// Region and its Young's modulus [Pa].
     pub layers: Vec<(String, f64)>,
@@ -57,7 +59,8 @@ impl Site {
         Self::on_mesh(scene, organ, by_number, mesh, site_m, axis)
     }
 
-    /// The same with elements near the site no longer than `edge_m`: for the reference, whose layers should not be blended.
+    /// The same with elements near the site no longer than `edge_m`: for the reference, whose
+    /// layers should not be blended.
     ///
     /// # Errors
     /// None that [`Self::of`] did not have.

@@ -26,9 +26,11 @@ const BLOCK_NODES: usize = 130;
 pub const FIT_N: f64 = 1.6;
 /// Force at which the region is chosen [N]: the paper's smallest, which most models bear.
 const REGION_N: f64 = 0.8;
-/// Steps of the fits [s], for the block and for organs. Their reciprocals bound the k and d that can be tried at all.
+/// Steps of the fits [s], for the block and for organs. Their reciprocals bound the k and d that
+/// can be tried at all.
 pub const FIT_STEPS_S: [f64; 2] = [2.5e-4, 1.25e-4];
-/// Growth of the elements in pictures, over that of the scene: a shape far from the finger should still be seen.
+/// Growth of the elements in pictures, over that of the scene: a shape far from the finger should
+/// still be seen.
 const PICTURE_GROWTH: f64 = 0.4;
 /// Ten groups of pressure in 0 .. 4 N.
 pub const FORCES_N: [f64; 10] = [0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.6, 4.0];
@@ -71,7 +73,8 @@ pub struct OnBlock {
     pub walks: Vec<Found>,
     /// What the objective sees.
     pub seen: [Seen; 3],
-    /// k [N/m], d [N s/m], largest step [s]: fitted, fitted without d, the paper's without d, the paper's.
+    /// k [N/m], d [N s/m], largest step [s]: fitted, fitted without d, the paper's without d, the
+    /// paper's.
     pub steps: Vec<([f64; 2], f64)>,
     /// Methods under forces.
     pub curves: Vec<Curve>,
@@ -224,7 +227,8 @@ pub fn on_organ(folder: &OutputFolder, scene: PressScene, site: Site, size: &Siz
     Ok(OnOrgan { scene, site, pictured: (smooth, pictured), walk, fitted, curves, layered })
 }
 
-/// Fitted values with the region that costs little; it is looked for with damped masses, so that all presses come to rest.
+/// Fitted values with the region that costs little; it is looked for with damped masses, so that
+/// all presses come to rest.
 fn with_region(block: &Block, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Result<Fitted, Error> {
     let fitted = Fitted::new(stiffness_n_per_m, damping_n_s_per_m);
     let damped = Fitted { node_damping_per_s: NODE_DAMPING_PER_S, ..fitted };

@@ -63,7 +63,8 @@ impl Curve {
         self.points.iter().find(|p| (p.force_n - force_n).abs() < 1e-9)
     }
 
-    /// Root mean square over the forces that both have of depth over that of `truth`, less one (1); `None` without any, and how many there are.
+    /// Root mean square over the forces that both have of depth over that of `truth`, less one (1);
+    /// `None` without any, and how many there are.
     #[must_use]
     pub fn depth_error(&self, truth: &Self) -> Option<(f64, usize)> {
         let both = self.points.iter().filter_map(|p| truth.at(p.force_n).map(|t| p.depth_m / t.depth_m - 1.0));
@@ -81,7 +82,8 @@ pub fn contestants(fitted: Fitted) -> Vec<Contestant> {
     [fitted, with_masses].into_iter().map(Contestant::LocalCompression).chain(charted.map(Contestant::Charted)).collect()
 }
 
-/// The highest threshold (7) that costs at most 2 % of the depth under a force, and whether one did.
+/// The highest threshold (7) that costs at most 2 % of the depth under a force, and whether one
+/// did.
 ///
 /// # Errors
 /// What the core refuses.
@@ -101,7 +103,8 @@ pub fn region_for(block: &Block, fitted: Fitted, step_s: f64, force_n: f64) -> R
     Ok(None)
 }
 
-/// One method under every force; the first that does not come to rest ends it. `None` where it cannot be had.
+/// One method under every force; the first that does not come to rest ends it. `None` where it
+/// cannot be had.
 ///
 /// # Errors
 /// What the method refuses.
@@ -154,7 +157,8 @@ pub fn curve(
     Ok(Some(curve))
 }
 
-/// The static reference on the same mesh, on one thread. Its time to a force includes all smaller ones: it steps through them anyway.
+/// The static reference on the same mesh, on one thread. Its time to a force includes all smaller
+/// ones: it steps through them anyway.
 ///
 /// # Errors
 /// Memory for the factor runs out.

@@ -1,6 +1,8 @@
-//! The 3-D finite-element model that Fig. 8 is compared with: [`palpate_fit::reference`] on the same mesh, with 10-node tets and the layers at their quadrature points.
+//! The 3-D finite-element model that Fig. 8 is compared with: [`palpate_fit::reference`] on the
+//! same mesh, with 10-node tets and the layers at their quadrature points.
 //!
-//! Static: Newton's method in steps of depth until the force is met. It has no time, so its stop criterion is the residual: 1e-8 of the contact force.
+//! Static: Newton's method in steps of depth until the force is met. It has no time, so its stop
+//! criterion is the residual: 1e-8 of the contact force.
 
 use palpate::Vector3;
 
@@ -71,8 +73,8 @@ impl Truth {
         Self { body, block: block.clone(), corners }
     }
 
-    /// Presses with rising forces, one after the other from rest; ends before the first that has no equilibrium. CPU times are those of one thread
-    /// where the caller gives it but one.
+    /// Presses with rising forces, one after the other from rest; ends before the first that has no
+    /// equilibrium. CPU times are those of one thread where the caller gives it but one.
     ///
     /// # Errors
     /// Memory for the factor runs out.

@@ -1,7 +1,9 @@
-//! The scene at one resolution: meshes side by side, and which of their nodes are fixed, held and joined.
+//! The scene at one resolution: meshes side by side, and which of their nodes are fixed, held and
+//! joined.
 //!
-//! Sets are found by geometry on the corners; a middle of an edge belongs to a set if both ends do. So springs and finite elements on one mesh have exactly the
-//! same scene: where a hinge or a grip lies decides more than any element does, and on two meshes it would lie half an element apart.
+//! Sets are found by geometry on the corners; a middle of an edge belongs to a set if both ends do.
+//! So springs and finite elements on one mesh have exactly the same scene: where a hinge or a grip
+//! lies decides more than any element does, and on two meshes it would lie half an element apart.
 
 use std::collections::BTreeSet;
 
@@ -30,7 +32,8 @@ pub struct Assembly<'a> {
     pub scene: &'a HangingScene,
     /// Mesh of each organ.
     pub meshes: Vec<TetMesh>,
-    /// All of them as quadratic tets: corners are the nodes of `meshes`, middles of edges beside them.
+    /// All of them as quadratic tets: corners are the nodes of `meshes`, middles of edges beside
+    /// them.
     pub quadratic: QuadraticMesh,
     /// Where each organ is in `quadratic`.
     pub organs: Vec<Organ>,
@@ -49,10 +52,12 @@ pub struct Assembly<'a> {
 }
 
 impl<'a> Assembly<'a> {
-    /// Meshes the organs with about this many tets each and finds the sets; `points` of the upper surface are sampled.
+    /// Meshes the organs with about this many tets each and finds the sets; `points` of the upper
+    /// surface are sampled.
     ///
     /// # Errors
-    /// An organ that cannot be meshed, organs that do not touch, joints without a partner, a landmark outside, nothing fixed or held: by name.
+    /// An organ that cannot be meshed, organs that do not touch, joints without a partner, a
+    /// landmark outside, nothing fixed or held: by name.
     pub fn build(scene: &'a HangingScene, tets: &[usize], points: usize) -> Result<Self, Error> {
         let meshes = scene.organ.iter().zip(tets).map(|(organ, tets)| match (&organ.mesh, organ.length_unit) {
             (Some(path), Some(unit)) => Ok(import(path, unit.metres)?.mesh),
@@ -225,7 +230,8 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    /// Corner nodes of the joined surface that have a partner: node, its share of the joined area [m^2], the other surface's nearest point.
+    /// Corner nodes of the joined surface that have a partner: node, its share of the joined area
+    /// [m^2], the other surface's nearest point.
     #[must_use]
     pub fn joints(&self) -> Vec<(u32, f64, Nearest)> {
         let mut areas = std::collections::BTreeMap::new();
@@ -321,7 +327,8 @@ fn largest_side<'a>(nodes: impl Iterator<Item = &'a [f64; 3]>) -> f64 {
     (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max)
 }
 
-/// The eight tets that a 10-node tet is cut into; the inner octahedron along the line between its first and last middle.
+/// The eight tets that a 10-node tet is cut into; the inner octahedron along the line between its
+/// first and last middle.
 fn eighths(tet: &[u32; 10]) -> Vec<[u32; 4]> {
     let middle = |i: usize, j: usize| {
         let edge = TET_EDGES.iter().position(|e| *e == [i, j] || *e == [j, i]).unwrap_or(0);

@@ -1,5 +1,6 @@
-//! What a deformation of the scene comes to: where landmarks and surface points went, what volume did. The same for finite elements and springs: a
-//! linear mesh is a quadratic one whose middles stay in the middle.
+//! What a deformation of the scene comes to: where landmarks and surface points went, what volume
+//! did. The same for finite elements and springs: a linear mesh is a quadratic one whose middles
+//! stay in the middle.
 
 use nalgebra::Vector3;
 

@@ -46,7 +46,8 @@ pub struct Setup {
     pub method: HangingMethod,
     /// Time step [s].
     pub dt_s: f32,
-    /// Steps a tick, where the tick sets the mass floor; else as many as make the core's shortest tick.
+    /// Steps a tick, where the tick sets the mass floor; else as many as make the core's shortest
+    /// tick.
     pub substeps: Option<u16>,
     /// Longest virtual time after a move [s].
     pub longest_s: f64,
@@ -112,14 +113,16 @@ impl HangingMethod {
     }
 }
 
-/// The per-tet part of the volume stiffness is there against alternating modes, for which the shear modulus is the measure; all of it locks.
+/// The per-tet part of the volume stiffness is there against alternating modes, for which the shear
+/// modulus is the measure; all of it locks.
 fn per_tet_share(poisson_ratio: f64) -> f64 {
     let kappa = |nu: f64| nu / ((1.0 + nu) * (1.0 - 2.0 * nu)) - 0.5 / (1.0 + nu);
     let default = Material::default();
     default.per_tet_share * kappa(default.poisson_ratio) / kappa(poisson_ratio)
 }
 
-/// Hangs the organs with a method: one result for each of the scene's moves, as far as it got. `progress` hears (move, virtual time [s]).
+/// Hangs the organs with a method: one result for each of the scene's moves, as far as it got.
+/// `progress` hears (move, virtual time [s]).
 ///
 /// # Errors
 /// What [`Params::build`] refuses.
@@ -168,7 +171,8 @@ pub fn hang_network(
     Ok(results)
 }
 
-/// Parameters with steps of `dt_s`: as many a tick as asked for, else one where that is a tick the core takes.
+/// Parameters with steps of `dt_s`: as many a tick as asked for, else one where that is a tick the
+/// core takes.
 #[must_use]
 pub fn stepped(params: &Params, dt_s: f32, substeps: Option<u16>) -> Params {
     const SHORTEST_TICK_S: f32 = 1e-5;
@@ -198,7 +202,8 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Moves the stick straight to `to` in equal iterations (paper 000, "attachment"), then waits for rest.
+    /// Moves the stick straight to `to` in equal iterations (paper 000, "attachment"), then waits
+    /// for rest.
     fn go(
         &mut self,
         assembly: &Assembly,

@@ -1,4 +1,5 @@
-//! The scene as the core runs it: springs of both organs, their joints, masses of both densities, anchors that the stick moves.
+//! The scene as the core runs it: springs of both organs, their joints, masses of both densities,
+//! anchors that the stick moves.
 
 use std::collections::BTreeSet;
 
@@ -25,12 +26,14 @@ pub struct Network {
 pub enum Joints {
     /// Each node to the nearest node of the other organ, as in paper 000.
     Nearest,
-    /// Each node to the three nodes of the nearest triangle, stiffness by area coordinates: neither slides nor depends on where nodes happen to be.
+    /// Each node to the three nodes of the nearest triangle, stiffness by area coordinates: neither
+    /// slides nor depends on where nodes happen to be.
     Triangle,
 }
 
 impl Network {
-    /// Builds the patch. The material's Poisson ratio is that of the springs: 0.25 is (11) as printed.
+    /// Builds the patch. The material's Poisson ratio is that of the springs: 0.25 is (11) as
+    /// printed.
     #[must_use]
     pub fn build(assembly: &Assembly, material: &Material, joints: Joints) -> Self {
         let scene = assembly.scene;

@@ -1,4 +1,5 @@
-//! The hanging scene as a file: organs, what joins and fixes them, the stick that lifts, where errors are taken. SI, unknown keys refused.
+//! The hanging scene as a file: organs, what joins and fixes them, the stick that lifts, where
+//! errors are taken. SI, unknown keys refused.
 
 use std::path::PathBuf;
 
@@ -43,7 +44,8 @@ pub struct HangingScene {
 pub struct OrganScene {
     /// Name of a shape of ours, and of the organ.
     pub shape: String,
-    /// Mesh file to use instead of our shape, relative to the scene file; the same at both resolutions.
+    /// Mesh file to use instead of our shape, relative to the scene file; the same at both
+    /// resolutions.
     pub mesh: Option<PathBuf>,
     /// Unit of the mesh file's coordinates.
     pub length_unit: Option<LengthUnit>,

@@ -1,4 +1,5 @@
-//! Time steps: the largest one that each form of the damper (12) survives, and the force of a press against the step where lengths are corrected.
+//! Time steps: the largest one that each form of the damper (12) survives, and the force of a press
+//! against the step where lengths are corrected.
 
 use palpate::method::VolumePreserved;
 use palpate::path::correct::length::SpringLength;
@@ -32,7 +33,8 @@ pub struct Steps {
     pub stable: Vec<(&'static str, f32)>,
     /// Share of critical damping, largest step [s]: what any damper along springs costs.
     pub damped: Vec<(f64, f64)>,
-    /// Step [s], force at 2 mm of a block [N]: with (6)-(8) at tau = 0, at tau = 0.1, and with compensation as an energy.
+    /// Step [s], force at 2 mm of a block [N]: with (6)-(8) at tau = 0, at tau = 0.1, and with
+    /// compensation as an energy.
     pub force: [Vec<(f64, f64)>; 3],
 }
 
@@ -49,7 +51,8 @@ pub const LAWS: [(&str, DampingLaw); 6] = [
     ("(12) as printed, l0 in m", DampingLaw::PrintedMetres),
 ];
 
-/// How a method runs: the product in two steps a tick, the printed ones with most of their limit, at most a tick.
+/// How a method runs: the product in two steps a tick, the printed ones with most of their limit,
+/// at most a tick.
 ///
 /// # Errors
 /// What the core refuses.
@@ -70,7 +73,8 @@ pub fn working_setup(method: HangingMethod, assembly: &Assembly, longest_s: f64)
 pub fn largest_step_s(method: HangingMethod, assembly: &Assembly) -> Result<f32, Error> {
     let network = method.network(assembly);
     let model = network.patch.wide_model();
-    // rest leaves the limit of the linear system: an upper bound that is close for springs pulled, not pressed
+    // rest leaves the limit of the linear system: an upper bound that is close for springs pulled,
+    // not pressed
     let survives = |dt_s: f32| -> Result<bool, Error> {
         // a light push excites every mode and leaves springs near their rest lengths
         let params = Params { gravity_m_per_s2: [PUSH_M_PER_S2; 3], ..stepped(&network.params, dt_s, None) };
@@ -123,7 +127,8 @@ impl Steps {
     }
 }
 
-/// Force of a press 2 mm deep on the standard block of 130 nodes [N], the lengths corrected to within tau; `None` has compensation as an energy instead.
+/// Force of a press 2 mm deep on the standard block of 130 nodes [N], the lengths corrected to
+/// within tau; `None` has compensation as an energy instead.
 fn press_force_n(substeps: u16, tau: Option<f32>) -> Result<f64, Error> {
     const DEPTH_M: f64 = 2e-3;
     let block = Block::standard(130, 3500.0)?;

@@ -280,7 +280,8 @@ fn means(findings: &Findings, report: &mut Report) {
     report.table(&header, ours.chain([printed("full", &FULL), printed("sparse", &SPARSE)]).collect::<Vec<_>>());
 }
 
-/// Frames a second of virtual real time: a thirtieth of a second of steps, without and with drawing and writing the picture.
+/// Frames a second of virtual real time: a thirtieth of a second of steps, without and with drawing
+/// and writing the picture.
 fn frames(findings: &Findings, report: &mut Report) {
     const FRAME_S: f64 = 1.0 / 30.0;
     let rows = rows(findings).into_iter().zip(findings.resolutions.iter().flat_map(|r| r.runs.iter().map(move |_| r.picture_s)));

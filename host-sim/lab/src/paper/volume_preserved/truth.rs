@@ -25,7 +25,8 @@ pub struct Truth {
     pub iterations: usize,
 }
 
-/// Answers that take long, as they ship: the full resolution, and the sparse one with every tet cut into eight.
+/// Answers that take long, as they ship: the full resolution, and the sparse one with every tet cut
+/// into eight.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Shipped {
     /// Of the full resolution.

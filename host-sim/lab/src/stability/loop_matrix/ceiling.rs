@@ -1,8 +1,11 @@
-//! What one count of the encoder allows: the stiffest contact that is not felt to tick, whatever the control.
+//! What one count of the encoder allows: the stiffest contact that is not felt to tick, whatever
+//! the control.
 //!
-//! A count that toggles changes the force by stiffness times count. The handle stays where it is while that is less than what friction holds, `2 f_c`
-//! (Abbott and Okamura, IEEE Trans. Robotics 21, 2005: `K <= 2 f_c / count`), and a hand does not notice while it swings by less than 20 mN to
-//! either side. Against it stand the slope of the tissue, and what the loop does: the stiffest tissue whose hold is quiet.
+//! A count that toggles changes the force by stiffness times count. The handle stays where it is
+//! while that is less than what friction holds, `2 f_c` (Abbott and Okamura, IEEE Trans. Robotics
+//! 21, 2005: `K <= 2 f_c / count`), and a hand does not notice while it swings by less than 20 mN
+//! to either side. Against it stand the slope of the tissue, and what the loop does: the stiffest
+//! tissue whose hold is quiet.
 
 use palpate::Params;
 use rayon::prelude::*;

@@ -35,11 +35,13 @@ pub struct Case<'a> {
 pub struct Trial {
     /// [`quiet`].
     pub quiet: bool,
-    /// The hand overshot into the force limit for so long that the loop holds a weaker wall: neither a limit cycle nor the wall asked for.
+    /// The hand overshot into the force limit for so long that the loop holds a weaker wall:
+    /// neither a limit cycle nor the wall asked for.
     pub weakened: bool,
     /// Energy created by the worst contact [mJ].
     pub created_mj: f64,
-    /// Force in the last half second over that of the wall at the same readings, less one (1); where it is quiet and whole.
+    /// Force in the last half second over that of the wall at the same readings, less one (1);
+    /// where it is quiet and whole.
     pub static_error: Option<f64>,
 }
 
@@ -51,7 +53,8 @@ impl Trial {
     }
 }
 
-/// No limit cycle, no fault, no invariant broken, and not by giving way: the last resort against energy never acted.
+/// No limit cycle, no fault, no invariant broken, and not by giving way: the last resort against
+/// energy never acted.
 #[must_use]
 pub fn quiet(run: &Run) -> bool {
     run.quiet() && !run.rows.iter().any(|row| row.told.limiters.contains(Limiters::ENERGY))
@@ -71,7 +74,8 @@ fn judged(run: &Run) -> &[Row] {
 pub struct Climb {
     /// The last wall that held before one shook [N/m]; zero if the softest shakes.
     pub n_per_m: f64,
-    /// None shook: the climb ended at [`STIFFEST_N_PER_M`], or what was stiffer could not be held whole within the force limit.
+    /// None shook: the climb ended at [`STIFFEST_N_PER_M`], or what was stiffer could not be held
+    /// whole within the force limit.
     pub at_least: bool,
 }
 

@@ -49,7 +49,8 @@ pub fn write(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> 
     Ok(folder.write("ceilings.csv", ceilings_csv(&summary.ceilings).as_bytes())?)
 }
 
-/// One row a device, tissue and depth; the stiffest tissues held are the same in every row of a device.
+/// One row a device, tissue and depth; the stiffest tissues held are the same in every row of a
+/// device.
 fn ceilings_csv(ceilings: &[Ceiling]) -> String {
     let mut text = String::from("device,count_m,friction_n,limit_n,felt_n_per_m,youngs_modulus_pa,depth_m,force_n,slope_n_per_m");
     let hands = ceilings.first().map(|c| c.held_pa.as_slice()).unwrap_or_default();
@@ -140,7 +141,8 @@ fn worst_error(cells: &[&Cell]) -> f64 {
         .fold(0.0, |worst: f64, e| if e.abs() > worst.abs().max(1e-6) { e } else { worst })
 }
 
-/// Draws `stiffness_<device>` for every device that is swept, `stiffness_profiles` if all were run, `created_energy`.
+/// Draws `stiffness_<device>` for every device that is swept, `stiffness_profiles` if all were run,
+/// `created_energy`.
 ///
 /// # Errors
 /// A picture cannot be drawn or written.

@@ -22,7 +22,8 @@ pub enum Promise {
     Pass,
     /// It refuses the depth and holds.
     Hold,
-    /// It refuses the depth, and two radii of the probe beyond it lets the hand through without a force.
+    /// It refuses the depth, and two radii of the probe beyond it lets the hand through without a
+    /// force.
     LetThrough,
     /// Nothing.
     None,
@@ -87,7 +88,8 @@ const fn case(name: &'static str, label: [&'static str; 2], stimulus: Stimulus, 
 }
 
 impl Stimulus {
-    /// Slow and even enough that the force on the way down is that of the tissue's stiffness, not of its inertia: it must not fall.
+    /// Slow and even enough that the force on the way down is that of the tissue's stiffness, not
+    /// of its inertia: it must not fall.
     #[must_use]
     pub fn is_slow(&self) -> bool {
         self.in_m_per_s <= 0.1 && self.jitter == 0.0

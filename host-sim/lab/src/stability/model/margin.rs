@@ -1,4 +1,5 @@
-//! How much more a method stands before it fails: one quantity grows until a press or a tap no longer passes.
+//! How much more a method stands before it fails: one quantity grows until a press or a tap no
+//! longer passes.
 
 use super::case::{PRESS, Stimulus, TAP};
 use super::subject::Subject;
@@ -36,7 +37,8 @@ impl Axis {
         }
     }
 
-    /// From where to where it is searched. The core refuses a tick over 2 ms or under 0.3 ms with the foundation of 1 ms.
+    /// From where to where it is searched. The core refuses a tick over 2 ms or under 0.3 ms with
+    /// the foundation of 1 ms.
     #[must_use]
     pub fn range(self) -> [f64; 2] {
         match self {
@@ -97,8 +99,9 @@ pub struct Margin {
     pub beyond: Option<Verdict>,
 }
 
-/// The largest value between the ends that passes, by bisection of the logarithm: up from the standard if that passes, else down from it. Whoever
-/// fails at a value is taken to fail at all larger ones.
+/// The largest value between the ends that passes, by bisection of the logarithm: up from the
+/// standard if that passes, else down from it. Whoever fails at a value is taken to fail at all
+/// larger ones.
 ///
 /// # Errors
 /// What the trial refuses.

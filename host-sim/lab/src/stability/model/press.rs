@@ -99,7 +99,8 @@ impl Watch {
             let time_s = (n as f64 + late()) * tick_s;
             let depth_m = (time_s.max(0.0) * stimulus.in_m_per_s - CLEAR_M).min(stimulus.depth_m);
             let force_n = self.tick(block, rival, depth_m)?.0;
-            // where the tip slows down, the force falls by what was viscous: that is no fall while it goes deeper
+            // where the tip slows down, the force falls by what was viscous: that is no fall while
+            // it goes deeper
             if depth_m < stimulus.depth_m && !rival.limiters().contains(Limiters::DEPTH) {
                 self.trace.loading.push(Loading { depth_m, force_n });
             }

@@ -53,7 +53,8 @@ pub struct Worst {
     pub residual_mm: f64,
     /// Most that the force falls in a slow press [% of its largest].
     pub drop_pct: f64,
-    /// The same in a slow press of jittered poses: the tip's speed jumps from tick to tick, and the force with it.
+    /// The same in a slow press of jittered poses: the tip's speed jumps from tick to tick, and the
+    /// force with it.
     pub jitter_drop_pct: f64,
     /// Most that the force changes in the last 20 ms of a hold [%].
     pub force_change_pct: f64,

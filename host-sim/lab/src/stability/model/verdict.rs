@@ -9,7 +9,8 @@ use super::press::{Loading, Trace};
 const LEAST_J: f64 = 0.05;
 /// The force of a hold is at least this share of the largest (1).
 const LEAST_HELD: f64 = 0.01;
-/// In the last 20 ms of the hold no node goes further [m] and the force changes by no more of itself (1): as in `chart`.
+/// In the last 20 ms of the hold no node goes further [m] and the force changes by no more of
+/// itself (1): as in `chart`.
 const STILL_M: f64 = 5e-5;
 const STILL_FORCE: f64 = 0.05;
 /// What may be left after the release [m].

@@ -12,7 +12,8 @@ use crate::closed_loop::faulty::Expected;
 pub(super) fn reacted(expected: &Expected, told: &Telemetry) -> bool {
     match expected {
         Expected::Ramp(_) => matches!(told.mode, Mode::SafeRamp | Mode::Idle),
-        // a renderer that goes on asking for a force when it has pushed the probe out is found by the comparison of the tips
+        // a renderer that goes on asking for a force when it has pushed the probe out is found by
+        // the comparison of the tips
         Expected::Degraded(_) => told.mode == Mode::Degraded || told.fault == Some(Fault::TipApart),
         _ => told.mode == Mode::Fault && told.applied_n == Vector3::zeros(),
     }

@@ -1,4 +1,5 @@
-//! Constant damping in contact: the sampled spring and damper that Colgate and Schenkel (1997) bound by `b > K T / 2 + B`.
+//! Constant damping in contact: the sampled spring and damper that Colgate and Schenkel (1997)
+//! bound by `b > K T / 2 + B`.
 
 use super::{Law, Seen, Velocity};
 

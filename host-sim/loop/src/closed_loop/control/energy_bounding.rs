@@ -1,6 +1,7 @@
-//! Energy bounding, after Kim and Ryu: the force rises no faster along the way than the device's own damping absorbs, and never while the
-//! handle goes back. Their printed law was not found; this is its simplest reading, `c = 2 b / T` being what damping absorbs from a held
-//! force (Colgate and Schenkel, 1997).
+//! Energy bounding, after Kim and Ryu: the force rises no faster along the way than the device's
+//! own damping absorbs, and never while the handle goes back. Their printed law was not found; this
+//! is its simplest reading, `c = 2 b / T` being what damping absorbs from a held force (Colgate and
+//! Schenkel, 1997).
 
 use super::{Known, Law, Seen, TICK_S};
 

@@ -1,4 +1,5 @@
-//! A limit on the change of the force per tick, upwards and downwards: what many drivers do by default.
+//! A limit on the change of the force per tick, upwards and downwards: what many drivers do by
+//! default.
 
 use super::{Law, Seen};
 

@@ -1,8 +1,10 @@
-//! Time-domain passivity control (Hannaford and Ryu, IEEE Trans. Robotics and Automation 18, 2002): as soon as the port has given more energy than
-//! it took, damping for this tick takes the rest back.
+//! Time-domain passivity control (Hannaford and Ryu, IEEE Trans. Robotics and Automation 18, 2002):
+//! as soon as the port has given more energy than it took, damping for this tick takes the rest
+//! back.
 //!
-//! Against the *reference energy* (Ryu, Preusche, Hannaford and Hirzinger, IEEE Trans. Control Systems Technology 13, 2005) the port may never be behind what
-//! the model itself holds at that depth, so energy is not first stored and then lost.
+//! Against the *reference energy* (Ryu, Preusche, Hannaford and Hirzinger, IEEE Trans. Control
+//! Systems Technology 13, 2005) the port may never be behind what the model itself holds at that
+//! depth, so energy is not first stored and then lost.
 
 use std::collections::VecDeque;
 

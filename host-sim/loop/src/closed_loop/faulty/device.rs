@@ -38,7 +38,8 @@ pub struct Faulty<D> {
 }
 
 impl<D: HapticDevice> Faulty<D> {
-    /// Nothing wrong yet. `normal` and `along` span what a fault may move a reading by, `site_m` is what signs are counted from.
+    /// Nothing wrong yet. `normal` and `along` span what a fault may move a reading by, `site_m` is
+    /// what signs are counted from.
     pub fn new(device: D, site_m: Vector3<f32>, normal: Vector3<f32>, along: Vector3<f32>, random: SplitMix64) -> Self {
         Self {
             device,

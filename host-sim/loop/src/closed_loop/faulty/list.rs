@@ -13,7 +13,8 @@ const FAST: &[Fault] = &[Fault::OverSpeed];
 const FAR: &[Fault] = &[Fault::OverSpeed, Fault::OutOfWorkspace];
 const LATE: &[Fault] = &[Fault::DeadlineMissed];
 const NAN_FORCE: &[Fault] = &[Fault::ForceNotFinite];
-/// Ten ticks of it, or it has pushed the probe out before and asks for five more there: none of it acts.
+/// Ten ticks of it, or it has pushed the probe out before and asks for five more there: none of it
+/// acts.
 const LONG_FORCE: &[Fault] = &[Fault::ForceImplausible, Fault::TipApart];
 const NODE: &[Fault] = &[Fault::Diverged, Fault::ForceNotFinite];
 const AWAY: &[Fault] = &[Fault::Runaway];

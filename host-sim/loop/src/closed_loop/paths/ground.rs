@@ -15,7 +15,8 @@ use palpate_tissue::session::packed;
 /// Static force at the guard's depth, as a multiple of the device's longest force (1).
 const GUARD_SHARE: f64 = 1.09;
 
-/// The patches that ship, and how many of 1000 paths run on each: the large ones cost ten times as much per tick.
+/// The patches that ship, and how many of 1000 paths run on each: the large ones cost ten times as
+/// much per tick.
 const SHIPPED: [(&str, &[u8], u32); 7] = [
     ("block-m4f-168", include_bytes!("../../../../../firmware/patches/block-m4f-168.patch"), 400),
     ("liver-m4f-168", include_bytes!("../../../../../firmware/patches/liver-m4f-168.patch"), 400),

@@ -24,8 +24,9 @@ pub struct Route {
 }
 
 impl Route {
-    /// The route from a start along its legs. It ends, wherever it is, after `moving_ticks`, and rests there for `rest_ticks`. With `smooth_ticks` every
-    /// position is the mean over so many ticks, which rounds corners, starts and stops.
+    /// The route from a start along its legs. It ends, wherever it is, after `moving_ticks`, and
+    /// rests there for `rest_ticks`. With `smooth_ticks` every position is the mean over so many
+    /// ticks, which rounds corners, starts and stops.
     #[must_use]
     pub fn along(start_m: Vector3<f64>, legs: &[Leg], moving_ticks: usize, rest_ticks: usize, smooth_ticks: usize) -> Self {
         let mut at_m = vec![start_m];

@@ -25,7 +25,8 @@ const REACH_M: f32 = 0.5;
 const TICK_S: f64 = 1e-3;
 /// Fastest honest motion that no fault may end [m/s].
 const HONEST_M_PER_S: f64 = 1.5;
-/// Sharpest corner or stop that cannot be taken for an encoder that sticks [m/s^2]: more than this no hand gives a stylus.
+/// Sharpest corner or stop that cannot be taken for an encoder that sticks [m/s^2]: more than this
+/// no hand gives a stylus.
 const SHARPEST_M_PER_S2: f64 = 200.0;
 
 /// Result of one path.
@@ -39,7 +40,8 @@ pub struct PathOutcome {
     pub broken: Vec<(Broken, u32)>,
     /// Fault that ended it.
     pub fault: Option<Fault>,
-    /// The tip was no faster than honest motion until it ended, and no corner so sharp that the fault is right to call the encoder stuck.
+    /// The tip was no faster than honest motion until it ended, and no corner so sharp that the
+    /// fault is right to call the encoder stuck.
     pub honest: bool,
     /// No hand is faster, nor turns more sharply, than this motion.
     pub by_hand: bool,
@@ -128,7 +130,8 @@ impl PathCase {
                 }
             }
         }
-        // no hand stops dead, nor starts by several counts at once: an encoder that sticks or has another unit does
+        // no hand stops dead, nor starts by several counts at once: an encoder that sticks or has
+        // another unit does
         let stuck = matches!(outcome.fault, Some(Fault::SensorFault | Fault::UnitMismatch))
             && sharpest_m > SHARPEST_M_PER_S2 * TICK_S * TICK_S;
         outcome.honest &= !stuck;
@@ -196,7 +199,8 @@ impl HapticDevice for Scripted {
     }
 }
 
-/// Work of the force that truly acts, late by whole ticks and smoothed by the amplifier, along the true path; contact by contact.
+/// Work of the force that truly acts, late by whole ticks and smoothed by the amplifier, along the
+/// true path; contact by contact.
 struct TrueEnergy {
     /// Forces on their way to the amplifier [N], the newest last.
     line_n: VecDeque<Vector3<f64>>,

@@ -32,7 +32,8 @@ pub struct PathRow {
     pub chatter_ticks: u32,
     /// Runs that broke an invariant, by its id.
     pub broken: BTreeMap<&'static str, u64>,
-    /// Runs ended by a fault, by its number; and those among them with the tip no faster than honest motion.
+    /// Runs ended by a fault, by its number; and those among them with the tip no faster than
+    /// honest motion.
     pub faults: BTreeMap<u8, u64>,
     /// Of these, runs with honest motion.
     pub honest_faults: BTreeMap<u8, u64>,

@@ -1,4 +1,5 @@
-//! A tree of axis-aligned boxes over triangles or tetrahedra: queries for the nearest item and for an item that contains a point.
+//! A tree of axis-aligned boxes over triangles or tetrahedra: queries for the nearest item and for
+//! an item that contains a point.
 
 /// Items in a leaf at most.
 const LEAF: usize = 4;

@@ -1,4 +1,5 @@
-//! Invariants from the sensed tip and geometry at rest: I12 force without contact, I13 force into the tissue, I14 chatter at rest.
+//! Invariants from the sensed tip and geometry at rest: I12 force without contact, I13 force into
+//! the tissue, I14 chatter at rest.
 //!
 //! Nothing that the loop or the patch says is read here: the reading went in, the force came out.
 
@@ -41,12 +42,13 @@ pub struct Seen {
     pub chatter_ticks: u32,
 }
 
-/// Judges tick after tick; [`super::Watch::over`] asks it among all else, and it stands alone where only readings and forces are seen.
+/// Judges tick after tick; [`super::Watch::over`] asks it among all else, and it stands alone where
+/// only readings and forces are seen.
 #[derive(Clone, Debug)]
 pub struct ByGeometry {
     shape: Arc<dyn RestShape>,
-    /// Outward normals of the surface by which the tip came in, several at an edge; they only change while the tip is outside, or at a
-    /// first touch.
+    /// Outward normals of the surface by which the tip came in, several at an edge; they only
+    /// change while the tip is outside, or at a first touch.
     entry: Vec<Vector3<f64>>,
     /// The last readings, the newest at the back.
     trail_m: VecDeque<Vector3<f64>>,
@@ -111,7 +113,8 @@ impl ByGeometry {
         if self.entry.is_empty() || !inside && !self.shape.inside(&before_m) {
             self.entry = self.shape.normals(&if inside { self.came_in_m() } else { tip_m });
         }
-        // a ball at an edge presses several faces: a force out of any of them is no force into the tissue
+        // a ball at an edge presses several faces: a force out of any of them is no force into the
+        // tissue
         let into_n = self.entry.iter().map(|normal| -normal.dot(&force_n.cast())).fold(f64::INFINITY, f64::min);
         let into_n = if inside && into_n.is_finite() { into_n } else { 0.0 };
         let seen = &mut self.seen;

@@ -1,6 +1,8 @@
-//! Where a force is possible, from geometry at rest alone: a plane, or the solid that a patch's tets fill.
+//! Where a force is possible, from geometry at rest alone: a plane, or the solid that a patch's
+//! tets fill.
 //!
-//! The watch believes neither the patch nor the loop on contact. It asks this, in double precision, with the *sensed* tip.
+//! The watch believes neither the patch nor the loop on contact. It asks this, in double precision,
+//! with the *sensed* tip.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -27,7 +29,8 @@ pub trait RestShape: Debug + Send + Sync {
     /// Whether a tip is inside the tissue.
     fn inside(&self, tip_m: &Vector3<f64>) -> bool;
 
-    /// Outward normals of the touchable surface that the probe's end can press at once: within its radius, the nearest in any case.
+    /// Outward normals of the touchable surface that the probe's end can press at once: within its
+    /// radius, the nearest in any case.
     fn normals(&self, tip_m: &Vector3<f64>) -> Vec<Vector3<f64>>;
 }
 
@@ -101,7 +104,8 @@ impl RestSolid {
     pub fn of(model: &Model, probe: &Probe) -> Self {
         let nodes_m: Vec<Vector3<f64>> = model.nodes.iter().map(|n| Vector3::from(n.rest_m).cast()).collect();
         let tets: Vec<[u32; 4]> = model.tets.iter().map(|t| t.node.map(u32::from)).collect();
-        // what faces away from the handle by more than 30 degrees cannot be pressed by a probe that has one
+        // what faces away from the handle by more than 30 degrees cannot be pressed by a probe that
+        // has one
         let axis = probe.axis.cast::<f64>();
         let faces_handle = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|n| nodes_m[n as usize]);
@@ -188,8 +192,9 @@ impl RestSolid {
         tip_m + self.probe.axis.cast::<f64>() * arm_m
     }
 
-    /// Whether a tip is on the outer side, or at most [`BELOW_M`] below, of a touchable triangle that the probe's end overlaps, or else of
-    /// the nearest. Triangles that meet at an edge are equally near to a ball outside it: it is enough to be above one of them.
+    /// Whether a tip is on the outer side, or at most [`BELOW_M`] below, of a touchable triangle
+    /// that the probe's end overlaps, or else of the nearest. Triangles that meet at an edge are
+    /// equally near to a ball outside it: it is enough to be above one of them.
     fn above_skin(&self, tip_m: &Vector3<f64>) -> bool {
         let end_m = self.end_m(tip_m);
         let Some((foot_m, _)) = self.skin_near(&end_m) else { return false };
@@ -219,8 +224,8 @@ impl RestSolid {
 }
 
 impl RestShape for RestSolid {
-    /// Inside: zero. Above the touchable surface, or at most `BELOW_M` below it: the gap between probe and tissue. Elsewhere, beside or below
-    /// the tissue: the distance of the tip.
+    /// Inside: zero. Above the touchable surface, or at most `BELOW_M` below it: the gap between
+    /// probe and tissue. Elsewhere, beside or below the tissue: the distance of the tip.
     fn outside_m(&self, tip_m: &Vector3<f64>) -> f64 {
         if self.contains(tip_m) {
             return 0.0;
@@ -248,7 +253,8 @@ impl RestShape for RestSolid {
     }
 }
 
-/// The point of a triangle that is nearest to `p`, by Voronoi regions (Ericson, Real-Time Collision Detection, 5.1.5).
+/// The point of a triangle that is nearest to `p`, by Voronoi regions (Ericson, Real-Time Collision
+/// Detection, 5.1.5).
 fn nearest_on_triangle(p: &Vector3<f64>, a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) -> Vector3<f64> {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));

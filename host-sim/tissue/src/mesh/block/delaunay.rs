@@ -1,15 +1,17 @@
 //! Delaunay tetrahedra of points in a closed box (Bowyer 1981, Watson 1981) with exact predicates.
 //!
-//! The eight box corners come first, so every later point falls inside the hull and needs no enclosing tet.
-//! A point exactly on a box face splits the hull triangles it lies on; no flat tet is ever made.
+//! The eight box corners come first, so every later point falls inside the hull and needs no
+//! enclosing tet. A point exactly on a box face splits the hull triangles it lies on; no flat tet
+//! is ever made.
 
 use super::vector::Vec3;
 use robust::{Coord3D, insphere, orient3d};
 
 const OUTSIDE: u32 = u32::MAX;
 
-/// The Delaunay tets, positively oriented, of `points`, or `None` if two points coincide or one is outside the box.
-/// `points[0..8]` are the box corners: bit 0, 1, 2 of the index chooses the high side of x, y, z.
+/// The Delaunay tets, positively oriented, of `points`, or `None` if two points coincide or one is
+/// outside the box. `points[0..8]` are the box corners: bit 0, 1, 2 of the index chooses the high
+/// side of x, y, z.
 pub(super) fn delaunay(points: &[Vec3]) -> Option<Vec<[u32; 4]>> {
     let mut triangulation = Triangulation::of_box(points);
     for p in 8..u32::try_from(points.len()).ok()? {
@@ -28,7 +30,8 @@ struct Triangulation<'a> {
     tets: Vec<[u32; 4]>,
     /// Neighbour across the face opposite each corner, shape [tets][4]; `OUTSIDE` on the hull.
     neighbours: Vec<[u32; 4]>,
-    /// Verdict of the insertion under way, shape [tets]: `2 p` conflicts with point p, `2 p + 1` does not.
+    /// Verdict of the insertion under way, shape [tets]: `2 p` conflicts with point p, `2 p + 1`
+    /// does not.
     verdict: Vec<u32>,
     /// Slots of tets that are gone.
     free: Vec<u32>,
@@ -66,7 +69,8 @@ impl<'a> Triangulation<'a> {
         insphere(self.at(b), self.at(a), self.at(c), self.at(d), self.at(p)) > 0.0
     }
 
-    /// Visibility walk: cross any face that has `p` strictly behind it (ends, since the tets are Delaunay).
+    /// Visibility walk: cross any face that has `p` strictly behind it (ends, since the tets are
+    /// Delaunay).
     fn locate(&self, p: u32) -> Option<u32> {
         let mut tet = self.last;
         for _ in 0..=self.tets.len() {
@@ -131,7 +135,8 @@ impl<'a> Triangulation<'a> {
         } else if self.verdict[beyond as usize] == 2 * p {
             return;
         }
-        // `insert` frees the cavity's slots only when all its faces are closed, so none is taken here.
+        // `insert` frees the cavity's slots only when all its faces are closed, so none is taken
+        // here.
         let new = self.free.pop().unwrap_or_else(|| {
             self.tets.push([0; 4]);
             self.neighbours.push([OUTSIDE; 4]);

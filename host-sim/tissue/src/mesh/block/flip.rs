@@ -1,5 +1,6 @@
-//! Topological flips that raise the worst tet: edge removal (3-2, 4-4, ...; Freitag and Ollivier-Gooch 1997,
-//! with the dynamic programme of Klincsek 1980) and its inverse 2-3. The hull keeps its planes.
+//! Topological flips that raise the worst tet: edge removal (3-2, 4-4, ...; Freitag and
+//! Ollivier-Gooch 1997, with the dynamic programme of Klincsek 1980) and its inverse 2-3. The hull
+//! keeps its planes.
 
 use super::radius_ratio::radius_ratio;
 use super::seed::Cloud;
@@ -34,7 +35,8 @@ impl<'a> Complex<'a> {
         self.tets.into_iter().filter(|t| *t != DEAD).collect()
     }
 
-    /// Worst tet around `node` if it were `there`; a tet also counts as worse if that edge is below `short`.
+    /// Worst tet around `node` if it were `there`; a tet also counts as worse if that edge is below
+    /// `short`.
     pub fn worst_around(&self, node: usize, there: Vec3, short: f64) -> f64 {
         let corner = |n: u32| if n as usize == node { there } else { self.cloud.at[n as usize] };
         let score = |t: &u32| {
@@ -109,7 +111,8 @@ impl<'a> Complex<'a> {
 
     /// 2-3 flip of the face opposite `apex`.
     fn remove_face(&mut self, tet: [u32; 4], apex: usize) -> bool {
-        // Even permutations that bring each corner last: (a, b, c) turns positively around (below, top).
+        // Even permutations that bring each corner last: (a, b, c) turns positively around (below,
+        // top).
         const LAST: [[usize; 4]; 4] = [[1, 3, 2, 0], [0, 2, 3, 1], [0, 3, 1, 2], [0, 1, 2, 3]];
         let [a, b, c, top] = LAST[apex].map(|k| tet[k]);
         let old = self.star(&[a, b, c]);
@@ -130,7 +133,8 @@ impl<'a> Complex<'a> {
         let Some(ring) = self.ring(a, b, &old) else { return false };
         let worst = self.worst_of(&old);
         let (n, floor) = (ring.len(), GAIN * worst);
-        // best[i][j]: worst tet of the best triangulation of ring i..=j, and the node that closes i-j.
+        // best[i][j]: worst tet of the best triangulation of ring i..=j, and the node that closes
+        // i-j.
         let mut best = [[(1.0_f64, 0_usize); MAX_RING]; MAX_RING];
         for (span, i) in (2..n).flat_map(|span| (0..n - span).map(move |i| (span, i))) {
             let j = i + span;
@@ -162,7 +166,8 @@ impl<'a> Complex<'a> {
         gains
     }
 
-    /// The nodes around `a`-`b`, turning positively; an open ring (a hull edge) only if both hull faces share a plane.
+    /// The nodes around `a`-`b`, turning positively; an open ring (a hull edge) only if both hull
+    /// faces share a plane.
     fn ring(&self, a: u32, b: u32, star: &[u32]) -> Option<Vec<u32>> {
         let links: Vec<_> = star.iter().map(|t| link(self.tets[*t as usize], a, b)).collect();
         let open_start = links.iter().find(|l| links.iter().all(|m| m[1] != l[0]));
@@ -224,7 +229,8 @@ mod tests {
 
     #[test]
     fn long_edge_within_one_block_face_is_swapped() {
-        // Same wedge opened flat: 0, 1, 2, 3 share the face x = 0 and the edge 0-1 crosses it the long way.
+        // Same wedge opened flat: 0, 1, 2, 3 share the face x = 0 and the edge 0-1 crosses it the
+        // long way.
         let mut cloud = wedge([true, false, false]);
         cloud.at[2..].clone_from_slice(&[[0.0, -1.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]);
         let around = [[0, 1, 4, 2], [0, 1, 3, 4]];

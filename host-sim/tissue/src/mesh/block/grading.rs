@@ -1,15 +1,19 @@
-//! Element size in a box, and how many nodes that size asks for. Unit of length: the longest side of the block.
+//! Element size in a box, and how many nodes that size asks for. Unit of length: the longest side
+//! of the block.
 
 use super::vector::Vec3;
 
-/// Growth of the element size per distance is this times sqrt(fine size / fine radius), and at most `MAX_GROWTH`:
-/// more nodes refine the far side too. A block of 80 x 80 x 40 mm with 410 nodes and a radius of 8 mm gets 0.45.
+/// Growth of the element size per distance is this times sqrt(fine size / fine radius), and at most
+/// `MAX_GROWTH`: more nodes refine the far side too. A block of 80 x 80 x 40 mm with 410 nodes and
+/// a radius of 8 mm gets 0.45.
 const GROWTH: f64 = 0.75;
 const MAX_GROWTH: f64 = 0.8;
-/// Nodes per element area and per element volume in an isotropic Delaunay mesh whose mean edge is one element.
+/// Nodes per element area and per element volume in an isotropic Delaunay mesh whose mean edge is
+/// one element.
 const PER_AREA: f64 = 1.1547;
 const PER_VOLUME: f64 = 1.45;
-/// Elements around a patch are this much longer than the size asked for: the fewest nodes that keep the mean edge within 15 % of it.
+/// Elements around a patch are this much longer than the size asked for: the fewest nodes that keep
+/// the mean edge within 15 % of it.
 const LONGER: f64 = 1.09;
 /// Quadrature points per axis on each side of the fine spot.
 const SAMPLES: usize = 12;
@@ -33,7 +37,8 @@ pub(super) struct Grading {
     pub growth: f64,
 }
 
-/// How many nodes lie inside each edge, each face, on the shell (its circle in the top face apart) and in the volume.
+/// How many nodes lie inside each edge, each face, on the shell (its circle in the top face apart)
+/// and in the volume.
 #[derive(Debug)]
 pub(super) struct Budget {
     pub edges: [usize; 12],
@@ -74,7 +79,8 @@ impl Grading {
                 large = self.fine_size;
             }
         }
-        // Whole numbers on edges and faces may add up to more than `nodes`: a slightly larger element cures that.
+        // Whole numbers on edges and faces may add up to more than `nodes`: a slightly larger
+        // element cures that.
         while large < self.max_size() {
             self.set_fine_size(large);
             if let Ok(budget) = self.round(nodes) {
@@ -97,7 +103,8 @@ impl Grading {
         RealBudget { edges, faces, volume: self.volume_nodes(&edges, &faces) }
     }
 
-    /// The budget in whole nodes, the volume taking what is left; `Err` is what edges and faces alone need.
+    /// The budget in whole nodes, the volume taking what is left; `Err` is what edges and faces
+    /// alone need.
     fn round(&self, nodes: usize) -> Result<Budget, usize> {
         let edges: [f64; 12] = std::array::from_fn(|e| (self.integral(edge_axes(e)) - 0.5).max(0.0).floor());
         let faces: [f64; 6] = std::array::from_fn(|f| (self.face_nodes(f, &edges) + 0.5).floor());
@@ -141,7 +148,8 @@ impl Grading {
         (PER_VOLUME * self.integral([Span::Free; 3]) - skin).max(0.0)
     }
 
-    /// Integral of `size^-d` over the d free axes: elements along an edge, on a face, in the volume.
+    /// Integral of `size^-d` over the d free axes: elements along an edge, on a face, in the
+    /// volume.
     fn integral(&self, axes: [Span; 3]) -> f64 {
         let [xs, ys, zs] = std::array::from_fn(|k| self.samples(k, axes[k]));
         let free = axes.iter().filter(|a| **a == Span::Free).count();
@@ -199,7 +207,8 @@ pub(super) enum Span {
     Free,
 }
 
-/// Edge `e` runs along axis `e / 4`; bits 0 and 1 of `e` put it on the high side of the other two axes.
+/// Edge `e` runs along axis `e / 4`; bits 0 and 1 of `e` put it on the high side of the other two
+/// axes.
 pub(super) fn edge_axes(e: usize) -> [Span; 3] {
     let side = |bit: usize| if e & bit == 0 { Span::Low } else { Span::High };
     match e / 4 {
@@ -252,7 +261,8 @@ mod tests {
 
     #[test]
     fn quadrature_integrates_a_uniform_size_to_its_element_counts() {
-        // A fine radius beyond the block makes the size uniform; the midpoint rule in t is exact for constants.
+        // A fine radius beyond the block makes the size uniform; the midpoint rule in t is exact
+        // for constants.
         let mut grading = unit_cube(10.0);
         grading.set_fine_size(0.25);
         for (axes, elements) in [(edge_axes(5), 4.0), (face_axes(5), 16.0), ([Span::Free; 3], 64.0)] {

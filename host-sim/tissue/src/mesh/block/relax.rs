@@ -16,8 +16,9 @@ const STEP: f64 = 0.15;
 const SURFACE_WEIGHT: f64 = 2.0;
 /// Elements between a node and any face that it does not lie on, at least.
 const MARGIN: f64 = 0.3;
-/// Elements between the shell and a node that is not on it, at least: about the height of a regular tet, so that the next layer
-/// stands on the shell. At 0.5 half of the coarse patches have Delaunay tets that cross it, at 0.8 none of 48 had.
+/// Elements between the shell and a node that is not on it, at least: about the height of a regular
+/// tet, so that the next layer stands on the shell. At 0.5 half of the coarse patches have Delaunay
+/// tets that cross it, at 0.8 none of 48 had.
 const OFF_SHELL: f64 = 0.8;
 
 /// Relaxes the cloud; the tets of the last position, or `None` if two nodes fell together.

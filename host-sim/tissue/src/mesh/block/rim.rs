@@ -1,4 +1,5 @@
-//! The block around a patch: element sizes given outright, and nodes on the half sphere along which the patch is cut out.
+//! The block around a patch: element sizes given outright, and nodes on the half sphere along which
+//! the patch is cut out.
 
 use super::grading::Grading;
 use super::relax::relax;
@@ -19,24 +20,28 @@ pub struct Sizes {
     pub fine_radius_m: f64,
     /// Growth of the edge length per distance beyond it (1).
     pub growth: f64,
-    /// How far the site travels [m], centred on the site: the patch is then all within `radius_m` of that segment. Zero for a patch that stays.
+    /// How far the site travels [m], centred on the site: the patch is then all within `radius_m`
+    /// of that segment. Zero for a patch that stays.
     pub stroke_m: [f64; 3],
 }
 
-/// Arrangements that are tried until no tet crosses the shell; else the one with the fewest is taken.
+/// Arrangements that are tried until no tet crosses the shell; else the one with the fewest is
+/// taken.
 const ATTEMPTS: u32 = 6;
 /// Steps that halve the search for the nearest spec that works.
 const HALVINGS: usize = 24;
 
 /// Meshes a block (`size_m` along x, y, z, top face at z = 0) around a site on its top face.
 ///
-/// Edges have the length that `sizes` asks for, but no more than half the gap between patch and wall. The tets whose centroid is within
-/// `sizes.radius_m` of the site (of its way, if it travels) hang together by faces and end on that half sphere: the rim nodes are on it,
-/// but for a few faces where no sound tets would fit. Another `variant` arranges as many nodes in another way; the same bits for the same
-/// arguments on every machine.
+/// Edges have the length that `sizes` asks for, but no more than half the gap between patch and
+/// wall. The tets whose centroid is within `sizes.radius_m` of the site (of its way, if it travels)
+/// hang together by faces and end on that half sphere: the rim nodes are on it, but for a few faces
+/// where no sound tets would fit. Another `variant` arranges as many nodes in another way; the same
+/// bits for the same arguments on every machine.
 ///
 /// # Errors
-/// Sizes that are no lengths, that do not fit the block or that ask for more nodes than a patch file can name.
+/// Sizes that are no lengths, that do not fit the block or that ask for more nodes than a patch
+/// file can name.
 pub fn block_with_rim(size_m: [f64; 3], at_m: [f64; 2], sizes: &Sizes, variant: u32) -> Result<TetMesh, BlockError> {
     let grading = checked(size_m, at_m, sizes)?;
     let budget = grading.with_shell();
@@ -101,7 +106,8 @@ fn checked(size_m: [f64; 3], at_m: [f64; 2], sizes: &Sizes) -> Result<Grading, B
     Ok(grading)
 }
 
-/// Refuses more nodes than a patch file can name; `most_m` is the largest element that the patch admits.
+/// Refuses more nodes than a patch file can name; `most_m` is the largest element that the patch
+/// admits.
 fn check_nodes(grading: &Grading, sizes: &Sizes, most_m: f64) -> Result<(), BlockError> {
     let with = |fine_m: f64, growth: f64| {
         let fine_size = grading.fine_size * (fine_m / sizes.fine_m);

@@ -5,7 +5,8 @@ use super::vector::{Vec3, distance};
 
 /// Candidates offered per node to place.
 const CANDIDATES: usize = 16;
-/// Powers of the inverse real root of x^5 = x + 1: a low-discrepancy sequence in four dimensions (Roberts 2018).
+/// Powers of the inverse real root of x^5 = x + 1: a low-discrepancy sequence in four dimensions
+/// (Roberts 2018).
 const STEPS: [f64; 4] = [0.856_674_883_854_502_9, 0.733_891_856_627_126, 0.628_706_721_037_808_7, 0.538_597_257_223_610_1];
 
 /// Starts of the sequence for the next variant: irrational, so that no two variants start alike.
@@ -151,7 +152,8 @@ pub(super) fn points(grading: &Grading, domain: Domain, variant: u32, count: usi
     offered(grading, domain, variant).map(|(point, _)| point).take(count)
 }
 
-/// Points spread evenly over `domain` without end, each with a number from 0 to 1 that is independent of its place.
+/// Points spread evenly over `domain` without end, each with a number from 0 to 1 that is
+/// independent of its place.
 fn offered(grading: &Grading, domain: Domain, variant: u32) -> impl Iterator<Item = (Vec3, f64)> {
     let turn = |shift: f64| {
         let x = 0.5 + f64::from(variant) * shift;

@@ -1,13 +1,16 @@
-//! The half sphere (capsule, for a site that travels) under the top face along which a patch will be cut out of the block.
+//! The half sphere (capsule, for a site that travels) under the top face along which a patch will
+//! be cut out of the block.
 //!
-//! Nodes are held on it and the others kept off it, so that Delaunay tets respect it: a tet is then inside, or outside, never both.
+//! Nodes are held on it and the others kept off it, so that Delaunay tets respect it: a tet is then
+//! inside, or outside, never both.
 
 use super::grading::Grading;
 use super::seed::{Domain, Side, points};
 use super::vector::{Vec3, add_scaled, distance, dot, sub};
 use std::f64::consts::PI;
 
-/// Half the thickness, in shell radii, of the layer whose points are projected onto the shell to sample it.
+/// Half the thickness, in shell radii, of the layer whose points are projected onto the shell to
+/// sample it.
 const LAYER: f64 = 0.125;
 /// Points that sample the element size on the shell.
 const SAMPLES: usize = 1024;
@@ -27,7 +30,8 @@ impl Grading {
         add_scaled(self.spot, along.clamp(-1.0, 1.0), self.half_stroke)
     }
 
-    /// Largest element that fits twice between shell and wall through `p`; no limit without a shell.
+    /// Largest element that fits twice between shell and wall through `p`; no limit without a
+    /// shell.
     pub fn room(&self, p: Vec3) -> f64 {
         match self.shell {
             Some(radius) => 0.5 * (self.wall_distance(p) + (self.away(p) - radius).abs()),

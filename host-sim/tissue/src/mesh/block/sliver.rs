@@ -7,7 +7,8 @@ use super::vector::{Vec3, add_scaled};
 
 /// Tets at or above this radius ratio are left alone.
 const GOOD: f64 = 0.55;
-/// Edges below this many elements count as a fault, so that no small tet shortens the stable time step.
+/// Edges below this many elements count as a fault, so that no small tet shortens the stable time
+/// step.
 const SHORT_EDGE: f64 = 0.6;
 /// Rounds of flips and moves; most blocks need fewer.
 const PASSES: usize = 12;
@@ -17,7 +18,8 @@ const LAST_STEP: f64 = 0.01;
 /// Elements between the shell and a node that is not on it, at least.
 const OFF_SHELL: f64 = 0.35;
 
-/// Improves the tets of a cloud and moves its nodes; no hull face leaves its plane, no tet is inverted.
+/// Improves the tets of a cloud and moves its nodes; no hull face leaves its plane, no tet is
+/// inverted.
 pub(super) fn remove_slivers(cloud: &mut Cloud, grading: &Grading, tets: Vec<[u32; 4]>) -> Vec<[u32; 4]> {
     let mut complex = Complex::new(cloud, tets);
     for _ in 0..PASSES {

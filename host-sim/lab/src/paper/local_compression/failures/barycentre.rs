@@ -29,9 +29,11 @@ pub struct WithCoefficient {
     pub volume_change_pct: f64,
 }
 
-/// Net force of a tet under (2) over the force on one of its corners (1): mean and largest over the tets at rest, each swollen a little.
+/// Net force of a tet under (2) over the force on one of its corners (1): mean and largest over the
+/// tets at rest, each swollen a little.
 ///
-/// The unit vectors from the barycentre to the corners do not add up to zero unless the tet is regular.
+/// The unit vectors from the barycentre to the corners do not add up to zero unless the tet is
+/// regular.
 #[must_use]
 pub fn net_share(block: &Block) -> [f64; 2] {
     let mesh = &block.tissue.mesh;

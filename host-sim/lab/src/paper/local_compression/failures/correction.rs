@@ -1,7 +1,8 @@
 //! Over-compression correction (11)-(13): the force on a held finger against the time step.
 //!
-//! A node goes C/2 in every step, however short: a speed of C/(2 dt) that the tissue's forces do not know of, as the velocities stay. What the finger
-//! feels follows from the step and not from the tissue.
+//! A node goes C/2 in every step, however short: a speed of C/(2 dt) that the tissue's forces do
+//! not know of, as the velocities stay. What the finger feels follows from the step and not from
+//! the tissue.
 
 use palpate::method::LocalCompression;
 use palpate::path::correct::over_compression::OverCompression;
@@ -16,7 +17,8 @@ use palpate_tissue::patch::{Material, Memory, Patch};
 
 /// Depth of the finger [m].
 pub const DEPTH_M: f64 = 0.004;
-/// Damping of the masses [1/s]. The correction feeds the tissue energy; with a tenth of this it diverges at longer steps.
+/// Damping of the masses [1/s]. The correction feeds the tissue energy; with a tenth of this it
+/// diverges at longer steps.
 const SETTLING_PER_S: f32 = 400.0;
 
 /// What resists compression.
@@ -30,7 +32,8 @@ pub enum Compensation {
     Energy,
 }
 
-/// Forces [N] at steps [s] of one kind of compensation; a step at which it has no answer is left out.
+/// Forces [N] at steps [s] of one kind of compensation; a step at which it has no answer is left
+/// out.
 #[derive(Clone, Debug)]
 pub struct AgainstStep {
     /// What resists.
@@ -62,7 +65,8 @@ pub fn measure(block: &Block, stiffness_n_per_m: f64, steps_s: &[f64]) -> Result
                 tick_s: step_s as f32,
                 mass_floor: 0.0,
                 contact_mass: 0.0,
-                // the contact's cap follows from the step too: without a cap that acts, only the correction depends on it
+                // the contact's cap follows from the step too: without a cap that acts, only the
+                // correction depends on it
                 contact_cap: 4.0,
                 node_damping_per_s: SETTLING_PER_S,
                 terms,

@@ -1,4 +1,5 @@
-//! The dynamic region (7)-(8): its radius, how many nodes it keeps awake, and what standing still costs in force.
+//! The dynamic region (7)-(8): its radius, how many nodes it keeps awake, and what standing still
+//! costs in force.
 
 use palpate::method::LocalCompression;
 use palpate::path::integrate::velocity_verlet::VelocityVerlet;
@@ -54,7 +55,8 @@ impl Rival for Counting<'_> {
     }
 }
 
-/// Holds springs of one k [N/m] with both forms of (8) at every threshold; one that diverges is left out.
+/// Holds springs of one k [N/m] with both forms of (8) at every threshold; one that diverges is
+/// left out.
 ///
 /// # Errors
 /// What the core refuses.
