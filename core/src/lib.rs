@@ -21,6 +21,11 @@
 //! | device, hand | what the probe is fixed to on either side; the haptic loop stands between device and patch |
 //! | tick, substep | 1 ms of the device's time, one integration step |
 //!
+//! # Example
+//! A patch file, a device, 1 000 ticks (`examples/controller.rs`):
+//!
+#![doc = concat!("```\n", include_str!("../examples/controller.rs"), "```")]
+//!
 //! # Design principles
 //! 1. The path of a tick is one screen: `tick.rs`.
 //! 2. Constant [`Model`], mutable [`State`], derived [`Tuned`]: three types.
@@ -36,7 +41,7 @@ pub mod method;
 mod model;
 mod params;
 mod patch_file;
-pub mod path;
+pub mod stages;
 mod state;
 mod tick;
 
@@ -45,7 +50,7 @@ pub use model::{FoundationPoint, Model, NodeRest, RimEdge, RimNode, Spring, Tet,
 pub use nalgebra::Vector3;
 pub use params::{Limits, Params, Probe, ProbeShape, Terms, Tuned};
 pub use patch_file::PatchFile;
-pub use path::output::Output;
-pub use path::probe::ProbePose;
+pub use stages::output::Output;
+pub use stages::probe::ProbePose;
 pub use state::{Fnv, Held, Node, State, TetShapes};
 pub use tick::{tick, tick_with};

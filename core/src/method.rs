@@ -20,9 +20,9 @@ use nalgebra::Vector3;
 use crate::fault::Fault;
 use crate::model::Model;
 use crate::params::Tuned;
-use crate::path::force::foundation::Load;
-use crate::path::region::Region;
-use crate::path::{force, integrate, region};
+use crate::stages::force::foundation::Load;
+use crate::stages::region::Region;
+use crate::stages::{force, integrate, region};
 use crate::state::State;
 
 /// The stages of a tick between contact and output. A stage that is not written out is the

@@ -72,14 +72,14 @@ pub struct Triangle {
     pub share: [f32; 3],
 }
 
-/// Law of one foundation point (notes in `path/force/foundation.rs`).
+/// Law of one foundation point (notes in `stages/force/foundation.rs`).
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct FoundationPoint {
     /// Initial stiffness over E [m].
     pub k: f32,
-    /// `1 / (2 k s)`, s the stiffening [1/m]: penetration at which the slope reaches a cap is `(cap
-    /// - k)` times this [1].
+    /// `1 / (2 k s)`, s the stiffening [1/m]: penetration at which the slope reaches a cap is
+    /// `(cap - k)` times this [1].
     pub bend: f32,
 }
 

@@ -312,7 +312,7 @@ impl TetShapes {
     }
 }
 
-/// Where the walk of [`crate::path::presence`] ended in the last tick.
+/// Where the walk of [`crate::stages::presence`] ended in the last tick.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seat {
     /// Tet in which the last walk ended.

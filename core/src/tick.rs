@@ -12,16 +12,16 @@
 //! and must end before the next one. It allocates nothing, cannot panic, and whatever goes wrong
 //! gives **zero force and a numbered fault**, latched until [`State::reset`]. A probe that starts
 //! inside the tissue gets no force before it has been outside; one that leaves the tissue by any
-//! way but its surface gets none from that tick on ([`crate::path::presence`]).
+//! way but its surface gets none from that tick on ([`crate::stages::presence`]).
 
 use crate::fault::Fault;
 use crate::method::{Method, Product};
 use crate::model::Model;
 use crate::params::Tuned;
-use crate::path::force::foundation::Load;
-use crate::path::output::Output;
-use crate::path::probe::ProbePose;
-use crate::path::{contact, output, probe};
+use crate::stages::force::foundation::Load;
+use crate::stages::output::Output;
+use crate::stages::probe::ProbePose;
+use crate::stages::{contact, output, probe};
 use crate::state::State;
 
 /// One tick of the product.

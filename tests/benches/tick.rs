@@ -8,7 +8,7 @@ use std::hint::black_box;
 use std::path::Path;
 
 use criterion::{Criterion, criterion_group};
-use palpate::path::{force, integrate, region::Region};
+use palpate::stages::{force, integrate, region::Region};
 use palpate::{Params, ProbePose, Terms, tick};
 use palpate_tissue::patch::Memory;
 use palpate_tissue::scene::Scene;

@@ -8,7 +8,7 @@
 pub mod energy;
 pub mod number;
 
-use palpate::path::force::foundation::point_weights;
+use palpate::stages::force::foundation::point_weights;
 use palpate::{Model, Params, Tet, Vector3};
 
 use energy::{Point, depth_inside, minus, of_foundation, of_node, of_rim_edge, of_rim_node, of_spring, of_tet, six_volume};

@@ -1,6 +1,6 @@
 //! A press to a depth, held and released: whether the patch stands it and comes to rest.
 
-use palpate::path::probe::ProbePose;
+use palpate::stages::probe::ProbePose;
 use palpate::{Params, Vector3, tick};
 use palpate_tissue::measure;
 

@@ -1,6 +1,6 @@
 //! Shown against sensed: the last stage that asks whether there is anything to feel at all.
 //!
-//! The tick locates the sensed tip ([`crate::path::presence`]) and gives no force outside the
+//! The tick locates the sensed tip ([`crate::stages::presence`]) and gives no force outside the
 //! tissue. This stage does not rely on it. Outside, the renderer's force is dropped whatever it is;
 //! a force that still acts on the hand there for [`TICKS`] ticks in a row is a fault. So is a tip
 //! that the cycle itself shows elsewhere than the sensor read it: the filter of [`super::toggle`]
@@ -14,7 +14,7 @@
 use nalgebra::Vector3;
 
 use crate::fault::Fault;
-use crate::path::output::Output;
+use crate::stages::output::Output;
 
 /// Ticks in a row that a force may act while the tip is apart.
 pub const TICKS: u8 = 5;

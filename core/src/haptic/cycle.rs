@@ -35,8 +35,8 @@ use super::stillness::Stillness;
 use super::toggle::Toggle;
 use super::unit::UnitWatch;
 use crate::fault::{BuildError, Fault, Limiters};
-use crate::path::output::Output;
-use crate::path::probe::ProbePose;
+use crate::stages::output::Output;
+use crate::stages::probe::ProbePose;
 
 /// The loop's own state.
 #[derive(Clone, Copy, Debug)]

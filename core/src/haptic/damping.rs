@@ -24,7 +24,7 @@ use nalgebra::Vector3;
 
 use super::{between, within};
 use crate::fault::BuildError;
-use crate::path::output::Output;
+use crate::stages::output::Output;
 
 /// Largest damping [N s/m], whatever the tangent: a device's own is of the order of 0.1.
 pub const MOST_N_S_PER_M: f32 = 20.0;

@@ -9,12 +9,12 @@ use super::Method;
 use crate::fault::Fault;
 use crate::model::Model;
 use crate::params::Tuned;
-use crate::path::correct::over_compression::OverCompression;
-use crate::path::force::barycentre::BarycentreForce;
-use crate::path::force::damper::Dampers;
-use crate::path::force::{self, foundation::Load};
-use crate::path::integrate::velocity_verlet::VelocityVerlet;
-use crate::path::region::{Region, StressRule};
+use crate::stages::correct::over_compression::OverCompression;
+use crate::stages::force::barycentre::BarycentreForce;
+use crate::stages::force::damper::Dampers;
+use crate::stages::force::{self, foundation::Load};
+use crate::stages::integrate::velocity_verlet::VelocityVerlet;
+use crate::stages::region::{Region, StressRule};
 use crate::state::State;
 
 /// Springs, dampers, volume force, a region that follows the load, and one correction.

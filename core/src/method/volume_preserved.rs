@@ -9,10 +9,10 @@ use nalgebra::Vector3;
 use super::Method;
 use crate::model::Model;
 use crate::params::Tuned;
-use crate::path::correct::direction::SpringDirection;
-use crate::path::correct::length::SpringLength;
-use crate::path::force::damper::Dampers;
-use crate::path::force::{self, foundation::Load};
+use crate::stages::correct::direction::SpringDirection;
+use crate::stages::correct::length::SpringLength;
+use crate::stages::force::damper::Dampers;
+use crate::stages::force::{self, foundation::Load};
 use crate::state::State;
 
 /// Springs, dampers and three corrections of positions.

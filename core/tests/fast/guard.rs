@@ -1,7 +1,7 @@
 //! The guard of a patch, on one that is shipped: how deep and how fast it is pressed, and which
 //! force leaves it.
 
-use palpate::path::probe;
+use palpate::stages::probe;
 use palpate::{Fault, Limiters, Node, Output, Params, PatchFile, ProbePose, State, TetShapes, Tuned, Vector3, tick};
 
 /// Bytes of a patch on a word boundary.

@@ -1,8 +1,8 @@
 //! The load on the tissue as a force on the probe: finite, within the limit, along its own
 //! direction.
 
-use palpate::path::force::foundation::Load;
-use palpate::path::{output, probe};
+use palpate::stages::force::foundation::Load;
+use palpate::stages::{output, probe};
 use palpate::{Fault, Limiters, Output, ProbePose, Vector3};
 
 use crate::guard::Tissue;

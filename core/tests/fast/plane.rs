@@ -1,6 +1,6 @@
 //! The plane that holds a contact and the body above the tip, on shipped patches.
 
-use palpate::path::presence::{Plane, Presence, buried, locate};
+use palpate::stages::presence::{Plane, Presence, buried, locate};
 use palpate::{Limiters, Params, Vector3};
 
 use crate::guard::Tissue;

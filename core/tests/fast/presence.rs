@@ -2,7 +2,7 @@
 //! is shown.
 
 use palpate::haptic::mode::Mode;
-use palpate::path::presence::{Presence, locate};
+use palpate::stages::presence::{Presence, locate};
 use palpate::{Fault, Limiters, Output, Vector3};
 
 use crate::bench::{Bench, pushing};

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use palpate::haptic::cycle::{Ask, Command, Renderer, Settings, Telemetry};
 use palpate::haptic::device::{DeviceLimits, Sensed, SensorStatus};
-use palpate::path::probe::ProbePose;
+use palpate::stages::probe::ProbePose;
 use palpate::{Output, PatchFile, Probe, Vector3};
 use palpate_controller::config::Profile;
 use palpate_controller::force_out;

@@ -1,7 +1,7 @@
 //! The patch at rest under a probe: equilibrium of the model's energies in `f64`, its tangent
 //! stiffness, and how forces and displacements change with every constant of the model.
 //!
-//! The energies are those of the tick (`core/src/path/force`), divided by Young's modulus; masses
+//! The energies are those of the tick (`core/src/stages/force`), divided by Young's modulus; masses
 //! enter only through the cap of the foundation. No time passes here: what the tick settles to, a
 //! Newton iteration finds in a few steps, with derivatives.
 

@@ -2,7 +2,7 @@
 //! belongs to it.
 
 use nalgebra::{Matrix3, Vector3};
-use palpate::path::force::foundation::FLAT_EDGE;
+use palpate::stages::force::foundation::FLAT_EDGE;
 use palpate::{Probe, ProbeShape};
 
 /// Penetration [m], its outward direction (1), and the curvature of the penetration [1/m].

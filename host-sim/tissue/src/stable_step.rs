@@ -2,12 +2,12 @@
 //!
 //! Tissue stiffens under the probe: the limit there is well below the limit at rest. So the patch
 //! is pressed to its depth limit with safely small substeps, and on the way the highest frequency
-//! of its tangent stiffness is found by power iteration. Symplectic Euler is stable while `dt^2 w^2
-//! + 2 dt c < 4`; the foundation's damping takes `2 dt c <= 2 zeta eta` of it. A tap squeezes
+//! of its tangent stiffness is found by power iteration. Symplectic Euler is stable while `dt^2
+//! w^2 + 2 dt c < 4`; the foundation's damping takes `2 dt c <= 2 zeta eta` of it. A tap squeezes
 //! harder for a few milliseconds, so the substeps that this bound asks for are then tried on a tap,
 //! and one is added until the patch comes to rest in it and after it.
 
-use palpate::path::force;
+use palpate::stages::force;
 use palpate::{BuildError, Limits, Model, Params, ProbePose, State, Tuned, Vector3, tick};
 
 use crate::patch::{Memory, Patch};

@@ -1,6 +1,6 @@
 //! The energies of the model, as documented, over Young's modulus [J/Pa = m^3].
 
-use palpate::path::force::foundation::FLAT_EDGE;
+use palpate::stages::force::foundation::FLAT_EDGE;
 use palpate::{Params, ProbeShape, RimEdge, RimNode, Spring, Tet};
 
 use super::number::Number;
@@ -25,8 +25,8 @@ pub fn of_spring<N: Number>(spring: &Spring, params: &Params, a: Point<N>, b: Po
     energy
 }
 
-/// A tet's own volume energy `beta kappa V/2 (J - 1)^2` and its barrier, whose pressure is `3 mu (1
-/// - J/0.4)` below J = 0.4.
+/// A tet's own volume energy `beta kappa V/2 (J - 1)^2` and its barrier, whose pressure is `3 mu
+/// (1 - J/0.4)` below J = 0.4.
 pub fn of_tet<N: Number>(tet: &Tet, params: &Params, corners: [Point<N>; 4]) -> N {
     let volume_m3 = 1.0 / (6.0 * f64::from(tet.six_volume_reciprocal));
     let (beta_kappa, mu) = (6.0 * f64::from(tet.bulk), 2.0 * f64::from(tet.barrier));
@@ -40,8 +40,8 @@ pub fn of_tet<N: Number>(tet: &Tet, params: &Params, corners: [Point<N>; 4]) -> 
     N::of(volume_m3) * density
 }
 
-/// Volume energy of a node with `(1 - beta) kappa` and the volume it stands for: `-2 ln J + 4 ln((J
-/// + 1)/2)`, J the volume ratio of all its tets. Its pressure is straight below J = 0.8.
+/// Volume energy of a node with `(1 - beta) kappa` and the volume it stands for: `-2 ln J + 4
+/// ln((J + 1)/2)`, J the volume ratio of all its tets. Its pressure is straight below J = 0.8.
 pub fn of_node<N: Number>(kappa: f64, volume_m3: f64, j: N) -> N {
     let density = |j: N| N::of(-2.0) * j.log() + N::of(4.0) * ((j + N::of(1.0)) * N::of(0.5)).log();
     let least: f64 = 0.8;

@@ -24,7 +24,7 @@ const RUNNING_SHIFT: u32 = 2;
 const NS_PER_COUNT: u64 = 40;
 const CLOCK: &str = "palpate_firmware::board::mps2::clock_counts";
 const TICK: &str = "palpate::tick::tick";
-const RIM: &str = "palpate::path::force::rim::hold";
+const RIM: &str = "palpate::stages::force::rim::hold";
 /// Ticks outside the tissue in a logged run: start-up and the first of arming. The tap meets a
 /// patch that nobody feels yet, at the same cost.
 const LOGGED_LEAD: u32 = 5;

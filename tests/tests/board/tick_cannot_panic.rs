@@ -8,7 +8,7 @@ use palpate_tests::disassembly;
 use palpate_tests::emulator::{build_firmware, link_panic_proof};
 
 /// Functions of the path, as they are named in the image.
-const PATH: [&str; 2] = ["palpate::tick::", "palpate::path::"];
+const PATH: [&str; 2] = ["palpate::tick::", "palpate::stages::"];
 
 #[test]
 fn no_function_of_the_path_calls_a_panic() {
@@ -18,7 +18,7 @@ fn no_function_of_the_path_calls_a_panic() {
     let mut function = String::new();
     let (mut seen, mut bad) = (Vec::new(), Vec::new());
     for line in listing.lines() {
-        // "0000b35c <palpate::path::force::spring::pull>:"
+        // "0000b35c <palpate::stages::force::spring::pull>:"
         if let Some(name) = line.split_once(" <").and_then(|(_, rest)| rest.strip_suffix(">:")) {
             function = name.trim_start_matches('<').to_string();
             if PATH.iter().any(|p| function.starts_with(p)) {

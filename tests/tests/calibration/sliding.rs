@@ -4,7 +4,7 @@
 use std::sync::OnceLock;
 
 use palpate::Params;
-use palpate::path::region::{ContactPressure, StressRule};
+use palpate::stages::region::{ContactPressure, StressRule};
 use palpate_fit::calibrate::reference_map::ReferenceMap;
 use palpate_fit::calibrate::{Fit, Settings, Targets};
 use palpate_fit::statics::Vector;

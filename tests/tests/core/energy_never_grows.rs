@@ -1,12 +1,12 @@
 //! Left alone, tissue does not gain energy.
 //!
-//! Potential energy is the oracle's, masses are the tick's. Symplectic Euler does not keep `m v^2/2
-//! + U`, which swings by up to `w dt / 2` of itself; for linear forces it keeps `m v_n . v_(n+1) /
+//! Potential energy is the oracle's, masses are the tick's. Symplectic Euler does not keep `m
+//! v^2/2 + U`, which swings by up to `w dt / 2` of itself; for linear forces it keeps `m v_n . v_(n+1) /
 //! 2 + U(x_n)` *exactly* (`v_n` leads to `x_n`, `v_(n+1)` leads from it). That is the energy here.
 //! What it moves by without damping is what the forces bend; what it grows by would be a method
 //! that feeds the hand.
 
-use palpate::path::probe::ProbePose;
+use palpate::stages::probe::ProbePose;
 use palpate::{State, Vector3, tick};
 use palpate_tests::bench::{Bench, Deformation, Noise, at_depth};
 use palpate_tests::oracle::Oracle;

@@ -1,7 +1,7 @@
 //! What the tissue does to itself sums to nothing; what the probe feels is what the tissue gets.
 
-use palpate::path::probe::{Motion, ProbePose};
-use palpate::path::{contact, force};
+use palpate::stages::probe::{Motion, ProbePose};
+use palpate::stages::{contact, force};
 use palpate::{Limiters, Model, Output, RimEdge, RimNode, State, Vector3, tick};
 use palpate_tests::bench::{Bench, Deformation, Noise, at_depth};
 use palpate_tests::rounding::{self, UNIT};

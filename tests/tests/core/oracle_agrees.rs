@@ -1,8 +1,8 @@
 //! The core's forces are the slopes of the documented energies: an oracle in double precision,
 //! written from the energies, finds the same ones.
 
-use palpate::path::probe::{Motion, ProbePose};
-use palpate::path::{contact, force};
+use palpate::stages::probe::{Motion, ProbePose};
+use palpate::stages::{contact, force};
 use palpate::{Limiters, Model, ProbeShape, RimEdge, RimNode, State, Tuned, Vector3, tick};
 use palpate_tests::bench::{Bench, Deformation, Noise, at_depth};
 use palpate_tests::oracle::{Oracle, Tip};

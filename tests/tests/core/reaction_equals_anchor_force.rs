@@ -4,7 +4,7 @@
 //! What is left after 0.3 s of a hold swings with half the damping rate, exp(-0.3 s x 20/s) = 0.25
 //! % of the step that the ramp's end was; allowed: 1 %.
 
-use palpate::path::probe::ProbePose;
+use palpate::stages::probe::ProbePose;
 use palpate::{Limiters, Vector3, tick};
 use palpate_tissue::finger::Finger;
 use palpate_tissue::patch::Memory;

@@ -5,7 +5,7 @@
 //! stiffness it belongs to. All such strains in one direction over the whole block would move its
 //! far side by strain times side: that is the bound, and a real pre-strain of 1e-5 is far above it.
 
-use palpate::path::probe::ProbePose;
+use palpate::stages::probe::ProbePose;
 use palpate::{Output, Vector3, tick};
 use palpate_tests::bench::Bench;
 use palpate_tests::rounding::UNIT;

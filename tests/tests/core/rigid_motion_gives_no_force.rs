@@ -5,7 +5,7 @@
 //! both ends of every edge, times the stiffness at the node. To that comes the rounding of the
 //! forces.
 
-use palpate::path::force;
+use palpate::stages::force;
 use palpate::{State, Tuned, Vector3};
 use palpate_tests::bench::{Bench, Noise, at_depth};
 use palpate_tests::rounding::{self, UNIT};

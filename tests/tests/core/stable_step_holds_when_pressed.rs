@@ -3,7 +3,7 @@
 //!
 //! `--nocapture` prints how far the bound is from the step at which a press goes wrong.
 
-use palpate::path::probe::ProbePose;
+use palpate::stages::probe::ProbePose;
 use palpate::{Vector3, tick};
 use palpate_tests::bench::{Bench, at_depth};
 use palpate_tissue::measure;

@@ -3,7 +3,7 @@
 //!
 //! `--nocapture` prints the table.
 
-use palpate::path::probe::ProbePose;
+use palpate::stages::probe::ProbePose;
 use palpate::{Limiters, Limits, Output, Params, tick};
 use palpate_tests::bench::{Bench, at_depth};
 use palpate_tests::tap::{Outcome, Tap, with_tick};

@@ -5,7 +5,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use palpate::path::probe::ProbePose;
+use palpate::stages::probe::ProbePose;
 use palpate::{State, TetShapes, Vector3, tick};
 use palpate_lab::rivals::{Block, Method};
 use palpate_tests::bench::{Bench, at_depth};

@@ -62,7 +62,7 @@ fn core_controller_and_loop_in_the_program_that_tests_start_are_checked() {
     }
     let program = std::fs::read(binary(SCRATCH)).unwrap();
     let core: BTreeSet<_> =
-        ["core/src/haptic/", "core/src/path/"].iter().flat_map(|folder| can_panic(&program, folder)).collect();
+        ["core/src/haptic/", "core/src/stages/"].iter().flat_map(|folder| can_panic(&program, folder)).collect();
     let (link, looped) =
         (can_panic(&program, "firmware/controller/src/link/"), can_panic(&program, "host-sim/loop/src/closed_loop/"));
     println!("{core:?}\n{link:?}\n{looped:?}");

@@ -1,7 +1,7 @@
 //! Whatever goes wrong, the device gets no force, and is told why until it resets; whatever it is
 //! asked, it gets no more than its limit.
 
-use palpate::path::probe::ProbePose;
+use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, Fault, Limiters, Limits, Output, Params, State, Tuned, Vector3, tick};
 use palpate_tests::bench::{Bench, at_depth};
 use palpate_tissue::patch::Memory;

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use nalgebra::{Matrix3, Vector3};
-use palpate::path::region::ContactPressure;
+use palpate::stages::region::ContactPressure;
 use palpate_fit::calibrate::schedule::{Schedule, Verdict, Walk};
 use palpate_lab::paper::local_compression::failures::{barycentre, correction, region};
 use palpate_lab::paper::local_compression::fit::{Target, distance_mm};

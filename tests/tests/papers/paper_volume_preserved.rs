@@ -1,7 +1,7 @@
 //! `palpate paper volume-preserved`: what it leaves behind, what its answers rest on, what it
 //! refuses.
 
-use palpate::path::force::damper::DampingLaw;
+use palpate::stages::force::damper::DampingLaw;
 use palpate_lab::paper::volume_preserved::assembly::Assembly;
 use palpate_lab::paper::volume_preserved::measured::Measured;
 use palpate_lab::paper::volume_preserved::method::{HangingMethod, Setup, hang};

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use crate::fault::{Fault, Limiters};
 use crate::haptic::mode::Mode;
 use crate::haptic::passivity::Energy;
-use crate::path::output::Output;
+use crate::stages::output::Output;
 
 /// Request of the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

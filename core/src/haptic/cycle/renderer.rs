@@ -3,8 +3,8 @@
 use crate::haptic::damping::hertz_slope_n_per_m;
 use crate::model::Model;
 use crate::params::Tuned;
-use crate::path::output::Output;
-use crate::path::probe::ProbePose;
+use crate::stages::output::Output;
+use crate::stages::probe::ProbePose;
 use crate::state::State;
 use crate::tick::tick;
 

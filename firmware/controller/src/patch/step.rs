@@ -169,7 +169,7 @@ fn rim(model: &Model<'_>, stiffness_m: &mut [f32]) {
 
 const THIRD: f32 = 1.0 / 3.0;
 /// Slope of a node's pressure at rest over its constant, and of a tet's barrier
-/// (`palpate::path::force`).
+/// (`palpate::stages::force`).
 const PRESSURE_SLOPE: f32 = 0.5;
 const BARRIER_SLOPE: f32 = 2.5;
 

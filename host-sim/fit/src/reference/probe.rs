@@ -1,7 +1,7 @@
 //! The rigid probe as a signed distance.
 
 use nalgebra::{Matrix3, Vector3};
-use palpate::path::force::foundation::FLAT_EDGE;
+use palpate::stages::force::foundation::FLAT_EDGE;
 
 use palpate_tissue::scene::Shape;
 

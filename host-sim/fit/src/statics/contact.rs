@@ -2,7 +2,7 @@
 //! probe.
 
 use nalgebra::Matrix3;
-use palpate::path::force::foundation::point_weights;
+use palpate::stages::force::foundation::point_weights;
 use palpate_tissue::probe_surface::{Inside, inside};
 
 use super::{StaticTriangle, Statics, Vector};

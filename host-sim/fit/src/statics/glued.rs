@@ -9,7 +9,7 @@
 //! frictionless presses alone leaves these two cases up to 20 % off.
 
 use nalgebra::Matrix3;
-use palpate::path::force::foundation::point_weights;
+use palpate::stages::force::foundation::point_weights;
 
 use super::{Gradient, Solver, Statics, Unbalanced, Vector, elastic};
 

@@ -20,7 +20,7 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 use palpate::Fault;
-use palpate::path::force::damper::DampingLaw;
+use palpate::stages::force::damper::DampingLaw;
 
 use crate::error::Error;
 use assembly::Assembly;

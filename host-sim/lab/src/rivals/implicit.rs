@@ -7,7 +7,7 @@
 //! which the touched columns are kept. True masses, no floor. With the stiffness frozen it is
 //! stable only while the tissue is not stiffer than about twice what it was at rest.
 
-use palpate::path::integrate::FASTEST_M_PER_S;
+use palpate::stages::integrate::FASTEST_M_PER_S;
 use palpate::{Fault, Params, Vector3};
 
 use super::compliance::columns;

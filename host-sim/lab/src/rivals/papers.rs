@@ -9,11 +9,11 @@
 //! at 2 % of error; no volume force, whose coefficient is not printed.
 
 use palpate::method::{LocalCompression, Method, VolumePreserved};
-use palpate::path::correct::direction::SpringDirection;
-use palpate::path::correct::length::SpringLength;
-use palpate::path::correct::over_compression::OverCompression;
-use palpate::path::force::damper::{Dampers, DampingLaw};
-use palpate::path::integrate::velocity_verlet::VelocityVerlet;
+use palpate::stages::correct::direction::SpringDirection;
+use palpate::stages::correct::length::SpringLength;
+use palpate::stages::correct::over_compression::OverCompression;
+use palpate::stages::force::damper::{Dampers, DampingLaw};
+use palpate::stages::integrate::velocity_verlet::VelocityVerlet;
 use palpate::{Model, Params, Spring, Terms};
 
 use super::{OnCore, Rival, printed_springs};

@@ -18,7 +18,7 @@ use palpate::haptic::cycle::{Renderer, Settings};
 use palpate::haptic::damping::DampingSettings;
 use palpate::haptic::limits::LimitValues;
 use palpate::haptic::passivity::PassivitySettings;
-use palpate::path::probe::ProbePose;
+use palpate::stages::probe::ProbePose;
 use palpate::{Output, Vector3};
 
 use self::constant_damping::ConstantDamping;

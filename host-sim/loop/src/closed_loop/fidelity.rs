@@ -5,7 +5,7 @@
 //! when a patch is made ready: half-sine taps against the same patch with true masses and steps so
 //! small that they need no floor.
 
-use palpate::path::probe::ProbePose;
+use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, Limits, Params, tick};
 
 use palpate_tissue::measure::volumes;

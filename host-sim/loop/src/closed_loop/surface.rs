@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use palpate::haptic::cycle::{PatchRenderer, Renderer};
-use palpate::path::probe::ProbePose;
+use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, Limiters, Limits, Model, Output, Params, RimEdge, RimNode, State, Tuned, Vector3, tick};
 
 use super::stimulus::{Change, Site};

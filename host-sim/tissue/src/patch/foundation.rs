@@ -1,6 +1,6 @@
 //! The foundation law of a surface: stiffness about E over the element size, per point.
 
-use palpate::path::force::foundation::point_weights;
+use palpate::stages::force::foundation::point_weights;
 use palpate::{FoundationPoint, Triangle};
 
 use super::{Material, Multipliers};

@@ -82,8 +82,8 @@ fn a_squeezed_bar_has_the_force_of_the_formula() {
     }
 }
 
-/// Axial stress per rest area over E of a bar with free sides, from zero stress across: `mu (t^2 -
-/// 1) + lambda ln(stretch t^2) = 0`.
+/// Axial stress per rest area over E of a bar with free sides, from zero stress across:
+/// `mu (t^2 - 1) + lambda ln(stretch t^2) = 0`.
 fn uniaxial(stretch: f64) -> f64 {
     let (mu, lambda) = lame();
     let (mut low, mut high) = (0.5, 2.0);

@@ -4,7 +4,7 @@ use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings};
 use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::limits::LimitValues;
 use palpate::haptic::mode::Mode;
-use palpate::path::probe::ProbePose;
+use palpate::stages::probe::ProbePose;
 use palpate::{Fault, Limiters, Output, Vector3};
 use palpate_loop::closed_loop::watch::{Broken, Tick, Watch};
 

@@ -1,12 +1,12 @@
 //! Paper 004, eqs (1) to (3) and (7) to (13); (4)-(6) and (14) are on the desktop only.
 
 use palpate::method::{LocalCompression, Method};
-use palpate::path::correct::over_compression::OverCompression;
-use palpate::path::force::barycentre::BarycentreForce;
-use palpate::path::force::damper::{Dampers, DampingLaw};
-use palpate::path::integrate::velocity_verlet::VelocityVerlet;
-use palpate::path::probe::ProbePose;
-use palpate::path::region::{ContactPressure, StressRule};
+use palpate::stages::correct::over_compression::OverCompression;
+use palpate::stages::force::barycentre::BarycentreForce;
+use palpate::stages::force::damper::{Dampers, DampingLaw};
+use palpate::stages::integrate::velocity_verlet::VelocityVerlet;
+use palpate::stages::probe::ProbePose;
+use palpate::stages::region::{ContactPressure, StressRule};
 use palpate::{Model, Vector3, tick_with};
 use palpate_tests::bench::at_depth;
 

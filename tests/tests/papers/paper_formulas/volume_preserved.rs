@@ -1,10 +1,10 @@
 //! Paper 000, eqs (3) to (12).
 
 use palpate::method::{Method, VolumePreserved};
-use palpate::path::correct::direction::SpringDirection;
-use palpate::path::correct::length::SpringLength;
-use palpate::path::force::damper::{Dampers, DampingLaw};
-use palpate::path::probe::ProbePose;
+use palpate::stages::correct::direction::SpringDirection;
+use palpate::stages::correct::length::SpringLength;
+use palpate::stages::force::damper::{Dampers, DampingLaw};
+use palpate::stages::probe::ProbePose;
 use palpate::{Model, State, Tuned, Vector3, tick_with};
 use palpate_tests::bench::at_depth;
 

@@ -9,7 +9,7 @@
 //! they are).
 
 use palpate::Params;
-use palpate::path::region::{ContactPressure, StressRule};
+use palpate::stages::region::{ContactPressure, StressRule};
 
 use super::course::Course;
 use super::run::Awake;

@@ -1,8 +1,8 @@
 //! A slide in the tick, and its figures beside the reference.
 
 use palpate::method::{Method, Product};
-use palpate::path::region::{Region, StressRule};
-use palpate::path::{force, force::foundation::Load};
+use palpate::stages::region::{Region, StressRule};
+use palpate::stages::{force, force::foundation::Load};
 use palpate::{BuildError, Fault, Model, Params, ProbePose, State, Tuned, Vector3, tick_with};
 use serde::Serialize;
 

@@ -2,8 +2,8 @@
 //! For a region that follows the motion, not the contact.
 
 use palpate::method::Method;
-use palpate::path::integrate;
-use palpate::path::region::Region;
+use palpate::stages::integrate;
+use palpate::stages::region::Region;
 use palpate::{Fault, Model, State, Tuned, Vector3};
 
 /// A node falls asleep after so many quiet ticks.

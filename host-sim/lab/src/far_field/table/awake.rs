@@ -10,7 +10,7 @@
 
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
-use palpate::path::region::{ContactPressure, StressRule};
+use palpate::stages::region::{ContactPressure, StressRule};
 use rayon::prelude::*;
 
 use super::presses::solver;

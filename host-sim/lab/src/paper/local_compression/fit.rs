@@ -10,8 +10,8 @@
 
 use palpate::Vector3;
 use palpate::method::LocalCompression;
-use palpate::path::force::damper::{Dampers, DampingLaw};
-use palpate::path::integrate::velocity_verlet::VelocityVerlet;
+use palpate::stages::force::damper::{Dampers, DampingLaw};
+use palpate::stages::integrate::velocity_verlet::VelocityVerlet;
 use palpate::{Model, Params};
 
 use super::hausdorff::hausdorff;

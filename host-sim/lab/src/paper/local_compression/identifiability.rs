@@ -1,8 +1,8 @@
 //! What the paper's objective can see of k and d, and with which step its fitted values can be run.
 
 use palpate::method::LocalCompression;
-use palpate::path::force::damper::{Dampers, DampingLaw};
-use palpate::path::integrate::velocity_verlet::VelocityVerlet;
+use palpate::stages::force::damper::{Dampers, DampingLaw};
+use palpate::stages::integrate::velocity_verlet::VelocityVerlet;
 use palpate::{Model, Params, ProbePose, Vector3, tick_with};
 
 use super::fit::{Target, key_nodes};

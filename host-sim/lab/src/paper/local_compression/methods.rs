@@ -11,9 +11,9 @@
 //! method comes to rest under the largest force it bears is its step.
 
 use palpate::method::LocalCompression;
-use palpate::path::force::damper::{Dampers, DampingLaw};
-use palpate::path::integrate::velocity_verlet::VelocityVerlet;
-use palpate::path::region::StressRule;
+use palpate::stages::force::damper::{Dampers, DampingLaw};
+use palpate::stages::integrate::velocity_verlet::VelocityVerlet;
+use palpate::stages::region::StressRule;
 use palpate::{Model, Params, Spring, Terms};
 
 use super::rest::{AtRest, NoRest, to_rest};

@@ -9,7 +9,7 @@ use super::sweep::{Curve, STATIC};
 use super::tell::REGION_ERROR;
 use crate::error::Error;
 use crate::paper::report::Claim;
-use palpate::path::region::ContactPressure;
+use palpate::stages::region::ContactPressure;
 use palpate_tissue::output::OutputFolder;
 
 #[derive(Serialize)]

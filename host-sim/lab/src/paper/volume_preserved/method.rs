@@ -1,10 +1,10 @@
 //! The methods that hang the organs, all on the core's tick.
 
 use palpate::method::{Method, Product, VolumePreserved};
-use palpate::path::correct::direction::SpringDirection;
-use palpate::path::correct::length::SpringLength;
-use palpate::path::force::damper::{Dampers, DampingLaw};
-use palpate::path::probe::ProbePose;
+use palpate::stages::correct::direction::SpringDirection;
+use palpate::stages::correct::length::SpringLength;
+use palpate::stages::force::damper::{Dampers, DampingLaw};
+use palpate::stages::probe::ProbePose;
 use palpate::{Fault, Model, Params, State, Terms, Tuned, Vector3, tick_with};
 
 use super::assembly::Assembly;

@@ -2,8 +2,8 @@
 //! against the step where lengths are corrected.
 
 use palpate::method::VolumePreserved;
-use palpate::path::correct::length::SpringLength;
-use palpate::path::force::damper::DampingLaw;
+use palpate::stages::correct::length::SpringLength;
+use palpate::stages::force::damper::DampingLaw;
 use palpate::{Params, ProbePose, Terms, Vector3, tick_with};
 
 use super::assembly::Assembly;

@@ -1,7 +1,7 @@
 //! One loop against one wall after the other, softest first.
 
 use palpate::haptic::cycle::Renderer;
-use palpate::path::probe::ProbePose;
+use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, Limiters, Vector3};
 use serde::Serialize;
 

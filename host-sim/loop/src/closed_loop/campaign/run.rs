@@ -2,7 +2,7 @@
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Settings};
 use palpate::haptic::mode::Mode;
-use palpate::path::probe::ProbePose;
+use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, Fault};
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::SeedableRng;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use palpate::haptic::cycle::Renderer;
-use palpate::path::probe::ProbePose;
+use palpate::stages::probe::ProbePose;
 use palpate::{Output, Vector3};
 
 use super::Tissue;

@@ -6,7 +6,7 @@ use palpate::haptic::cycle::{Ask, Command, Cycle, PatchRenderer, Renderer, Setti
 use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::limits::LimitValues;
 use palpate::haptic::mode::Mode;
-use palpate::path::probe::ProbePose;
+use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, Fault, Model, Output, Params, Vector3};
 
 use super::case::PathCase;

@@ -1,8 +1,8 @@
 //! The volume force (2): how hard a tet pushes itself, and what its coefficient does to the force.
 
 use palpate::method::LocalCompression;
-use palpate::path::force::barycentre::BarycentreForce;
-use palpate::path::integrate::velocity_verlet::VelocityVerlet;
+use palpate::stages::force::barycentre::BarycentreForce;
+use palpate::stages::integrate::velocity_verlet::VelocityVerlet;
 use palpate::{Model, Vector3};
 
 use super::super::methods::{Contestant, Fitted, springs_of};

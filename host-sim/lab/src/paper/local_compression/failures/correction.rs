@@ -5,8 +5,8 @@
 //! the tissue.
 
 use palpate::method::LocalCompression;
-use palpate::path::correct::over_compression::OverCompression;
-use palpate::path::integrate::velocity_verlet::VelocityVerlet;
+use palpate::stages::correct::over_compression::OverCompression;
+use palpate::stages::integrate::velocity_verlet::VelocityVerlet;
 use palpate::{Model, Params, Terms};
 
 use super::super::methods::springs_of;

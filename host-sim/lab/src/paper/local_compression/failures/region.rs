@@ -2,8 +2,8 @@
 //! costs in force.
 
 use palpate::method::LocalCompression;
-use palpate::path::integrate::velocity_verlet::VelocityVerlet;
-use palpate::path::region::{ContactPressure, StressRule};
+use palpate::stages::integrate::velocity_verlet::VelocityVerlet;
+use palpate::stages::region::{ContactPressure, StressRule};
 use palpate::{Fault, Model, ProbePose, State, Tuned, Vector3, tick_with};
 
 use super::super::methods::{Contestant, Fitted, springs_of};

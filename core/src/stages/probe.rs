@@ -16,7 +16,7 @@ use crate::fault::{BuildError, Fault, Limiters};
 use crate::lanes::sqrt;
 use crate::model::Model;
 use crate::params::Tuned;
-use crate::path::presence::{self, Presence};
+use crate::stages::presence::{self, Presence};
 use crate::state::State;
 
 /// Radii of the probe between the shown and the sensed tip beyond which the hand has pushed

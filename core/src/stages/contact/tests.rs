@@ -7,7 +7,7 @@ use std::vec::Vec;
 
 use super::*;
 use crate::lanes::vector;
-use crate::path::probe::{ProbePose, admit};
+use crate::stages::probe::{ProbePose, admit};
 use crate::state::Node;
 use crate::{PatchFile, TetShapes};
 

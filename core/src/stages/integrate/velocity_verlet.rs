@@ -12,7 +12,7 @@ use crate::fault::Fault;
 use crate::lanes::ROW;
 use crate::model::Model;
 use crate::params::Tuned;
-use crate::path::region::Region;
+use crate::stages::region::Region;
 use crate::state::State;
 
 /// The step, and whether a step is open that is to be closed.

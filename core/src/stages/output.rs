@@ -11,8 +11,8 @@ use nalgebra::Vector3;
 use crate::fault::{Fault, Limiters};
 use crate::lanes::sqrt;
 use crate::params::Tuned;
-use crate::path::force::foundation::Load;
-use crate::path::probe::Motion;
+use crate::stages::force::foundation::Load;
+use crate::stages::probe::Motion;
 use crate::state::{State, TouchPlane};
 
 /// Output of a tick.

@@ -14,7 +14,7 @@ use crate::fault::Fault;
 use crate::lanes::ROW;
 use crate::model::Model;
 use crate::params::Tuned;
-use crate::path::region::Region;
+use crate::stages::region::Region;
 use crate::state::State;
 
 /// Shear waves in soft tissue run at 1-10 m/s: whatever moves at 100 is not tissue.

@@ -11,9 +11,9 @@ use nalgebra::Vector3;
 use crate::fault::Limiters;
 use crate::model::Model;
 use crate::params::{Probe, ProbeShape, Tuned};
-use crate::path::force::foundation;
-use crate::path::presence;
-use crate::path::probe::Motion;
+use crate::stages::force::foundation;
+use crate::stages::presence;
+use crate::stages::probe::Motion;
 use crate::state::State;
 
 /// Writes the triangles whose box meets the probe's box.

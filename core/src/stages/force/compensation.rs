@@ -13,8 +13,8 @@ pub const BARRIER_BELOW: f32 = 0.4;
 /// it just when a tap needs it.
 const BARRIER_SLOPE: f32 = 1.0 / BARRIER_BELOW;
 
-/// Extra force per length over E of a spring shorter than `onset` times its rest length: `chi k (1
-/// - onset l0 / l)`, zero otherwise.
+/// Extra force per length over E of a spring shorter than `onset` times its rest length: `chi k
+/// (1 - onset l0 / l)`, zero otherwise.
 ///
 /// `stretch` is `k l0 / l`. Energy: `chi k / 2 (l - onset l0)^2`.
 #[inline(always)]

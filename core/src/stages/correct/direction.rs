@@ -3,13 +3,13 @@
 use crate::lanes::{ROW, Row, add, difference, scaled, sqrt, subtract};
 use crate::model::Model;
 use crate::params::Tuned;
-use crate::path::correct::shares;
+use crate::stages::correct::shares;
 use crate::state::State;
 
 /// Turns springs back to within theta of where they pointed when positions `x^p` were last taken.
 ///
-/// The paper gives the constraint and says that its update follows as that of (6). With `C = theta
-/// - phi`, `phi` the angle, its gradient at the ends is `-t/l` and `t/l`, t the unit vector across
+/// The paper gives the constraint and says that its update follows as that of (6). With `C =
+/// theta - phi`, `phi` the angle, its gradient at the ends is `-t/l` and `t/l`, t the unit vector across
 /// the spring toward its old direction; the step that closes C is then `-C l/2 t`, averaged over a
 /// node's springs as in (7). A spring that points exactly backwards has no such t and is left
 /// alone.

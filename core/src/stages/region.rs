@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use crate::lanes::sqrt;
 use crate::params::Tuned;
-use crate::path::force::foundation::Load;
+use crate::stages::force::foundation::Load;
 use crate::state::State;
 
 /// The nodes that move in this tick.

@@ -1,0 +1,59 @@
+//! A patch file, a device of the example, 1 000 ticks of the haptic loop.
+
+use palpate::haptic::cycle::{Ask, Command, Cycle, PatchRenderer, Settings};
+use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+use palpate::{BuildError, Node, PatchFile, State, TetShapes, Vector3};
+
+/// A patch file is read in place, as words: its bytes start on a 4-byte boundary.
+#[repr(C, align(4))]
+struct Words<B: ?Sized>(B);
+static PATCH: &Words<[u8]> =
+    &Words(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/patches/block-m4f-168.patch")));
+
+/// A handle that waits outside for 700 ticks, then goes 3 mm into the tissue in 0.3 s.
+struct Handle {
+    tick: u32,
+    site_m: Vector3<f32>,
+    force_n: Vector3<f32>,
+}
+
+impl HapticDevice for Handle {
+    fn limits(&self) -> DeviceLimits {
+        let corner_m = Vector3::new(0.1, 0.1, 0.1);
+        let (workspace_low_m, workspace_high_m) = (self.site_m - corner_m, self.site_m + corner_m);
+        DeviceLimits { max_force_n: 3.3, workspace_low_m, workspace_high_m, count_m: 0.0, delay_ticks: 1, lag_s: 0.0 }
+    }
+    fn sense(&mut self) -> Sensed {
+        self.tick += 1;
+        let height_m = 1e-3 - 4e-3 * self.tick.saturating_sub(700) as f32 / 300.0;
+        Sensed { position_m: self.site_m + Vector3::z() * height_m, sequence: self.tick, status: SensorStatus::Good }
+    }
+    fn actuate(&mut self, force_n: Vector3<f32>) {
+        self.force_n = force_n;
+    }
+    fn release(&mut self) {
+        self.force_n = Vector3::zeros();
+    }
+}
+
+fn main() -> Result<(), BuildError> {
+    let PatchFile { model, params, site_m, .. } = PatchFile::open(&PATCH.0)?;
+    // all memory of the loop; on a board these are arrays in statics
+    let (mut node_step, mut cap_m) = (vec![0.0; model.nodes.len()], vec![0.0; model.triangles.len()]);
+    let (mut nodes, mut candidates) = (vec![Node::ZERO; model.nodes.len()], vec![0; model.triangles.len()]);
+    let mut shapes = vec![TetShapes::ZERO; TetShapes::count(&model)];
+    let tuned = params.build(&model, &mut node_step, &mut cap_m)?;
+    let mut state = State::new(&model, &mut nodes, &mut candidates, &mut shapes)?;
+    let mut handle = Handle { tick: 0, site_m, force_n: Vector3::zeros() };
+    let mut cycle = Cycle::build(&Settings::safe(&handle.limits()), &handle.limits())?;
+    for tick in 0..1000 {
+        let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(tick).copied();
+        let mut patch = PatchRenderer { model: &model, tuned: &tuned, state: &mut state };
+        let told = cycle.run(&mut handle, &mut patch, Command { asked, ..Command::HEARD });
+        if tick % 100 == 99 {
+            println!("{tick:>4} ms: {:?}, {:.2} mm deep, {:.3} N", told.mode, told.output.depth_m * 1e3, handle.force_n.z);
+        }
+    }
+    assert!(handle.force_n.z > 0.02, "3 mm deep the handle is pushed out");
+    Ok(())
+}
