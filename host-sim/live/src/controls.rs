@@ -7,12 +7,12 @@ use palpate_tissue::scene::PRESETS;
 use web_time::Instant;
 
 use crate::camera::Lens;
-use crate::message::{Body, Frame, Request};
+use crate::message::{Body, Frame};
 use crate::shape::Shape;
 use crate::view::{Colour, LEAST_J, Shown, scale, screen};
 
 /// A nodule as the slider begins with it.
-const NODULE: Nodule = Nodule { place_m: [0.004, 0.0], depth_m: 9e-3, radius_m: 6e-3, ratio: 10.0 };
+pub(crate) const NODULE: Nodule = Nodule { place_m: [0.004, 0.0], depth_m: 9e-3, radius_m: 6e-3, ratio: 10.0 };
 
 /// A narrower picture has no room for hints beside its legend [points].
 const LEAST_FOR_HINTS: f32 = 660.0;
@@ -32,10 +32,10 @@ pub struct Controls {
     pub(crate) block: bool,
     pub(crate) exercise: Option<Search>,
     pub(crate) found: Option<Answered>,
-    seed: u64,
+    pub(crate) seed: u64,
     pub(crate) light: bool,
     /// Exercise and answer, while another scene is tried: one that is refused takes nothing away.
-    put_by: Option<(Option<Search>, Option<Answered>)>,
+    pub(crate) put_by: Option<(Option<Search>, Option<Answered>)>,
 }
 
 /// How it was judged, where the answer was, where the nodule.
@@ -48,7 +48,7 @@ pub(crate) fn presets() -> impl Iterator<Item = &'static str> {
 
 /// An exercise under way.
 pub(crate) struct Search {
-    exercise: Exercise,
+    pub(crate) exercise: Exercise,
     /// When its tissue was there.
     pub(crate) begun: Option<Instant>,
     pub(crate) peak_n: f32,

@@ -1,6 +1,12 @@
 //! What the controls ask of the physics.
 
+use eframe::egui;
+use palpate_loop::live::{Choice, Exercise};
+
 use super::App;
+use crate::controls::{NODULE, Search};
+use crate::message::Request;
+use crate::view::Colour;
 
 impl App {
     /// Tells the physics what is chosen now.
