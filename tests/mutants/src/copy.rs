@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use crate::list::Mutant;
 
 /// Folders and files that the two packages build from.
-const PARTS: [&str; 9] = [
+const PARTS: [&str; 10] = [
     "core/Cargo.toml",
+    "core/examples",
     "core/src",
     "core/tests/fast",
     "firmware",
@@ -71,7 +72,7 @@ impl Copy {
 fn two_packages(text: &str) -> Result<String, String> {
     let mut manifest: toml::Table = toml::from_str(text).map_err(|error| format!("Cargo.toml: {error}"))?;
     let workspace = manifest.get_mut("workspace").and_then(toml::Value::as_table_mut).ok_or("Cargo.toml: no workspace")?;
-    workspace.insert("members".into(), vec!["core".to_owned(), "firmware".to_owned()].into());
+    workspace.insert("members".into(), vec!["core".to_owned(), "firmware/controller".to_owned()].into());
     workspace.remove("default-members");
     workspace.remove("exclude");
     if let Some(dependencies) = workspace.get_mut("dependencies").and_then(toml::Value::as_table_mut) {

@@ -48,7 +48,7 @@ impl Mutant {
 
     /// The package whose tests are to notice it.
     pub fn package(&self) -> &'static str {
-        if self.edit.iter().all(|edit| edit.file.starts_with("core/")) { "palpate" } else { "palpate-firmware" }
+        if self.edit.iter().all(|edit| edit.file.starts_with("core/")) { "palpate" } else { "palpate-controller" }
     }
 }
 

@@ -33,7 +33,7 @@ impl fmt::Display for Verdict {
 
 /// The packages that these mistakes are in.
 pub fn packages(mutants: &[Mutant]) -> Vec<&'static str> {
-    ["palpate", "palpate-firmware"].into_iter().filter(|package| mutants.iter().any(|m| m.package() == *package)).collect()
+    ["palpate", "palpate-controller"].into_iter().filter(|package| mutants.iter().any(|m| m.package() == *package)).collect()
 }
 
 /// Builds the package's tests and runs them.

@@ -5,11 +5,11 @@ use palpate_tests::palpate_command::repository;
 /// Everything below `tests` and in unit tests, as one text.
 fn all_tests() -> String {
     let mut text = String::new();
-    let mut folders = vec![repository().join("tests"), repository().join("core/src"), repository().join("host-sim/src")];
+    let mut folders = vec![repository().join("tests"), repository().join("core/src"), repository().join("host-sim")];
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).unwrap().flatten() {
             let path = entry.path();
-            if path.is_dir() {
+            if path.is_dir() && !path.ends_with("target") {
                 folders.push(path);
             } else if path.extension().is_some_and(|e| e == "rs") {
                 text += &std::fs::read_to_string(path).unwrap();
