@@ -123,7 +123,7 @@ fn third_party_software_is_that_of_the_lock_file() {
         }
     }
     // whatever core and image name as their own dependency is in the list
-    for manifest in ["core/Cargo.toml", "firmware/Cargo.toml"] {
+    for manifest in ["core/Cargo.toml", "firmware/Cargo.toml", "firmware/controller/Cargo.toml"] {
         let text = read(manifest);
         for part in text.split("\n[").filter(|part| part.lines().next().is_some_and(|head| head.ends_with("dependencies]"))) {
             for name in part.lines().skip(1).filter_map(|line| line.split([' ', '.', '=']).next()) {
