@@ -51,11 +51,11 @@ impl Terms {
 pub struct Limits {
     /// Fastest probe the patch is shown [m/s].
     pub max_speed_m_per_s: f32,
-    /// Fastest it is shown going *into* tissue that it touches [m/s]: faster than the waves of
-    /// floored masses, it would crush the first elements before the next ones move.
+    /// Largest speed at which the shown probe enters tissue in contact [m/s]. A probe faster than
+    /// the waves of the floored masses would crush the first elements before the next ones move.
     /// `palpate_tissue::stable_step::limits` says how fast a patch's elements allow.
     pub max_sink_m_per_s: f32,
-    /// Longest force that leaves the tick [N].
+    /// Largest force that leaves the tick [N].
     pub max_force_n: f32,
 }
 

@@ -200,7 +200,7 @@ Output: a result appears in its folder whole, in place of an earlier one, when t
 meets a full disk, leaves the earlier result as it was. A second run into the same folder is refused, and so is a folder with files but without
 a result (pack and calibrate --check add their files to any folder). Patches, and files that you put beside a result, stay.";
 
-/// What most commands take.
+/// Options of most commands.
 #[derive(Args, Clone, Debug)]
 struct Common {
     /// A preset (block, block-deep, block-20kpa, nodule, abdomen, foot, organ-liver, liver) or the

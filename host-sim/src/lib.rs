@@ -43,7 +43,8 @@ fn tell(message: &str) {
     eprintln!("palpate: {}", message.replace(char::is_control, "\u{fffd}"));
 }
 
-/// What is wrong and the tip, without the usage below it.
+/// Returns the error and the tip of clap's message on one line, without the usage below them, and
+/// names the help.
 fn one_line(message: &str) -> String {
     let lines = message.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more information"));
     let said: Vec<&str> = lines.filter(|l| !l.is_empty()).collect();

@@ -1,4 +1,4 @@
-//! What `press` writes and prints.
+//! Result files of a press: summary, trace, surfaces and pictures.
 
 use palpate::Limiters;
 use serde::Serialize;

@@ -100,7 +100,7 @@ impl Bench {
         Tissue::closed(mesh, stiffness_ratio, anchors, [0.0; 3], DEPTH_LIMIT_M * scale)
     }
 
-    /// The same block with other parameters.
+    /// Returns the patch with its parameters changed by `change`.
     #[must_use]
     pub fn with(mut self, change: impl FnOnce(&mut Params)) -> Self {
         change(&mut self.params);

@@ -58,7 +58,7 @@ pub enum Place {
     Thread,
 }
 
-/// What goes wrong there, with the enable line on.
+/// Failure that is provoked there, with the enable line on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Crash {
     /// A panic.
@@ -88,7 +88,7 @@ pub struct Planned {
     pub place: Place,
     /// At which pass of the place since the start.
     pub pass: u32,
-    /// What goes wrong.
+    /// Failure to provoke.
     pub crash: Crash,
     /// How many starts of the board meet it.
     pub starts: u32,

@@ -30,7 +30,7 @@ pub enum EmulatorError {
     NotStarted {
         /// The program.
         program: String,
-        /// What the system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// The firmware does not compile.
@@ -42,7 +42,7 @@ pub enum EmulatorError {
     /// The run was ended from outside.
     #[error("the firmware was still running after {} s; its last words: {last_words}", TIMEOUT.as_secs())]
     TimedOut {
-        /// What it had printed.
+        /// Text that the firmware had printed by then.
         last_words: String,
     },
     /// A run ended without its result.
@@ -79,7 +79,7 @@ pub struct Run<'a> {
     pub exec_log: Option<&'a Path>,
 }
 
-/// What a run left behind.
+/// Exit status and output of a run.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// Exit status of the firmware.
@@ -111,7 +111,8 @@ pub fn build_firmware(target: &Path, features: &[&str]) -> Result<PathBuf, Emula
     if features.is_empty() { build(target, &[], None, "palpate-firmware") } else { variant(target, features, None) }
 }
 
-/// The same with another patch file, an absolute path.
+/// Builds the firmware with the patch file `patch`, an absolute path, and returns its ELF file.
+/// `target` is cargo's target directory.
 pub fn build_firmware_with(target: &Path, features: &[&str], patch: &Path) -> Result<PathBuf, EmulatorError> {
     variant(target, features, Some(patch))
 }

@@ -44,9 +44,9 @@ impl FarPatch {
         Bench { patch, params }
     }
 
-    /// The same with balls of other stiffness in the organ: inside the patch they scale what was
-    /// fitted, outside they change what its far field is fitted to. With the organ that they are
-    /// in.
+    /// Returns the patch, ready to run to `deep_m` [m], with balls of other stiffness in the organ,
+    /// and the organ that they are in. Inside the patch the balls scale what was fitted; outside
+    /// they change what its far field is fitted to.
     ///
     /// # Panics
     /// Balls that the scene refuses.

@@ -1,5 +1,5 @@
-//! What the tests share. The command: running it, reading what it wrote. On the board: running the
-//! firmware in the emulator, reading its image, counting what it executed. Physics: blocks of
+//! Shared code of the tests. The command: running it, reading what it wrote. On the board: running
+//! the firmware in the emulator, reading its image, counting what it executed. Physics: blocks of
 //! tissue, an oracle of their forces in double precision, and how far single precision may be off
 //! it.
 #![forbid(unsafe_code)]

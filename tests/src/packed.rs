@@ -54,8 +54,8 @@ pub fn cut_block() -> Prepared {
     Prepared::of(&scene, &Recipe::new(RADIUS_M, ELEMENT_M, scene.probe.radius_m)).expect("a block that allows the cut")
 }
 
-/// The same patch in front of an outside cut finer and finer: every tet into four at its centroid,
-/// `times` over. The rim stays as it is.
+/// Returns the patch in front of a refined outside: every tet of it is split into four at its
+/// centroid, `times` over. The rim stays as it is.
 ///
 /// # Panics
 /// The finer outside cannot be condensed.

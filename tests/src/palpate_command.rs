@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 #[derive(Debug)]
 pub struct Desk(tempfile::TempDir);
 
-/// What a command printed and how it ended.
+/// Exit code and output of a command.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// Exit code; `None` after a signal.

@@ -1,4 +1,4 @@
-//! What `press` leaves behind, read back.
+//! Runs of `press`, with their results read back.
 
 use std::path::{Path, PathBuf};
 
@@ -78,7 +78,7 @@ pub struct PressRun {
     pub desk: Desk,
     /// Output folder.
     pub out: PathBuf,
-    /// What it printed.
+    /// Exit code and output of the command.
     pub outcome: Outcome,
     /// `summary.json`.
     pub summary: Value,

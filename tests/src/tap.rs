@@ -32,14 +32,14 @@ pub struct Tap {
     pub jitter: f64,
 }
 
-/// What came of it.
+/// Outcome of a tap.
 #[derive(Debug)]
 pub struct Outcome {
-    /// What is wrong at the end of the hold or of the run, or stopped it.
+    /// Defect at the end of the hold or of the run, or fault that stopped it.
     pub wrong: Option<String>,
     /// Smallest volume of a tet over its rest volume in any tick.
     pub lowest_j: f64,
-    /// The same at the end of the hold.
+    /// Smallest volume of a tet over its rest volume at the end of the hold.
     pub held_j: f64,
     /// Largest force [N].
     pub peak_n: f64,

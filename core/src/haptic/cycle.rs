@@ -1,11 +1,11 @@
 //! One cycle of the loop: sense, tick, damp, limit, actuate. Board and desktop call this and
 //! nothing else.
 //!
-//! Whatever fails, the device is released **in the same tick** and the fault is latched. What the
-//! first touch, saturation or energy scale down stays scaled for the whole contact: a gain that
-//! rises while a spring is pressed gives the hand energy that it never brought.
+//! Whatever fails, the device is released **in the same tick** and the fault is latched. Gains that
+//! the first touch, saturation or energy have lowered stay low for the whole contact: a gain that
+//! rises while a spring is compressed adds energy to the hand.
 //!
-//! * in: a device, what renders its pose, what the host said since the last cycle
+//! * in: a device, a renderer of its pose, messages of the host since the last cycle
 //! * out: a force on the device, a [`Telemetry`] record
 //! * cost: up to 2100 instructions of a Cortex-M4F beside the patch (its log), the board's own part
 //!   of the tick included

@@ -33,9 +33,10 @@ const FADE_IN_N: f32 = 0.1;
 /// Below this depth the Hertz slope is taken as at it [m]: there one encoder count would be most of
 /// the depth.
 const SHALLOWEST_M: f32 = 0.3e-3;
-/// Play before the velocity, in counts (1): a count that toggles kicks the damping less, and what
-/// turns round is damped all the same. None shakes 20 kPa on a frictionless device with 21 mN, a
-/// whole count lets 400 N/m swing by two (DECISIONS.md).
+/// Backlash applied to the position before its velocity is estimated, in counts (1). It weakens the
+/// damping impulse of a flipping count, while a reversing motion is still damped. Without it 20 kPa
+/// on a frictionless device shake with 21 mN; with a whole count 400 N/m oscillate by two counts
+/// (DECISIONS.md).
 const PLAY_COUNTS: f32 = 0.2;
 
 /// How much to damp.

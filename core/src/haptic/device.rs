@@ -13,7 +13,7 @@ use crate::fault::BuildError;
 /// Limits and resolution of a device. Data of a device profile, constant while it runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviceLimits {
-    /// Longest force its actuators give in every direction [N].
+    /// Largest force that its actuators give in every direction [N].
     pub max_force_n: f32,
     /// Corner of its workspace with the smallest coordinates [m], patch frame.
     pub workspace_low_m: Vector3<f32>,
@@ -31,7 +31,7 @@ pub struct DeviceLimits {
 impl DeviceLimits {
     /// Most [`DeviceLimits::delay_ticks`] that are kept account of.
     pub const MOST_DELAY_TICKS: u8 = 7;
-    /// Longest force that any device may declare [N]: a hand withstands it.
+    /// Largest force that any device may declare [N]: a hand withstands it.
     pub const MOST_FORCE_N: f32 = 20.0;
 
     /// From a force computed to a force acting [s]: whole ticks and the lag.

@@ -90,11 +90,11 @@ pub enum Event {
     Booted,
     /// Sensors and actuators passed.
     TestPassed,
-    /// Somebody wants to feel.
+    /// Arming was requested.
     ArmAsked,
     /// All arming conditions held for their time.
     Armed,
-    /// Somebody wants to stop.
+    /// A stop was requested.
     StopAsked,
     /// The host fell silent.
     HostLost,

@@ -42,7 +42,7 @@ pub struct PassivitySettings {
 impl PassivitySettings {
     /// Half a millijoule: three times what 3 N and counts of 55 um can fake. Five contacts.
     pub const DEFAULT: Self = Self { alarm_j: 0.5e-3, alarms: 5 };
-    /// No alarm is later than this.
+    /// Upper bounds of both settings.
     pub const HIGHEST: Self = Self { alarm_j: 0.1, alarms: 100 };
 
     /// Checks both.

@@ -1,14 +1,14 @@
-//! A hold on the edge between two counts, where the reading toggles and every toggle is a kick of
-//! the tissue.
+//! Removes the limit cycle that occurs when the hand rests on the boundary between two encoder
+//! counts.
 //!
-//! One count is felt as its length times the stiffness in the tick, ten times the static one, and a
-//! light device without friction answers with the next toggle: a limit cycle a few micrometres
-//! wide. While an axis toggles between two neighbouring readings and the force shakes with it, the
-//! patch is shown their low-passed mean, which settles where the force balances the hand.
-//! Otherwise, and from the first count beyond the two, it is shown the reading itself: a lag that
-//! went along with a motion would give the hand energy, this one never outlasts a count. A toggle
-//! that nobody feels is left alone: on a handle that no friction and no grip holds it is what
-//! damps, and the mean swings slowly.
+//! The reading then flips between the two, and every flip is rendered as a step in depth. The force
+//! of that step is the count times the dynamic stiffness, ten times the static one, and on a light
+//! device without friction it is enough to cause the next flip. While an axis flips between two
+//! neighbouring counts *and* the force shakes with it, the patch is given a low-pass filtered
+//! position, which settles where the force balances the hand. The raw reading returns as soon as it
+//! is more than 1.3 counts away, so the filter can never lag a real motion by more than that; a lag
+//! behind a motion would give the hand energy. A flip that does not shake the force is left alone:
+//! on a handle held by neither friction nor grip it provides the damping.
 //!
 //! * in: position read [m], force of the patch [N]
 //! * out: position to show to the patch [m], within 1.3 counts of it along every axis
@@ -20,7 +20,7 @@ use nalgebra::Vector3;
 /// A change of the reading is one toggle up to this many counts: an axis of a linkage moves by
 /// parts of two.
 const PAIR: f32 = 1.6;
-/// Further than this from what is shown the reading has left the two [counts].
+/// A reading further than this from the filtered position has left the pair [counts].
 const LEFT: f32 = 1.3;
 /// The next toggle comes within so many ticks.
 const SOON: u16 = 50;
@@ -28,7 +28,8 @@ const SOON: u16 = 50;
 const TURNS: u8 = 2;
 /// Without a toggle for so many ticks the edge is left.
 const QUIET: u16 = 200;
-/// Share of the newest reading a tick (1): 40 ms, four to ten periods of what toggled.
+/// Weight of the newest reading per tick (1): a time constant of 40 ms, four to ten periods of the
+/// limit cycle.
 const SHARE: f32 = 0.025;
 
 /// The force shakes when it changes by more than this a tick [N], low-passed with this share (1):

@@ -12,7 +12,7 @@
 
 use nalgebra::Vector3;
 
-use crate::fault::{BuildError, Fault, Limiters};
+use crate::fault::{Fault, Limiters};
 use crate::lanes::sqrt;
 use crate::model::Model;
 use crate::params::Tuned;
@@ -149,49 +149,4 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
     }
     let velocity_m_per_s = (to_m - from_m) * tuned.ticks_per_s;
     Ok(Motion { from_m, to_m, velocity_m_per_s, apart_m, outside, limiters })
-}
-
-/// Depth at which a static press reaches a force [m]: `curve` holds (depth [m], force [N]) from
-/// shallow to deep, the touch left out, and is straight in between; the last depth if it stays
-/// weaker. At load, the smaller of this at 1.09 times the device's longest force and of the patch's
-/// own limit is `Model::depth_limit_m`: a saturated device is pushed through by the hand, and the
-/// patch must not follow it.
-///
-/// # Errors
-/// [`BuildError::NotPositive`] names the first point that is not deeper and stronger than the one
-/// before it, or a force that is no number above zero.
-pub fn depth_at_force_m(curve: &[(f32, f32)], force_n: f32) -> Result<f32, BuildError> {
-    let (mut depth_m, mut weaker_n, mut found_m) = (0.0, 0.0, None);
-    for (index, &(next_m, next_n)) in curve.iter().enumerate() {
-        let (deeper, stronger) = (next_m - depth_m, next_n - weaker_n);
-        if !(deeper > 0.0 && stronger > 0.0 && next_m.is_finite() && next_n.is_finite()) {
-            return Err(BuildError::NotPositive { item: "step of the force curve", index });
-        }
-        if found_m.is_none() && next_n >= force_n {
-            found_m = Some(depth_m + deeper * ((force_n - weaker_n) / stronger));
-        }
-        (depth_m, weaker_n) = (next_m, next_n);
-    }
-    match found_m.unwrap_or(depth_m) {
-        reached_m if reached_m > 0.0 && force_n > 0.0 => Ok(reached_m),
-        _ => Err(BuildError::NotPositive { item: "force, or the depth it reaches,", index: 0 }),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_depth_is_read_off_a_curve_and_a_bad_curve_is_named() {
-        let curve = [(1e-3, 0.1), (2e-3, 0.5), (4e-3, 2.5)];
-        for (force_n, depth_m) in [(0.05, 0.5e-3), (0.3, 1.5e-3), (1.5, 3e-3), (9.0, 4e-3)] {
-            assert!((depth_at_force_m(&curve, force_n).unwrap() - depth_m).abs() < 1e-9);
-        }
-        for bad in [(1.5e-3, 2.6), (5e-3, 2.4), (f32::NAN, 3.0), (5e-3, f32::INFINITY)] {
-            let curve = [curve[0], curve[1], curve[2], bad];
-            assert!(matches!(depth_at_force_m(&curve, 1.0), Err(BuildError::NotPositive { index: 3, .. })), "{bad:?}");
-        }
-        assert!(depth_at_force_m(&[], 1.0).is_err() && depth_at_force_m(&curve, f32::NAN).is_err());
-    }
 }

@@ -59,7 +59,7 @@ pub struct StressRule {
     pub least_stress_pa: f32,
     /// Poisson's ratio (1).
     pub poisson_ratio: f32,
-    /// Which (8).
+    /// Pressure distribution (8).
     pub pressure: ContactPressure,
     /// Contact of the last substep.
     seen: Option<Seen>,

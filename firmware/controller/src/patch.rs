@@ -137,8 +137,8 @@ impl<'a> Patch<'a> {
         Ok(())
     }
 
-    /// Between two ticks: takes what was asked. What stiffens waits until nothing touches:
-    /// stiffened under the probe, the tissue would give energy that nobody brought.
+    /// Applies a requested modulus between two ticks. An increase waits until the probe does not
+    /// touch: stiffened under the probe, the tissue would add energy.
     pub fn settle(&mut self, in_contact: bool) {
         let Some(asked_pa) = self.asked_pa.filter(|pascal| !in_contact || *pascal < self.params.youngs_modulus_pa) else {
             return;

@@ -5,7 +5,7 @@
 pub const TOO_MANY: usize = 3;
 /// Time in which they count [ms].
 pub const WINDOW_MS: u32 = 60_000;
-/// Tells memory that kept its content from memory after power-on.
+/// Mark of memory that kept its content over a reset; after power-on it is missing.
 const MAGIC: u32 = 0x5A1E_0B07;
 
 /// Why the board started.

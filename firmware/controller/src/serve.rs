@@ -123,7 +123,7 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
                 modulus_pa = before_pa;
                 refusal
             }
-            // nobody arms on a tissue that was not asked for, nor on none
+            // without the patch that was asked for, arming is refused
             Err(refusal) => {
                 source = Source::Nowhere;
                 refusal

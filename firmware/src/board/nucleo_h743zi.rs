@@ -25,7 +25,7 @@
 //!
 //! **Encoders** are counters without a time stamp: a reading is as new as the tick, so
 //! [`palpate::Fault::PoseStale`] cannot occur here, and a dead encoder reads as a hand that rests.
-//! What is checked: each counter still runs in encoder mode.
+//! One check is made: each counter still runs in encoder mode.
 
 use core::fmt;
 use core::sync::atomic::{AtomicI16, AtomicU32, Ordering};

@@ -18,10 +18,10 @@ use super::EmulateError;
 /// An answer takes a tick's emulation, far under a millisecond; a board that is silent this long
 /// has crashed.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// The same when every instruction is logged: opening a patch takes seconds, on a busy machine half
-/// a minute.
+/// Longest silence when every instruction is logged: opening a patch takes seconds, on a busy
+/// machine half a minute.
 const LOGGED_PATIENCE: Duration = Duration::from_secs(200);
-/// What an image gets to end by itself.
+/// Time that an image gets to end by itself.
 const FAREWELL: Duration = Duration::from_secs(2);
 /// Every instruction takes 2^6 = 64 ns of virtual time, more than a count of the board's clock:
 /// counts tell single instructions.
@@ -59,7 +59,7 @@ impl Machine {
         }
     }
 
-    /// What times estimated for it hold on.
+    /// Returns a label of the core and clock that times estimated for it hold on.
     #[must_use]
     pub fn timed_on(self) -> &'static str {
         match self {
@@ -192,7 +192,7 @@ impl Board {
         }
     }
 
-    /// What the image printed.
+    /// Returns the lines that the image printed, joined by semicolons.
     #[must_use]
     pub fn last_words(&self) -> String {
         let text = std::fs::read(self.folder.path().join("words")).unwrap_or_default();

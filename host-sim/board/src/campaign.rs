@@ -18,7 +18,7 @@ const CLEAR_M: f32 = 1e-3;
 /// Ticks of one press and slide.
 const PRESS_TICKS: u32 = 400;
 
-/// What goes wrong in a round.
+/// Disturbance injected into a round, if any.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mishap {
     None,
@@ -44,7 +44,7 @@ const MISHAPS: [Mishap; 9] = [
     Mishap::Stop,
 ];
 
-/// What was met.
+/// Counts of ticks and recoveries in a campaign.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Met {
     /// Ticks.

@@ -1,4 +1,5 @@
-//! What the image logs, in words: frames without the words themselves, which its ELF file holds.
+//! Decoding of the image's log to text: its frames come without the words, which its ELF file
+//! holds.
 
 use std::fmt::Write as _;
 

@@ -15,7 +15,7 @@ pub enum LogError {
     Read {
         /// Line, from 1.
         line: usize,
-        /// What the system said.
+        /// I/O error of the operating system.
         source: std::io::Error,
     },
     /// A line of a form this reader does not know.

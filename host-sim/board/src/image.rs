@@ -27,7 +27,7 @@ pub fn build() -> Result<PathBuf, EmulateError> {
     build_with(None)
 }
 
-/// The same with another patch in its flash.
+/// Builds the image as [`build`] does, with another patch in its flash if one is given.
 ///
 /// # Errors
 /// As [`build`].

@@ -67,11 +67,11 @@ impl InLoop {
         self.has_far_field && stimulus.swaps_the_far_field()
     }
 
-    /// The same run without a board: this machine's controller alone, in the device's frame as
+    /// Runs the setup without a board: this machine's controller alone, in the device's frame as
     /// well. (`palpate loop` runs in the organ's, where readings round and count differently.)
     ///
     /// # Errors
-    /// What the core refuses.
+    /// Inputs that the core refuses.
     pub fn desktop(&self, setup: &Setup) -> Result<Run, EmulateError> {
         let mut memory = Box::new(Memory::RESERVED);
         Ok(run_beside(setup, &mut self.surface(&mut memory)?, &mut ())?)

@@ -1,4 +1,4 @@
-//! What a tick executes, function by function: exact instruction counts, and the cycles a
+//! Instructions that a tick executes, function by function: exact counts, and the cycles a
 //! Cortex-M4F is estimated to take for them.
 //!
 //! **Counts are exact, cycles are an estimate, neither is hardware timing.** The emulator has no
@@ -70,7 +70,7 @@ const ALL: [Class; CLASSES] = [
     Class::System,
 ];
 
-/// What one function executed, its callees not included.
+/// Instructions that one function executed, its callees not included.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
     /// Times it was entered.

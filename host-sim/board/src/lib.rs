@@ -6,9 +6,9 @@
 //! recovery for as long as wanted). `in_loop`: the same board under the closed loop's hands;
 //! `live_trace`: under what `palpate live` recorded.
 //!
-//! What a tick costs: `exec_log` (what was executed), `firmware_image` (whose code it is), `thumb`
-//! (which class), `instruction_mix` (cycles), `timing`; when ticks start and what is late: `timed`;
-//! what it logs: `defmt_log`.
+//! Cost of a tick: `exec_log` (instructions executed), `firmware_image` (whose code they are),
+//! `thumb` (their class), `instruction_mix` (cycles), `timing`; when ticks start and which are
+//! late: `timed`; log of the image: `defmt_log`.
 
 pub mod board;
 pub mod campaign;
@@ -42,7 +42,7 @@ pub enum EmulateError {
     NotStarted {
         /// Its name.
         program: &'static str,
-        /// What the system said.
+        /// I/O error of the operating system.
         source: std::io::Error,
     },
     /// There is nothing to build the image from.
@@ -85,13 +85,13 @@ pub enum EmulateError {
     /// The image cannot be read.
     #[error("{0}")]
     Image(#[from] firmware_image::ImageError),
-    /// What was executed cannot be classed.
+    /// Executed instructions cannot be classed.
     #[error("{0}")]
     Mix(#[from] instruction_mix::MixError),
     /// A scene or patch of this machine.
     #[error("{0}")]
     Tissue(#[from] palpate_tissue::Error),
-    /// The same patch or settings were refused here.
+    /// Refusal, on this machine, of the patch or settings that the board gets.
     #[error("{0}")]
     Build(#[from] palpate::BuildError),
 }

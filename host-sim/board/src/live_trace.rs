@@ -1,4 +1,4 @@
-//! What `palpate live` recorded, repeated by the emulated board.
+//! Replay of a recording of `palpate live` on the emulated board.
 //!
 //! The patch of the trace goes onto the board with its site at the device's centre: for one that is
 //! pressed along z the device's frame is then the trace's own, and every bit can be compared. This
@@ -26,13 +26,13 @@ use palpate_tissue::stable_step::StableStep;
 
 /// Longest patch that goes over the link [bytes]; longer ones are built into an image.
 const LONGEST_UPLOAD: usize = 4 * palpate_controller::link::upload::UPLOAD_WORDS;
-/// What a board asks by itself, in its first ticks.
+/// Requests that a board makes by itself, in its first ticks.
 const START_UP: [Ask; 2] = [Ask::Booted, Ask::TestPassed];
 
 /// Repeats a trace on an emulated board. Without an image one is built.
 ///
 /// # Errors
-/// What the board cannot do, and where board and desktop part.
+/// A trace that the board cannot repeat; a tick in which board and desktop part.
 pub fn replay(trace: &Trace, given: Option<&Path>, machine: Machine) -> Result<Replayed, EmulateError> {
     let (patch, params) = packed(trace)?;
     let (_folder, image, upload) = match given {

@@ -41,7 +41,7 @@ pub const CLASSES: usize = Class::System as usize + 1;
 /// One instruction, as far as its cost is concerned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Instruction {
-    /// What it does.
+    /// Class of instructions that cost alike.
     pub class: Class,
     /// Length [bytes]: 2 or 4.
     pub bytes: u32,

@@ -26,7 +26,7 @@ const SLOW_TICKS: u32 = 1_000;
 /// A run of seconds; one that hangs must not hang us.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// What a run told.
+/// Results of a timed run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Timed {
     /// Every instruction took 2^shift ns.
@@ -48,7 +48,7 @@ pub struct Timed {
     pub ended: String,
     /// From the last completed tick to the watchdog [us], where it bit.
     pub watchdog_us: Option<u64>,
-    /// What it logged, a message a line.
+    /// Log of the image, a message a line.
     #[serde(skip)]
     pub log: String,
 }
@@ -94,7 +94,7 @@ pub fn overruns(image: &Path, machine: Machine) -> Result<Vec<Timed>, EmulateErr
     SLOW_SHIFTS.into_iter().map(|shift| run(image, machine, shift, SLOW_TICKS)).collect()
 }
 
-/// What an image printed.
+/// Output of an image: printed text and logged frames.
 struct Printed {
     text: String,
     /// defmt frames.

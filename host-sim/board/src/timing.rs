@@ -1,5 +1,5 @@
-//! What a tick takes on the board: instructions, exact, and the cycles of a Cortex-M4F that they
-//! are estimated to take.
+//! Cost of a tick on the board: instructions, exact, and the cycles of a Cortex-M4F that they are
+//! estimated to take.
 //!
 //! **Neither is hardware timing**: no pipeline, no flash wait states, no bus contention.
 

@@ -27,7 +27,7 @@ const START_UP_TICKS: u32 = 2_000;
 pub struct Difference {
     /// The tick.
     pub tick: u32,
-    /// What differs first.
+    /// Name of the first quantity that differs.
     pub what: &'static str,
     /// On the board, and here.
     pub values: [f32; 2],
@@ -56,7 +56,7 @@ pub struct Twin<'a> {
     packed_pa: f32,
 }
 
-/// What the sensors say.
+/// Sensor reading of one tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Reading {
     /// Tip [m], device frame.
@@ -79,7 +79,7 @@ impl<'a> Twin<'a> {
     /// Uploads a patch to a board that has just started, and takes the same one here.
     ///
     /// # Errors
-    /// What either refuses.
+    /// Inputs that the board or this machine refuses.
     pub fn new(mut board: Board, patch: &'a [u8], memory: &'a mut Memory) -> Result<Self, EmulateError> {
         let controller = Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP, Arming::OnRequest)?;
         let mut haptic = HapticLoop::new(DesktopBoard::default(), controller);

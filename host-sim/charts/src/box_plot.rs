@@ -37,7 +37,7 @@ pub struct BoxCluster<'a> {
     pub boxes: Vec<LabelledValues<'a>>,
 }
 
-/// What is drawn.
+/// Data and labels of a box plot.
 #[derive(Clone, Copy, Debug)]
 pub struct BoxPlot<'a> {
     /// First line.

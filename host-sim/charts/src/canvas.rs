@@ -7,5 +7,5 @@ use plotters::prelude::DrawingBackend;
 /// A part of the canvas, in canvas units.
 pub type Area<DB> = DrawingArea<DB, Shift>;
 
-/// What a drawing routine returns on back end `DB`.
+/// Result of a drawing routine on back end `DB`.
 pub type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;

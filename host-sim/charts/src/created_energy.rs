@@ -30,7 +30,7 @@ pub struct EnergyRow {
 /// Bars.
 #[derive(Clone, Copy, Debug)]
 pub struct CreatedEnergy<'a> {
-    /// What it shows.
+    /// Title, naming what the chart shows.
     pub title: &'a str,
     /// The line below.
     pub caption: &'a str,

@@ -48,7 +48,7 @@ pub enum Tone {
 pub struct HeatCell {
     /// Colour.
     pub tone: Tone,
-    /// What stands in it.
+    /// Text that stands in it.
     pub sign: String,
 }
 
@@ -72,7 +72,7 @@ pub struct HeatRow {
     pub cells: Vec<HeatCell>,
 }
 
-/// What is drawn.
+/// Data and labels of a heat matrix.
 #[derive(Clone, Copy, Debug)]
 pub struct HeatMatrix<'a> {
     /// First line.
@@ -83,7 +83,7 @@ pub struct HeatMatrix<'a> {
     pub groups: &'a [HeatGroup],
     /// Rows.
     pub rows: &'a [HeatRow],
-    /// What tones and signs mean.
+    /// Meanings of tones and signs.
     pub key: &'a [(HeatCell, &'a str)],
     /// Left of the feet: what they are.
     pub foot: &'a str,

@@ -80,7 +80,7 @@ pub fn builder<'b, DB: DrawingBackend>(area: &Area<DB>) -> ChartBuilder<'_, 'b, 
     builder
 }
 
-/// What is written along one axis.
+/// Title and tick labels of one axis.
 #[derive(Clone, Copy)]
 pub struct Labels<'a> {
     /// Quantity and unit.

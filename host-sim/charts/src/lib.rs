@@ -113,7 +113,7 @@ pub enum ChartError {
         index: usize,
         /// The value found.
         value: f64,
-        /// What to do.
+        /// Remedy to suggest.
         fix: &'static str,
     },
     /// A surface triangle names a node that does not exist.
@@ -133,7 +133,7 @@ pub enum ChartError {
     Write {
         /// The picture that was to be written.
         path: PathBuf,
-        /// What the system said.
+        /// Error that the system returned.
         source: std::io::Error,
     },
     /// The plotting library refused.
@@ -141,7 +141,7 @@ pub enum ChartError {
     Draw {
         /// The picture that was to be drawn.
         path: PathBuf,
-        /// What the library said.
+        /// Message of the plotting library.
         message: String,
     },
 }

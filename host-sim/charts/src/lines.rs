@@ -61,7 +61,7 @@ pub struct Level<'a> {
     pub y: f64,
 }
 
-/// What is drawn.
+/// Data and labels of a line chart.
 #[derive(Clone, Copy, Debug)]
 pub struct Lines<'a> {
     /// First line.

@@ -1,5 +1,5 @@
-//! What `plan` searched: cost of a tick against the tolerance that a model keeps, with the budget
-//! and the tolerance asked for.
+//! Models that `plan` searched: cost of a tick against the tolerance that a model keeps, with the
+//! budget and the tolerance asked for.
 
 use std::ops::Range;
 use std::path::Path;
@@ -25,7 +25,7 @@ use super::{ChartError, check};
 /// A budget further from the dots than this factor is told in words, not drawn.
 const FAR_BUDGET: f64 = 6.0;
 
-/// What is drawn.
+/// Data and labels of a plan chart.
 #[derive(Clone, Copy, Debug)]
 pub struct PlanChart<'a> {
     /// First line.
@@ -168,7 +168,7 @@ impl Picture for Drawing<'_> {
     }
 }
 
-/// What a label takes, so that the next one goes elsewhere.
+/// Returns the frame that a label takes, so that the next one goes elsewhere.
 fn label_frame((x, y): (i32, i32), (wide, high): (i32, i32), (h, v): (HPos, VPos)) -> Frame {
     let left = match h {
         HPos::Left => x,

@@ -35,7 +35,7 @@ pub struct ReactionBar<'a> {
     pub allowed_ticks: Option<f64>,
 }
 
-/// What is drawn.
+/// Data and labels of a reaction-time chart.
 #[derive(Clone, Copy, Debug)]
 pub struct ReactionTimes<'a> {
     /// First line.

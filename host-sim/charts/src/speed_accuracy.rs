@@ -29,7 +29,7 @@ const COLUMN_PX: f64 = 232.0;
 /// The front is drawn in this grey.
 const FRONT: plotters::style::RGBColor = plotters::style::RGBColor(0xb9, 0xc0, 0xc7);
 
-/// What is drawn.
+/// Data and labels of a speed-accuracy chart.
 #[derive(Clone, Copy, Debug)]
 pub struct SpeedAccuracy<'a> {
     /// First line.

@@ -48,7 +48,7 @@ pub struct MatrixRow {
 /// A matrix of stiffnesses.
 #[derive(Clone, Copy, Debug)]
 pub struct StiffnessMatrix<'a> {
-    /// What it shows.
+    /// Title, naming what the matrix shows.
     pub title: &'a str,
     /// The line below.
     pub caption: &'a str,

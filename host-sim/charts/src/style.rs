@@ -8,7 +8,7 @@ use plotters::style::{Color, FontDesc, FontFamily, FontStyle, RGBColor, ShapeSty
 /// pixel hides that, and averages to 17 levels of edge smoothing.
 pub const FINE: u32 = 4;
 
-/// What the SVG back end writes as font size per size asked for, hence what the PNG must use.
+/// Font size that the SVG back end writes per size asked for, hence what the PNG must use.
 pub const EM_PER_SIZE: f64 = 1.0 / 1.24;
 
 /// The built-in font first, then what a viewer without it is likely to have.

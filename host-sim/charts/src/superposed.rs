@@ -60,7 +60,7 @@ pub struct Landmark<'a> {
     pub at_m: [f64; 3],
 }
 
-/// What is drawn.
+/// Surfaces, landmarks, labels and view of a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Superposed<'a> {
     /// First line.
@@ -73,7 +73,7 @@ pub struct Superposed<'a> {
     pub landmarks: &'a [Landmark<'a>],
     /// From the body toward the eye, any length but zero.
     pub eye: [f64; 3],
-    /// What is up in the picture, any length but zero.
+    /// Direction that is up in the picture, any length but zero.
     pub up: [f64; 3],
 }
 

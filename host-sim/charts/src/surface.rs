@@ -28,7 +28,7 @@ use view::{View, length};
 pub struct Surface<'a> {
     /// Scene name, first words of the title.
     pub scene: &'a str,
-    /// What is shown, the line below the title: nodes, depth, force.
+    /// Subtitle, the line below the title: nodes, depth, force.
     pub caption: &'a str,
     /// Node positions at rest [m], shape [nodes][3].
     pub rest_m: &'a [[f64; 3]],
@@ -36,7 +36,7 @@ pub struct Surface<'a> {
     pub deformed_m: &'a [[f64; 3]],
     /// Nodes of each triangle, counter-clockwise seen from outside, shape [triangles][3].
     pub triangles: &'a [[u32; 3]],
-    /// What presses on it.
+    /// Probe that presses on it.
     pub probe: Probe,
 }
 

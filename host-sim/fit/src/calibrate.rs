@@ -92,7 +92,7 @@ pub struct Round {
 /// A calibrated patch.
 #[derive(Clone, Debug)]
 pub struct Calibration {
-    /// What was fitted.
+    /// Fitted multipliers.
     pub multipliers: Multipliers,
     /// The parameters with the fitted scalars.
     pub params: Params,

@@ -88,7 +88,7 @@ pub struct Statics {
     /// Which of volume and compensation act.
     pub(crate) volume_acts: bool,
     pub(crate) compensation_acts: bool,
-    /// What holds the rim.
+    /// Elastic support of the rim nodes, if there is any.
     pub rim: Option<Rim>,
     /// The probe.
     pub probe: Probe,
@@ -98,7 +98,7 @@ impl Statics {
     /// Takes a patch over.
     ///
     /// # Errors
-    /// What [`Params::build`] refuses.
+    /// Errors of [`Params::build`].
     pub fn of(model: &Model, params: &Params) -> Result<Self, BuildError> {
         let mut memory = Memory::for_model(model);
         let (tuned, _) = memory.start(model, params)?;

@@ -56,7 +56,8 @@ pub trait Rival {
     /// Where a node is [m].
     fn position_m(&self, node: usize) -> Vector3<f32>;
 
-    /// What a guard before the method has clamped in the last tick; nothing where there is none.
+    /// Returns the inputs that a guard before the method clamped in the last tick; none where there
+    /// is no guard.
     fn limiters(&self) -> Limiters {
         Limiters::DEFAULT
     }
@@ -88,9 +89,10 @@ pub enum Method {
     Corotational,
     /// Total-Lagrangian neo-Hookean tets.
     NeoHookean,
-    /// The same with the volume term averaged over nodes, which does not lock.
+    /// Total-Lagrangian neo-Hookean tets with the volume term averaged over nodes, which does not
+    /// lock.
     NeoHookeanNodal,
-    /// The same energy on moving least squares, in cells without shape functions of their own.
+    /// Neo-Hookean energy on moving least squares, in cells without shape functions of their own.
     Meshless,
     /// Extended position-based dynamics.
     Xpbd,
@@ -162,7 +164,7 @@ impl Method {
     /// calibrated patch of this size.
     ///
     /// # Errors
-    /// What the core refuses, or a stiffness matrix that cannot be factored.
+    /// Model or parameters that the core rejects, or a stiffness matrix that cannot be factored.
     pub fn run<T>(self, block: &Block, substeps: u16, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<Option<T>, Error> {
         let params = Params { substeps, ..block.params };
         let patch = |share: f64| {

@@ -100,7 +100,7 @@ impl App {
         self.files.trace()
     }
 
-    /// What is shown, in numbers: for scripts that drive it.
+    /// Returns the shown state in numbers, as JSON: for scripts that drive it.
     #[must_use]
     pub fn numbers(&self) -> serde_json::Value {
         let frame = &self.frame;
@@ -285,7 +285,7 @@ impl eframe::App for App {
         self.show(ui);
     }
 
-    /// What runs is written, not lost.
+    /// Ends a recording under way and writes it, so that it is not lost.
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
         if self.frame.recorded.is_none() {
             return;

@@ -1,4 +1,4 @@
-//! What is chosen, and what follows from a choice; `panel` and `keys` are the two ways to choose.
+//! Choices of the user, and what follows from each; `panel` and `keys` are the two ways to choose.
 
 use eframe::egui::{self, Align2, Color32, FontId, Painter, Rect, Stroke, pos2, vec2};
 use palpate::Vector3;
@@ -17,13 +17,13 @@ pub(crate) const NODULE: Nodule = Nodule { place_m: [0.004, 0.0], depth_m: 9e-3,
 /// A narrower picture has no room for hints beside its legend [points].
 const LEAST_FOR_HINTS: f32 = 660.0;
 
-/// What the user chose.
+/// Choices of the user.
 pub struct Controls {
-    /// What is pressed.
+    /// Scene to press, and the changes to it.
     pub choice: Choice,
     /// Who holds the probe.
     pub holding: Holding,
-    /// What is drawn.
+    /// Display options of the picture.
     pub shown: Shown,
     /// Stiffness [kPa] and damping [1/s] on the sliders.
     pub(crate) stiffness_kpa: f32,
@@ -101,7 +101,7 @@ impl Controls {
         }
     }
 
-    /// What was asked is refused: the choice is again what is pressed.
+    /// Restores the choice that is still pressed, after a request was refused.
     pub fn kept(&mut self, choice: Choice, holding: Holding, body: &Body) {
         if let Some((exercise, found)) = self.put_by.take() {
             (self.exercise, self.found) = (exercise, found);
@@ -112,7 +112,7 @@ impl Controls {
         (self.choice, self.holding) = (choice, holding);
     }
 
-    /// What is chosen, in numbers.
+    /// Returns the choices in numbers, as JSON.
     #[must_use]
     pub fn numbers(&self) -> serde_json::Value {
         serde_json::json!({
@@ -123,7 +123,7 @@ impl Controls {
         })
     }
 
-    /// What is pressed, for a title.
+    /// Returns a title: the exercise under way, or else the short name of the scene.
     #[must_use]
     pub fn title(&self) -> String {
         match &self.exercise {
@@ -132,7 +132,7 @@ impl Controls {
         }
     }
 
-    /// What there is to do with another body.
+    /// Returns the sentence that tells the user what to do with another body.
     #[must_use]
     pub fn ready(&self) -> String {
         match &self.exercise {
@@ -141,7 +141,7 @@ impl Controls {
         }
     }
 
-    /// What a frame told.
+    /// Updates the strongest press of an exercise under way from a frame.
     pub fn felt(&mut self, frame: &Frame) {
         if let Some(search) = &mut self.exercise {
             search.peak_n = search.peak_n.max(Vector3::from(frame.force_n).norm());

@@ -9,7 +9,7 @@ use crate::app::App;
 use crate::controls::presets;
 use crate::message::Request;
 
-/// What the panel lists.
+/// Key bindings that the panel lists.
 pub const KEYS: [&str; 10] = [
     "arrows: move · Space: press",
     "PageUp, PageDown: how deep",

@@ -7,7 +7,7 @@ pub trait Link {
     /// Sends a request.
     fn send(&mut self, request: Request);
 
-    /// What came since the last call.
+    /// Returns the answers that came since the last call.
     fn poll(&mut self) -> Vec<Answer>;
 }
 

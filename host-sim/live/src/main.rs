@@ -34,7 +34,7 @@ mod window {
         numbers: Option<std::path::PathBuf>,
     }
 
-    /// The same, and its numbers in a file.
+    /// The app, with its numbers written to a file.
     struct Told {
         app: App,
         numbers: Option<std::path::PathBuf>,

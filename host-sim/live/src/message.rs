@@ -1,4 +1,4 @@
-//! What drawing and physics say to each other, through a channel or a worker's messages.
+//! Protocol between drawing and physics, through a channel or a worker's messages.
 
 use palpate_loop::live::{Choice, Holding};
 use serde::{Deserialize, Serialize};
@@ -40,7 +40,7 @@ pub enum Answer {
     Table(String),
     /// A sentence for the user.
     Said(String),
-    /// The same, of something that was refused.
+    /// A sentence for the user, about something that was refused.
     Refused(String),
     /// With it: what is still pressed, and by whom.
     Kept(Box<(Choice, Holding)>),
@@ -57,12 +57,12 @@ pub enum Ended {
     Full,
 }
 
-/// What of a patch is drawn; constant while it lives.
+/// Data for drawing a patch; constant while it lives.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct Body {
     /// Counts bodies.
     pub number: u32,
-    /// What it was made of.
+    /// Choice that it was made from.
     pub choice: Option<Choice>,
     /// Nodes at rest [m].
     pub rest_m: Vec<[f32; 3]>,

@@ -32,7 +32,7 @@ pub struct Physics {
     last: Frame,
 }
 
-/// What the last second of real time showed.
+/// Tick statistics of the last second of real time.
 #[derive(Default)]
 struct Second {
     from_s: f64,
@@ -71,7 +71,7 @@ impl Physics {
         tissue.patch().site_m().cast() + tissue.params().probe.axis.cast() * CLEAR_M
     }
 
-    /// What there is to draw.
+    /// Returns the body to draw.
     #[must_use]
     pub fn body(&self) -> Answer {
         let tissue = self.live.tissue();

@@ -19,7 +19,7 @@ const INTO_M_PER_S: f32 = 12e-3;
 /// Speed along it of a held key [m/s].
 const ALONG_M_PER_S: f32 = 25e-3;
 
-/// What presses, and how deep.
+/// Place and depth of the tip that presses.
 #[derive(Clone, Copy, Debug)]
 pub struct Pointer {
     /// On the surface [m].

@@ -8,7 +8,7 @@ use crate::message::Body;
 
 type V = Vector3<f32>;
 
-/// What follows from a body once.
+/// Geometry computed once from a body.
 #[derive(Clone, Debug, Default)]
 pub struct Shape {
     /// The body.

@@ -7,7 +7,7 @@ use egui_plot::{HLine, Line, Plot, PlotPoints};
 
 use crate::message::Sample;
 
-/// What a strip shows [s].
+/// Time span of a strip [s].
 const SPAN_S: f64 = 8.0;
 /// The tick's budget [us].
 pub const BUDGET_US: f64 = 1000.0;
@@ -66,7 +66,7 @@ const STRIPS: [Strip; 4] = [
 ];
 
 impl Strips {
-    /// What came with a frame.
+    /// Adds the samples that came with a frame.
     pub fn add(&mut self, samples: &[Sample]) {
         self.samples.extend(samples);
         let newest_s = self.samples.back().map_or(0.0, |s| s.t_s);

@@ -10,7 +10,7 @@ use crate::shape::Shape;
 
 type V = Vector3<f32>;
 
-/// What the colour says.
+/// Quantity that the colour shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Colour {
     /// How far it moved.
@@ -19,10 +19,10 @@ pub enum Colour {
     J,
 }
 
-/// What is shown.
+/// Display options of the picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown {
-    /// What the colour says.
+    /// Quantity that the colour shows.
     pub colour: Colour,
     /// Springs.
     pub springs: bool,
@@ -51,7 +51,7 @@ pub fn scale(share: f32) -> [f32; 3] {
     [0, 1, 2].map(|k| SCALE[low][k] * (1.0 - t) + SCALE[low + 1][k] * t)
 }
 
-/// The same for a screen.
+/// Converts a colour of 0 .. 1 to one for a screen.
 #[must_use]
 pub fn screen([r, g, b]: [f32; 3]) -> Color32 {
     let byte = |c: f32| (c.clamp(0.0, 1.0) * 255.0) as u8;

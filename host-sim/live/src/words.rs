@@ -31,7 +31,7 @@ pub fn fault(number: u8) -> Option<String> {
     Fault::ALL.into_iter().find(|f| *f as u8 == number).map(|f| f.to_string())
 }
 
-/// What was limited.
+/// Returns the limiters that acted, in words.
 #[must_use]
 pub fn limiters(bits: u8) -> Vec<&'static str> {
     [

@@ -34,7 +34,7 @@ const NINE_ABOVE: f64 = 0.4;
 const QUIET_S: f64 = 2.0;
 /// Places that can be asked for.
 const PLACES_RANGE: std::ops::RangeInclusive<usize> = 1..=2000;
-/// What `--quick` fits with.
+/// Nodes, places and rounds of a fit with `--quick`.
 const QUICK: (usize, usize, usize) = (130, 40, 6);
 
 #[derive(Args, Clone, Debug)]

@@ -146,7 +146,8 @@ impl LoopArgs {
         Ok(device)
     }
 
-    /// What is felt, and the emulated board that answers for it, if one does.
+    /// Returns the name and the model of what is felt, tissue or wall, and the emulated board that
+    /// answers for it, if one does.
     fn target(&self, device: &DeviceProfile) -> Result<(String, Target, Option<HardwareInLoop>), Error> {
         let Some(n_per_m) = self.wall else {
             let mut scene = Scene::load(&self.common.scene)?;

@@ -22,7 +22,7 @@ use palpate_tissue::session::Session;
 
 /// Ticks of contact, faults and recovery beside the press.
 const TICKS: u32 = 10_000;
-/// The same of a quick run.
+/// Ticks of contact, faults and recovery beside the press in a quick run.
 const QUICK_TICKS: u32 = 2_000;
 
 /// Ticks over which the jitter of their start is looked at.

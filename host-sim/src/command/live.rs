@@ -14,7 +14,7 @@ use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 
-/// What the page is built for.
+/// Target triple that the page is built for.
 const PAGE: &str = "wasm32-unknown-unknown";
 
 #[derive(Args, Clone, Debug)]

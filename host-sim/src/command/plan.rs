@@ -57,7 +57,8 @@ impl PlanArgs {
     }
 }
 
-/// What a cost is called and divided by in tables and charts.
+/// Returns the name of the unit of a cost in tables and charts, and the number that the cost is
+/// divided by there.
 fn unit(machine: &Machine) -> (&'static str, f64) {
     if machine.unit == "ns" { ("us", 1e3) } else { ("k cycles", 1e3) }
 }

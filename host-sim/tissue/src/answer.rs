@@ -1,4 +1,4 @@
-//! What a converged solution says, as a file.
+//! Results of a converged solution, as a file.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ const SAME_M: f64 = 1e-7;
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Answer {
-    /// What was pressed.
+    /// Tissue that was pressed.
     pub tissue: AnswerTissue,
     /// With what.
     pub probe: AnswerProbe,
@@ -33,7 +33,7 @@ pub struct Answer {
     pub glued: Vec<GluedAnswer>,
 }
 
-/// What was pressed.
+/// Tissue that was pressed.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct AnswerTissue {
@@ -71,7 +71,7 @@ pub struct HoldAnswer {
     pub surface: Option<SurfaceGrid>,
 }
 
-/// What a disc glued to the surface meets, to first order: see [`super::glued`].
+/// Response of a disc glued to the surface, to first order: see [`super::glued`].
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct GluedAnswer {

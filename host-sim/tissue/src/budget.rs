@@ -1,4 +1,4 @@
-//! What a tick costs on which machine, estimated from the patch's size.
+//! Cost of a tick on each machine, estimated from the patch's size.
 //!
 //! Board figures: cycles per item from exact instruction counts in the emulator times the
 //! Cortex-M4F's documented cycle table; **not hardware cycles** (`cargo test -p palpate-tests
@@ -12,11 +12,11 @@ use palpate::{Model, Terms};
 pub struct Machine {
     /// Name on the command line.
     pub name: &'static str,
-    /// What the units are: "cycles" or "ns".
+    /// Name of the units: "cycles" or "ns".
     pub unit: &'static str,
     spring: f64,
-    /// What of a spring is compensation: on the M4F nine instructions of its loop, a cycle each. A
-    /// tet's barrier is not counted.
+    /// Part of a spring's cost that is compensation: on the M4F nine instructions of its loop, a
+    /// cycle each. A tet's barrier is not counted.
     compensation: f64,
     tet: f64,
     node: f64,
@@ -38,7 +38,7 @@ pub struct Machine {
     room: Option<Room>,
 }
 
-/// What a board's firmware keeps for a patch.
+/// Capacity that a board's firmware keeps for a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Room {
     /// Nodes and surface triangles whose state the firmware reserves
@@ -98,7 +98,7 @@ pub const MACHINES: [Machine; 3] = [
     Machine { name: "m7-480", per_ms: 480e3, ..M4F_168 },
 ];
 
-/// What a tick of a patch costs at worst.
+/// Worst-case cost of a tick of a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
     /// Units of the machine.
@@ -107,7 +107,7 @@ pub struct Cost {
     pub budget: f64,
 }
 
-/// What of a patch costs time, by count.
+/// Items of a patch that cost time, by count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Counts {
     /// Nodes.
@@ -170,7 +170,7 @@ impl Machine {
         self.cost_of(&Counts::of(model, touched), Terms::ALL, substeps)
     }
 
-    /// The same by counts, with some terms off.
+    /// Returns the cost of a tick by counts, with some terms off.
     #[must_use]
     pub fn cost_of(&self, counts: &Counts, terms: Terms, substeps: u16) -> Cost {
         let of = |count: usize, each: f64| count as f64 * each;
@@ -192,7 +192,7 @@ impl Machine {
         })
     }
 
-    /// What a tick may cost here.
+    /// Returns the cost that a tick may have on this machine.
     #[must_use]
     pub fn budget(&self) -> f64 {
         self.load * self.per_ms

@@ -1,5 +1,5 @@
-//! What a tick costs: CPU time of this thread where the system tells it, so that a busy machine
-//! does not count as a slow tick.
+//! Cost of a tick: CPU time of this thread where the system tells it, so that a busy machine does
+//! not count as a slow tick.
 
 use std::time::Duration;
 

@@ -27,7 +27,7 @@ pub enum Error {
     /// A file that cannot be written.
     #[error("cannot write {path}: {source}: choose a folder that can be written with --out")]
     Write {
-        /// What was to be written.
+        /// Path that was to be written.
         path: PathBuf,
         /// Why not.
         source: std::io::Error,
@@ -41,7 +41,7 @@ pub enum Error {
     /// A file that cannot be read.
     #[error("cannot read {path}: {source}: check the path")]
     Read {
-        /// What was to be read.
+        /// Path that was to be read.
         path: PathBuf,
         /// Why not.
         source: std::io::Error,
@@ -52,7 +52,7 @@ pub enum Error {
     /// A model that cannot keep 1 kHz.
     #[error("{0}")]
     TooSlow(String),
-    /// What was promised did not hold; the files are written all the same.
+    /// A promise that did not hold; the files are written all the same.
     #[error("check failed: {0}")]
     Check(String),
 }

@@ -8,7 +8,7 @@ use crate::scene::Drive;
 /// 1997, grip scaled up).
 pub const FINGER: (f64, f64, f64) = (0.020, 4.0, 800.0);
 
-/// What the finger does in one tick.
+/// Motion of the finger in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     /// Tip depth commanded [m].

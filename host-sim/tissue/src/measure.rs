@@ -1,4 +1,4 @@
-//! What is measured on a running patch, in `f64`, outside the tick.
+//! Quantities measured on a running patch, in `f64`, outside the tick.
 
 use palpate::{Model, State, Vector3};
 

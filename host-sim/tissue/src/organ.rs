@@ -30,7 +30,7 @@ use parts::V3;
 pub struct Region {
     /// Number in [`TetMesh::regions`].
     pub id: u32,
-    /// What it is.
+    /// Name of the part, as scenes give it.
     pub name: &'static str,
 }
 

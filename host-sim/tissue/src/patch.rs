@@ -101,7 +101,8 @@ impl Patch {
         Self::build_joined(tissue, material, multipliers, &[])
     }
 
-    /// The same with springs that join nodes of different organs, at least a hair apart.
+    /// Builds the patch of a tissue as [`Self::build`] does, with springs that join nodes of
+    /// different organs, at least a hair apart.
     #[must_use]
     pub fn build_joined(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>, joints: &[Joint]) -> Self {
         let elastic = Elastic::of(tissue, material, multipliers, joints);
@@ -230,8 +231,8 @@ impl Patch {
         self.site_m = site_m.map(|c| c as f32);
     }
 
-    /// The same patch with stiffer or softer balls inside: every constant times what the ball makes
-    /// of its formula.
+    /// Returns the patch with stiffer or softer balls inside: every constant times what the ball
+    /// makes of its formula.
     #[must_use]
     pub fn with_inclusions(mut self, inclusions: &[Inclusion]) -> Self {
         if inclusions.is_empty() {
@@ -360,7 +361,7 @@ impl Memory {
     /// Splits into the two halves of a running patch.
     ///
     /// # Errors
-    /// What [`Params::build`] refuses.
+    /// Parameters, a model or a memory that [`Params::build`] refuses.
     pub fn start(&mut self, model: &Model, params: &Params) -> Result<(Tuned<'_>, State<'_>), palpate::BuildError> {
         let tuned = params.build(model, &mut self.node_step, &mut self.cap_m)?;
         let state = State::new(model, &mut self.nodes, &mut self.candidates, &mut self.shapes)?;

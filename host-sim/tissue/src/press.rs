@@ -22,7 +22,7 @@ pub const SETTLE_S: f64 = 0.5;
 /// Where the finger starts and ends: this share of the probe's radius above the surface.
 const CLEAR_RADII: f64 = 1.0 / 16.0;
 
-/// What a tick may take [us].
+/// Time that a tick may take [us].
 const BUDGET_US: f32 = TICK_S as f32 * 1e6;
 /// A tick over the budget is run again from the same state, to the same bits: a tick that is really
 /// too slow is so every time, one during which the machine was taken away is not.
@@ -35,9 +35,9 @@ pub struct TickRow {
     pub t_s: f64,
     /// Tip as commanded [m].
     pub tip_m: Vector3<f32>,
-    /// The same as a depth below the rest surface along the press, negative above [m].
+    /// Commanded depth of the tip below the rest surface along the press, negative above [m].
     pub command_m: f64,
-    /// What the core answered.
+    /// Output of the core.
     pub output: Output,
     /// CPU time [us].
     pub tick_us: f32,
@@ -64,8 +64,8 @@ pub struct Hold {
     pub tip_m: Vector3<f32>,
     /// Displacement of every node [m].
     pub displacement_m: Vec<Vector3<f32>>,
-    /// The same, but at a surface node inside the probe that of the foundation's outer face there,
-    /// which lies on the probe.
+    /// Displacement of every node [m], but at a surface node inside the probe that of the
+    /// foundation's outer face there, which lies on the probe.
     pub surface_displacement_m: Vec<Vector3<f32>>,
 }
 
@@ -86,7 +86,7 @@ pub struct Press {
     pub limiters: Limiters,
     /// Hash of the final state.
     pub state_hash: u64,
-    /// What the tick times hold on.
+    /// Machine that the tick times hold on.
     pub timed_on: String,
 }
 
@@ -99,7 +99,7 @@ enum Tips {
 /// Runs a scene.
 ///
 /// # Errors
-/// What the core refuses to build.
+/// A model or parameters that the core refuses to build.
 pub fn run(scene: &Scene, session: &Session, mut progress: impl FnMut(usize)) -> Result<Press, Error> {
     let model = session.patch.wide_model();
     let mut memory = Memory::for_model(&model);
@@ -167,7 +167,7 @@ pub fn clear_m(scene: &Scene, session: &Session) -> f64 {
     (CLEAR_RADII * f64::from(session.params.probe.radius_m)).max(2.0 * ramp_step_m)
 }
 
-/// What is to be known of a hold's end.
+/// Returns the record of a hold's end.
 pub fn hold(model: &palpate::Model, probe: &Probe, state: &State, target: f64, force_n: f64, row: &TickRow) -> Hold {
     let (min_j, volume_change_pct) = measure::volumes(model, state);
     let displacement_m = measure::displacements(model, state);

@@ -40,7 +40,7 @@ pub struct Scene {
     pub file: String,
     /// Shown in tables and pictures.
     pub name: String,
-    /// What is pressed.
+    /// Tissue that is pressed.
     pub tissue: TissueScene,
     /// With what.
     pub probe: ProbeScene,

@@ -25,7 +25,7 @@ pub struct Session {
     pub stable: StableStep,
     /// Probe tips of a recorded trace [m]; empty for a finger.
     pub tips_m: Vec<[f32; 3]>,
-    /// What a user should see before anything moves.
+    /// Start-up report that a user should see before anything moves.
     pub report: Report,
 }
 

@@ -62,7 +62,7 @@ impl StableStep {
     /// Measures a patch. `None` when the patch does not even survive the measuring press.
     ///
     /// # Errors
-    /// What [`Params::build`] refuses.
+    /// Parameters or a model that [`Params::build`] refuses.
     pub fn measure(model: &Model, params: &Params, site_m: Vector3<f32>) -> Result<Option<Self>, BuildError> {
         let careful = Params { substeps: CAREFUL_SUBSTEPS.max(params.substeps), limits: unbounded_but_sink(params), ..*params };
         let mut memory = Memory::for_model(model);
@@ -96,7 +96,7 @@ impl StableStep {
 /// beyond what it bears), the fewest that give no fault. `None` when all do.
 ///
 /// # Errors
-/// What [`Params::build`] refuses.
+/// Parameters or a model that [`Params::build`] refuses.
 pub fn substeps_for_taps(model: &Model, params: &Params, site_m: Vector3<f32>, least: u16) -> Result<Option<u16>, BuildError> {
     let mut without_fault = None;
     for substeps in least..=least.saturating_add(MOST_ADDED) {
@@ -133,8 +133,8 @@ fn way_down(model: &Model, params: &Params, speed_m_per_s: f32) -> impl Iterator
     (0..=ticks).map(move |n| (start_m + n as f32 * step_m).min(end_m))
 }
 
-/// What the patch bears is measured without a limit of the force, but a tap is shown to it as the
-/// product shows it.
+/// Returns limits at their highest, except for the sink speed: what the patch bears is measured
+/// without a limit of the force, but a tap is shown to it as the product shows it.
 fn unbounded_but_sink(params: &Params) -> Limits {
     Limits { max_sink_m_per_s: params.limits.max_sink_m_per_s, ..Limits::HIGHEST }
 }

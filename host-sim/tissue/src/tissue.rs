@@ -29,23 +29,25 @@ pub const DEFAULT_NODES: usize = 410;
 /// A tissue with its press direction.
 #[derive(Clone, Debug)]
 pub struct Placed {
-    /// What is pressed.
+    /// Tissue that is pressed.
     pub tissue: Tissue,
     /// From the tip to the handle: the outward normal of the surface at the site.
     pub axis: [f64; 3],
-    /// What the import found, for a mesh file.
+    /// Findings of the import, for a mesh file.
     pub import: Option<ImportReport>,
 }
 
 /// Meshes or imports the tissue of a scene.
 ///
 /// # Errors
-/// What the generator or the import refuses; a place or a press outside the tissue.
+/// A scene or a mesh file that the generator or the import refuses; a place or a press outside the
+/// tissue.
 pub fn place(scene: &Scene, tips_m: &[[f32; 3]]) -> Result<Placed, Error> {
     place_fine(scene, tips_m, 1.0)
 }
 
-/// The same with a block's elements smallest `fine_radii` probe radii around the site.
+/// Meshes or imports the tissue of a scene as [`place`] does, a block's elements smallest within
+/// `fine_radii` probe radii of the site.
 ///
 /// # Errors
 /// As [`place`].

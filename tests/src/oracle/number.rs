@@ -3,7 +3,7 @@
 
 use std::ops::{Add, Div, Mul, Sub};
 
-/// What an energy is computed with.
+/// Scalar that an energy is computed with.
 pub trait Number: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> {
     /// A number that depends on nothing.
     fn of(value: f64) -> Self;

@@ -1,5 +1,5 @@
-//! What a tick costs on the board: exact instructions stage by stage, estimated Cortex-M4F cycles,
-//! and the budget that the shipped patches keep.
+//! Cost of a tick on the board: exact instructions stage by stage, estimated Cortex-M4F cycles, and
+//! the budget that the shipped patches keep.
 //!
 //! `cargo test -p palpate-tests --release --test board board_cost -- --nocapture` prints the
 //! tables. **Emulated instruction counts are exact; cycles are estimated from the documented cycle
@@ -46,10 +46,10 @@ const RIM_SHARE: f64 = 0.08;
 struct Logged {
     image: FirmwareImage,
     ticks: Vec<InstructionMix>,
-    /// Instructions of the longest tick by the board's own clock, which includes the haptic cycle
-    /// and writing the converters.
+    /// Longest tick by the board's own clock [ns], which includes the haptic cycle and writing the
+    /// converters.
     by_clock_ns: u64,
-    /// The same by the log: instructions between the two reads of the clock.
+    /// Instructions of the longest tick by the log: those between the two reads of the clock.
     by_log: u64,
 }
 

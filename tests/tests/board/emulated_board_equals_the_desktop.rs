@@ -62,7 +62,8 @@ fn written(text: &str, patch: &str) -> Option<[f64; 2]> {
     Some([numbers.next()?.ok()?, numbers.next()?.ok()?])
 }
 
-/// What is wrong with the longest tick, against what was written down.
+/// Checks the longest tick against the one that was written down: neither longer nor shorter by
+/// more than `GROWTH`.
 fn growth(patch: &str, spread: &Spread, text: &str) -> Result<(), String> {
     let Some([_, worst]) = written(text, patch) else { return Err(format!("{patch} is not in {GOLDEN}: rewrite it")) };
     let ratio = spread.max as f64 / worst;

@@ -1,4 +1,4 @@
-//! What the image takes of the board: flash, RAM, stack; and `unsafe` in the board's folder alone.
+//! The image fits the board's flash, RAM and stack; `unsafe` is in the board's folder alone.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! What the controller does when the core is too slow for its millisecond. Slowness is the
+//! Behaviour of the controller when the core is too slow for its millisecond. Slowness is the
 //! emulator's: every instruction takes 2^shift ns.
 
 use std::path::{Path, PathBuf};

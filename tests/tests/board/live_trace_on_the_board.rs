@@ -1,5 +1,5 @@
-//! What `palpate live` recorded is repeated by the emulated board to the last bit; what no board
-//! does is refused in a sentence.
+//! A recording of `palpate live` is repeated by the emulated board to the last bit; one that no
+//! board can repeat is refused in a sentence.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,5 @@
-//! The same frames over the emulated board's UART: its real registers and interrupts, byte by byte,
-//! while the timer runs.
+//! Frames of the link over the emulated board's UART: its real registers and interrupts, byte by
+//! byte, while the timer runs.
 
 use std::fs::OpenOptions;
 use std::io::{Read, Write};

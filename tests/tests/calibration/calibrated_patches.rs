@@ -19,7 +19,7 @@ use palpate_tissue::session::calibrated;
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 
-/// What is promised of a size: centred RMS [%], centred and held out [%], over the disc rms and
+/// Promised errors of a size: centred RMS [%], centred and held out [%], over the disc rms and
 /// worst [%], the same at 0.5 mm, surface at 2 and 4 mm [mm].
 struct Promise {
     nodes: usize,

@@ -29,7 +29,7 @@ fn statics(tissue: &Tissue) -> Statics {
     Statics::of(&Patch::build(tissue, &Material::default(), None).model(), &Params::default()).unwrap()
 }
 
-/// What a patch answers at the centre and at `places` more.
+/// Returns the forces of a patch at the centre and at `places` more, and its dent at the centre.
 fn targets(truth: &Statics, places: usize) -> Targets {
     let solver = Solver::of(truth).unwrap();
     let rest = solver.rest(truth, Vector::zeros(), 1e-4).unwrap();

@@ -80,7 +80,8 @@ fn a_session_asks_for_one_step() {
     }
 }
 
-/// What the tests above see is the step, not their patience: at twice it nothing holds.
+/// Negative control: at twice the step a tap does not hold, so the tests above do detect a step
+/// that is too long.
 #[test]
 fn a_step_twice_as_long_does_not_hold() {
     let (radius_m, fine_m) = SIZES[0];

@@ -1,4 +1,4 @@
-//! What `plan` promises is held against the reference at places that neither its fits nor its own
+//! Promises of `plan` are checked against the reference at places that neither its fits nor its own
 //! judgement have seen, on scenes that it was not made with.
 
 use nalgebra::Vector3;

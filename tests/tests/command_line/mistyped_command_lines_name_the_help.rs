@@ -1,4 +1,4 @@
-//! What clap refuses: exit code 2, the word that is wrong, and where help is.
+//! Command lines that clap refuses: exit code 2, the word that is wrong, and where help is.
 
 use palpate_tests::palpate_command::{Desk, palpate};
 

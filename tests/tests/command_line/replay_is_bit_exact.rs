@@ -11,7 +11,7 @@ fn run(scene: &Scene) -> Press {
     press::run(scene, &Session::prepare(scene).unwrap(), |_| {}).unwrap()
 }
 
-/// What the core answered in each tick, as bits.
+/// Returns force, depth and limiters that the core answered in each tick, as bits.
 fn answers(press: &Press) -> Vec<[u32; 5]> {
     let bits = |t: &press::TickRow| {
         let f = t.output.force_n.map(f32::to_bits);

@@ -1,4 +1,5 @@
-//! What the tissue does to itself sums to nothing; what the probe feels is what the tissue gets.
+//! Internal forces of the tissue and their moments sum to zero; the force on the probe is the
+//! opposite of the force on the tissue.
 
 use palpate::stages::probe::{Motion, ProbePose};
 use palpate::stages::{contact, force};

@@ -1,8 +1,8 @@
 //! At the end of a hold the probe pushes as hard as the support pushes back: the reaction is the
 //! sum over the anchors, in all three directions.
 //!
-//! What is left after 0.3 s of a hold swings with half the damping rate, exp(-0.3 s x 20/s) = 0.25
-//! % of the step that the ramp's end was; allowed: 1 %.
+//! Oscillation that is left after 0.3 s of a hold decays at half the damping rate, to exp(-0.3 s x
+//! 20/s) = 0.25 % of the step that the ramp's end was; allowed: 1 %.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{Limiters, Vector3, tick};

@@ -32,7 +32,7 @@ fn asked(bench: &Bench) -> u16 {
 
 /// How a press ended.
 struct Outcome {
-    /// What is wrong at the end of the hold or of the run, or stopped it.
+    /// Defect at the end of the hold or of the run, or fault that stopped it.
     wrong: Option<String>,
     /// Smallest volume of a tet over its rest volume in any tick.
     lowest_j: f64,

@@ -74,7 +74,7 @@ fn without_the_limit_into_tissue_a_tap_crushes_fine_meshes() {
     assert!(outcome.wrong.is_some() || outcome.lowest_j < 0.0, "the tap is stood without the limit: {outcome:?}");
 }
 
-/// What the patch is shown of a tap: late on the way in, never late on the way out.
+/// Depth of a tap as the patch is shown it: late on the way in, never late on the way out.
 #[test]
 fn the_limit_holds_into_the_tissue_only() {
     let bench = bench(1020, 3.5e3);

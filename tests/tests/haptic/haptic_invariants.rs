@@ -1,5 +1,5 @@
-//! What holds in every tick of the haptic loop, whatever the device, the hand and the host do; and
-//! that breaking it is noticed.
+//! Invariants hold in every tick of the haptic loop, whatever the device, the hand and the host do;
+//! breaking one is noticed.
 
 mod defects;
 mod random;

@@ -1,4 +1,4 @@
-//! What `palpate live` records is repeated bit for bit; what was changed in a trace is found; what
+//! A recording of `palpate live` is repeated bit for bit; a change in a trace is found; a file that
 //! is no trace is refused in a sentence.
 
 use palpate::Vector3;

@@ -65,8 +65,8 @@ fn a_quick_run_reports_and_the_product_is_near_finite_elements() {
     assert!(ours["at_rest"].as_array().unwrap().iter().all(|r| r == true));
 }
 
-/// What ships belongs to the scene as it is, and to the meshes as the generator makes them; else a
-/// run would quietly solve for ten minutes.
+/// Shipped answers belong to the scene as it is, and to the meshes as the generator makes them;
+/// else a run would quietly solve for ten minutes.
 #[test]
 fn shipped_answers_belong_to_the_scene() {
     let scene = HangingScene::load(PRESET).unwrap();

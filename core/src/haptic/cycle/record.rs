@@ -14,11 +14,11 @@ pub enum Ask {
     Booted,
     /// The board's self-test passed.
     TestPassed,
-    /// Let me feel.
+    /// Arm: allow a force.
     Arm,
-    /// Let me stop feeling.
+    /// Stop: end the force and disarm.
     Stop,
-    /// Forget the fault.
+    /// Clear the latched fault.
     Clear,
 }
 

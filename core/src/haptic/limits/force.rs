@@ -46,7 +46,7 @@ impl ForceLimiter {
         let most_n = limits.values.max_force_n;
         let implausible_n = limits.values.implausible_ratio * most_n;
         self.implausible = if square > implausible_n * implausible_n { self.implausible.saturating_add(1) } else { 0 };
-        // a model that ends at the same force as we do is at its end too
+        // the model's force at the limit counts as saturated, too
         self.saturated = if square >= 0.998 * (most_n * most_n) { self.saturated.saturating_add(1) } else { 0 };
         match self.implausible >= limits.values.implausible_ticks {
             true => Err(Fault::ForceImplausible),
@@ -54,9 +54,10 @@ impl ForceLimiter {
         }
     }
 
-    /// The model's force no longer than the limit [N], and whether it was. Damped after that: on
-    /// the way in the limit takes the damping away, so on the way out it must come off what is
-    /// felt, not off a force far beyond it.
+    /// Clamps the model's force to the limit [N], keeping its direction; returns the force and
+    /// whether it was clamped. This happens *before* damping: while the clamp is active during
+    /// loading, damping cannot act, so during unloading it must be subtracted from the force that
+    /// the user feels, not from a much larger force behind the clamp.
     #[must_use]
     pub fn shorten(limits: &Limits, model_n: &Vector3<f32>) -> (Vector3<f32>, bool) {
         let (square, most_n) = (model_n.dot(model_n), limits.values.max_force_n);

@@ -26,7 +26,7 @@ const MOVING: u8 = 3;
 const FAST_COUNTS: f32 = 2.5;
 /// Equal readings in a row after that which are a fault.
 const EQUAL: u8 = 3;
-/// Nearer than this to the end of the workspace a hard stop may have stopped it [m].
+/// Within this distance of the end of the workspace a hard stop may have stopped the probe [m].
 const STOP_M: f32 = 2e-3;
 
 /// Watches each axis.

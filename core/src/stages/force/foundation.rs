@@ -127,7 +127,7 @@ fn press_points<P: Points<Q>, const Q: usize>(
         let [a, b, c] = triangle.node.map(usize::from);
         let (Some(na), Some(nb), Some(nc)) = (state.nodes.get(a), state.nodes.get(b), state.nodes.get(c)) else { continue };
         let corners = [vector(&na.x) - centre, vector(&nb.x) - centre, vector(&nc.x) - centre];
-        // twice asked for, penetration costs less than nine kept ones
+        // computing the penetration twice is cheaper than storing nine of them
         let points = P::at(corners);
         if !points.iter().any(|d| penetration(probe, shaft, *d).is_some()) || turned_away(corners, lift, probe) {
             continue;

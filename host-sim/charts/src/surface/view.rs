@@ -107,7 +107,7 @@ impl View {
         (self.shift.0 + self.scale * dot(p, self.right), self.shift.1 - self.scale * dot(p, self.up))
     }
 
-    /// The same in whole canvas units.
+    /// Returns the place of a point [m] on the canvas in whole canvas units, y down.
     pub fn spot(&self, p: V3) -> (i32, i32) {
         let (x, y) = self.at(p);
         (x.round() as i32, y.round() as i32)

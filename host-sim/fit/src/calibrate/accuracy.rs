@@ -46,7 +46,7 @@ pub struct DentError {
     /// Mean distance of the surface from the reference at the nodes: inside the probe the surface
     /// is the foundation's outer face [mm].
     pub surface_mean_mm: f64,
-    /// The same of the nodes themselves [mm].
+    /// Mean distance of the nodes themselves from the reference [mm].
     pub nodes_mean_mm: f64,
     /// Largest of the surface [mm].
     pub surface_max_mm: f64,

@@ -72,7 +72,7 @@ pub fn fit(objective: &mut Objective, most: usize, progress: &mut dyn FnMut(&Rou
     Ok(rounds)
 }
 
-/// What the linear model promises at `there`.
+/// Returns the cost that the linear model predicts at `there`.
 fn linear_cost(sweep: &Sweep, z: &[f64], there: &[f64]) -> f64 {
     let moved: Vec<f64> = there.iter().zip(z).map(|(a, b)| a - b).collect();
     let residual = |(row, r): (&Vec<f64>, &f64)| r + row.iter().zip(&moved).map(|(j, d)| j * d).sum::<f64>();

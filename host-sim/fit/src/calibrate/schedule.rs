@@ -56,14 +56,14 @@ impl Schedule {
     }
 }
 
-/// What became of a trial.
+/// Outcome of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// The walk stays.
     Refused,
     /// The walk goes there.
     Taken,
-    /// The same, and it was never better.
+    /// The walk goes there, to its lowest cost so far.
     Best,
 }
 

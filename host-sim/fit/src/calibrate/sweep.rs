@@ -20,7 +20,7 @@ pub struct Sweep {
     pub residuals: Vec<f64>,
     /// Slopes, shape \[residuals\] [unknowns]; empty if not asked for.
     pub rows: Vec<Vec<f64>>,
-    /// The same errors in plain units.
+    /// Errors of the same evaluation in plain units.
     pub measurement: Measurement,
 }
 
@@ -39,7 +39,7 @@ pub struct Objective<'a> {
     started: Instant,
 }
 
-/// What one place adds.
+/// Contribution of one place to a sweep.
 struct PlaceSweep {
     positions: Vec<Vec<Vector>>,
     sweep: Sweep,

@@ -1,5 +1,5 @@
-//! What a calibration aims at: forces over a disc of places, dents at its centre, and discs glued
-//! to the surface.
+//! Targets of a calibration: forces over a disc of places, dents at its centre, and discs glued to
+//! the surface.
 
 use super::places::sunflower;
 use crate::statics::Vector;
@@ -85,7 +85,7 @@ pub struct Targets {
     pub disc_radii: f64,
 }
 
-/// What the reference is asked; `None` where it does not know. Places count from the site.
+/// Reference solution; a query returns `None` where it has no answer. Places count from the site.
 pub trait Reference: Sync {
     /// Force over E [m^2] of a press at a place [m].
     fn force(&self, place_m: Vector, depth_m: f64) -> Option<f64>;
@@ -171,7 +171,7 @@ impl Targets {
         Some(Self { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii })
     }
 
-    /// The same with the glued discs of an answer, whose places count from the centre.
+    /// Returns the targets with the glued discs of an answer, whose places count from the centre.
     #[must_use]
     pub fn with_glued(mut self, answers: &[GluedAnswer]) -> Self {
         let target = |disc: &GluedAnswer| GluedTarget {
@@ -185,8 +185,8 @@ impl Targets {
         self
     }
 
-    /// The same with other depths [probe radii] at the centre, as far as the reference knows them,
-    /// and presses there `weight` times as exact.
+    /// Returns the targets with other depths [probe radii] at the centre, as far as the reference
+    /// knows them, and presses there `weight` times as exact.
     #[must_use]
     pub fn with_centre(mut self, reference: &(impl Reference + ?Sized), depths_radii: &[f64], weight: f64) -> Option<Self> {
         let solved = reference.shallowest_m()..=reference.deepest_m() * (1.0 + 1e-9);

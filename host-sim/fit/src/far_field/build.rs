@@ -38,7 +38,7 @@ pub enum FarFieldError {
     Loose(#[from] Unbalanced),
 }
 
-/// What replaces the rest of an organ.
+/// Far field that replaces the rest of an organ.
 #[derive(Clone, Debug)]
 pub struct FarField {
     /// Patch and outside.
@@ -47,7 +47,7 @@ pub struct FarField {
     pub exact_m: Mat<f64>,
     /// Rim displacements under unit forces on the surface [1/m], shape [3 rim nodes][loads].
     pub answers_per_m: Mat<f64>,
-    /// What the tick runs.
+    /// Rim springs that the tick evaluates.
     pub springs: RimSprings,
 }
 

@@ -44,7 +44,7 @@ pub struct Outside {
     pub rim: Vec<u32>,
     /// Triangles where patch and outside meet, by place in [`Cut::rim`]; `None` for a fixed corner.
     pub rim_triangles: Vec<[Option<usize>; 3]>,
-    /// The same triangles by nodes of the outside.
+    /// Triangles where patch and outside meet, by nodes of the outside.
     pub rim_faces: Vec<[u32; 3]>,
 }
 

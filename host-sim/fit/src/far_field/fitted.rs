@@ -58,7 +58,7 @@ const SOLVED_RADII: f64 = 1.2;
 /// Depths they are pressed to, as shares of the deepest hold.
 const SOLVED_DEPTHS: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
 
-/// What a patch of a scene is fitted to and judged by.
+/// Reference that a patch of a scene is fitted to and judged by.
 pub enum Truth {
     /// The answer that ships, for the block it is of.
     Block(Answer),
@@ -71,7 +71,7 @@ impl Truth {
     /// the whole, some minutes for an organ.
     ///
     /// # Errors
-    /// What [`organ_reference`] refuses.
+    /// Errors of [`organ_reference`].
     pub fn of(scene: &Scene, placed: &Placed, progress: impl Fn(usize, usize) + Sync) -> Result<Self, Error> {
         let answer = Answer::block();
         let centred = scene.probe.position_m.unwrap_or_default() == [0.0; 2];

@@ -1,4 +1,4 @@
-//! What a press of the whole organ answers: quadratic finite elements ([`crate::reference`]) on the
+//! Response of the whole organ to a press: quadratic finite elements ([`crate::reference`]) on the
 //! mesh of [`super::whole`], refined under the probe.
 //!
 //! The organ has the mesh's flat facets, as the patch that is cut out of it. At the site the force
@@ -118,7 +118,7 @@ pub fn organ_reference(
     Ok(OrganReference { places: at_places, depths_m: depths_m.to_vec(), error, nodes: fine.nodes })
 }
 
-/// What is the same for all presses.
+/// Inputs that all presses share.
 struct Bench<'a> {
     scene: &'a Scene,
     placed: &'a Placed,

@@ -70,7 +70,8 @@ impl SurfaceMap {
         Some(map)
     }
 
-    /// The same forces on another mesh of the same organ, whose surface lies elsewhere by a little.
+    /// Returns the forces on another mesh of the same organ, whose surface lies elsewhere by a
+    /// little.
     #[must_use]
     pub fn on(&self, placed: &Placed) -> Self {
         Self { triangles_m: near_site(placed, self.length_m), ..self.clone() }

@@ -1,5 +1,5 @@
-//! What is searched: radius of the patch, size of its elements, foundation points; and what each
-//! would cost.
+//! Search space of the plan: radius of the patch, size of its elements, foundation points; and the
+//! cost of each candidate.
 
 use palpate::Params;
 use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
@@ -19,7 +19,7 @@ use palpate_tissue::tissue::{Placed, place};
 /// Radii of the patch and edges at the site, coarse first [probe radii].
 const RADII: [f64; 5] = [1.5, 1.75, 2.0, 2.25, 2.5];
 const ELEMENTS: [f64; 10] = [1.1, 1.0, 0.88, 0.78, 0.68, 0.58, 0.52, 0.48, 0.43, 0.4];
-/// The same where it should be quick.
+/// Radii and edges of a quick search, coarse first [probe radii].
 const QUICK_RADII: [f64; 3] = [1.5, 1.75, 2.0];
 const QUICK_ELEMENTS: [f64; 7] = [1.0, 0.88, 0.78, 0.68, 0.58, 0.48, 0.4];
 /// Node counts of whole blocks, the last resort.
@@ -39,7 +39,7 @@ pub struct Candidate {
 /// A candidate with its mesh, its far field and its cost, not fitted.
 #[derive(Clone, Debug)]
 pub struct Weighed {
-    /// What it is.
+    /// Point of the search.
     pub candidate: Candidate,
     /// The whole organ.
     pub placed: Placed,
@@ -49,7 +49,7 @@ pub struct Weighed {
     pub material: Material,
     /// Parameters of the scene.
     pub params: Params,
-    /// What costs time.
+    /// Counts of nodes, springs, tets and the other parts that cost time.
     pub counts: Counts,
     /// Substeps that the unfitted patch needs.
     pub substeps: u16,
@@ -60,7 +60,7 @@ pub struct Weighed {
 }
 
 impl Weighed {
-    /// What is fitted.
+    /// Returns the tissue that is fitted: the cut patch, or the whole block without a far field.
     #[must_use]
     pub fn tissue(&self) -> &Tissue {
         self.far.as_ref().map_or(&self.placed.tissue, |far| &far.cut.patch)

@@ -1,5 +1,5 @@
-//! What stands at the patch's edge: rim springs, or something cheaper that is tried so that it is
-//! not left out unseen.
+//! Boundary treatment at the patch's edge: rim springs, or something cheaper that is tried so that
+//! it is not left out unseen.
 
 use palpate::Params;
 use serde::Serialize;

@@ -1,12 +1,12 @@
-//! What a scene's model is held against: the whole organ's answer, the depths that are judged, and
-//! how tight a tolerance these can tell.
+//! Reference that a scene's model is held against: the whole organ's answer, the depths that are
+//! judged, and how tight a tolerance these can tell.
 
 use super::judge::Judge;
 use crate::far_field::fitted::{Prepared, Recipe, Truth};
 use palpate_tissue::error::Error;
 use palpate_tissue::scene::Scene;
 
-/// What the reference itself knows of a force [%].
+/// Accuracy to which the reference itself knows a force [%].
 const KNOWN_PCT: f64 = 0.3;
 /// Patches on whose mesh the whole organ is solved [probe radii]: the first, or where an organ is
 /// too small for it the second.

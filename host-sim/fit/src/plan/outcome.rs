@@ -1,4 +1,4 @@
-//! What a search found, and what to say where it found nothing.
+//! Result of a search, and the explanation where it found nothing.
 
 use palpate::Terms;
 
@@ -8,7 +8,7 @@ use super::trial::Trial;
 use palpate_tissue::budget::Machine;
 use palpate_tissue::error::Error;
 
-/// What a search found.
+/// Result of a search.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// The smallest that keeps the tolerance within the budget.
@@ -20,7 +20,7 @@ pub struct Outcome {
     pub larger: Option<Trial>,
     /// Everything that was fitted, in that order.
     pub trials: Vec<Trial>,
-    /// What could not be fitted, pressed or run at all.
+    /// Candidates that could not be fitted, pressed or run at all, with their edge and terms.
     pub unfitted: Vec<(Candidate, Edge, Terms)>,
     /// Where nothing was found: the cheapest that keeps the tolerance on a faster board.
     pub elsewhere: Option<Trial>,

@@ -22,17 +22,17 @@ const SEEDS: [u64; 4] = [2026, 2027, 2028, 2029];
 pub enum Effort {
     /// Few places and rounds: enough to tell good from bad.
     Screened,
-    /// What is written.
+    /// Full number of places and rounds: the fit that is written.
     Full,
 }
 
-/// What all trials share.
+/// Inputs that all trials share.
 pub struct Bench<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The board.
     pub machine: &'static Machine,
-    /// What is right.
+    /// Reference that trials are fitted to and judged by.
     pub truth: &'a Truth,
     /// Depths.
     pub judge: &'a Judge,
@@ -47,7 +47,7 @@ pub struct Bench<'a> {
 /// A candidate, fitted and judged.
 #[derive(Clone, Debug, Serialize)]
 pub struct Trial {
-    /// What it is.
+    /// Point of the search.
     pub candidate: Candidate,
     /// Its edge.
     pub edge: Edge,
@@ -56,7 +56,7 @@ pub struct Trial {
     pub terms: Terms,
     /// How it was fitted.
     pub effort: Effort,
-    /// What costs time.
+    /// Counts of nodes, springs, tets and the other parts that cost time.
     pub counts: Counts,
     /// Substeps of a tick.
     pub substeps: u16,
@@ -72,7 +72,7 @@ pub struct Trial {
     pub judged: Judged,
     /// The tightest tolerance it keeps [%].
     pub keeps_pct: f64,
-    /// What its edge alone does to a glued disc that is sheared [%].
+    /// Shear stiffness error of a glued disc, caused by the edge alone [%].
     pub shear_error_pct: Option<f64>,
     /// Ready to write; of a full fit only.
     #[serde(skip)]

@@ -17,7 +17,7 @@ use palpate_tissue::scene::Inclusion;
 const BATCH: usize = 2048;
 const CHUNK: usize = 64;
 
-/// What the tissue is made of, over Young's modulus.
+/// Material of the tissue, its stiffness over Young's modulus.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Poisson's ratio (1).

@@ -9,10 +9,10 @@ use nalgebra::Vector3;
 
 use super::body::Body;
 
-/// What a node's displacement is.
+/// Constraint on a node's displacement.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Tie {
-    /// What equilibrium makes it.
+    /// Unconstrained: equilibrium determines it.
     Free,
     /// The sum of weights times displacements of kept nodes; without any it stands still.
     To(Vec<(usize, f64)>),

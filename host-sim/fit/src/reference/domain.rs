@@ -17,7 +17,7 @@ pub struct BlockCase {
     pub size_m: [f64; 3],
     /// Where on the top the probe presses [m].
     pub place_m: [f64; 2],
-    /// What it is made of.
+    /// Material of the block.
     pub material: Material,
     /// Corner nodes of the piece that is meshed: a quarter, a half, or the whole.
     pub nodes: usize,
@@ -52,7 +52,7 @@ impl BlockCase {
     /// Meshes the piece.
     ///
     /// # Errors
-    /// What the generator refuses.
+    /// [`BlockError`] of the mesh generator.
     pub fn build(&self) -> Result<BlockBody, BlockError> {
         let mirror = self.symmetry();
         let mut size_m = self.size_m;

@@ -68,7 +68,7 @@ pub struct GluedStiffness {
     /// Force along the direction over E, per way [m], extrapolated to vanishing elements, shape
     /// \[directions\].
     pub limit_m: Vec<f64>,
-    /// The same on each mesh, shape \[meshes\] [directions].
+    /// Force along the direction over E, per way [m], on each mesh, shape \[meshes\] [directions].
     pub levels_m: Vec<Vec<f64>>,
     /// Nodes of each quadratic mesh.
     pub nodes: Vec<usize>,

@@ -98,7 +98,7 @@ impl<'a> Press<'a> {
         Contact { probe, penalty_per_m: self.stiffer / softness_m }
     }
 
-    /// What the probe feels now.
+    /// Returns force, penetration and contact area of the probe in the present state.
     #[must_use]
     pub fn touch(&self) -> Touch {
         self.body.touch(&self.displacement_m, &self.contact(self.depth_m))

@@ -71,7 +71,7 @@ pub struct LevelHold {
     pub surface: Vec<(Vector3<f64>, Vector3<f64>)>,
 }
 
-/// What a quantity tends to as the mesh is refined.
+/// Estimate of the limit of a quantity as the mesh is refined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// Value at vanishing element size: `value + c h^3` through the two finest levels (Richardson),
@@ -91,7 +91,7 @@ pub fn extrapolate(levels: &[(usize, f64)]) -> Option<Estimate> {
     Some(Estimate { limit, error: (finest - limit).abs().max((finest - before).abs()) })
 }
 
-/// What a scene asks for, once it is known that it has an answer.
+/// Problem that a scene poses, once it is known that it has an answer.
 struct Task<'a> {
     scene: &'a Scene,
     material: Material,

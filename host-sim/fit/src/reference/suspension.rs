@@ -1,5 +1,4 @@
-//! What hangs: a body with its weight, ties and the nodes that are moved; energy, residual and
-//! tangent.
+//! Suspended body with its weight, ties and the nodes that are moved: energy, residual and tangent.
 //!
 //! Gravity is a dead load in the consistent nodal forces of the 10-node tet; ties are
 //! [`super::tie`].
@@ -18,7 +17,7 @@ const MIDDLE_SHARE: f64 = 0.2;
 /// Forces below Young's modulus times this share of the squared size are none.
 const NO_FORCE: f64 = 1e-6;
 
-/// What is wrong with what is to hang, or why it finds no rest.
+/// Error of a suspension: why its input is invalid, or why it finds no rest.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[expect(missing_docs, reason = "each message says what its fields are")]
 pub enum HangError {
@@ -44,7 +43,7 @@ pub enum HangError {
     Stalled { share: f64, weight_share: f64 },
 }
 
-/// What hangs: a body, its weight, its ties and the nodes that are moved.
+/// Suspended body: its mesh and material, its weight, its ties and the nodes that are moved.
 pub struct Suspension {
     pub(super) body: Body,
     weight_m2: Vec<Vector3<f64>>,

@@ -13,7 +13,7 @@ use super::shape::{triangle_points, triangle_shape};
 /// Contact pressure over Young's modulus that few equilibria reach.
 const HIGHEST_PRESSURE: f64 = 3.0;
 
-/// What the probe feels.
+/// Contact of the probe: force, penetration and area.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Touch {
     /// Force on the probe over Young's modulus [m^2], of the whole, not of the piece.
@@ -48,7 +48,7 @@ impl Body {
         });
     }
 
-    /// What the probe feels.
+    /// Returns force, penetration and contact area of the probe at the given displacements.
     #[must_use]
     pub fn touch(&self, displacement_m: &[Vector3<f64>], contact: &Contact) -> Touch {
         let mut touch = Touch::default();

@@ -16,7 +16,7 @@ pub(super) struct Push {
     pub out: Vector,
     /// Push over E [m^2].
     pub force: f64,
-    /// What the push is proportional to: `d f / d ln k` [m^2].
+    /// Part of the push that is proportional to its stiffness k: `d f / d ln k` [m^2].
     pub by_stiffness: f64,
     /// `d f / d ln s` [m^2].
     pub by_stiffening: f64,

@@ -40,7 +40,7 @@ pub struct Balance {
     pub(super) factor: Factor,
 }
 
-/// What solving needs again and again for one mesh.
+/// Sparsity pattern and symbolic factorisation of one mesh, reused by every solution.
 #[derive(Clone, Debug)]
 pub struct Solver {
     pub(super) pattern: Pattern,
@@ -148,7 +148,7 @@ impl Balance {
         self.factor.solve_nodes(statics, force)
     }
 
-    /// The same patch at rest, its untouching probe elsewhere.
+    /// Returns the patch at rest with its probe, which does not touch it, at `tip_m`.
     #[must_use]
     pub fn with_tip(&self, tip_m: Vector) -> Self {
         Self { tip_m, ..self.clone() }

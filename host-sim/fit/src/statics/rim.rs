@@ -1,4 +1,4 @@
-//! What holds the rim of a patch: a quadratic energy of the rim nodes' displacements.
+//! Elastic support of a patch's rim: a quadratic energy of the rim nodes' displacements.
 
 use faer::Mat;
 use nalgebra::Matrix3;
@@ -52,20 +52,20 @@ impl Rim {
 }
 
 impl Statics {
-    /// The same patch with another far field: `stiffness_m` over E between the rim nodes, shape [3
-    /// rim nodes][3 rim nodes].
+    /// Returns the patch with another far field: `stiffness_m` over E between the rim nodes, shape
+    /// [3 rim nodes][3 rim nodes].
     #[must_use]
     pub fn with_rim(&self, node: &[usize], stiffness_m: &Mat<f64>) -> Self {
         Self { rim: Some(Rim { node: node.to_vec(), stiffness_m: stiffness_m.clone() }), ..self.clone() }
     }
 
-    /// The same patch, its rim free.
+    /// Returns the patch with its rim free.
     #[must_use]
     pub fn without_rim(&self) -> Self {
         Self { rim: None, ..self.clone() }
     }
 
-    /// The same patch with some more nodes fixed.
+    /// Returns the patch with some more nodes fixed.
     #[must_use]
     pub fn with_fixed(&self, node: &[usize]) -> Self {
         let mut fixed = self.clone();

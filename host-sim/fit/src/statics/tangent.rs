@@ -106,8 +106,8 @@ impl Statics {
         self.factor_with(pattern, x, tip_m, &[], shift)
     }
 
-    /// The same with what else holds points of surface triangles: their corners, weights and
-    /// stiffness over E [m].
+    /// Factors the tangent as `factor` does, with further supports at points of surface triangles:
+    /// their corners, weights and stiffness over E [m].
     pub(super) fn factor_with(
         &self,
         pattern: &Pattern,

@@ -1,4 +1,4 @@
-//! What a tick would cost on a Cortex-M4F: an estimate.
+//! Estimated cost of a tick on a Cortex-M4F.
 //!
 //! Ours: the model of [`palpate_tissue::budget`], from exact instruction counts. Rivals:
 //! floating-point operations counted in their sources times [`CYCLES_PER_FLOP`], with the core's

@@ -1,4 +1,4 @@
-//! What is run: methods, sizes, stiffnesses.
+//! Plan of the chart: methods, sizes, stiffnesses.
 
 use crate::rivals::Method;
 

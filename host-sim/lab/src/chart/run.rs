@@ -9,18 +9,18 @@ use super::timing::{TickTime, tick_time};
 use crate::error::Error;
 use crate::rivals::{Block, Size};
 
-/// What a row says.
+/// Row of the chart: its task, the counts of its mesh and its outcome.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// What was run.
+    /// Task that was run.
     pub task: Task,
     /// Counts of its mesh.
     pub size: Size,
-    /// What came out; otherwise why nothing did.
+    /// Measured values; otherwise the reason why there are none.
     pub outcome: Result<Measured, String>,
 }
 
-/// What came out.
+/// Measured values of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
     /// Substeps of a tick.
@@ -36,7 +36,7 @@ pub struct Measured {
 }
 
 impl Run {
-    /// What came out, if the method survived the deepest press.
+    /// Returns the measured values if the method survived the deepest press.
     #[must_use]
     pub fn survived(&self) -> Option<&Measured> {
         self.outcome.as_ref().ok().filter(|m| m.trial.failure.is_none())
@@ -55,7 +55,7 @@ impl Run {
 /// Runs a row. `None` where the method cannot be had.
 ///
 /// # Errors
-/// What building the method refuses.
+/// A method that cannot be built.
 pub fn measure(task: Task, block: &Block, reference: &Reference) -> Result<Option<Run>, Error> {
     let size = block.size();
     let run = |outcome| Ok(Some(Run { task, size, outcome }));

@@ -22,7 +22,7 @@ const STILL_TICKS: usize = 20;
 /// How far a node may go in that time [m], and how much the force may change.
 const STILL_M: f64 = 5e-5;
 const STILL_FORCE: f64 = 0.05;
-/// What may be left after the release [m].
+/// Largest displacement that may be left after the release [m].
 const RETURNED_M: f64 = 2.5e-4;
 
 /// Why a press was not survived.
@@ -60,7 +60,7 @@ pub struct Trial {
     pub min_j: f64,
 }
 
-/// What a method needs.
+/// Substeps that a method needs, and the press with them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Survival {
     /// Fewest substeps that survive; where none does, the fewest that stay finite.
@@ -73,7 +73,7 @@ pub struct Survival {
 /// diverges with every number tried.
 ///
 /// # Errors
-/// What building the method refuses.
+/// A method that cannot be built.
 pub fn least_substeps(method: Method, block: &Block) -> Result<Option<Result<Survival, Failure>>, Error> {
     let most = if method.takes_substeps() { MOST_SUBSTEPS } else { 1 };
     let mut tried = Vec::new();

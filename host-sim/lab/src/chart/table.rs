@@ -9,16 +9,16 @@ use crate::error::Error;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
-/// What `summary.json` says.
+/// Contents of `summary.json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
-    /// What was pressed.
+    /// Scene that was pressed.
     pub scene: &'static str,
     /// Processor.
     pub machine: String,
     /// Version and profile.
     pub build: String,
-    /// What all methods share, and what they do not.
+    /// Conditions that all methods share, those in which they differ, and the origin of the cycles.
     pub terms: [&'static str; 3],
     /// Rows.
     pub rows: usize,
@@ -149,7 +149,7 @@ fn csv(runs: &[Run]) -> String {
     text
 }
 
-/// What was measured, each with a comma before it.
+/// Formats the measured values, each with a comma before it.
 fn values(m: &Measured) -> String {
     let a = &m.accuracy;
     let mut cells = vec![

@@ -1,5 +1,5 @@
-//! What a tick costs on this machine: CPU time of the thread, in batches, while the tip moves
-//! gently about 4 mm.
+//! Cost of a tick on this machine: CPU time of the thread, in batches, while the tip moves gently
+//! about 4 mm.
 //!
 //! The tip moves because a solver that starts from the last answer has nothing to do in a hold.
 //! Batches of plain springs on the same mesh are timed in turn with the method's: the clock of a
@@ -41,7 +41,7 @@ pub struct TickTime {
 /// Times a method. `None` where it cannot be had.
 ///
 /// # Errors
-/// What building it refuses; inside, that it diverged.
+/// A method that cannot be built; the inner result reports that it diverged.
 pub fn tick_time(method: Method, block: &Block, substeps: u16) -> Result<Option<Result<TickTime, Fault>>, Error> {
     let timed = Method::Springs.run(block, 1, |springs| method.run(block, substeps, |rival| in_turn(block, rival, springs)))?;
     Ok(timed.transpose().map(Option::flatten)?)

@@ -1,5 +1,5 @@
-//! What can be put at the cut in place of the outside: ours and its rivals, all made from the same
-//! condensed stiffness S.
+//! Edge treatments that can stand at the cut in place of the outside: ours and its rivals, all made
+//! from the same condensed stiffness S.
 //!
 //! Written as matrices between the rim nodes, every one of them can be pressed in
 //! [`palpate_fit::statics`]; how a tick runs those that are no springs is in [`crate::rivals`].
@@ -14,8 +14,8 @@ use palpate_fit::statics::{Solver, Statics, Vector};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::patch::RimSprings;
 
-/// What slaved rims are held with across their modes, in units of the mean diagonal of S: the force
-/// no longer changes in four digits.
+/// Stiffness that holds slaved rims across their modes, in units of the mean diagonal of S: the
+/// force no longer changes in four digits.
 const HELD: f64 = 1e4;
 /// Block-diagonal stiffness is kept this share above what positivity needs, so that what is taken
 /// off it stays invertible.
@@ -33,7 +33,7 @@ pub enum Edge {
     Winkler,
     /// S cut off to the blocks of rim nodes and rim edges.
     Truncated,
-    /// The same blocks, fitted and positive: ours.
+    /// Blocks of rim nodes and rim edges, fitted and positive: ours.
     RimSprings,
     /// The rim moves only in so many shapes, with the stiffness that S has along them.
     Modes(usize),

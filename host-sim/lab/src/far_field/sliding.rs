@@ -82,7 +82,7 @@ pub struct Sliding {
     /// The smallest stroke patch that keeps the promise on every mesh tried: radius and element
     /// [mm], nodes.
     pub smallest: Option<Smallest>,
-    /// What a longer stroke costs.
+    /// Cost of longer strokes.
     pub strokes: Vec<StrokeLength>,
 }
 

@@ -33,7 +33,7 @@ pub const PROMISED_PCT: f64 = 0.5;
 /// Smallest patch that is held to it [probe radii].
 pub const PROMISED_RADII: f64 = 2.0;
 
-/// What is run.
+/// Plan of a run: meshes, patch radii and directions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// Edge length under the probe [probe radii] and its growth per distance (1), for each
@@ -62,7 +62,7 @@ impl Plan {
     }
 }
 
-/// What stands for the organ in a row.
+/// Model that stands for the organ in a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// A patch with an edge treatment.
@@ -92,7 +92,7 @@ pub struct Row {
     pub fine_m: f64,
     /// Radius of the patch, or of the one that the mesh was made for [m].
     pub radius_m: f64,
-    /// What is pressed.
+    /// Model that is pressed.
     pub kind: Kind,
     /// Its nodes, tets, rim nodes and rim edges.
     pub size: Size,
@@ -106,7 +106,7 @@ pub struct Row {
     pub against_elements: Option<presses::Errors>,
     /// Smallest eigenvalue of what stands at the edge over E [m].
     pub lowest_m: Option<f64>,
-    /// What a tick costs.
+    /// Cost of a tick.
     pub cost: Option<Cost>,
 }
 
@@ -256,7 +256,7 @@ impl Table {
 }
 
 impl Setting {
-    /// What the tissue is made of.
+    /// Returns the material of the tissue.
     #[must_use]
     pub fn material(&self) -> Material {
         Material { poisson_ratio: f64::from(self.params.poisson_ratio), ..Material::default() }

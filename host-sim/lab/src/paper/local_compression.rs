@@ -32,7 +32,7 @@ use scene::{PRESETS, PressScene};
 use site::Site;
 use study::{Size, on_block, on_organ};
 
-/// What is run.
+/// Options of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Few forces, few trials, coarser organs: under a minute.

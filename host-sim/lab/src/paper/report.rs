@@ -13,9 +13,9 @@ pub struct Report {
 /// Something a paper says, and what was found.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Claim {
-    /// What the paper says, with its place.
+    /// Statement of the paper, with its place.
     pub printed: String,
-    /// What was found here.
+    /// Result found here.
     pub found: String,
     /// Whether it held; `None` where it cannot be tried.
     pub held: Option<bool>,

@@ -62,7 +62,7 @@ pub struct Resolution<'a> {
 /// A method's setup and, for each move, where it ended.
 pub type MethodRun = (Setup, Vec<Result<Rest, Fault>>);
 
-/// What is to be run.
+/// Options of a run.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// Preset or file of the scene.

@@ -41,7 +41,7 @@ impl Block {
     /// The standard block with an exact number of nodes.
     ///
     /// # Errors
-    /// What the mesh generator refuses.
+    /// Number of nodes that the mesh generator rejects.
     pub fn standard(nodes: usize, youngs_modulus_pa: f64) -> Result<Self, Error> {
         let spec = BlockSpec { size_m: BLOCK_M, nodes, fine_at_m: [0.0; 2], fine_radius_m: RADIUS_M };
         let mesh = block(&spec).map_err(|cause| SceneError::value("chart", "nodes:", &cause.to_string()))?;
@@ -67,7 +67,7 @@ impl Block {
         Self { tissue, params }
     }
 
-    /// The same with a stiffer or softer ball inside.
+    /// Returns the block with a stiffer or softer ball inside.
     #[must_use]
     pub fn with_inclusion(mut self, ball: Inclusion) -> Self {
         let mesh = &self.tissue.mesh;

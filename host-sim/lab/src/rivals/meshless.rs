@@ -18,11 +18,11 @@
 //! The volume term stays in each cell: averaged over nodes, as linear tets need it, it is too soft
 //! here (26 and 16 %).
 //!
-//! What is left is too soft. On coarse meshes contact takes the surface between nodes as flat, the
-//! field does not: at 4 mm, within 8 mm of the axis, the middles of triangles lie 0.48, 0.09 and
-//! 0.00 mm less deep in the field than on the flat triangles, on the mean at 57, 130 and 410 nodes.
-//! The 7 % that stay at 410 nodes are not of that kind. The limit is the cost: 26 nodes in a cell
-//! instead of 4.
+//! The result remains too soft. On coarse meshes contact takes the surface between nodes as flat,
+//! the field does not: at 4 mm, within 8 mm of the axis, the middles of triangles lie 0.48, 0.09
+//! and 0.00 mm less deep in the field than on the flat triangles, on the mean at 57, 130 and 410
+//! nodes. The 7 % that stay at 410 nodes are not of that kind. The limit is the cost: 26 nodes in a
+//! cell instead of 4.
 
 use palpate::Vector3;
 

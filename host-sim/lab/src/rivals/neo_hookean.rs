@@ -39,7 +39,8 @@ pub struct NeoHookean {
 impl NeoHookean {
     /// Floating-point operations of a tet, counted in this file, a logarithm as 20.
     pub const FLOPS_PER_TET: f64 = 215.0;
-    /// What averaging adds to a tet, and its share of a node's logarithm.
+    /// Floating-point operations that averaging adds to a tet, with its share of a node's
+    /// logarithm.
     pub const FLOPS_NODAL: f64 = 70.0;
 
     /// At rest.

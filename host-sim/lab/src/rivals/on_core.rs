@@ -92,8 +92,8 @@ pub(super) fn with_law<T>(
     Ok(work(&mut OnCore { model: &model, tuned: &tuned, state, method }))
 }
 
-/// What a force over E changes each node's velocity by [m/s per N/Pa], before the damping that
-/// follows.
+/// Returns the change of each node's velocity per force over E [m/s per N/Pa], before the damping
+/// that follows.
 pub(super) fn steps(tuned: &Tuned, params: &Params, nodes: usize) -> Vec<f32> {
     let dt_s = params.tick_s / f32::from(params.substeps);
     let mass = |n| tuned.mass_kg(n).unwrap_or(f32::INFINITY);

@@ -19,7 +19,7 @@ use crate::far_field::edges::LowRank;
 struct RimNodes {
     node: Vec<usize>,
     rest_m: Vec<Vector3<f32>>,
-    /// What a force over E changes a node's velocity by.
+    /// Change of a node's velocity per force over E [m/s per N/Pa].
     step: Vec<f32>,
     /// Displacement [m], then nothing else; shape [3 rim nodes].
     moved_m: Vec<f32>,
@@ -146,10 +146,10 @@ pub struct ModeRim {
     rim: RimNodes,
     /// Shape [3 rim nodes][q].
     shapes: Vec<f32>,
-    /// What forces over E on the rim change the modes' speeds by in a substep, shape [3 rim
+    /// Change of the modes' speeds in a substep per force over E on the rim, shape [3 rim
     /// nodes][q].
     pushes: Vec<f32>,
-    /// What the modes' places change their speeds by, shape [q][q].
+    /// Drop of the modes' speeds in a substep per displacement of the modes, shape [q][q].
     holds: Vec<f32>,
     place_m: Vec<f32>,
     speed: Vec<f32>,

@@ -1,5 +1,5 @@
-//! What the values say: spread of each group and phase, change by the training, differences between
-//! groups.
+//! Statistics of the values: spread of each group and phase, change by the training, differences
+//! between groups.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! What can be wrong with a file of marks: one line that says what, where, and how to fix it.
+//! Errors in a file of marks: one line that says what, where, and how to fix it.
 
 use std::path::PathBuf;
 
@@ -20,7 +20,7 @@ pub enum ScoreError {
     Empty {
         /// The file.
         path: String,
-        /// What is not there.
+        /// Statement of what is missing.
         what: &'static str,
     },
     /// A column of the header is not there.
@@ -38,7 +38,7 @@ pub enum ScoreError {
         path: String,
         /// As written.
         column: String,
-        /// What is wrong with it.
+        /// Reason why it is refused.
         what: &'static str,
     },
     /// A cell that cannot be used.
@@ -52,10 +52,10 @@ pub enum ScoreError {
         column: &'static str,
         /// As written.
         cell: String,
-        /// What it should be.
+        /// Instruction on how to correct it.
         fix: &'static str,
     },
-    /// The same intern twice.
+    /// An intern marked twice in the same phase.
     #[error(
         "{path}:{line}: intern \"{intern}\" of group \"{group}\" is marked {phase} twice, first in line {first}: keep one row"
     )]
@@ -80,7 +80,7 @@ pub enum ScoreError {
         path: String,
         /// Line, from 1.
         line: u64,
-        /// What is wrong.
+        /// Reason why it cannot be read.
         what: String,
     },
     /// Weights that are no shares.

@@ -74,14 +74,14 @@ pub struct Column {
     pub unattainable: Vec<f64>,
 }
 
-/// What the check found.
+/// Result of the check.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Check {
     /// The four columns.
     pub columns: Vec<Column>,
     /// Difference of the means, group 1 minus 2, before; and how often chance differs as much.
     pub before: (f64, f64),
-    /// The same after.
+    /// Difference of the means, group 1 minus 2, after; and how often chance differs as much.
     pub after: (f64, f64),
     /// Share of pairs (one intern of each group) in which that of group 1 is above that of group 2,
     /// after.

@@ -38,7 +38,7 @@ pub const SOFTEST_N_PER_M: f64 = 50.0;
 pub const STEP: f64 = 1.12;
 /// No wall is stiffer [N/m].
 pub const STIFFEST_N_PER_M: f64 = 6000.0;
-/// What a device of the Touch class must hold [N/m]: its maker's ceiling.
+/// Stiffness that a device of the Touch class must hold [N/m]: its maker's ceiling.
 pub const HELD_N_PER_M: f64 = 400.0;
 /// Energy that ours may create there [J].
 pub const MOST_CREATED_J: f64 = 0.01e-3;
@@ -66,7 +66,7 @@ pub struct Cell {
     pub delay_ticks: u8,
     /// H0 .. H6.
     pub hand: &'static str,
-    /// What keeps it quiet.
+    /// Name of the control that keeps the loop quiet.
     pub control: String,
     /// How far it climbs.
     pub climb: Climb,
@@ -76,7 +76,7 @@ pub struct Cell {
     pub held: Trial,
 }
 
-/// What is measured.
+/// Plan of the measurements: loop cases and encoder ceilings.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// Every device under every control; the shipped ones at delays 0, 1 and 2, then, if asked for,
@@ -125,9 +125,9 @@ pub struct LoopSummary {
     pub stiffest_tried_n_per_m: f64,
     /// Every cell.
     pub cells: Vec<Cell>,
-    /// What the encoders allow.
+    /// Ceilings that the encoders allow.
     pub ceilings: Vec<Ceiling>,
-    /// What was promised and did not hold.
+    /// Promises that did not hold.
     pub broken: Vec<String>,
 }
 
@@ -166,7 +166,7 @@ impl LoopSummary {
     /// The promise.
     ///
     /// # Errors
-    /// What of it did not hold.
+    /// The promises that did not hold.
     pub fn check(&self) -> Result<(), Error> {
         if self.broken.is_empty() { Ok(()) } else { Err(TissueError::Check(self.broken.join("; ")).into()) }
     }

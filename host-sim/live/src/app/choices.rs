@@ -1,4 +1,4 @@
-//! What the controls ask of the physics.
+//! Requests from the controls to the physics.
 
 use eframe::egui;
 use palpate_loop::live::{Choice, Exercise};

@@ -22,7 +22,7 @@ fn sentence(browser: &mut Browser) -> String {
     }
 }
 
-/// What becomes of a file; `None` takes it away.
+/// Content that a file gets; `None` takes the file away.
 type Change<'a> = &'a dyn Fn(Vec<u8>) -> Option<Vec<u8>>;
 
 /// The page's folder with one file changed.

@@ -60,7 +60,7 @@ impl Browser {
         self.command("POST", "/url", Some(&json!({"url": url})));
     }
 
-    /// What the page shows, in numbers.
+    /// Numbers that the page shows.
     pub fn shown(&mut self) -> Value {
         self.run("return window.palpate ? window.palpate.shown() : {said: document.body.innerText};")
     }
@@ -86,7 +86,7 @@ impl Browser {
         self.command("POST", "/actions", Some(&json!({"actions": [mouse]})));
     }
 
-    /// What only the browser's own protocol does.
+    /// Commands of the browser's own protocol.
     pub fn devtools(&mut self, command: &str, parameters: &Value) -> Value {
         self.command("POST", "/goog/cdp/execute", Some(&json!({"cmd": command, "params": parameters})))
     }

@@ -8,7 +8,8 @@ use serde_json::{Value, json};
 use crate::driver::Browser;
 use crate::{MIDDLE, active, let_go, number, page, press, says, until};
 
-/// What each call of the driver leaves in the page's JavaScript, also where nobody touches it [MB].
+/// Memory that each call of the driver leaves in the page's JavaScript, also where nobody touches
+/// it [MB].
 const LEFT_BY_A_CALL_MB: f64 = 0.7e-3;
 
 /// Megabytes after the collector ran: the page's JavaScript without what the driver left there; all

@@ -1,4 +1,4 @@
-//! What happens to a page: a tab behind another, a mouse that leaves, no size, a foreign file. A
+//! Mishaps of a page: a tab behind another, a mouse that leaves, no size, a foreign file. A
 //! sentence, no force, nothing lost.
 
 use std::time::Duration;

@@ -35,7 +35,7 @@ const NODES: usize = 130;
 const YOUNGS_MODULUS_PA: f32 = 20e3;
 const DEEPEST_M: f32 = 8e-3;
 
-/// What the runs run on.
+/// Device and patch that the runs use.
 #[derive(Clone, Copy, Debug)]
 pub struct Ground<'a> {
     /// The device.
@@ -60,7 +60,7 @@ impl<'a> Ground<'a> {
 /// every batch.
 ///
 /// # Errors
-/// What the loop or the patch refuses.
+/// Propagates build errors of the loop or the patch.
 pub fn campaign(ground: &Ground, runs: u64, seed: u64, done: impl Fn(u64) + Sync) -> Result<Table, BuildError> {
     let batches: Vec<u64> = (0..runs.div_ceil(BATCH)).collect();
     let parts: Vec<Result<Table, BuildError>> =

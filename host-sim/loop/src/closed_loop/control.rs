@@ -49,7 +49,7 @@ pub enum Control {
     },
     /// Time-domain passivity control.
     TimeDomainPassivity,
-    /// The same against the energy of the model itself.
+    /// Time-domain passivity control against the energy of the model itself.
     ReferenceEnergy,
     /// Energy bounding.
     EnergyBounding,
@@ -132,7 +132,7 @@ impl Control {
     }
 }
 
-/// What a controller may know of its device.
+/// Device parameters that a controller may know.
 #[derive(Clone, Copy, Debug)]
 struct Known {
     max_force_n: f32,
@@ -151,7 +151,7 @@ struct Seen {
     tangent_n_per_m: f32,
 }
 
-/// What a rival does, tick by tick.
+/// Control law of a rival, evaluated tick by tick.
 trait Law: std::fmt::Debug {
     /// Depth that the model is shown [m] when the handle is at `depth_m`.
     fn shown_m(&mut self, depth_m: f32) -> f32 {

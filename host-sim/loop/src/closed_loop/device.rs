@@ -119,7 +119,7 @@ impl DeviceProfile {
         Ok(())
     }
 
-    /// What the loop is told, around a site [m].
+    /// Returns the device limits that the loop is given, with the workspace around a site [m].
     #[must_use]
     pub fn limits(&self, site_m: Vector3<f32>) -> DeviceLimits {
         let half = Vector3::from(self.workspace_m.map(|side| 0.5 * side as f32));

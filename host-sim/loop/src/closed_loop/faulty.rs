@@ -14,7 +14,7 @@ pub use tissue::FaultyTissue;
 use palpate::Fault;
 use palpate::haptic::cycle::Ask;
 
-/// What a reading suffers.
+/// Fault in a reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reading {
     /// A coordinate is this.
@@ -34,7 +34,7 @@ pub enum Reading {
     Failed,
     /// Numbered on, always the same position.
     Stuck,
-    /// The same along one axis.
+    /// Numbered on, always the same position along one axis.
     Frozen,
     /// Every coordinate, counted from the site, has the wrong sign.
     Mirrored,
@@ -50,7 +50,7 @@ pub enum Reading {
     Wraps,
 }
 
-/// What a force suffers on its way to the hand.
+/// Fault in a force on its way to the hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drive {
     /// Each axis ends at this [N].
@@ -69,7 +69,7 @@ pub enum Drive {
     Friction(f64),
 }
 
-/// What a host does.
+/// Injected behaviour of a host.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Host {
     /// Nothing at all.
@@ -82,7 +82,7 @@ pub enum Host {
     Raises(u8),
 }
 
-/// What the tissue suffers.
+/// Fault in the tissue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Tissue {
     /// A node moves with this speed along every axis [m/s].
@@ -101,7 +101,7 @@ pub enum Tissue {
     Active(f32),
 }
 
-/// What is injected.
+/// Fault to inject, by the place where it enters the loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Injection {
     /// Nothing: the runs that nothing may happen in.
@@ -138,7 +138,7 @@ pub enum Opening {
     RampingIn,
 }
 
-/// What must be going on when the fault begins.
+/// Condition that must hold when the fault begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
     /// Nothing.
@@ -151,7 +151,7 @@ pub enum Needs {
     NobodysForce,
 }
 
-/// What the loop has to do.
+/// Reaction required of the loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Expected {
     /// No force within so many ticks, for one of these reasons.
@@ -174,16 +174,16 @@ pub enum Expected {
 pub struct FaultType {
     /// As in the list of hazards, a variant behind a dash.
     pub id: &'static str,
-    /// What happens.
+    /// Description of the fault, such as `encoder stuck for 100 ms`.
     pub name: &'static str,
     /// How the run begins.
     pub opening: Opening,
-    /// What is injected.
+    /// Fault to inject.
     pub injection: Injection,
     /// For how many ticks.
     pub ticks: u32,
     /// When it may begin.
     pub needs: Needs,
-    /// What has to follow.
+    /// Required reaction.
     pub expected: Expected,
 }

@@ -56,7 +56,7 @@ pub fn with_substeps(params: &Params, n: u16) -> Params {
 /// `params` are those of one step.
 ///
 /// # Errors
-/// What [`Params::build`] refuses.
+/// Propagates errors from [`Params::build`].
 pub fn derive(patch: &Patch, params: &Params, depth_m: f64) -> Result<Fidelity, BuildError> {
     let answers = true_answers(patch, params, depth_m)?;
     let mut last = None;
@@ -74,10 +74,10 @@ pub fn derive(patch: &Patch, params: &Params, depth_m: f64) -> Result<Fidelity, 
     Ok(last.unwrap_or(Fidelity { params: *params, errors: [f64::NAN; TAPS.len()], held: false }))
 }
 
-/// What a patch gives with the substeps that it has.
+/// Returns the fidelity of a patch with the substeps that it has.
 ///
 /// # Errors
-/// What [`Params::build`] refuses.
+/// Propagates errors from [`Params::build`].
 pub fn as_it_is(patch: &Patch, params: &Params, depth_m: f64) -> Result<Fidelity, BuildError> {
     judge(patch, params, depth_m, &true_answers(patch, &Params { substeps: 1, ..*params }, depth_m)?)
 }

@@ -47,7 +47,7 @@ pub enum Grip {
 pub struct Hand {
     /// H0 .. H6.
     pub id: &'static str,
-    /// What it is.
+    /// Name of the hand, such as `firm fingertip`.
     pub name: &'static str,
     /// How it holds on.
     pub grip: Grip,
@@ -104,7 +104,7 @@ const PAD_SCALE_M: f64 = 0.5e-3;
 const BONE_M: f64 = 1.5e-3;
 /// A finger pushes no harder, wherever its bone goes [N].
 const MOST_PAD_N: f64 = 3.0;
-/// What relaxes slower than this creeps [s].
+/// Relaxation time constant above which a share of the force counts as creep [s].
 const CREEP_S: f64 = 0.5;
 /// Shares of the force that relax, and in what time [s].
 const RELAXING: [(f64, f64); 3] = [(0.2, 4e-3), (0.2, 70e-3), (0.3, 1.4)];

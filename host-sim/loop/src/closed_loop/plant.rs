@@ -54,7 +54,7 @@ pub struct Plant {
     velocity_m_per_s: Vector3<f64>,
     /// Forces on their way to the amplifier [N], the oldest first.
     line_n: Vec<Vector3<f64>>,
-    /// What the motors give [N].
+    /// Force of the motors [N].
     acting_n: Vector3<f64>,
     sequence: u32,
     t_s: f64,
@@ -103,7 +103,7 @@ impl Plant {
         (self.at_m, self.velocity_m_per_s) = (at_m, Vector3::zeros());
     }
 
-    /// What it is made of: friction and lag may change under way.
+    /// Returns the device profile, mutable: friction and lag may change under way.
     pub fn device_mut(&mut self) -> &mut DeviceProfile {
         &mut self.device
     }

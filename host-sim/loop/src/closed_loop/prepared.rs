@@ -57,7 +57,8 @@ impl Prepared {
         Self::prepare(scene, device, true)
     }
 
-    /// The same with the substeps that the patch was packed with: what a board computes in a tick.
+    /// Prepares a scene for a device with the substeps that the patch was packed with: those that a
+    /// board computes in a tick.
     ///
     /// # Errors
     /// As [`Self::of`].

@@ -20,7 +20,7 @@ const BUZZ: [(f64, f64); 3] = [(3.5e3, 10e-3), (20e3, 25e-3), (100e3, 40e-3)];
 /// Force above 50 Hz in a hold below the encoder's ceiling [N].
 const HOLD_BUZZ_N: f64 = 20e-3;
 
-/// What is touched.
+/// Surface to touch.
 #[derive(Clone, Debug)]
 pub enum Target {
     /// A spring [N/m].
@@ -63,7 +63,7 @@ impl Target {
     /// One run.
     ///
     /// # Errors
-    /// What the core refuses.
+    /// Propagates build errors of the core.
     pub fn run(&self, device: &DeviceProfile, hand: Hand, stimulus: Stimulus) -> Result<Run, BuildError> {
         let setup = self.setup(device, hand, stimulus);
         match self {
@@ -80,7 +80,7 @@ pub struct Row {
     pub hand: &'static str,
     /// Stimulus.
     pub stimulus: &'static str,
-    /// What is felt besides the tissue: `quiet`, or what first broke.
+    /// Verdict on anything felt besides the tissue: `quiet`, or what first broke.
     pub verdict: String,
     /// Swing of the handle in the last half second [um].
     pub swing_um: Option<f64>,
@@ -92,7 +92,7 @@ pub struct Row {
     pub buzz_mn: Option<f64>,
     /// Force above 50 Hz in the last half second [mN].
     pub hold_buzz_mn: Option<f64>,
-    /// What the controller adds to the model's force at the end [%].
+    /// Force that the controller adds to the model's force at the end, relative to it [%].
     pub static_error_pct: Option<f64>,
     /// Largest turn of the force in a tick [degrees].
     pub turn_deg: Option<f64>,
@@ -154,7 +154,7 @@ impl Row {
 pub struct Report {
     /// The device's name.
     pub device: String,
-    /// What is touched.
+    /// Name of the touched surface.
     pub target: String,
     /// Depth of presses [mm].
     pub depth_mm: f64,
@@ -172,7 +172,7 @@ pub struct Report {
     pub tap_error_pct: Option<[f64; 2]>,
     /// The runs.
     pub runs: Vec<Row>,
-    /// What was promised and did not hold.
+    /// Promises that did not hold.
     pub broken: Vec<String>,
 }
 

@@ -27,7 +27,7 @@ pub struct Setup<'a> {
     pub device: &'a DeviceProfile,
     /// Who holds it.
     pub hand: Hand,
-    /// What the hand does.
+    /// Stimulus that the hand follows.
     pub stimulus: Stimulus,
     /// The controller.
     pub settings: Settings,
@@ -50,11 +50,11 @@ pub struct Row {
     pub acting_n: Vector3<f64>,
     /// Energy at the port.
     pub energy: PortEnergy,
-    /// What the loop told.
+    /// Telemetry of the loop.
     pub told: Telemetry,
 }
 
-/// What a run showed.
+/// Result of a run.
 #[derive(Clone, Debug)]
 pub struct Run {
     /// One row a tick, from the start of the stimulus.
@@ -67,7 +67,7 @@ pub struct Run {
     pub buzz_n: Option<f64>,
     /// Force above 50 Hz in the hold, RMS [N].
     pub hold_buzz_n: f64,
-    /// What the controller adds to the model's force at the end, over it (1).
+    /// Force that the controller adds to the model's force at the end, over it (1).
     pub static_error: f64,
     /// Largest turn of the force in a tick [degrees]; where the stimulus crosses edges.
     pub turn_deg: Option<f64>,
@@ -115,7 +115,7 @@ impl Beside for () {
 /// Runs a loop.
 ///
 /// # Errors
-/// What [`Cycle::build`] refuses.
+/// Propagates errors from [`Cycle::build`].
 pub fn run(setup: &Setup, surface: &mut impl Surface) -> Result<Run, BuildError> {
     run_beside(setup, surface, &mut ())
 }
@@ -123,7 +123,7 @@ pub fn run(setup: &Setup, surface: &mut impl Surface) -> Result<Run, BuildError>
 /// Runs a loop with another controller beside its own.
 ///
 /// # Errors
-/// What [`Cycle::build`] refuses.
+/// Propagates errors from [`Cycle::build`].
 pub fn run_beside(setup: &Setup, surface: &mut impl Surface, beside: &mut impl Beside) -> Result<Run, BuildError> {
     let site = surface.site();
     let course = course_of(setup, surface);
@@ -200,7 +200,7 @@ impl Watched {
         self.cycle_beside(cycle, device, surface, command, &mut ())
     }
 
-    /// The same with another controller beside it.
+    /// Runs one watched cycle with another controller beside it.
     fn cycle_beside(
         &mut self,
         cycle: &mut Cycle,

@@ -16,7 +16,7 @@ use super::stimulus::{CLEAR_M, Stimulus};
 use super::surface::{Surface, Wall, with_tissue};
 use super::watch::Broken;
 
-/// What people do, and for how long at most [s].
+/// Stimuli of normal use, by id, and the longest duration of each [s].
 const USES: [(&str, f64); 9] = [
     ("S1-0.2", 2.0),
     ("S1-0.5", 2.0),
@@ -34,7 +34,7 @@ const REST_S: f64 = 1.0;
 /// Speed on the way out [m/s].
 const OUT_M_PER_S: f64 = 0.05;
 
-/// What was seen.
+/// Result of a soak run.
 #[derive(Clone, Debug, Default)]
 pub struct Soak {
     /// Ticks.
@@ -69,7 +69,7 @@ impl Soak {
 /// Uses a wall and the patch for half of the time each.
 ///
 /// # Errors
-/// What the loop or the patch refuses.
+/// Propagates build errors of the loop or the patch.
 pub fn soak(ground: &Ground, seconds: f64, done: impl Fn(u64) + Sync) -> Result<Soak, BuildError> {
     let half_s = 0.5 * seconds;
     let wall = || {
@@ -100,7 +100,7 @@ impl<S: Surface> Loop<'_, S> {
         told.output.depth_m > 0.0 || told.applied_n != Vector3::zeros()
     }
 
-    /// The same device in another hand.
+    /// Returns the device in another hand, its readings numbered on.
     fn held(&self, plant: Plant) -> Faulty<Plant> {
         let site = self.surface.site();
         let random = SplitMix64::seed_from_u64(0);

@@ -1,4 +1,4 @@
-//! What the hand does: twelve stimuli, from a tap to an organ swapped under the probe.
+//! Stimuli of the hand: twelve, from a tap to an organ swapped under the probe.
 
 use palpate::Vector3;
 
@@ -37,7 +37,7 @@ pub enum Change {
 pub struct Stimulus {
     /// S1 .. S12, the speed of a tap behind a dash.
     pub id: &'static str,
-    /// What it is.
+    /// Name of the stimulus, such as `slow press`.
     pub name: &'static str,
     kind: Kind,
 }
@@ -96,7 +96,7 @@ impl Stimulus {
         Self { id: "S4", name: "hold", kind: Kind::Hold { s } }
     }
 
-    /// The same, no longer than a few seconds: a hold of three.
+    /// Returns the stimulus, no longer than a few seconds: a hold of three.
     #[must_use]
     pub fn short(self) -> Self {
         match self.kind {
@@ -212,7 +212,7 @@ impl Course {
         self.site.point_m(depth_m + self.reach_m * share, along_m, across_m)
     }
 
-    /// What the hand aims at.
+    /// Returns the aim of the hand at this time [s].
     #[must_use]
     pub fn aim(&self, t_s: f64) -> Aim {
         let (dt_s, end_s) = (1e-6, self.seconds());
@@ -314,7 +314,7 @@ impl Course {
         }
     }
 
-    /// What happens to the tissue in the tick that ends at this time [s].
+    /// Returns the change of the tissue, if any, in the tick that ends at this time [s].
     #[must_use]
     pub fn change(&self, t_s: f64) -> Option<Change> {
         let s = t_s - self.press_s(0.05) - SETTLE_S;

@@ -1,4 +1,4 @@
-//! What is touched: a wall of one stiffness, or the product's patch.
+//! Surfaces to touch: a wall of one stiffness, or the product's patch.
 
 use std::sync::Arc;
 
@@ -30,7 +30,7 @@ pub trait Surface: Renderer {
     /// axis]; what has no nodes stays as it is.
     fn strike(&mut self, _at_m: Option<f32>, _speed_m_per_s: Option<f32>, _all: bool) {}
 
-    /// What is wrong with its state, if anything: not finite, or far from where it can be.
+    /// Returns the defect of its state, if any: not finite, or far from where it can be.
     fn unsound(&self) -> Option<&'static str> {
         None
     }
@@ -131,7 +131,7 @@ pub struct TissueSurface<'a> {
 /// Lends a patch as a surface to `work`.
 ///
 /// # Errors
-/// What [`Params::build`] refuses.
+/// Propagates errors from [`Params::build`].
 pub fn with_tissue<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut TissueSurface) -> T) -> Result<T, BuildError> {
     let model = patch.wide_model();
     let rims: Vec<(Vec<RimNode>, Vec<RimEdge>)> = VARIANTS.iter().map(|v| scaled_rim(&model, v.far_field as f32)).collect();
@@ -237,7 +237,7 @@ impl Surface for TissueSurface<'_> {
 /// in steps of 0.25 mm, each held until it rests.
 ///
 /// # Errors
-/// What [`Params::build`] refuses.
+/// Propagates errors from [`Params::build`].
 pub fn static_curve(patch: &Patch, params: &Params) -> Result<Vec<(f64, f64)>, BuildError> {
     let model = patch.wide_model();
     let params = Params { limits: Limits { max_force_n: Limits::HIGHEST.max_force_n, ..params.limits }, ..*params };

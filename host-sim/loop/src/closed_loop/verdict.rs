@@ -16,7 +16,7 @@ pub const FELT_N: f64 = 0.020;
 /// Least swing that counts [m].
 const LEAST_SWING_M: f64 = 5e-6;
 
-/// What the last half second of a hold showed.
+/// Measurements over the last half second of a hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hold {
     /// Peak to peak of the handle, largest of the axes [m].
@@ -25,7 +25,7 @@ pub struct Hold {
     pub shake_n: f64,
     /// The swing grew over three windows in a row.
     pub grows: bool,
-    /// What the swing is held against [m].
+    /// Largest swing allowed [m].
     pub most_swing_m: f64,
 }
 

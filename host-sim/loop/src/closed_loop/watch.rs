@@ -31,17 +31,17 @@ const ROUNDING_N: f32 = 2e-6;
 /// Everything at the loop's borders in one tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Tick {
-    /// What the host said.
+    /// Command from the host.
     pub command: Command,
-    /// What the loop read.
+    /// Reading that the loop took.
     pub reading: Sensed,
     /// Limits in force.
     pub limits: LimitValues,
-    /// What it told.
+    /// Telemetry of the loop.
     pub told: Telemetry,
-    /// What the device got: a force [N], or its release.
+    /// Output to the device: a force [N], or its release.
     pub got_n: Option<Vector3<f32>>,
-    /// What is wrong with the tissue's state.
+    /// Defect of the tissue's state, if any.
     pub unsound: Option<&'static str>,
 }
 
@@ -58,7 +58,7 @@ impl Tick {
 pub struct Broken {
     /// I1 .. I14.
     pub id: &'static str,
-    /// What of it.
+    /// Description of the violation.
     pub what: &'static str,
 }
 
@@ -95,7 +95,7 @@ impl Default for Slack {
 }
 
 impl Slack {
-    /// What is left of a way behind the play; `None` while the place is unknown.
+    /// Returns the part of a way left behind the play; `None` while the place is unknown.
     fn pass(&mut self, way_m: f32, play_m: f32) -> Option<f32> {
         let Some(at_m) = self.0 else {
             // a way longer than the play ends at its border, wherever it began
@@ -108,7 +108,7 @@ impl Slack {
     }
 }
 
-/// What the loop was set to.
+/// Parameters of the watched loop.
 #[derive(Clone, Copy, Debug)]
 struct Settled {
     delay_ticks: usize,

@@ -1,4 +1,4 @@
-//! What is pressed: a scene, and what the sliders change of it.
+//! Tissue to press: a scene, and what the sliders change of it.
 
 use palpate::Vector3;
 use serde::{Deserialize, Serialize};
@@ -34,7 +34,7 @@ impl Nodule {
     }
 }
 
-/// What is pressed.
+/// Scene to press, and the changes to it.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Choice {
     /// A preset's name, or what `text` is called.
@@ -84,7 +84,7 @@ impl Choice {
         Ok(scene)
     }
 
-    /// The same but for what [`LiveTissue::retune`] changes.
+    /// Returns whether both choices are equal but for what [`LiveTissue::retune`] changes.
     #[must_use]
     pub fn same_patch(&self, other: &Self) -> bool {
         let bare = |c: &Self| Self { youngs_modulus_pa: None, node_damping_per_s: None, ..c.clone() };

@@ -1,5 +1,5 @@
-//! What the tip is fixed to: the pointer itself, or an emulated hand on an emulated device that
-//! follows it.
+//! Port that the tip is fixed to: the pointer itself, or an emulated hand on an emulated device
+//! that follows it.
 
 use palpate::Vector3;
 use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};

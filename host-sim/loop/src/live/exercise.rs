@@ -19,15 +19,15 @@ const WEIGHTS: [f64; 3] = [0.45, 0.35, 0.20];
 const REACH_M: f64 = 14e-3;
 /// Answers this near get the full mark, this far none [m]; one beside the nodule gets none either.
 const NEAR_M: [f64; 2] = [3e-3, 9e-3];
-/// The same of the strongest press [N].
+/// Strongest presses this weak get the full mark, this strong none [N].
 const GENTLE_N: [f64; 2] = [0.4, 1.5];
-/// The same of the time [s].
+/// Times this short get the full mark, this long none [s].
 const SOON_S: [f64; 2] = [20.0, 120.0];
 
 /// An exercise under way.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Exercise {
-    /// What is to be found.
+    /// Nodule to be found.
     pub hidden: Nodule,
 }
 

@@ -31,12 +31,12 @@ fn followed(apart_m: Vector3<f64>) -> Vector3<f64> {
     }
 }
 
-/// What a tick showed.
+/// Result of a tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Told {
     /// Where the tip is [m].
     pub at_m: Vector3<f64>,
-    /// What the loop told.
+    /// Telemetry of the loop.
     pub telemetry: Telemetry,
     /// The invariant of the loop that this tick broke.
     pub broken: Option<Broken>,
@@ -53,7 +53,7 @@ pub struct Live {
     cycle: Cycle,
     watch: Watch,
     target_m: Vector3<f64>,
-    /// What waits until nothing is touched.
+    /// Parameters that wait: stiffer ones until nothing is touched, others until the next tick.
     waiting: Option<Params>,
     asked: Option<Ask>,
     recorder: Option<Recorder>,
@@ -91,7 +91,7 @@ impl Live {
         })
     }
 
-    /// What is pressed.
+    /// Returns the choice of the tissue that is pressed.
     #[must_use]
     pub fn choice(&self) -> &Choice {
         &self.choice
@@ -109,7 +109,7 @@ impl Live {
         &self.tissue
     }
 
-    /// What the device bears.
+    /// Returns the limits of the device.
     #[must_use]
     pub fn device(&self) -> DeviceLimits {
         self.port.limits()
@@ -156,7 +156,7 @@ impl Live {
         Ok(ended)
     }
 
-    /// The same tissue at rest.
+    /// Returns the same patch at rest, with the parameters that wait, if any.
     fn fresh(&self) -> Result<LiveTissue, Error> {
         let params = self.waiting.unwrap_or(*self.tissue.params());
         Ok(LiveTissue::new(self.tissue.patch().clone(), params)?)

@@ -10,7 +10,7 @@ use crate::closed_loop::watch::{Broken, Tick, Watch};
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::Patch;
 
-/// What a replay showed.
+/// Result of a replay.
 #[derive(Clone, Debug)]
 pub struct Replayed {
     /// One a tick, as told here.
@@ -48,7 +48,7 @@ pub fn replay(trace: &Trace) -> Result<Replayed, Error> {
     replay_beside(trace, &mut ())
 }
 
-/// The same with a witness.
+/// Runs a trace again as [`replay`] does, with a witness.
 ///
 /// # Errors
 /// As [`replay`].

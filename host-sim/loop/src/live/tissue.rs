@@ -28,7 +28,7 @@ impl LiveTissue {
     /// At rest.
     ///
     /// # Errors
-    /// What [`Params::build`] refuses.
+    /// Propagates errors from [`Params::build`].
     pub fn new(patch: Patch, params: Params) -> Result<Self, BuildError> {
         let (nodes, triangles, shapes) = {
             let model = patch.wide_model();
@@ -77,7 +77,7 @@ impl LiveTissue {
     /// Other parameters; what moves, goes on.
     ///
     /// # Errors
-    /// What [`Params::build`] refuses; nothing changes then.
+    /// Propagates errors from [`Params::build`]; nothing changes then.
     pub fn retune(&mut self, params: Params) -> Result<(), BuildError> {
         let model = self.patch.wide_model();
         let (mut node_step, mut cap_m) = (self.node_step.clone(), self.cap_m.clone());

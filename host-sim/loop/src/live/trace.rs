@@ -34,7 +34,7 @@ const HASHED_EVERY: u32 = 256;
 /// Numbers of settings and device.
 const NUMBERS: usize = 33;
 
-/// What was recorded, in words.
+/// Description of a recording, in words.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Head {
     /// Scene.
@@ -48,9 +48,9 @@ pub struct Head {
 /// One tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
-    /// What the device read [m].
+    /// Position that the device read [m].
     pub position_m: Vector3<f32>,
-    /// What was asked.
+    /// Command to the loop.
     pub command: Command,
     /// Force on the device [N].
     pub applied_n: Vector3<f32>,
@@ -78,9 +78,9 @@ pub struct Trace {
     pub head: Head,
     /// Settings of the loop.
     pub settings: Settings,
-    /// What the device bears.
+    /// Limits of the device.
     pub device: DeviceLimits,
-    /// What happened, in order.
+    /// Recorded pieces, in order.
     pub pieces: Vec<Piece>,
     /// Ticks in all.
     pub ticks: u32,
@@ -301,7 +301,7 @@ fn read_row(payload: &mut Bytes) -> Result<Row, TraceError> {
     Ok(Row { position_m, command, applied_n, digest: payload.number()? })
 }
 
-/// What is left to read.
+/// Bytes left to read.
 struct Bytes<'a>(&'a [u8]);
 
 impl<'a> Bytes<'a> {
@@ -347,7 +347,8 @@ fn numbers(settings: &Settings, device: &DeviceLimits) -> [f32; NUMBERS] {
     all
 }
 
-/// The same back. A number that no loop has is refused when the cycle is built.
+/// Converts `numbers` back to settings and device limits. A number that no loop has is refused when
+/// the cycle is built.
 fn of_numbers(n: &[f32; NUMBERS]) -> (Settings, DeviceLimits) {
     let [
         tick_s,

@@ -1,4 +1,4 @@
-//! What `palpate emulate` writes and prints beside the press.
+//! Result files and printed report of `palpate emulate` beside those of the press.
 
 use serde::Serialize;
 

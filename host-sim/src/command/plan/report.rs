@@ -1,4 +1,4 @@
-//! What `plan` writes and prints.
+//! Result files and printed report of `plan`.
 
 use std::path::Path;
 
@@ -106,12 +106,13 @@ pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome) -> R
     Ok(())
 }
 
-/// What a chart sorts trials by.
+/// Returns the name of the group of trials that a trial belongs to in a chart.
 fn kind(trial: &Trial) -> String {
     named(trial.edge, trial.terms).unwrap_or_else(|| format!("radius {} R, rim springs", trial.candidate.radius_radii))
 }
 
-/// What is left out; `None` where nothing is.
+/// Returns the name of what `edge` and `terms` leave out or replace; `None` for rim springs with
+/// volume and compensation.
 fn named(edge: Edge, terms: Terms) -> Option<String> {
     match edge {
         Edge::RimSprings if !terms.volume => Some("without volume".into()),

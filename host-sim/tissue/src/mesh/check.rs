@@ -17,7 +17,7 @@ pub const MAX_SIZE_M: f64 = 2.0;
 /// `f32` moves a node by 1e-5 of an edge: a flatter tet could turn inside out before it is touched.
 pub const MIN_QUALITY: f64 = 1e-4;
 
-/// What a sound solid turned out to be.
+/// Results of the check of a sound solid.
 pub(super) struct Findings {
     pub flipped_tets: usize,
     /// Extents along x, y, z [m].

@@ -1,4 +1,4 @@
-//! What can be wrong with a mesh file, and where.
+//! Defects of a mesh file, and where they are.
 
 use std::io;
 
@@ -10,7 +10,7 @@ pub struct MeshError {
     pub file: String,
     /// Line in `file`, from 1; `None` where the defect belongs to no single line.
     pub line: Option<usize>,
-    /// What is wrong.
+    /// Defect that was found.
     pub defect: Defect,
 }
 
@@ -21,7 +21,7 @@ fn place(file: &str, line: Option<usize>) -> String {
     }
 }
 
-/// What is wrong with a mesh file.
+/// Defect of a mesh file.
 ///
 /// `tet` and `node` are the numbers the file itself uses: element and node tags in Gmsh,
 /// first columns in `TetGen`, positions from 0 in VTK.

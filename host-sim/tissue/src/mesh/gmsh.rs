@@ -12,7 +12,7 @@ use super::lines::{Line, Lines};
 use super::raw::{RawMesh, RawNode};
 use super::word::Word;
 
-/// What `$MeshFormat` announces; format 1 has no such section.
+/// Format version that `$MeshFormat` announces; format 1 has no such section.
 #[derive(Clone, Copy, PartialEq)]
 enum Version {
     V1,

@@ -23,11 +23,11 @@ const MAX_FILE_MIB: u64 = 512;
 pub struct Imported {
     /// Nodes in use, in the order of the file; tets in the order of the file.
     pub mesh: TetMesh,
-    /// What was read, left out and put right.
+    /// Report on what was read, left out and put right.
     pub report: ImportReport,
 }
 
-/// What an import found.
+/// Findings of an import.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportReport {
     /// Name and version of the file format.

@@ -69,8 +69,8 @@ pub(super) enum Refusal {
 }
 
 impl Lattice {
-    /// The same spacing everywhere in the box. A point lies in its middle, or up to half a spacing
-    /// off with a `shift` of 0 to 1.
+    /// Builds a lattice with one spacing everywhere in the box. A point lies in the middle of the
+    /// box, or up to half a spacing off with a `shift` of 0 to 1.
     pub fn uniform(spacing_m: f64, [low, high]: [[f64; 3]; 2], shift: f64) -> Result<Self, Refusal> {
         let (low, high) = (V3::from(low), V3::from(high));
         let half: [f64; 3] = (0.5 * (high - low)).into();
@@ -84,8 +84,8 @@ impl Lattice {
         Self::along(fine, [0.0; 3], f64::INFINITY, bounds)
     }
 
-    /// The same around a segment, `stroke_m` long and centred on the place, elements along a ray
-    /// not longer than `coarsest_m`.
+    /// Builds a lattice with spacing growing away from a segment, `stroke_m` long and centred on
+    /// the place, elements along a ray not longer than `coarsest_m`.
     pub fn along(fine: &Fine, stroke_m: [f64; 3], coarsest_m: f64, [low, high]: [[f64; 3]; 2]) -> Result<Self, Refusal> {
         length("radius_m", fine.radius_m)?;
         if !(0.0..=100.0).contains(&fine.growth) {

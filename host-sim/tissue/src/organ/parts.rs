@@ -1,5 +1,5 @@
-//! What organ shapes are made of: implicit bodies, negative inside, near the distance [m] at their
-//! surface.
+//! Building blocks of organ shapes: implicit bodies, negative inside, near the distance [m] at
+//! their surface.
 //!
 //! Only `+ - * /` and square roots, so that a mesh made from them has the same nodes and tets on
 //! every machine. Blends are the quadratic minimum of two distances.
@@ -55,7 +55,7 @@ pub(super) fn join(a: f64, b: f64, blend: f64) -> f64 {
     a.min(b) - 0.25 * blend * overlap * overlap
 }
 
-/// What is in both bodies, the ridge between them rounded over about `blend`.
+/// Returns the intersection of both bodies, the ridge between them rounded over about `blend`.
 pub(super) fn meet(a: f64, b: f64, blend: f64) -> f64 {
     -join(-a, -b, blend)
 }

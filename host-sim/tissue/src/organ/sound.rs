@@ -17,8 +17,8 @@ fn sides(triangles: &[[u32; 3]]) -> Option<Edges> {
     edges.values().all(|sides| sides.len() == 2).then_some(edges)
 }
 
-/// What is wrong with a solid that may have holes through it and hollows, if anything: it must be
-/// one piece, every edge of its surface in two triangles.
+/// Returns the defect of a solid that may have holes through it and hollows, if any: it must be one
+/// piece, every edge of its surface in two triangles.
 pub(super) fn torn(tets: &[[u32; 4]]) -> Option<&'static str> {
     if sides(&surface::surface(tets)).is_none() {
         return Some("touches itself along an edge");
@@ -26,7 +26,7 @@ pub(super) fn torn(tets: &[[u32; 4]]) -> Option<&'static str> {
     (surface::pieces(tets) != 1).then_some("is in pieces")
 }
 
-/// What is wrong with the surface, if anything: it must be one sphere, every edge of it in two
+/// Returns the defect of the surface, if any: it must be one sphere, every edge of it in two
 /// triangles.
 pub(super) fn defect(tets: &[[u32; 4]]) -> Option<&'static str> {
     let triangles = surface::surface(tets);

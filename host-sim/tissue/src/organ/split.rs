@@ -1,7 +1,7 @@
 //! How the surface cuts a lattice tet: the stencils of isosurface stuffing (Labelle and Shewchuk
 //! 2007, section 3), by rule instead of a table.
 //!
-//! What is left of a tet is a tet, a pyramid over a quadrilateral, or a prism. Quadrilaterals on a
+//! The remainder of a tet is a tet, a pyramid over a quadrilateral, or a prism. Quadrilaterals on a
 //! lattice face are halved alike from both sides: by the diagonal that ends at the cut of the
 //! face's long edge, and where that is not cut, at the end of it that is even. A quadrilateral on
 //! the surface takes the shorter diagonal where both fit.

@@ -47,7 +47,8 @@ pub(super) fn stuff(organ: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice
     }
 }
 
-/// The same for a shape that may have holes through it, and hollows.
+/// Returns the mesh of what is inside, regions 0, checked to be sound, for a shape that may have
+/// holes through it, and hollows.
 pub(super) fn stuff_any(name: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice) -> Result<TetMesh, OrganError> {
     let mesh = cut_out(name, implicit, lattice)?;
     match sound::torn(&mesh.tets) {
@@ -56,7 +57,7 @@ pub(super) fn stuff_any(name: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Latt
     }
 }
 
-/// The same without the check of its topology.
+/// Returns the mesh of what is inside, regions 0, without the check of its topology.
 pub(super) fn cut_out(organ: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice) -> Result<TetMesh, OrganError> {
     let mut sides = vec![Side::Out; lattice.len()];
     for triple in lattice.points() {

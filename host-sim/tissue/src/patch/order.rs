@@ -8,7 +8,8 @@ use super::stiffness::RestSpring;
 /// Tets that follow each other share no node over this distance, where the mesh allows it: a sum
 /// just stored is not loaded at once.
 const TET_DISTANCE: usize = 6;
-/// The same for springs on wide processors.
+/// Springs that follow each other on wide processors share no node over this distance, where the
+/// order at every node allows it.
 const SPRING_DISTANCE: usize = 8;
 
 /// Springs in rows: sorted by first node, with the length of each row. This is the patch's order.
@@ -26,8 +27,8 @@ pub(super) fn rows(rest: &[RestSpring], nodes: usize) -> (Vec<Spring>, Vec<u16>)
     (springs, counts)
 }
 
-/// The same springs, neighbours in the list apart, **with the order at every node kept**: the sums,
-/// and so the bits, are the same.
+/// Returns the springs with neighbours in the list apart, **with the order at every node kept**:
+/// the sums, and so the bits, are the same.
 ///
 /// List scheduling: at each place the first spring that is next in line at both of its nodes and
 /// whose nodes were not used lately.

@@ -1,5 +1,4 @@
-//! What `press` promises. A run that breaks a promise writes its files all the same and exits with
-//! 1.
+//! Promises of `press`. A run that breaks a promise writes its files all the same and exits with 1.
 
 use palpate::Limiters;
 

@@ -1,4 +1,4 @@
-//! What types cannot check, before anything is built or written.
+//! Checks that types cannot make, before anything is built or written.
 
 use palpate::{BuildError, Limits};
 

@@ -58,7 +58,7 @@ impl Drive {
         }
     }
 
-    /// What the holds aim at: depths [m], forces [N] or hand targets [m].
+    /// Returns the targets of the holds: depths [m], forces [N] or hand targets [m].
     #[must_use]
     pub fn targets(&self) -> &[f64] {
         match self {

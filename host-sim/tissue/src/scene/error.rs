@@ -46,7 +46,7 @@ pub enum SceneError {
     /// Neither a preset nor a file.
     #[error("no scene \"{name}\": did you mean \"{nearest}\"? Presets: {}; or give the path of a .toml file", presets())]
     UnknownName {
-        /// What was asked for.
+        /// Name that was asked for.
         name: String,
         /// The preset spelled most like it.
         nearest: &'static str,
@@ -58,7 +58,7 @@ pub enum SceneError {
         file: String,
         /// Line, from 1.
         line: usize,
-        /// What is wrong and how to fix it.
+        /// Defect and how to fix it.
         what: String,
     },
     /// A parameter that the core refuses.
@@ -78,7 +78,7 @@ pub enum SceneError {
         file: String,
         /// Key with its table.
         key: String,
-        /// What is wrong and how to fix it.
+        /// Defect and how to fix it.
         why: String,
     },
 }
@@ -140,7 +140,7 @@ fn key_of(line: &str) -> Option<&str> {
     line.split_once('=').map(|(key, _)| key.trim())
 }
 
-/// What serde calls by Rust's names.
+/// Rewrites Rust names in a serde message as TOML terms.
 fn in_toml_words(message: &str) -> String {
     [
         ("expected f64", "expected a number"),

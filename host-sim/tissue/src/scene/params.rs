@@ -1,4 +1,4 @@
-//! What a scene says to the core.
+//! Core parameters that a scene sets.
 
 use palpate::{Params, Probe, ProbeShape, Terms};
 

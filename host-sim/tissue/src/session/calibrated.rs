@@ -16,8 +16,8 @@ const PATCHES: [&[u8]; 3] = [
     include_bytes!("../../../patches/block-1020.patch"),
 ];
 
-/// What they were fitted on: block [m], Poisson's ratio, probe radius [m], and how far from its
-/// centre [probe radii].
+/// Conditions that the patches were fitted under: block [m], Poisson's ratio, probe radius [m], and
+/// how far from the block's centre [probe radii].
 const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
 const POISSON_RATIO: f64 = 0.45;
 const RADIUS_M: f64 = 0.008;

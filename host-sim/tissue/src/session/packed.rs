@@ -23,7 +23,7 @@ pub(super) fn open(scene: &Scene, path: &Path) -> Result<(Patch, Params), Error>
     Ok((Patch::of_file(&file), file.params))
 }
 
-/// The same of bytes that came with the program.
+/// Reads a patch and the parameters that it was packed with, from bytes that came with the program.
 pub fn unpack(bytes: &[u8]) -> Result<(Patch, Params), BuildError> {
     let words = words(bytes);
     let file = PatchFile::open(&bytemuck::cast_slice(&words)[..bytes.len()])?;
@@ -38,7 +38,7 @@ fn words(bytes: &[u8]) -> Vec<u32> {
     words
 }
 
-/// What is packed and also in the scene must be the same in both.
+/// Checks that everything both packed and in the scene is the same in both.
 fn agree(scene: &Scene, path: &Path, file: &PatchFile) -> Result<(), SceneError> {
     let path = path.display();
     let packed = file.model.poisson_ratio;

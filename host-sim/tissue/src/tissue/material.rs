@@ -1,4 +1,4 @@
-//! What a scene's tissue is made of, at every point: regions of an organ, and balls in it.
+//! Material of a scene's tissue at every point: regions of an organ, and balls in it.
 
 use super::{blended, ratio_of};
 use crate::mesh::TetMesh;

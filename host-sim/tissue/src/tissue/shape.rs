@@ -57,7 +57,7 @@ impl Shape {
         Ok(ClosedSurface::of(&imported.mesh).map(|surface| Self::File(surface, imported.mesh, imported.report)))
     }
 
-    /// What messages call it.
+    /// Returns the name that messages use.
     pub fn name(&self) -> &str {
         match self {
             Self::File(..) => "the mesh's surface",

@@ -54,7 +54,7 @@ fn a_bar_has_the_stiffness_of_a_bar() {
     assert!((stiffer[(0, 0)] / s[(0, 0)] - 2.0).abs() < 1e-9);
 }
 
-/// What holds the rim against a rigid motion is the anchors: without them nothing does.
+/// Only the anchors hold the rim against a rigid motion: without them nothing does.
 #[test]
 fn only_anchors_resist_rigid_motions() {
     let far = outside();

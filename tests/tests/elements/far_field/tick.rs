@@ -13,7 +13,8 @@ use super::{BLOCK_M, RADIUS_M, far_field, forces, on_bottom, tissue};
 /// Off the centre, so that nothing is symmetric [m].
 const PLACE_M: [f64; 2] = [0.0023, -0.0017];
 
-/// What the rim springs pull their nodes with over E [N/Pa], all together.
+/// Returns the sum of the forces of the rim springs over E [N/Pa], as stiffness times displacement:
+/// the nodes get its opposite.
 fn rim_force(model: &Model, state: &State) -> Vector {
     let moved = |n: usize| state.nodes()[n].position_m().cast::<f64>() - Vector::from(model.nodes[n].rest_m.map(f64::from));
     let mut sum = Vector::zeros();

@@ -1,4 +1,4 @@
-//! What the probe pushes in, the anchors hold.
+//! The contact force of the probe equals the force that the anchors hold.
 
 use palpate::Vector3;
 use palpate_tissue::scene::Shape;

@@ -1,4 +1,4 @@
-//! What a writer put into a file comes out of it, bit for bit.
+//! Data that was written to a mesh file is imported from it bit for bit.
 
 use palpate_tissue::mesh::TetMesh;
 use proptest::prelude::*;

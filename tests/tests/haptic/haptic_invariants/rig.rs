@@ -34,7 +34,7 @@ impl Renderer for HalfSpace {
 /// A device that is where the script says.
 pub struct Scripted {
     pub reading: Sensed,
-    /// What it got last: a force, or its release.
+    /// Last command that it got: a force, or `None` for its release.
     pub got_n: Option<Vector3<f32>>,
 }
 

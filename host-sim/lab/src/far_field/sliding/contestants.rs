@@ -1,4 +1,4 @@
-//! What slides: patches long enough for the stroke, and what they are compared with.
+//! Contestants that slide: patches long enough for the stroke, and what they are compared with.
 //!
 //! A patch that stays, too small for the stroke, shows where a far field ends; a round one large
 //! enough shows what the long shape saves; the stroke patch with its rim fixed shows what the rim
@@ -35,13 +35,13 @@ const DISC_RADII: f64 = 1.15;
 /// Nodes of the shipped whole block.
 const WHOLE_NODES: usize = 410;
 
-/// What a contestant is.
+/// Kind of contestant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// A patch with rim springs as long as the stroke: ours.
     Stroke,
-    /// The same with its rim held.
+    /// A patch as long as the stroke, its rim held.
     Fixed,
     /// A round patch with rim springs at the middle of the stroke, fitted where it is meant to be
     /// pressed.
@@ -91,7 +91,7 @@ const WAKES_M: f64 = 1e-5;
 /// Something that can slide.
 #[derive(Clone, Debug)]
 pub struct Contestant {
-    /// What it is.
+    /// Kind of contestant.
     pub kind: Kind,
     /// Unique in a table.
     pub name: String,
@@ -105,7 +105,7 @@ pub struct Contestant {
     pub stable_s: f64,
     /// Which nodes move.
     pub awake: Awake,
-    /// The same patch at rest with the dense condensed outside, where it has one.
+    /// Statics of the patch with the dense condensed outside, where it has one.
     pub exact: Option<Statics>,
 }
 
@@ -143,7 +143,7 @@ pub struct StrokePatch {
     pub far: FarField,
     /// Constants of the material.
     pub material: Material,
-    /// What was fitted.
+    /// Multipliers that were fitted.
     pub multipliers: Multipliers,
     /// The patch.
     pub patch: Patch,
@@ -183,7 +183,7 @@ impl StrokePatch {
         Ok(Self { far, material, multipliers: fit.multipliers, patch: fit.patch, params: fit.params })
     }
 
-    /// The same patch with its rim held.
+    /// Builds the patch with its rim held.
     #[must_use]
     pub fn with_fixed_rim(&self) -> Patch {
         let mut tissue = self.far.cut.patch.clone();

@@ -55,10 +55,10 @@ pub struct Elsewhere {
 pub struct Measured {
     /// Its name.
     pub name: String,
-    /// The same in a legend.
+    /// Name in a legend.
     #[serde(skip)]
     pub short: String,
-    /// What it is.
+    /// Kind of contestant.
     pub kind: Kind,
     /// Nodes.
     pub nodes: usize,
@@ -95,7 +95,7 @@ impl Measured {
     /// Slides a contestant at every speed [m/s].
     ///
     /// # Errors
-    /// What the core refuses, or a press that finds no balance.
+    /// Model or parameters that the core rejects, or a press that finds no balance.
     pub fn of(
         contestant: &Contestant,
         course: &Course,

@@ -55,11 +55,11 @@ pub struct Row {
 /// A slide, tick by tick.
 #[derive(Clone, Debug)]
 pub struct Slide {
-    /// What was asked.
+    /// Course that was asked for.
     pub course: Course,
     /// Every tick, up to the fault if there was one.
     pub rows: Vec<Row>,
-    /// What ended it early.
+    /// Fault that ended it early.
     pub fault: Option<Fault>,
 }
 
@@ -70,13 +70,14 @@ pub struct Figures {
     pub speed_mm_per_s: f64,
     /// Normal force against the reference: the largest error, with its sign [%].
     pub worst_pct: f64,
-    /// The same, root mean square [%].
+    /// Root mean square error of the normal force [%].
     pub rms_pct: f64,
     /// Mean of the error [%]: what is left of it is ripple.
     pub mean_pct: f64,
     /// Largest change of the force vector between two ticks [N].
     pub step_n: f64,
-    /// The same, only where the set of nodes that move changed [N].
+    /// Largest change of the force vector between two ticks where the set of nodes that move
+    /// changed [N].
     pub region_step_n: f64,
     /// Mean force along the way over the normal force [%]: below zero it drags, above it pushes the
     /// probe on. Truth is near zero.
@@ -88,7 +89,7 @@ pub struct Figures {
     pub work_mj: f64,
     /// Least and mean share of the free nodes that moved [%].
     pub awake_pct: [f64; 2],
-    /// The same after a hold, before the first way [%].
+    /// Share of the free nodes that moved after a hold, before the first way [%].
     pub hold_awake_pct: f64,
     /// Median CPU time of a tick [us].
     pub tick_us: f64,
@@ -97,7 +98,7 @@ pub struct Figures {
 /// Slides a patch.
 ///
 /// # Errors
-/// What the core refuses to build.
+/// Model or parameters that the core rejects.
 pub fn slide(patch: &Patch, params: &Params, awake: Awake, course: &Course) -> Result<Slide, BuildError> {
     match awake {
         Awake::All => slide_with(patch, params, &mut Product, course),
@@ -109,7 +110,7 @@ pub fn slide(patch: &Patch, params: &Params, awake: Awake, course: &Course) -> R
 /// Slides a patch with any method.
 ///
 /// # Errors
-/// What the core refuses to build.
+/// Model or parameters that the core rejects.
 pub fn slide_with(patch: &Patch, params: &Params, method: &mut impl Method, course: &Course) -> Result<Slide, BuildError> {
     let model = patch.wide_model();
     let mut memory = Memory::for_model(&model);

@@ -1,4 +1,4 @@
-//! What a longer stroke costs: nodes, and the worst tick on the boards.
+//! Cost of a longer stroke: nodes, and the worst tick on the boards.
 
 use serde::Serialize;
 

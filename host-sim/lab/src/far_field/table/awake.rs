@@ -41,7 +41,7 @@ const HELD_RADII: f64 = 1.0;
 /// Loads that rims are fitted to stand this far around the site [probe radii].
 const LOADS_RADII: f64 = 1.5;
 
-/// What is around a region.
+/// Boundary condition around a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Held {
     /// The rest stands still at rest.
@@ -71,7 +71,7 @@ pub struct Frozen {
     pub whole_nodes: usize,
     /// Distance of the press from the site [m].
     pub aside_m: f64,
-    /// What is around it.
+    /// Boundary condition around it.
     pub held: Held,
     /// Radius of the region [m].
     pub radius_m: f64,
@@ -94,10 +94,11 @@ pub struct Needed {
     /// Least share from which on the error stays within it with the rest standing still (1); `None`
     /// if not even 95 % do.
     pub frozen_share: Option<f64>,
-    /// The same with rim springs fitted to the springs of the rest; `None` if none of the patches
-    /// tried does.
+    /// Least share from which on the error stays within it with rim springs fitted to the springs
+    /// of the rest (1); `None` if none of the patches tried does.
     pub rim_springs_share: Option<f64>,
-    /// The same with the product's rim springs, fitted to elements.
+    /// Least share from which on the error stays within it with the product's rim springs, fitted
+    /// to elements (1).
     pub rim_springs_from_elements_share: Option<f64>,
 }
 
@@ -127,9 +128,9 @@ pub struct Stress {
 pub struct Awake {
     /// Frozen ones and those with rim springs.
     pub regions: Vec<Frozen>,
-    /// What it takes.
+    /// Shares of nodes that must be awake.
     pub needed: Vec<Needed>,
-    /// What the rule picks.
+    /// Regions that the stress rule picks.
     pub stress: Vec<Stress>,
 }
 
@@ -281,7 +282,7 @@ impl<'a> Site<'a> {
         Ok(Mat::from_fn(size, size, |r, c| 0.5 * (both[(r, c)] + both[(c, r)]) - if r == c { held_m } else { 0.0 }))
     }
 
-    /// What the rule picks, under both forms of (8).
+    /// Measures the regions that the stress rule picks, under both forms of (8).
     fn stress(&self) -> Result<Vec<Stress>, Error> {
         let params = &self.setting.params;
         let depth_m = DEPTHS_RADII[1] * self.setting.radius_m();

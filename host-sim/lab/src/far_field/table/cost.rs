@@ -1,4 +1,4 @@
-//! What an edge treatment costs a tick: operations, bytes, time on this machine, cycles on the
+//! Cost of an edge treatment in a tick: operations, bytes, time on this machine, cycles on the
 //! board.
 //!
 //! Cycles of springs come from [`palpate_tissue::budget`]. Those of modes, low rank and dense S are
@@ -24,7 +24,7 @@ pub struct Cost {
     pub rim_bytes: usize,
     /// Fastest batch of ticks on this machine [us]; `None` if the tick fails.
     pub tick_us: Option<f64>,
-    /// The same over that with rim springs, batches in turn (1).
+    /// Tick time over that with rim springs, batches in turn (1).
     pub over_rim_springs: Option<f64>,
     /// Estimated cycles of the edge on a Cortex-M4F.
     pub rim_m4f_cycles: f64,

@@ -16,7 +16,7 @@ const FLOOR_PCT: f64 = 0.01;
 /// An error of a row [%].
 type Pick = fn(&Row) -> Option<f64>;
 
-/// What is drawn over the radius.
+/// Error that is drawn over the radius.
 struct Curve {
     title: String,
     pick: Pick,

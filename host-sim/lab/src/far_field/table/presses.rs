@@ -27,7 +27,7 @@ const GLUED: [[f64; 3]; 2] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]];
 /// The probe starts this far above the surface [m].
 pub const CLEAR_M: f64 = 1e-4;
 
-/// What all rows share.
+/// Setting that all rows share.
 #[derive(Clone, Debug)]
 pub struct Setting {
     /// Parameters of the scene.
@@ -165,7 +165,7 @@ impl Setting {
         })
     }
 
-    /// What finite elements say, where the scene has them.
+    /// Returns the presses by finite elements, where the scene has them.
     #[must_use]
     pub fn elements(&self) -> Option<Presses> {
         let map = ReferenceMap::of(self.answer.as_ref()?)?;

@@ -102,7 +102,7 @@ fn own_rim(edge: Edge) -> bool {
 /// Runs `work` on ticking patches, one for each treatment and the whole organ last.
 ///
 /// # Errors
-/// What the core refuses, or a matrix without a factor.
+/// Model or parameters that the core rejects, or a matrix that cannot be factored.
 pub fn ticking<T>(
     setting: &Setting,
     edges: &Edges,

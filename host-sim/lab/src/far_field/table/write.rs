@@ -22,7 +22,8 @@ pub struct Summary {
     pub aside_depth_m: f64,
     /// Their distances from it [m].
     pub aside_distances_m: Vec<f64>,
-    /// What rim springs are held to against dense S [%], from patches of so many probe radii on.
+    /// Error limit that rim springs are held to against dense S [%], from patches of so many probe
+    /// radii on.
     pub promised_pct: f64,
     /// See there.
     pub promised_from_probe_radii: f64,
@@ -30,7 +31,7 @@ pub struct Summary {
     pub broken: Vec<String>,
     /// Patches that could not be cut, and why.
     pub left_out: Vec<String>,
-    /// What the cycles are.
+    /// Origin of the cycle figures.
     pub cycles: &'static str,
     /// The table.
     pub rows: Vec<RowSummary>,

@@ -7,10 +7,10 @@ use crate::error::Error;
 use palpate_fit::calibrate::schedule::Walk;
 use palpate_tissue::output::OutputFolder;
 
-/// What is written down.
+/// Contents of a checkpoint file.
 #[derive(Deserialize, Serialize)]
 struct Checkpoint {
-    /// What the walk was fitting, so that another fit does not go on with it.
+    /// Fit that the walk belongs to, so that another fit does not go on with it.
     of: String,
     walk: Walk,
     steps: Vec<[f64; 4]>,

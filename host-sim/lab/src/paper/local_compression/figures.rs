@@ -23,7 +23,7 @@ pub struct Words<'a> {
     pub below: &'a str,
     /// Quantity and unit, and whether its axis is logarithmic.
     pub x: (&'a str, Scale),
-    /// The same.
+    /// Quantity and unit of the vertical axis, and whether it is logarithmic.
     pub y: (&'a str, Scale),
 }
 

@@ -34,7 +34,7 @@ pub const BOUNDS: [[f64; 2]; 2] = [[1.0, 1e4], [1e-4, 10.0]];
 /// Key points at [`TIMES_MS`].
 pub type Way = Vec<Vec<Vector3<f64>>>;
 
-/// What a fit compares with.
+/// Target of a fit: a tissue under a force, and the key points to be matched.
 #[derive(Clone, Debug)]
 pub struct Target {
     /// The tissue, with the parameters that the model runs with.
@@ -58,7 +58,7 @@ pub struct Step {
     pub distance_mm: f64,
 }
 
-/// What a fit found.
+/// Result of a fit.
 #[derive(Clone, Debug)]
 pub struct Found {
     /// Where the walk was at the end of each temperature.

@@ -1,4 +1,5 @@
-//! What the paper's objective can see of k and d, and with which step its fitted values can be run.
+//! Sensitivity of the paper's objective to k and d, and the step with which its fitted values can
+//! be run.
 
 use palpate::method::LocalCompression;
 use palpate::stages::force::damper::{Dampers, DampingLaw};
@@ -45,7 +46,7 @@ pub struct Seen {
 /// Changes k and d about fitted values.
 ///
 /// # Errors
-/// What the core refuses.
+/// Model or parameters that the core rejects.
 pub fn seen(target: &Target, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Result<[Seen; 3], Error> {
     let (k, d) = (stiffness_n_per_m, damping_n_s_per_m);
     let changed = [[k / 2.0, d], [2.0 * k, d], [k, d / 4.0], [k, 4.0 * d]];
@@ -94,7 +95,7 @@ const SHORTEST_TICK_S: f64 = 1e-5;
 /// growing [s], within 3 %, by bisection.
 ///
 /// # Errors
-/// What the core refuses.
+/// Model or parameters that the core rejects.
 pub fn largest_step_s(block: &Block, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Result<f64, Error> {
     let any = Fitted::new(stiffness_n_per_m, damping_n_s_per_m);
     let block = Contestant::LocalCompression(any).block(block, 1e-3);

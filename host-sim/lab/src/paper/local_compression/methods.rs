@@ -89,7 +89,7 @@ impl Contestant {
     /// calibrated patch of this mesh.
     ///
     /// # Errors
-    /// What the core or the method refuses.
+    /// Model or parameters that the core or the method rejects.
     pub fn run<T>(&self, block: &Block, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<Option<T>, Error> {
         match self {
             Self::LocalCompression(fitted) => run_fitted(block, fitted, work).map(Some),
@@ -101,7 +101,7 @@ impl Contestant {
     /// shortest tried. `None` where it cannot be had.
     ///
     /// # Errors
-    /// What the core or the method refuses.
+    /// Model or parameters that the core or the method rejects.
     pub fn step_s(&self, block: &Block, force_n: f64) -> Result<Option<Result<f64, NoRest>>, Error> {
         let mut why = None;
         for halvings in 0..=if self.is_floored() { 0 } else { MOST_HALVINGS } {
@@ -122,7 +122,8 @@ impl Contestant {
     /// where it cannot be had.
     ///
     /// # Errors
-    /// What the core or the method refuses; inside, why there is no rest.
+    /// Model or parameters that the core or the method rejects; the inner result says why there is
+    /// no rest.
     pub fn press(&self, block: &Block, tick_s: f64, force_n: f64, runs: usize) -> Result<Option<Result<AtRest, NoRest>>, Error> {
         let block = self.block(block, tick_s);
         let mut best: Option<AtRest> = None;

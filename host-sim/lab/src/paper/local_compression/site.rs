@@ -59,7 +59,7 @@ impl Site {
         Self::on_mesh(scene, organ, by_number, mesh, site_m, axis)
     }
 
-    /// The same with elements near the site no longer than `edge_m`: for the reference, whose
+    /// Refines the mesh to elements near the site no longer than `edge_m`: for the reference, whose
     /// layers should not be blended.
     ///
     /// # Errors

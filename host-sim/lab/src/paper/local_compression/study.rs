@@ -58,20 +58,20 @@ impl Size {
         Self { trials, forces_n: &FORCES_N, coarser: 1.0, halvings: 6, layered: Some((0.0045, 1500)) }
     }
 
-    /// The same at few forces, with few trials at each temperature, on coarser organs.
+    /// Returns a reduced size: few forces, few trials at each temperature, coarser organs.
     #[must_use]
     pub fn quick() -> Self {
         Self { trials: [570, 60], forces_n: &[0.8, 1.6, 2.4], coarser: 1.5, halvings: 4, layered: None }
     }
 }
 
-/// What was found on the block.
+/// Results on the block.
 pub struct OnBlock {
     /// The block.
     pub block: Block,
     /// Two walks.
     pub walks: Vec<Found>,
-    /// What the objective sees.
+    /// Sensitivity of the objective to k and d, for each way of driving the finger.
     pub seen: [Seen; 3],
     /// k [N/m], d [N s/m], largest step [s]: fitted, fitted without d, the paper's without d, the
     /// paper's.
@@ -86,7 +86,7 @@ pub struct OnBlock {
     pub volume: ([f64; 2], Vec<barycentre::WithCoefficient>),
 }
 
-/// What was found on an organ.
+/// Results on an organ.
 pub struct OnOrgan {
     /// Its scene.
     pub scene: PressScene,
@@ -154,7 +154,7 @@ fn block() -> Result<Block, Error> {
 /// Fits, presses and breaks the model on the block.
 ///
 /// # Errors
-/// What the core or a method refuses.
+/// Model or parameters that the core or a method rejects.
 pub fn on_block(folder: &OutputFolder, size: &Size, bar: &ProgressBar) -> Result<OnBlock, Error> {
     let block = block()?;
     bar.set_message("block: annealing");

@@ -86,7 +86,7 @@ pub fn contestants(fitted: Fitted) -> Vec<Contestant> {
 /// did.
 ///
 /// # Errors
-/// What the core refuses.
+/// Model or parameters that the core rejects.
 pub fn region_for(block: &Block, fitted: Fitted, step_s: f64, force_n: f64) -> Result<Option<StressRule>, Error> {
     let press = |region| Contestant::LocalCompression(Fitted { region, ..fitted }).press(block, step_s, force_n, 1);
     let Some(Ok(all)) = press(None)? else { return Ok(None) };
@@ -107,7 +107,7 @@ pub fn region_for(block: &Block, fitted: Fitted, step_s: f64, force_n: f64) -> R
 /// cannot be had.
 ///
 /// # Errors
-/// What the method refuses.
+/// Model or parameters that the core or the method rejects.
 pub fn curve(
     contestant: &Contestant,
     block: &Block,

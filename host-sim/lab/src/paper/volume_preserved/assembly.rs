@@ -92,7 +92,8 @@ impl<'a> Assembly<'a> {
         }
     }
 
-    /// The same scene with every tet cut into eight: the same shape, supports, joints and points.
+    /// Returns the scene with every tet cut into eight: the same shape, supports, joints and
+    /// points.
     #[must_use]
     pub fn subdivided(&self) -> Self {
         let mut meshes = Vec::new();

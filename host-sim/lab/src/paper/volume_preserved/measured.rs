@@ -1,6 +1,6 @@
-//! What a deformation of the scene comes to: where landmarks and surface points went, what volume
-//! did. The same for finite elements and springs: a linear mesh is a quadratic one whose middles
-//! stay in the middle.
+//! Measures of a deformation of the scene: displacements of landmarks and surface points, change of
+//! volume. Finite elements and springs are measured alike: a linear mesh is a quadratic one whose
+//! mid-edge nodes stay in the middle.
 
 use nalgebra::Vector3;
 

@@ -56,7 +56,7 @@ pub struct Setup {
 /// Where a move ended.
 #[derive(Clone, Debug)]
 pub struct Rest {
-    /// What it looks like.
+    /// Measured deformation at the end of the move.
     pub measured: Measured,
     /// Steps from the move before.
     pub steps: usize,
@@ -125,12 +125,12 @@ fn per_tet_share(poisson_ratio: f64) -> f64 {
 /// `progress` hears (move, virtual time [s]).
 ///
 /// # Errors
-/// What [`Params::build`] refuses.
+/// Model or parameters that [`Params::build`] rejects.
 pub fn hang(assembly: &Assembly, setup: &Setup, progress: impl FnMut(usize, f64)) -> Result<Vec<Result<Rest, Fault>>, Error> {
     hang_network(assembly, &setup.method.network(assembly), setup, progress)
 }
 
-/// The same with a network of one's own.
+/// Hangs the organs as [`hang`] does, with a given network instead of the method's own.
 ///
 /// # Errors
 /// As [`hang`].

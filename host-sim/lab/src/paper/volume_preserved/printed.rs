@@ -12,7 +12,7 @@ pub const TABLE_1_MM: [[[f64; 3]; 2]; 7] = [
     [[1.8389, 1.8769, 0.4002], [2.3040, 2.6638, 0.6117]],
 ];
 
-/// What the text gives for one resolution.
+/// Values that the text gives for one resolution.
 pub struct Printed {
     /// Mean landmark error [mm].
     pub landmarks_mm: [f64; 2],

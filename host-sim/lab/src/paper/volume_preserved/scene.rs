@@ -26,11 +26,11 @@ pub struct HangingScene {
     pub poisson_ratio: f64,
     /// The organs; the first one's modulus is what stiffnesses are over.
     pub organ: Vec<OrganScene>,
-    /// What joins them.
+    /// Connecting tissue that joins them.
     pub joint: JointScene,
-    /// What does not move.
+    /// Surfaces that are fixed.
     pub fixed: Vec<FixedScene>,
-    /// What is lifted.
+    /// Attachment that is moved to lift an organ.
     pub attachment: Attachment,
     /// Where errors are taken by name.
     pub landmark: Vec<Landmark>,

@@ -19,14 +19,14 @@ const TICK_S: f32 = 1e-3;
 const MARGIN: f32 = 0.8;
 /// Steps without a divergence that count as survival.
 const TRIAL_STEPS: usize = 3000;
-/// What the organs are pushed with in a trial [m/s^2].
+/// Acceleration with which the organs are pushed in a trial [m/s^2].
 const PUSH_M_PER_S2: f32 = 0.1;
 /// Steps are tried down to the shortest, this much apart.
 const RATIO: f32 = 1.122;
 const LONGEST_S: f32 = 8e-3;
 const SHORTEST_S: f32 = 1e-9;
 
-/// What was measured.
+/// Measured time steps: the largest stable ones, and the force of a press against the step.
 #[derive(Clone, Debug)]
 pub struct Steps {
     /// Form of the damper, largest step at the sparse resolution [s].
@@ -55,7 +55,7 @@ pub const LAWS: [(&str, DampingLaw); 6] = [
 /// at most a tick.
 ///
 /// # Errors
-/// What the core refuses.
+/// Model or parameters that the core rejects.
 pub fn working_setup(method: HangingMethod, assembly: &Assembly, longest_s: f64) -> Result<Setup, Error> {
     Ok(match method {
         HangingMethod::Palpate => Setup { method, dt_s: 0.5 * TICK_S, substeps: Some(2), longest_s },
@@ -69,7 +69,7 @@ pub fn working_setup(method: HangingMethod, assembly: &Assembly, longest_s: f64)
 /// The largest step with which the organs sway under a light push without a divergence.
 ///
 /// # Errors
-/// What the core refuses.
+/// Model or parameters that the core rejects.
 pub fn largest_step_s(method: HangingMethod, assembly: &Assembly) -> Result<f32, Error> {
     let network = method.network(assembly);
     let model = network.patch.wide_model();
@@ -105,7 +105,7 @@ impl Steps {
     /// Measures both; `quick` takes fewer steps of the second.
     ///
     /// # Errors
-    /// What the core or the generator refuses.
+    /// Model or parameters that the core rejects, or a block that the mesh generator rejects.
     pub fn measure(sparse: &Assembly, quick: bool) -> Result<Self, Error> {
         let mut stable = Vec::new();
         for (name, damping) in LAWS {

@@ -390,7 +390,8 @@ fn rest_volumes_m3(assembly: &Assembly) -> Vec<f64> {
     assembly.organs.iter().map(|organ| organ.volume(&assembly.quadratic, &still).rest_m3).collect()
 }
 
-/// What the product promises at full resolution and did not keep.
+/// Lists the promises that the product did not keep, one line each. Limits on error and volume
+/// apply at full resolution only.
 fn broken_promises(findings: &Findings) -> Vec<String> {
     let mut broken = Vec::new();
     let Some(row) = product(findings) else { return broken };

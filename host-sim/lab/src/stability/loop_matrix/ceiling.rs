@@ -1,5 +1,5 @@
-//! What one count of the encoder allows: the stiffest contact that is not felt to tick, whatever
-//! the control.
+//! Ceiling that one count of the encoder allows: the stiffest contact that is not felt to tick,
+//! whatever the control.
 //!
 //! A count that toggles changes the force by stiffness times count. The handle stays where it is
 //! while that is less than what friction holds, `2 f_c` (Abbott and Okamura, IEEE Trans. Robotics
@@ -80,7 +80,7 @@ pub fn felt_n_per_m(device: &DeviceProfile) -> f64 {
     (2.0 * device.friction_n).max(2.0 * FELT_N) / device.count_m
 }
 
-/// What is measured.
+/// Plan of the measurement: devices, and the tissues of the climb.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
     devices: Vec<(&'static str, DeviceProfile)>,

@@ -26,11 +26,11 @@ pub struct Case<'a> {
     pub device: &'a DeviceProfile,
     /// Who holds it.
     pub hand: Hand,
-    /// What keeps it quiet.
+    /// Control that keeps the loop quiet.
     pub control: Control,
 }
 
-/// What one wall showed.
+/// Result of a tap on one wall.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Trial {
     /// [`quiet`].

@@ -15,7 +15,7 @@ pub struct Stimulus {
     pub jitter: f64,
 }
 
-/// What the product promises of a case.
+/// Promise of the product for a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Promise {
     /// It stands it.
@@ -40,7 +40,7 @@ pub struct Case {
     pub stimulus: Stimulus,
     /// The tissue has a ball in it: ten times stiffer, 12 mm deep.
     pub inclusion: bool,
-    /// What the product promises.
+    /// Promise of the product.
     pub promise: Promise,
 }
 

@@ -9,7 +9,7 @@ use crate::error::Error;
 /// The largest value that passes is found within this share (1).
 const RESOLUTION: f64 = 0.05;
 
-/// What grows.
+/// Quantity that grows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axis {
     /// The tick over 1 ms, with masses and foundation as they are: the press and the tap.
@@ -95,7 +95,7 @@ fn both(subject: &Subject) -> Result<Verdict, Error> {
 pub struct Margin {
     /// Largest value that passes; `None` if neither the standard nor the smallest does.
     pub passes: Option<f64>,
-    /// What goes wrong just beyond; `None` if the largest tried passes.
+    /// Verdict just beyond it; `None` if the largest tried passes.
     pub beyond: Option<Verdict>,
 }
 
@@ -104,7 +104,7 @@ pub struct Margin {
 /// larger ones.
 ///
 /// # Errors
-/// What the trial refuses.
+/// Any error of `verdict`.
 pub fn largest(
     [low, high]: [f64; 2],
     standard: f64,
@@ -135,7 +135,7 @@ pub fn largest(
 /// The margin of a subject along an axis.
 ///
 /// # Errors
-/// What building the method refuses.
+/// A method that cannot be built.
 pub fn margin(subject: &Subject, axis: Axis) -> Result<Margin, Error> {
     let standard = axis.standard(subject.block.params.youngs_modulus_pa.into());
     largest(axis.range(), standard, |value| axis.verdict(subject, value))

@@ -8,7 +8,7 @@ use super::subject::{ROWS, Row, Subject};
 use super::verdict::Figures;
 use crate::error::Error;
 
-/// What is run.
+/// Plan of a run: rows, stiffnesses and columns, and where margins are searched.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// Nodes of the block.
@@ -34,7 +34,7 @@ pub struct Cell {
     pub case: Case,
     /// Substeps of a tick.
     pub substeps: u16,
-    /// What came out.
+    /// Figures of the press, with the verdict.
     pub figures: Figures,
 }
 
@@ -47,7 +47,7 @@ pub struct MarginCell {
     pub youngs_modulus_pa: f64,
     /// Substeps of a tick.
     pub substeps: u16,
-    /// What grew.
+    /// Quantity that grew.
     pub axis: Axis,
     /// How far.
     pub margin: Margin,
@@ -105,7 +105,7 @@ impl Plan {
 /// Runs a plan; `done` is told of every step.
 ///
 /// # Errors
-/// What building a method refuses.
+/// A method that cannot be built.
 pub fn run(plan: &Plan, done: &(dyn Fn() + Sync)) -> Result<Matrix, Error> {
     let tissues = plan.tissues();
     let mut places = Vec::new();

@@ -24,7 +24,7 @@ pub struct Loading {
     pub force_n: f64,
 }
 
-/// What a press leaves.
+/// Record of a press.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
     /// The way down, tick by tick.
@@ -33,7 +33,7 @@ pub struct Trace {
     pub diverged_at_m: Option<f64>,
     /// Smallest volume of a tet over its rest volume in any tick (1).
     pub lowest_j: f64,
-    /// The same at the end of the hold.
+    /// Smallest volume of a tet over its rest volume at the end of the hold (1).
     pub held_j: f64,
     /// Largest force along the handle [N].
     pub peak_n: f64,
@@ -45,7 +45,7 @@ pub struct Trace {
     pub force_change: f64,
     /// Largest displacement of a node half a second after the release [m].
     pub residual_m: f64,
-    /// What the guard clamped.
+    /// Inputs that the guard clamped.
     pub limiters: Limiters,
 }
 

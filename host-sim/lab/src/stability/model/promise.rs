@@ -1,4 +1,4 @@
-//! What the product promises of itself, held against what came out.
+//! Promises of the product, held against the results.
 
 use super::case::Promise;
 use super::matrix::{Cell, Matrix};

@@ -101,7 +101,7 @@ impl Subject {
     /// Sets a row up on the standard block. `None` where the method cannot be had.
     ///
     /// # Errors
-    /// What building it refuses.
+    /// A block or a method that cannot be built.
     pub fn new(row: Row, nodes: usize, youngs_modulus_pa: f64, inclusion: bool) -> Result<Option<Self>, Error> {
         let block = match row.method {
             Method::Calibrated => match Block::calibrated(nodes, youngs_modulus_pa) {
@@ -133,7 +133,7 @@ impl Subject {
         Ok(Some(Self { row, block, substeps, guarded: Some(patch) }))
     }
 
-    /// The same at another tick [s], with the masses and the foundation of this one.
+    /// Returns the subject at another tick [s], with the masses and the foundation of this one.
     #[must_use]
     pub fn with_tick(&self, tick_s: f32) -> Self {
         let params = self.block.params;
@@ -149,7 +149,7 @@ impl Subject {
         Self { block: Block { params, tissue: self.block.tissue.clone() }, ..self.clone() }
     }
 
-    /// The same in another stiffness [Pa], with the substeps of this one.
+    /// Returns the subject in another stiffness [Pa], with the substeps of this one.
     #[must_use]
     pub fn with_modulus(&self, youngs_modulus_pa: f64) -> Self {
         let params = Params { youngs_modulus_pa: youngs_modulus_pa as f32, ..self.block.params };
@@ -159,7 +159,7 @@ impl Subject {
     /// Presses and judges.
     ///
     /// # Errors
-    /// What building the method refuses.
+    /// A method that cannot be built.
     pub fn stand(&self, stimulus: &Stimulus) -> Result<Figures, Error> {
         Ok(judge(&self.press(stimulus)?, stimulus.is_slow()))
     }
@@ -167,7 +167,7 @@ impl Subject {
     /// Presses.
     ///
     /// # Errors
-    /// What building the method refuses.
+    /// A method that cannot be built.
     pub fn press(&self, stimulus: &Stimulus) -> Result<Trace, Error> {
         let Some(patch) = &self.guarded else {
             let trace = self.row.method.run(&self.block, self.substeps, |rival| press(&self.block, rival, stimulus))?;

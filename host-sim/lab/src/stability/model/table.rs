@@ -10,16 +10,16 @@ use super::verdict::Verdict;
 use crate::error::Error;
 use palpate_tissue::output::OutputFolder;
 
-/// What `summary.json` says.
+/// Contents of `summary.json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
-    /// What was pressed.
+    /// Scene that was pressed.
     pub scene: String,
     /// Processor.
     pub machine: String,
     /// Version and profile.
     pub build: String,
-    /// What the words mean.
+    /// Definitions of the terms.
     pub terms: [&'static str; 5],
     /// Cells of every row by verdict.
     pub rows: Vec<Counts>,
@@ -53,8 +53,8 @@ pub struct Worst {
     pub residual_mm: f64,
     /// Most that the force falls in a slow press [% of its largest].
     pub drop_pct: f64,
-    /// The same in a slow press of jittered poses: the tip's speed jumps from tick to tick, and the
-    /// force with it.
+    /// Most that the force falls in a slow press of jittered poses [% of its largest]: the tip's
+    /// speed jumps from tick to tick, and the force with it.
     pub jitter_drop_pct: f64,
     /// Most that the force changes in the last 20 ms of a hold [%].
     pub force_change_pct: f64,

@@ -1,4 +1,4 @@
-//! What went wrong first in a press, if anything.
+//! Verdict on a press: the worst thing that went wrong, if any.
 
 use palpate::Limiters;
 use serde::Serialize;
@@ -13,7 +13,7 @@ const LEAST_HELD: f64 = 0.01;
 /// itself (1): as in `chart`.
 const STILL_M: f64 = 5e-5;
 const STILL_FORCE: f64 = 0.05;
-/// What may be left after the release [m].
+/// Largest displacement that may be left after the release [m].
 const RETURNED_M: f64 = 5e-5;
 /// The force may fall by this share of its largest while the tip goes down (1).
 const MOST_DROP: f64 = 0.02;
@@ -92,7 +92,7 @@ pub struct Figures {
     pub peak_n: f64,
     /// Where numbers ran away [mm].
     pub diverged_at_mm: Option<f64>,
-    /// What the guard clamped.
+    /// Inputs that the guard clamped.
     pub limiters: Limiters,
 }
 

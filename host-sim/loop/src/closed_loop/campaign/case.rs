@@ -9,7 +9,7 @@ use crate::closed_loop::faulty::{FaultType, Injection, Needs, Tissue};
 use crate::closed_loop::hand::{HANDS, Hand};
 use crate::closed_loop::stimulus::Stimulus;
 
-/// What the hand does.
+/// Motion of the hand: a stimulus and the speed of its approach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// Of [`crate::closed_loop::stimulus::STIMULI`].
@@ -65,7 +65,7 @@ pub struct Case {
     pub fault: usize,
     /// Who holds the device.
     pub hand: Hand,
-    /// What the hand does.
+    /// Motion of the hand.
     pub motion: Motion,
     /// When the fault begins.
     pub moment: Moment,

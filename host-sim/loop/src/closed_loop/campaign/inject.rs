@@ -44,7 +44,7 @@ pub(super) fn begin<S: Surface>(injection: Injection, scene: &mut Scene<'_, S>) 
     None
 }
 
-/// What the host says in the tick so long after the beginning.
+/// Returns the command to the loop in the tick that is `since` ticks after the beginning.
 pub(super) fn command(injection: Injection, since: Option<u32>) -> Command {
     let Some(since) = since else { return Command::HEARD };
     match injection {

@@ -47,7 +47,7 @@ impl<'a> Bed<'a> {
     /// Arms a loop over this surface; `static_n` is its force where a press rests [N].
     ///
     /// # Errors
-    /// What [`Cycle::build`] refuses.
+    /// Propagates errors from [`Cycle::build`].
     pub fn arm(device: &'a DeviceProfile, surface: &mut impl Surface, static_n: f64) -> Result<Self, BuildError> {
         let site = surface.site();
         let limits = device.limits(site.at_m.cast());
@@ -70,7 +70,7 @@ impl<'a> Bed<'a> {
     /// One run.
     ///
     /// # Errors
-    /// What [`Cycle::build`] refuses.
+    /// Propagates errors from [`Cycle::build`].
     pub fn run<S: Surface>(&self, case: &Case, surface: &mut S) -> Result<Outcome, BuildError> {
         let site = surface.site();
         let limits = self.device.limits(site.at_m.cast());

@@ -9,7 +9,7 @@ use crate::closed_loop::run::Watched;
 use crate::closed_loop::surface::Surface;
 use crate::closed_loop::watch::Broken;
 
-/// What a run showed.
+/// Result of a campaign run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
     /// Its moment came.
@@ -22,7 +22,7 @@ pub struct Outcome {
     pub peak_n: f32,
     /// Invariants broken.
     pub broken: Vec<Broken>,
-    /// What did not follow as it had to.
+    /// Deviation from the required reaction, if any.
     pub wrong: Option<&'static str>,
 }
 

@@ -120,7 +120,7 @@ impl Row {
         self.reaction_ticks.iter().copied().max()
     }
 
-    /// What the runs ended in, as text: number of the fault and how often.
+    /// Returns the faults that the runs ended in, as text: number of the fault and how often.
     #[must_use]
     pub fn ends(&self) -> String {
         let of = |(fault, count): (&u8, &u64)| format!("{fault}:{count}");

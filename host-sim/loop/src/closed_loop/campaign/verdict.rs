@@ -19,7 +19,7 @@ pub(super) fn reacted(expected: &Expected, told: &Telemetry) -> bool {
     }
 }
 
-/// What did not follow as it had to; `mode` is the last one.
+/// Returns the deviation from the required reaction, if any; `mode` is the last one.
 pub(super) fn verdict(case: &Case, outcome: &Outcome, mode: Mode) -> Option<&'static str> {
     let (fault, reaction) = (outcome.fault, outcome.reaction_ticks);
     let in_time = |within: u32| reaction.is_some_and(|r| r <= within);

@@ -2,7 +2,7 @@
 
 use super::{Law, Seen, Velocity};
 
-/// What is left of a force outside is gone below this [N].
+/// Filtered force outside the tissue below which it is set to zero [N].
 const GONE_N: f32 = 1e-3;
 
 #[derive(Clone, Copy, Debug, Default)]

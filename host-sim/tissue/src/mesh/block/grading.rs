@@ -17,7 +17,8 @@ const PER_VOLUME: f64 = 1.45;
 const LONGER: f64 = 1.09;
 /// Quadrature points per axis on each side of the fine spot.
 const SAMPLES: usize = 12;
-/// The same with a shell, whose neighbourhood is not centred on the spot.
+/// Quadrature points per axis on each side of the fine spot with a shell, whose neighbourhood is
+/// not centred on the spot.
 const SHELL_SAMPLES: usize = 24;
 
 /// A box with a fine spot on its top.

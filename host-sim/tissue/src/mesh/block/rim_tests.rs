@@ -9,7 +9,7 @@ fn sizes(radius_mm: f64, fine_mm: f64, growth: f64) -> Sizes {
     Sizes { radius_m: radius_mm * 1e-3, fine_m: fine_mm * 1e-3, fine_radius_m: 8e-3, growth, stroke_m: [0.0; 3] }
 }
 
-/// What is cut out, measured from the mesh alone.
+/// Patch that is cut out, measured from the mesh alone.
 #[derive(Debug)]
 struct Patch {
     nodes: usize,

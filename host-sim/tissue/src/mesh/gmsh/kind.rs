@@ -1,6 +1,6 @@
 //! Gmsh element type codes, the same in every format.
 
-/// What an element type code stands for.
+/// Kind of element that a type code stands for.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Kind {
     Tet,

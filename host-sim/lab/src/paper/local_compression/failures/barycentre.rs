@@ -51,7 +51,7 @@ pub fn net_share(block: &Block) -> [f64; 2] {
 /// Holds springs of one k [N/m] with the force at every coefficient.
 ///
 /// # Errors
-/// What the core refuses.
+/// Model or parameters that the core rejects.
 pub fn measure(block: &Block, stiffness_n_per_m: f64, coefficients_pa_per_m: &[f64]) -> Result<Vec<WithCoefficient>, Error> {
     let any = Fitted::new(stiffness_n_per_m, 0.0);
     let mut block = Contestant::LocalCompression(any).block(block, STEP_S);

@@ -21,7 +21,7 @@ pub const DEPTH_M: f64 = 0.004;
 /// diverges at longer steps.
 const SETTLING_PER_S: f32 = 400.0;
 
-/// What resists compression.
+/// Mechanism that resists compression.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Compensation {
     /// Springs alone.
@@ -36,7 +36,7 @@ pub enum Compensation {
 /// out.
 #[derive(Clone, Debug)]
 pub struct AgainstStep {
-    /// What resists.
+    /// Mechanism that resists compression.
     pub compensation: Compensation,
     /// (step [s], force [N]).
     pub points: Vec<(f64, f64)>,
@@ -45,7 +45,7 @@ pub struct AgainstStep {
 /// Presses springs of one k [N/m] with every compensation at every step.
 ///
 /// # Errors
-/// What the core refuses.
+/// Model or parameters that the core rejects.
 pub fn measure(block: &Block, stiffness_n_per_m: f64, steps_s: &[f64]) -> Result<Vec<AgainstStep>, Error> {
     let kinds = [
         Compensation::None,

@@ -59,7 +59,7 @@ impl Rival for Counting<'_> {
 /// left out.
 ///
 /// # Errors
-/// What the core refuses.
+/// Model or parameters that the core rejects.
 pub fn measure(block: &Block, stiffness_n_per_m: f64, least_stresses_pa: &[f64]) -> Result<Vec<Awake>, Error> {
     let any = Fitted::new(stiffness_n_per_m, 0.0);
     let mut block = Contestant::LocalCompression(any).block(block, STEP_S);
