@@ -1,4 +1,4 @@
-//! What stands between a pose and a force: the patch, or a plain model to compare it with.
+//! The model between a pose and a force: the patch, or a plain one to compare it with.
 
 use crate::haptic::damping::hertz_slope_n_per_m;
 use crate::model::Model;

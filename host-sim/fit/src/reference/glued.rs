@@ -20,8 +20,6 @@ use palpate_tissue::mesh::TetMesh;
 
 mod circle;
 
-/// Longest edges at the disc's edge, in its radii.
-pub const EDGES: [f64; 3] = [0.2, 0.1, 0.05];
 /// Growth of the longest edge per distance from there.
 const GROWTH: f64 = 0.6;
 /// A mesh is refined to at most this many corner nodes.
@@ -72,21 +70,6 @@ pub struct GluedStiffness {
     pub levels_m: Vec<Vec<f64>>,
     /// Nodes of each quadratic mesh.
     pub nodes: Vec<usize>,
-}
-
-/// Stiffness over E [m] that a glued disc meets along `direction` (any length), extrapolated: see
-/// [`glued_stiffness`].
-///
-/// # Errors
-/// [`GluedError`].
-pub fn glued_reference(
-    mesh: &TetMesh,
-    stiffness: impl Fn(usize, &Vector3<f64>) -> Stiffness,
-    anchors: &[u32],
-    disc: &Disc,
-    direction: Vector3<f64>,
-) -> Result<f64, GluedError> {
-    glued_stiffness(mesh, stiffness, anchors, disc, &[direction], &EDGES).map(|found| found.limit_m[0])
 }
 
 /// Solves on one mesh for every edge length in `edges` (in disc radii, each half the one before)
