@@ -13,7 +13,6 @@
 //! |---|---|
 //! | probe | the rigid tool; its position is that of its tip |
 //! | contact | surface triangles that the probe can reach |
-//! | region | the nodes that move |
 //! | patch | tets, springs and surface of a piece of tissue |
 //! | anchor | a fixed node |
 //! | compensation | what resists over-compression |

@@ -1,19 +1,32 @@
-//! The stages that methods differ in. A method is a type, so an image holds only the one it runs.
+//! Extension point of the tick: a method replaces the stages in which it differs from the product.
 //!
-//! | stage | [`Product`] | [`VolumePreserved`], paper 000 | [`LocalCompression`], paper 004 |
-//! |---|---|---|---|
-//! | region | all nodes | all nodes | stress rule (7)-(8) |
-//! | force | springs with compensation, volume, rim | springs (4), dampers (5), (12) | springs and dampers (1), barycentre force (2) |
-//! | integrate | symplectic Euler | symplectic Euler, which is (3) | velocity Verlet (9)-(10) |
-//! | correct | nothing | lengths (6)-(8), directions (9) | over-compression (11)-(13) |
+//! | hook | when | [`Product`] |
+//! |---|---|---|
+//! | [`Method::begin`] | once per tick, after the contact was found | nothing |
+//! | [`Method::force`] | once per substep | every term of [`force`] |
+//! | [`Method::advance`] | once per substep | symplectic Euler ([`integrate`]) |
+//! | [`Method::correct`] | once per substep | nothing |
 //!
-//! Guard, contact and output are the same for all.
-
-mod local_compression;
-mod volume_preserved;
-
-pub use local_compression::LocalCompression;
-pub use volume_preserved::VolumePreserved;
+//! Guard, contact and output are those of the product. A method is a type, so an image holds only
+//! the one that it runs. It reads [`State::nodes`], [`State::in_contact`] and the accessors of
+//! [`Tuned`]; it acts through [`State::add_force`] and [`State::place`]:
+//!
+//! ```
+//! use palpate::method::Method;
+//! use palpate::stages::force::{self, foundation::Load};
+//! use palpate::{Model, State, Tuned, Vector3};
+//!
+//! /// The product with a wind on every node.
+//! struct Wind(Vector3<f32>);
+//!
+//! impl Method for Wind {
+//!     fn force(&mut self, model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, m_per_s: Vector3<f32>) -> Load {
+//!         let load = force::accumulate(model, tuned, state, tip_m, m_per_s);
+//!         (0..state.nodes().len()).for_each(|node| state.add_force(node, self.0));
+//!         load
+//!     }
+//! }
+//! ```
 
 use nalgebra::Vector3;
 
@@ -21,18 +34,15 @@ use crate::fault::Fault;
 use crate::model::Model;
 use crate::params::Tuned;
 use crate::stages::force::foundation::Load;
-use crate::stages::region::Region;
-use crate::stages::{force, integrate, region};
+use crate::stages::{force, integrate};
 use crate::state::State;
 
 /// The stages of a tick between contact and output. A stage that is not written out is the
 /// product's.
 pub trait Method {
-    /// Once a tick: which nodes move.
+    /// Prepares a tick, before its first substep.
     #[inline(always)]
-    fn region(&mut self, tuned: &Tuned, state: &State) -> Region {
-        region::select(tuned, state)
-    }
+    fn begin(&mut self, _tuned: &Tuned, _state: &State) {}
 
     /// Sums the forces on the nodes over E [N/Pa]; the load on the probe is returned.
     #[inline(always)]
@@ -47,13 +57,13 @@ pub trait Method {
         force::accumulate(model, tuned, state, tip_m, velocity_m_per_s)
     }
 
-    /// Moves the region's nodes by one substep; returns how many.
+    /// Moves the nodes by one substep; returns how many free nodes moved.
     ///
     /// # Errors
     /// [`Fault::Diverged`].
     #[inline(always)]
-    fn advance(&mut self, model: &Model, tuned: &Tuned, state: &mut State, region: Region) -> Result<u16, Fault> {
-        integrate::advance(model, tuned, state, region)
+    fn advance(&mut self, _model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
+        integrate::advance(tuned, state)
     }
 
     /// Moves nodes after a substep.

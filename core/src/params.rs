@@ -76,8 +76,6 @@ pub struct Params {
     pub density_kg_per_m3: f32,
     /// Mass-proportional damping [1/s]: velocities shrink by this times the step.
     pub node_damping_per_s: f32,
-    /// Stiffness-proportional damping of the springs [s]. Costs step size; zero by default.
-    pub spring_damping_s: f32,
     /// Gravity [m/s^2], patch frame. Zero means that the rest shape is the shape under gravity.
     pub gravity_m_per_s2: [f32; 3],
     /// Extra stiffness of a spring compressed beyond the threshold, as a share of its own (chi).
@@ -99,9 +97,6 @@ pub struct Params {
     pub substeps: u16,
     /// The tick [s].
     pub tick_s: f32,
-    /// Nodes further than this from the contact stand still [m]; infinite by default (paper 004,
-    /// section "local region").
-    pub region_radius_m: f32,
     /// The probe.
     pub probe: Probe,
     /// Which terms act.
@@ -118,7 +113,6 @@ impl Default for Params {
             poisson_ratio: 0.45,
             density_kg_per_m3: 1060.0,
             node_damping_per_s: 40.0,
-            spring_damping_s: 0.0,
             gravity_m_per_s2: [0.0; 3],
             compensation: 1.13,
             compensation_threshold: 0.073,
@@ -128,7 +122,6 @@ impl Default for Params {
             contact_cap: 1.0,
             substeps: 1,
             tick_s: 1e-3,
-            region_radius_m: f32::INFINITY,
             probe: Probe { shape: ProbeShape::Hemisphere, radius_m: 8e-3, axis: Vector3::new(0.0, 0.0, 1.0) },
             terms: Terms::ALL,
             limits: Limits::HIGHEST,
@@ -143,7 +136,6 @@ pub struct Tuned<'a> {
     pub(crate) terms: Terms,
     pub(crate) probe: Probe,
     pub(crate) limits: Limits,
-    pub(crate) region_radius_m: f32,
     /// E [Pa]: forces inside the tick are divided by it.
     pub(crate) youngs_modulus_pa: f32,
     /// Gravity times density over E [1/m]: weight over E per m^3.
@@ -155,7 +147,6 @@ pub struct Tuned<'a> {
     pub(crate) ticks_per_s: f32,
     /// `1 - alpha dt`.
     pub(crate) keep: f32,
-    pub(crate) spring_damping_s: f32,
     /// `1 - tau_c`.
     pub(crate) onset: f32,
     pub(crate) compensation: f32,
@@ -183,6 +174,32 @@ impl Tuned<'_> {
     #[must_use]
     pub fn substeps(&self) -> u16 {
         self.substeps
+    }
+
+    /// Length of a substep [s].
+    #[must_use]
+    pub fn substep_s(&self) -> f32 {
+        self.substep_s
+    }
+
+    /// Share of its velocity that a node keeps in a substep (1): one minus the node damping times
+    /// the substep.
+    #[must_use]
+    pub fn velocity_kept(&self) -> f32 {
+        self.keep
+    }
+
+    /// Change of every node's velocity in a substep per force over E [m/s per N/Pa], shape
+    /// \[nodes\]: zero for anchors, and only for them.
+    #[must_use]
+    pub fn node_step(&self) -> &[f32] {
+        self.node_step
+    }
+
+    /// Probe that presses the patch.
+    #[must_use]
+    pub fn probe(&self) -> &Probe {
+        &self.probe
     }
 }
 
@@ -265,7 +282,6 @@ impl Params {
             terms: self.terms,
             probe: self.probe,
             limits: self.limits,
-            region_radius_m: self.region_radius_m,
             youngs_modulus_pa: e,
             weight: self.gravity_m_per_s2.map(|g| g * self.density_kg_per_m3 / e),
             substeps: self.substeps,
@@ -273,7 +289,6 @@ impl Params {
             substep_share: 1.0 / f32::from(self.substeps),
             ticks_per_s: 1.0 / self.tick_s,
             keep: 1.0 - self.node_damping_per_s * dt,
-            spring_damping_s: self.spring_damping_s,
             onset: 1.0 - self.compensation_threshold,
             compensation: self.compensation,
             contact_damping_s: self.contact_damping * dt,
@@ -298,7 +313,6 @@ impl Params {
             ("density_kg_per_m3", self.density_kg_per_m3, 1.0, 3e4),
             ("tick_s", self.tick_s, 1e-5, 1e-2),
             ("node_damping_per_s", self.node_damping_per_s, 0.0, 1.0 / dt),
-            ("spring_damping_s", self.spring_damping_s, 0.0, dt),
             ("compensation", self.compensation, 0.0, 100.0),
             ("compensation_threshold", self.compensation_threshold, 0.0, 0.9),
             ("mass_floor", self.mass_floor, 0.0, 1e3),
@@ -314,7 +328,6 @@ impl Params {
             ("gravity_m_per_s2[2]", self.gravity_m_per_s2[2], -100.0, 100.0),
             ("probe.axis length", self.probe.axis.norm(), 0.999, 1.001),
             ("substeps", f32::from(self.substeps), 1.0, 1000.0),
-            ("region_radius_m", self.region_radius_m, f32::MIN_POSITIVE, f32::INFINITY),
         ];
         for (parameter, value, min, max) in ranges {
             if !(min <= value && value <= max) {

@@ -35,7 +35,8 @@ struct Header {
     youngs_modulus_pa: f32,
     density_kg_per_m3: f32,
     node_damping_per_s: f32,
-    spring_damping_s: f32,
+    /// Must be zero: files of version 3 once kept a damping of the springs here.
+    reserved: u32,
     gravity_m_per_s2: [f32; 3],
     compensation: f32,
     compensation_threshold: f32,
@@ -80,7 +81,8 @@ impl<'a> PatchFile<'a> {
     /// Opens a patch. The bytes must start on a 4-byte boundary.
     ///
     /// # Errors
-    /// Not a patch, another version, cut, damaged, or misaligned.
+    /// Not a patch, another version, cut, damaged, misaligned, or with a reserved word that is not
+    /// zero.
     pub fn open(bytes: &'a [u8]) -> Result<Self, BuildError> {
         let (head, mut body) = bytes.split_at_checked(HEADER).ok_or(BuildError::NotAPatch)?;
         let header: Header = bytemuck::pod_read_unaligned(head);
@@ -90,6 +92,9 @@ impl<'a> PatchFile<'a> {
         let found = CRC.checksum(&bytes[CHECKED_FROM..]);
         if found != header.crc {
             return Err(BuildError::Checksum { expected: header.crc, found });
+        }
+        if header.reserved != 0 {
+            return Err(BuildError::ReservedWord { found: header.reserved });
         }
         let [nodes, springs, tets, neighbours, triangles, owners, foundation, rim_nodes, rim_edges, anchors, rows] =
             header.counts;
@@ -123,7 +128,6 @@ impl<'a> PatchFile<'a> {
             poisson_ratio: header.poisson_ratio,
             density_kg_per_m3: header.density_kg_per_m3,
             node_damping_per_s: header.node_damping_per_s,
-            spring_damping_s: header.spring_damping_s,
             gravity_m_per_s2: header.gravity_m_per_s2,
             compensation: header.compensation,
             compensation_threshold: header.compensation_threshold,
@@ -133,7 +137,6 @@ impl<'a> PatchFile<'a> {
             contact_cap: header.contact_cap,
             substeps: u16::try_from(header.substeps).unwrap_or(u16::MAX),
             tick_s: header.tick_s,
-            region_radius_m: f32::INFINITY,
             probe: Probe { shape, radius_m: header.probe_radius_m, axis: header.probe_axis.into() },
             terms: Terms { volume: header.terms & 1 != 0, compensation: header.terms & 2 != 0, rim: header.terms & 4 != 0 },
             limits: Limits {
@@ -167,7 +170,7 @@ impl<'a> PatchFile<'a> {
             youngs_modulus_pa: params.youngs_modulus_pa,
             density_kg_per_m3: params.density_kg_per_m3,
             node_damping_per_s: params.node_damping_per_s,
-            spring_damping_s: params.spring_damping_s,
+            reserved: 0,
             gravity_m_per_s2: params.gravity_m_per_s2,
             compensation: params.compensation,
             compensation_threshold: params.compensation_threshold,
@@ -238,4 +241,39 @@ fn section<'a, T: Pod>(body: &mut &'a [u8], count: u32) -> Result<&'a [T], Build
     let (taken, rest) = body.split_at_checked(padded).ok_or(BuildError::NotAPatch)?;
     *body = rest;
     bytemuck::try_cast_slice(&taken[..length]).map_err(|_| BuildError::Misaligned)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reserved_word_must_be_zero() {
+        let model = Model {
+            poisson_ratio: 0.45,
+            stiffening_per_m: 1.0,
+            depth_limit_m: 1.0,
+            nodes: &[],
+            anchors: &[],
+            spring_rows: &[],
+            springs: &[],
+            tets: &[],
+            triangles: &[],
+            neighbours: &[],
+            owners: &[],
+            foundation: &[],
+            rim_nodes: &[],
+            rim_edges: &[],
+        };
+        let file = PatchFile { model, params: Params::default(), site_m: Vector3::zeros(), stable_dt_s: 1e-3, fitted_places: 0 };
+        let mut words = [0_u32; HEADER / 4];
+        file.write(|piece| bytemuck::cast_slice_mut(&mut words)[..piece.len()].copy_from_slice(piece));
+        assert!(PatchFile::open(bytemuck::cast_slice(&words)).is_ok());
+
+        let header: &mut Header = bytemuck::cast_mut(&mut words);
+        header.reserved = 1e-5_f32.to_bits();
+        header.crc = CRC.checksum(&bytemuck::bytes_of(header)[CHECKED_FROM..]);
+        let refused = PatchFile::open(bytemuck::cast_slice(&words)).map(|_| ());
+        assert!(matches!(refused, Err(BuildError::ReservedWord { found }) if found == 1e-5_f32.to_bits()), "{refused:?}");
+    }
 }

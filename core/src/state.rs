@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use crate::fault::{BuildError, Fault};
-use crate::lanes::{ROW, Row, row, vector};
+use crate::lanes::{ROW, Row, add, row, vector};
 use crate::model::Model;
 
 /// A node in motion.
@@ -236,13 +236,27 @@ impl<'a> State<'a> {
         self.fault
     }
 
-    /// Gives a node another position [m] and velocity [m/s]: for tests and for starting from a
-    /// recorded state. Ignored past the end.
+    /// Gives a node another position [m] and velocity [m/s]: for a [`crate::method::Method`] with a
+    /// step of its own, and for starting from a recorded state. Ignored past the end.
     pub fn place(&mut self, node: usize, position_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) {
         if let Some(n) = self.nodes.get_mut(node) {
             n.x = row(position_m);
             n.v = row(velocity_m_per_s);
         }
+    }
+
+    /// Adds a force over Young's modulus [N/Pa] to those that the next step moves a node with: for
+    /// a [`crate::method::Method`] with forces of its own. Ignored past the end.
+    pub fn add_force(&mut self, node: usize, force_over_modulus: Vector3<f32>) {
+        if let Some(n) = self.nodes.get_mut(node) {
+            add(&mut n.f, &row(force_over_modulus));
+        }
+    }
+
+    /// True if the last tick pressed the probe against the tissue.
+    #[must_use]
+    pub fn in_contact(&self) -> bool {
+        self.touch.is_some()
     }
 
     /// FNV-1a over the bits of all positions and velocities: equal hashes on desktop and board mean

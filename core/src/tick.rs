@@ -1,11 +1,11 @@
 //! **Open this first.** The path of one tick, in data order.
 //!
 //! ```text
-//! pose ─ probe ─ contact ─ region ─┬─ force ─ integrate ─ correct ─┬─ output ─ force on the probe
-//!        guard:   triangles  nodes  │  gravity, springs,  symplectic  papers' │  reaction [N], depth,
-//!        finite,  the probe  that   │  volume, rim,       Euler,      fixes   │  normal, limiters
-//!        presence,can reach  move   │  foundation         mass floor  (off)   │
-//!        speed, depth               └────────── once per substep ────────────┘
+//! pose ─ probe ─ contact ─┬─ force ────────────── integrate ──┬─ output ─ force on the probe
+//!        guard:   triangles │  gravity, springs,  symplectic  │  reaction [N], depth,
+//!        finite,  the probe │  volume, rim,       Euler,      │  normal, limiters
+//!        presence,can reach │  foundation         mass floor  │
+//!        speed, depth       └─────── once per substep ────────┘
 //! ```
 //!
 //! A tick answers one sensed pose with one force. It runs every millisecond from the device's timer
@@ -49,13 +49,13 @@ fn run(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, method:
     }
     let mut motion = probe::admit(model, tuned, state, pose)?;
     contact::find(model, tuned, state, &mut motion);
-    let region = method.region(tuned, state);
+    method.begin(tuned, state);
     let mut total = Load::NONE;
     let mut active = 0;
     for substep in 1..=tuned.substeps {
         let tip_m = motion.at(f32::from(substep) * tuned.substep_share);
         let load = method.force(model, tuned, state, tip_m, motion.velocity_m_per_s);
-        active = method.advance(model, tuned, state, region)?;
+        active = method.advance(model, tuned, state)?;
         method.correct(model, tuned, state);
         total.add(&load);
     }

@@ -8,7 +8,7 @@ use std::hint::black_box;
 use std::path::Path;
 
 use criterion::{Criterion, criterion_group};
-use palpate::stages::{force, integrate, region::Region};
+use palpate::stages::{force, integrate};
 use palpate::{Params, ProbePose, Terms, tick};
 use palpate_tissue::patch::Memory;
 use palpate_tissue::scene::Scene;
@@ -58,7 +58,7 @@ fn plain(criterion: &mut Criterion) {
             b.iter(|| {
                 let load = force::accumulate(&model, &tuned, &mut state, away, palpate::Vector3::zeros());
                 black_box(load);
-                integrate::advance(&model, &tuned, &mut state, Region::All).unwrap()
+                integrate::advance(&tuned, &mut state).unwrap()
             });
         });
     }

@@ -107,9 +107,9 @@ impl<'a> Oracle<'a> {
 
     /// Forces on the nodes without contact [N], anchors too.
     #[must_use]
-    pub fn forces_n(&self, x: &[Vector], v: &[Vector]) -> Vec<Vector> {
+    pub fn forces_n(&self, x: &[Vector]) -> Vec<Vector> {
         let around = self.six_volumes(x);
-        (0..x.len()).map(|n| self.damping_n(x, v, n) - self.slope(x, &around, n) * self.youngs_modulus_pa()).collect()
+        (0..x.len()).map(|n| -self.slope(x, &around, n) * self.youngs_modulus_pa()).collect()
     }
 
     /// Forces of the foundation on the nodes [N].
@@ -149,7 +149,7 @@ impl<'a> Oracle<'a> {
         let mut force_n = Vector::zeros();
         for substep in 1..=substeps {
             let at_m = from_m + (to_m - from_m) * (f64::from(substep) / f64::from(substeps));
-            let inner = self.forces_n(x, v);
+            let inner = self.forces_n(x);
             let contact = self.contact_n(x, v, Tip { at_m, velocity_m_per_s });
             for n in (0..x.len()).filter(|&n| !self.anchored[n]) {
                 v[n] = v[n] * (1.0 - f64::from(self.params.node_damping_per_s) * dt_s)
@@ -203,19 +203,6 @@ impl<'a> Oracle<'a> {
             }
         }
         energy.slope.into()
-    }
-
-    /// Damping of the springs at a node [N]: a force along each spring, against the speed at which
-    /// it grows, `d k` a metre per second.
-    fn damping_n(&self, x: &[Vector], v: &[Vector], node: usize) -> Vector {
-        let damping_s = f64::from(self.params.spring_damping_s);
-        let springs = self.springs_at[node].iter().map(|&s| &self.model.springs[s]);
-        let pull = springs.map(|s| {
-            let other = usize::from(if usize::from(s.i) == node { s.j } else { s.i });
-            let along = (x[other] - x[node]).normalize();
-            along * (damping_s * f64::from(s.k) * (v[other] - v[node]).dot(&along) * self.youngs_modulus_pa())
-        });
-        pull.sum()
     }
 
     /// Six times the volume of the tets around each node [m^3].

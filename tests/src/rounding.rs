@@ -28,20 +28,19 @@ const CORNER_OPERATIONS: f64 = 12.0;
 /// error of the volume ratio is that of the product of three edges over the rest volume, times the
 /// slope of the pressure, times the area of a face.
 #[must_use]
-pub fn of_forces_n(model: &Model, params: &Params, x: &[Vector3<f64>], v: &[Vector3<f64>]) -> Vec<f64> {
+pub fn of_forces_n(model: &Model, params: &Params, x: &[Vector3<f64>]) -> Vec<f64> {
     let mut count = vec![0.0; x.len()];
     let mut sizes = vec![0.0; x.len()]; // of the terms: what the additions round
     let mut squares = vec![0.0; x.len()]; // of the terms' own errors
     for s in model.springs {
         let (i, j) = (usize::from(s.i), usize::from(s.j));
         let d = x[j] - x[i];
-        let (k, pulled, rest) = (f64::from(s.k), f64::from(s.k) * d.norm(), f64::from(s.k_rest));
+        let (pulled, rest) = (f64::from(s.k) * d.norm(), f64::from(s.k_rest));
         let stiffer = 1.0 + f64::from(params.compensation);
-        let damping = f64::from(params.spring_damping_s) * k * (v[j] - v[i]).norm();
         for n in [i, j] {
             count[n] += 1.0;
-            sizes[n] += (pulled - rest).abs() * stiffer + damping;
-            squares[n] += SPRING_OPERATIONS * (UNIT * ((pulled + rest) * stiffer + damping)).powi(2);
+            sizes[n] += (pulled - rest).abs() * stiffer;
+            squares[n] += SPRING_OPERATIONS * (UNIT * (pulled + rest) * stiffer).powi(2);
         }
     }
     let shapes: Vec<Shape> = model.tets.iter().map(|t| Shape::of(t.node.map(|n| x[usize::from(n)]))).collect();

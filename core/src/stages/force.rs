@@ -5,9 +5,7 @@
 //! * cost: see the terms
 //! * may fail: never; a divergence is seen by `integrate`
 
-pub mod barycentre;
 pub mod compensation;
-pub mod damper;
 pub mod foundation;
 pub mod gravity;
 pub mod rim;

@@ -3,37 +3,29 @@
 //! (Paper 000, eq 3 is the same step; adding the "missing" half of `f dt^2 / m` while keeping `v =
 //! dx / dt` would halve the acceleration.) `dt / m` holds the mass floor; it is zero for anchors.
 //!
-//! * in: `node.f`, the region
+//! * in: `node.f`
 //! * out: `node.v`, `node.x`
 //! * cost (M4F, estimated): about 60 cycles a node
 //! * may fail: [`Fault::Diverged`], when a node is not finite or faster than [`FASTEST_M_PER_S`]
 
-pub mod velocity_verlet;
-
 use crate::fault::Fault;
 use crate::lanes::ROW;
-use crate::model::Model;
 use crate::params::Tuned;
-use crate::stages::region::Region;
 use crate::state::State;
 
 /// Shear waves in soft tissue run at 1-10 m/s: whatever moves at 100 is not tissue.
 pub const FASTEST_M_PER_S: f32 = 100.0;
 
-/// Moves the region's nodes by one substep. The count of free nodes that moved is returned.
+/// Moves the free nodes by one substep and returns how many there are.
 ///
 /// # Errors
 /// [`Fault::Diverged`].
 #[cfg_attr(feature = "stage-cost", inline(never))]
-pub fn advance(model: &Model, tuned: &Tuned, state: &mut State, region: Region) -> Result<u16, Fault> {
+pub fn advance(tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
     let (keep, dt) = (tuned.keep, tuned.substep_s);
     let mut active = 0;
-    for ((node, &step), rest) in state.nodes.iter_mut().zip(tuned.node_step.iter()).zip(model.nodes) {
+    for (node, &step) in state.nodes.iter_mut().zip(tuned.node_step.iter()) {
         if step == 0.0 {
-            continue;
-        }
-        if !region.contains(rest.rest_m) {
-            node.v = [0.0; ROW];
             continue;
         }
         active += 1;

@@ -4,6 +4,7 @@
 //! ```text
 //! rivals ─ chart (speed against accuracy)      rivals ─ stability (where methods and loops fail)
 //! far_field (edge treatments, sliding)         paper (figures and tables of the two papers), score (equation 14)
+//! paper_method (the models of the two papers on the core's tick)
 //! ```
 //!
 //! No product code stands on this crate.
@@ -12,6 +13,7 @@ pub mod chart;
 pub mod error;
 pub mod far_field;
 pub mod paper;
+pub mod paper_method;
 pub mod rivals;
 pub mod score;
 pub mod stability;

@@ -4,13 +4,13 @@
 use std::sync::OnceLock;
 
 use palpate::Params;
-use palpate::stages::region::{ContactPressure, StressRule};
 use palpate_fit::calibrate::reference_map::ReferenceMap;
 use palpate_fit::calibrate::{Fit, Settings, Targets};
 use palpate_fit::statics::Vector;
 use palpate_lab::far_field::sliding::{
     Awake, Contestant, Course, Figures, Kind, Leg, Measured, STEP_N, StrokePatch, StrokeRecipe, WORK_MJ, slide,
 };
+use palpate_lab::paper_method::region::{ContactPressure, StressRule};
 use palpate_tissue::answer::Answer;
 use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::Scene;

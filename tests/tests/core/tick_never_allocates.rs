@@ -48,11 +48,7 @@ fn the_counter_counts() {
 
 #[test]
 fn build_reset_and_ticks_allocate_nothing() {
-    let bench = Bench::block(410).with(|p| {
-        p.spring_damping_s = 1e-5;
-        p.region_radius_m = 0.03;
-        p.gravity_m_per_s2 = [0.0, 0.0, -9.81];
-    });
+    let bench = Bench::block(410).with(|p| p.gravity_m_per_s2 = [0.0, 0.0, -9.81]);
     let model = bench.patch.wide_model();
     let mut nodes = vec![palpate::Node::ZERO; model.nodes.len()];
     let mut candidates = vec![0; model.triangles.len()];

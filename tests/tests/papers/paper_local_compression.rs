@@ -3,7 +3,6 @@
 use std::sync::OnceLock;
 
 use nalgebra::{Matrix3, Vector3};
-use palpate::stages::region::ContactPressure;
 use palpate_fit::calibrate::schedule::{Schedule, Verdict, Walk};
 use palpate_lab::paper::local_compression::failures::{barycentre, correction, region};
 use palpate_lab::paper::local_compression::fit::{Target, distance_mm};
@@ -15,6 +14,7 @@ use palpate_lab::paper::local_compression::site::Site;
 use palpate_lab::paper::local_compression::steps::hold;
 use palpate_lab::paper::local_compression::truth::Truth;
 use palpate_lab::paper::local_compression::{Options, run};
+use palpate_lab::paper_method::region::ContactPressure;
 use palpate_lab::rivals::{Block, Law, Meshless, Method, NeoHookean, Volume};
 use palpate_tests::bench::Noise;
 use palpate_tissue::mesh::TetMesh;

@@ -1,7 +1,6 @@
 //! `palpate paper volume-preserved`: what it leaves behind, what its answers rest on, what it
 //! refuses.
 
-use palpate::stages::force::damper::DampingLaw;
 use palpate_lab::paper::volume_preserved::assembly::Assembly;
 use palpate_lab::paper::volume_preserved::measured::Measured;
 use palpate_lab::paper::volume_preserved::method::{HangingMethod, Setup, hang};
@@ -9,6 +8,7 @@ use palpate_lab::paper::volume_preserved::network::{Joints, Network};
 use palpate_lab::paper::volume_preserved::scene::{HangingScene, PRESET};
 use palpate_lab::paper::volume_preserved::steps::largest_step_s;
 use palpate_lab::paper::volume_preserved::truth::Shipped;
+use palpate_lab::paper_method::damper::DampingLaw;
 use palpate_tests::palpate_command::{Desk, palpate, repository};
 use palpate_tissue::patch::Material;
 use serde_json::Value;

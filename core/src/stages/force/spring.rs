@@ -1,11 +1,11 @@
-//! Springs along the edges (paper 000, eq 4), with compression compensation and damping fused into
-//! the same loop.
+//! Springs along the edges (paper 000, eq 4), with compression compensation fused into the same
+//! loop.
 //!
 //! Per spring, `d = x_j - x_i` and `l = |d|`: `u = k l0 / l`, `q = k - u` (+ compensation), `f_i +=
 //! q d`, `f_j -= q d`. That is eq 4 written with one square root and one division. The order of
 //! additions *at each node* is the patch's order whatever the loop, hence the same bits.
 //!
-//! * in: positions (velocities, when spring damping is on)
+//! * in: positions
 //! * out: adds to `node.f`
 //! * cost (M4F, estimated from exact instruction counts): about 90 cycles a spring;
 //!   `palpate-tests`' `board_cost` prints it
@@ -26,47 +26,40 @@ use crate::state::{Node, State};
 /// Adds the spring forces over E [N/Pa].
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn pull(model: &Model, tuned: &Tuned, state: &mut State) {
-    let damped = tuned.spring_damping_s > 0.0;
-    match (tuned.terms.compensation, damped) {
-        (true, false) => run::<true, false>(model, tuned, state.nodes),
-        (false, false) => run::<false, false>(model, tuned, state.nodes),
-        (true, true) => run::<true, true>(model, tuned, state.nodes),
-        (false, true) => run::<false, true>(model, tuned, state.nodes),
+    match tuned.terms.compensation {
+        true => run::<true>(model, tuned, state.nodes),
+        false => run::<false>(model, tuned, state.nodes),
     }
 }
 
 #[cfg(target_os = "none")]
 #[inline(always)]
-fn run<const COMPENSATED: bool, const DAMPED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {
-    by_rows::<COMPENSATED, DAMPED>(model, tuned, nodes);
+fn run<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {
+    by_rows::<COMPENSATED>(model, tuned, nodes);
 }
 
 #[cfg(not(target_os = "none"))]
 #[inline(always)]
-fn run<const COMPENSATED: bool, const DAMPED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {
+fn run<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {
     let (fours, rest) = model.springs.as_chunks::<4>();
-    groups::by_groups::<wide::f32x4, 4, COMPENSATED, DAMPED>(fours, tuned, nodes);
-    groups::by_groups::<f32, 1, COMPENSATED, DAMPED>(rest.as_chunks().0, tuned, nodes);
+    groups::by_groups::<wide::f32x4, 4, COMPENSATED>(fours, tuned, nodes);
+    groups::by_groups::<f32, 1, COMPENSATED>(rest.as_chunks().0, tuned, nodes);
 }
 
 /// Springs of one node at a time, that node's sum in registers: least loads and stores, for the
 /// board.
 #[cfg_attr(not(any(target_os = "none", test)), expect(dead_code, reason = "the desktop runs it in tests only"))]
-pub(crate) fn by_rows<const COMPENSATED: bool, const DAMPED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {
+pub(crate) fn by_rows<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {
     let mut springs = model.springs;
     for (i, &count) in model.spring_rows.iter().enumerate() {
         let Some((mine, others)) = springs.split_at_checked(usize::from(count)) else { return };
         springs = others;
         let Some(node) = nodes.get(i) else { return };
-        let (xi, vi, mut fi) = (vector(&node.x), vector(&node.v), vector(&node.f));
+        let (xi, mut fi) = (vector(&node.x), vector(&node.f));
         for s in mine {
             let Some(other) = nodes.get_mut(usize::from(s.j)) else { return };
             let d = vector(&other.x) - xi;
-            let mut q = force_per_length::<f32, 1, COMPENSATED>(d, s.k, s.k_rest, tuned);
-            if DAMPED {
-                q += damping::<f32, 1>(d, vector(&other.v) - vi, s.k, tuned);
-            }
-            let f = d * q;
+            let f = d * force_per_length::<f32, 1, COMPENSATED>(d, s.k, s.k_rest, tuned);
             fi += f;
             other.f = row(vector(&other.f) - f);
         }
@@ -87,14 +80,6 @@ fn force_per_length<L: Lanes<W>, const W: usize, const COMPENSATED: bool>(d: Vec
     q
 }
 
-/// Damping force over E divided by the length: stiffness-proportional, along the spring (000 eq 5
-/// with d = beta k; eq 12 as printed has the unit kg/(s m) and is not used).
-#[inline(always)]
-fn damping<L: Lanes<W>, const W: usize>(d: Vector3<L>, dv: Vector3<L>, k: L, tuned: &Tuned) -> L {
-    let closing = dv.x * d.x + dv.y * d.y + dv.z * d.z;
-    L::splat(tuned.spring_damping_s) * k * closing / (d.x * d.x + d.y * d.y + d.z * d.z)
-}
-
 #[cfg(test)]
 mod tests {
     use super::groups::by_groups;
@@ -112,7 +97,6 @@ mod tests {
         let mut nodes = [Node::ZERO; 12];
         for n in &mut nodes {
             n.x = row(Vector3::new(next(), next(), next()));
-            n.v = row(Vector3::new(next(), next(), next()));
         }
         let mut springs = [Spring { i: 0, j: 0, k: 0.0, k_rest: 0.0 }; 66];
         let mut rows = [0_u16; 12];
@@ -141,12 +125,12 @@ mod tests {
             rim_nodes: &[],
             rim_edges: &[],
         };
-        let params = Params { spring_damping_s: 1e-4, limits: Limits::HIGHEST, ..Params::default() };
+        let params = Params { limits: Limits::HIGHEST, ..Params::default() };
         let tuned = params.derive(&mut [], &mut []);
         let (mut a, mut b) = (nodes, nodes);
-        by_rows::<true, true>(&model, &tuned, &mut a);
-        by_groups::<wide::f32x4, 4, true, true>(springs.as_chunks().0, &tuned, &mut b);
-        by_groups::<f32, 1, true, true>(springs.as_chunks::<4>().1.as_chunks().0, &tuned, &mut b);
+        by_rows::<true>(&model, &tuned, &mut a);
+        by_groups::<wide::f32x4, 4, true>(springs.as_chunks().0, &tuned, &mut b);
+        by_groups::<f32, 1, true>(springs.as_chunks::<4>().1.as_chunks().0, &tuned, &mut b);
         for (n, (a, b)) in a.iter().zip(&b).enumerate() {
             assert_eq!(a.f.map(f32::to_bits), b.f.map(f32::to_bits), "node {n}");
         }

@@ -43,10 +43,7 @@ pub fn check(
     };
     stiffness_m.fill(0.0);
     six_volume_m3.fill(0.0);
-    let dt_s = params.tick_s / f32::from(params.substeps.max(1));
-    // stiffness-proportional damping takes its share of the step
-    let damped = 1.0 + 2.0 * params.spring_damping_s / dt_s;
-    springs(model, damped * (1.0 + params.compensation), stiffness_m)?;
+    springs(model, 1.0 + params.compensation, stiffness_m)?;
     tets(model, stiffness_m, six_volume_m3)?;
     rim(model, stiffness_m);
     let substeps = f32::from(params.substeps);

@@ -18,9 +18,9 @@ pub mod truth;
 use std::path::Path;
 use std::time::Instant;
 
+use crate::paper_method::damper::DampingLaw;
 use indicatif::ProgressBar;
 use palpate::Fault;
-use palpate::stages::force::damper::DampingLaw;
 
 use crate::error::Error;
 use assembly::Assembly;

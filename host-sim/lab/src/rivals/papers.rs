@@ -8,12 +8,13 @@
 //! `palpate paper local-compression` ends at the least it may take; no region, which saves nothing
 //! at 2 % of error; no volume force, whose coefficient is not printed.
 
-use palpate::method::{LocalCompression, Method, VolumePreserved};
-use palpate::stages::correct::direction::SpringDirection;
-use palpate::stages::correct::length::SpringLength;
-use palpate::stages::correct::over_compression::OverCompression;
-use palpate::stages::force::damper::{Dampers, DampingLaw};
-use palpate::stages::integrate::velocity_verlet::VelocityVerlet;
+use crate::paper_method::damper::{Dampers, DampingLaw};
+use crate::paper_method::direction::SpringDirection;
+use crate::paper_method::length::SpringLength;
+use crate::paper_method::over_compression::OverCompression;
+use crate::paper_method::velocity_verlet::VelocityVerlet;
+use crate::paper_method::{LocalCompression, VolumePreserved};
+use palpate::method::Method;
 use palpate::{Model, Params, Spring, Terms};
 
 use super::{OnCore, Rival, printed_springs};
@@ -38,6 +39,7 @@ pub(super) fn volume_preserved<T>(patch: &Patch, params: &Params, work: impl FnO
         dampers: Some(Dampers { damping_m_s: &damping_m_s }),
         length: Some(SpringLength { stretch: 0.0, compression: 0.0 }),
         direction: Some(direction),
+        ..VolumePreserved::default()
     };
     run(&model, params, method, work)
 }

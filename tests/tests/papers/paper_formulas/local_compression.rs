@@ -1,13 +1,13 @@
 //! Paper 004, eqs (1) to (3) and (7) to (13); (4)-(6) and (14) are on the desktop only.
 
-use palpate::method::{LocalCompression, Method};
-use palpate::stages::correct::over_compression::OverCompression;
-use palpate::stages::force::barycentre::BarycentreForce;
-use palpate::stages::force::damper::{Dampers, DampingLaw};
-use palpate::stages::integrate::velocity_verlet::VelocityVerlet;
+use palpate::method::Method;
 use palpate::stages::probe::ProbePose;
-use palpate::stages::region::{ContactPressure, StressRule};
 use palpate::{Model, Vector3, tick_with};
+use palpate_lab::paper_method::LocalCompression;
+use palpate_lab::paper_method::barycentre::BarycentreForce;
+use palpate_lab::paper_method::damper::{Dampers, DampingLaw};
+use palpate_lab::paper_method::over_compression::OverCompression;
+use palpate_lab::paper_method::region::{ContactPressure, StressRule};
 use palpate_tests::bench::at_depth;
 
 use super::{Vector, assert_close, bench, deform, forces_n, masses_kg, positions, springs, velocities};
@@ -17,7 +17,7 @@ const FAR: f32 = -0.1;
 const VOLUME_PA_PER_M: f32 = 5e8;
 
 fn plain() -> LocalCompression<'static> {
-    LocalCompression { dampers: None, volume: None, region: None, step: VelocityVerlet::default(), compression: None }
+    LocalCompression::default()
 }
 
 /// `c (V - V0)` on each corner, along the line from the barycentre.

@@ -1,11 +1,12 @@
 //! Paper 000, eqs (3) to (12).
 
-use palpate::method::{Method, VolumePreserved};
-use palpate::stages::correct::direction::SpringDirection;
-use palpate::stages::correct::length::SpringLength;
-use palpate::stages::force::damper::{Dampers, DampingLaw};
+use palpate::method::Method;
 use palpate::stages::probe::ProbePose;
 use palpate::{Model, State, Tuned, Vector3, tick_with};
+use palpate_lab::paper_method::VolumePreserved;
+use palpate_lab::paper_method::damper::{Dampers, DampingLaw};
+use palpate_lab::paper_method::direction::SpringDirection;
+use palpate_lab::paper_method::length::SpringLength;
 use palpate_tests::bench::at_depth;
 
 use super::{Vector, assert_close, bench, deform, forces_n, masses_kg, positions, springs, velocities};
@@ -17,7 +18,7 @@ fn pull(model: &Model, tuned: &Tuned, state: &mut State, method: &mut impl Metho
 }
 
 fn plain() -> VolumePreserved<'static> {
-    VolumePreserved { dampers: None, length: None, direction: None }
+    VolumePreserved::default()
 }
 
 #[test]

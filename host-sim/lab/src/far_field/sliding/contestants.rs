@@ -8,8 +8,8 @@
 //! fields blended from place to place (a tick would have to mix blocks, and elements stay where
 //! they are).
 
+use crate::paper_method::region::{ContactPressure, StressRule};
 use palpate::Params;
-use palpate::stages::region::{ContactPressure, StressRule};
 
 use super::course::Course;
 use super::run::Awake;

@@ -1,13 +1,13 @@
 //! A slide in the tick, and its figures beside the reference.
 
 use palpate::method::{Method, Product};
-use palpate::stages::region::{Region, StressRule};
 use palpate::stages::{force, force::foundation::Load};
 use palpate::{BuildError, Fault, Model, Params, ProbePose, State, Tuned, Vector3, tick_with};
 use serde::Serialize;
 
 use super::course::{Course, Leg, Pose};
 use super::sleeping::Sleeping;
+use crate::paper_method::region::{Region, StressRule, advance_within};
 use palpate_fit::calibrate::targets::Reference;
 use palpate_fit::statics::Vector;
 use palpate_tissue::clock::thread_time;
@@ -25,17 +25,26 @@ pub enum Awake {
 }
 
 /// The product's forces and step on the nodes that the stress rule keeps.
-struct Stressed(StressRule);
+struct Stressed {
+    rule: StressRule,
+    region: Option<Region>,
+}
 
 impl Method for Stressed {
-    fn region(&mut self, tuned: &Tuned, state: &State) -> Region {
-        self.0.select(tuned, state)
+    fn begin(&mut self, tuned: &Tuned, state: &State) {
+        self.region = self.rule.select(tuned, state);
     }
 
     fn force(&mut self, model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, speed: Vector3<f32>) -> Load {
         let load = force::accumulate(model, tuned, state, tip_m, speed);
-        self.0.see(tuned, &load, tip_m);
+        self.rule.see(tuned, &load, tip_m);
         load
+    }
+
+    fn advance(&mut self, model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
+        // symplectic Euler, as the product
+        let keep = tuned.velocity_kept();
+        advance_within(self.region, model, tuned, state, |v, f, step| v * keep + f * step)
     }
 }
 
@@ -102,7 +111,7 @@ pub struct Figures {
 pub fn slide(patch: &Patch, params: &Params, awake: Awake, course: &Course) -> Result<Slide, BuildError> {
     match awake {
         Awake::All => slide_with(patch, params, &mut Product, course),
-        Awake::Stressed(rule) => slide_with(patch, params, &mut Stressed(rule), course),
+        Awake::Stressed(rule) => slide_with(patch, params, &mut Stressed { rule, region: None }, course),
         Awake::Moving(threshold_m) => slide_with(patch, params, &mut Sleeping::new(threshold_m, &patch.model()), course),
     }
 }

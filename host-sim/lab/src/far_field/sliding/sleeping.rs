@@ -3,7 +3,6 @@
 
 use palpate::method::Method;
 use palpate::stages::integrate;
-use palpate::stages::region::Region;
 use palpate::{Fault, Model, State, Tuned, Vector3};
 
 /// A node falls asleep after so many quiet ticks.
@@ -41,7 +40,7 @@ impl Sleeping {
 }
 
 impl Method for Sleeping {
-    fn advance(&mut self, model: &Model, tuned: &Tuned, state: &mut State, _: Region) -> Result<u16, Fault> {
+    fn advance(&mut self, model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
         let quiet_m = 0.5 * self.threshold_m;
         let looked_at = self.steps.is_multiple_of(TRAVEL_TICKS);
         for ((sleeper, node), rest) in self.nodes.iter_mut().zip(state.nodes()).zip(model.nodes) {
@@ -63,7 +62,7 @@ impl Method for Sleeping {
             }
         }
         self.steps += 1;
-        let mut active = integrate::advance(model, tuned, state, Region::All)?;
+        let mut active = integrate::advance(tuned, state)?;
         for (n, sleeper) in self.nodes.iter().enumerate() {
             if let Some(at_m) = sleeper.at_m {
                 state.place(n, at_m, Vector3::zeros());

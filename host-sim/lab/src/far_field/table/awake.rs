@@ -8,9 +8,9 @@
 //! the error of the edge alone, and to its condensed elements, as the product's are, which also
 //! shows by how much coarse springs far from the contact are stiffer than elements.
 
+use crate::paper_method::region::{ContactPressure, StressRule};
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
-use palpate::stages::region::{ContactPressure, StressRule};
 use rayon::prelude::*;
 
 use super::presses::solver;

@@ -8,10 +8,10 @@
 //! mesh (neo-Hookean, nodal pressure, true masses) go the same way. The unknowns are ln k and ln d,
 //! started at random. A trial that diverges at the step of the fit, or sinks, is never taken.
 
+use crate::paper_method::LocalCompression;
+use crate::paper_method::damper::{Dampers, DampingLaw};
+use crate::paper_method::velocity_verlet::VelocityVerlet;
 use palpate::Vector3;
-use palpate::method::LocalCompression;
-use palpate::stages::force::damper::{Dampers, DampingLaw};
-use palpate::stages::integrate::velocity_verlet::VelocityVerlet;
 use palpate::{Model, Params};
 
 use super::hausdorff::hausdorff;

@@ -1,9 +1,9 @@
 //! Sensitivity of the paper's objective to k and d, and the step with which its fitted values can
 //! be run.
 
-use palpate::method::LocalCompression;
-use palpate::stages::force::damper::{Dampers, DampingLaw};
-use palpate::stages::integrate::velocity_verlet::VelocityVerlet;
+use crate::paper_method::LocalCompression;
+use crate::paper_method::damper::{Dampers, DampingLaw};
+use crate::paper_method::velocity_verlet::VelocityVerlet;
 use palpate::{Model, Params, ProbePose, Vector3, tick_with};
 
 use super::fit::{Target, key_nodes};

@@ -10,10 +10,10 @@
 //! All touch the finger by the core's contact. The largest step of 1, 1/2, 1/4 .. ms with which a
 //! method comes to rest under the largest force it bears is its step.
 
-use palpate::method::LocalCompression;
-use palpate::stages::force::damper::{Dampers, DampingLaw};
-use palpate::stages::integrate::velocity_verlet::VelocityVerlet;
-use palpate::stages::region::StressRule;
+use crate::paper_method::LocalCompression;
+use crate::paper_method::damper::{Dampers, DampingLaw};
+use crate::paper_method::region::StressRule;
+use crate::paper_method::velocity_verlet::VelocityVerlet;
 use palpate::{Model, Params, Spring, Terms};
 
 use super::rest::{AtRest, NoRest, to_rest};

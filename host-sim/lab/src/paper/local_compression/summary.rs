@@ -9,7 +9,7 @@ use super::sweep::{Curve, STATIC};
 use super::tell::REGION_ERROR;
 use crate::error::Error;
 use crate::paper::report::Claim;
-use palpate::stages::region::ContactPressure;
+use crate::paper_method::region::ContactPressure;
 use palpate_tissue::output::OutputFolder;
 
 #[derive(Serialize)]

@@ -1,7 +1,7 @@
 //! Every method under every force, from load to rest: Fig. 8 takes its depths, Fig. 9 its times.
 
+use crate::paper_method::region::{ContactPressure, StressRule};
 use palpate::Vector3;
-use palpate::stages::region::{ContactPressure, StressRule};
 
 use super::methods::{Contestant, Fitted};
 use super::truth::Truth;

@@ -1,6 +1,6 @@
 //! The report: what was found on the block and the organs, in words, tables and pictures.
 
-use palpate::stages::region::ContactPressure;
+use crate::paper_method::region::ContactPressure;
 
 use super::failures::region::{Awake, least_awake};
 use super::failures::{barycentre, correction};

@@ -1,9 +1,10 @@
 //! The methods that hang the organs, all on the core's tick.
 
-use palpate::method::{Method, Product, VolumePreserved};
-use palpate::stages::correct::direction::SpringDirection;
-use palpate::stages::correct::length::SpringLength;
-use palpate::stages::force::damper::{Dampers, DampingLaw};
+use crate::paper_method::VolumePreserved;
+use crate::paper_method::damper::{Dampers, DampingLaw};
+use crate::paper_method::direction::SpringDirection;
+use crate::paper_method::length::SpringLength;
+use palpate::method::{Method, Product};
 use palpate::stages::probe::ProbePose;
 use palpate::{Fault, Model, Params, State, Terms, Tuned, Vector3, tick_with};
 
@@ -188,6 +189,7 @@ pub fn printed<'a>(method: HangingMethod, damping_m_s: &'a [f32], before_m: &'a 
         dampers: Some(Dampers { damping_m_s }),
         length: rates.map(|[stretch, compression]| SpringLength { stretch, compression }),
         direction: Some(SpringDirection { angle_rad: ANGLE_RAD, every: LOOK_EVERY, before_m, age: 0 }),
+        ..VolumePreserved::default()
     })
 }
 

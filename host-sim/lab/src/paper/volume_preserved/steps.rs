@@ -1,9 +1,9 @@
 //! Time steps: the largest one that each form of the damper (12) survives, and the force of a press
 //! against the step where lengths are corrected.
 
-use palpate::method::VolumePreserved;
-use palpate::stages::correct::length::SpringLength;
-use palpate::stages::force::damper::DampingLaw;
+use crate::paper_method::VolumePreserved;
+use crate::paper_method::damper::DampingLaw;
+use crate::paper_method::length::SpringLength;
 use palpate::{Params, ProbePose, Terms, Vector3, tick_with};
 
 use super::assembly::Assembly;
@@ -147,7 +147,7 @@ fn press_force_n(substeps: u16, tau: Option<f32>) -> Result<f64, Error> {
     let mut memory = Memory::for_model(&model);
     let (tuned, mut state) = memory.start(&model, &params)?;
     let length = tau.map(|tau| SpringLength { stretch: tau, compression: tau });
-    let mut method = VolumePreserved { dampers: None, length, direction: None };
+    let mut method = VolumePreserved { length, ..VolumePreserved::default() };
     let mut force_n = 0.0;
     for n in 0..900 {
         let depth_m = (f64::from(n) * 2e-5 - 1e-3).min(DEPTH_M);

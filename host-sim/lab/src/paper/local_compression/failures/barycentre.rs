@@ -1,8 +1,8 @@
 //! The volume force (2): how hard a tet pushes itself, and what its coefficient does to the force.
 
-use palpate::method::LocalCompression;
-use palpate::stages::force::barycentre::BarycentreForce;
-use palpate::stages::integrate::velocity_verlet::VelocityVerlet;
+use crate::paper_method::LocalCompression;
+use crate::paper_method::barycentre::BarycentreForce;
+use crate::paper_method::velocity_verlet::VelocityVerlet;
 use palpate::{Model, Vector3};
 
 use super::super::methods::{Contestant, Fitted, springs_of};

@@ -4,9 +4,9 @@
 //! not know of, as the velocities stay. What the finger feels follows from the step and not from
 //! the tissue.
 
-use palpate::method::LocalCompression;
-use palpate::stages::correct::over_compression::OverCompression;
-use palpate::stages::integrate::velocity_verlet::VelocityVerlet;
+use crate::paper_method::LocalCompression;
+use crate::paper_method::over_compression::OverCompression;
+use crate::paper_method::velocity_verlet::VelocityVerlet;
 use palpate::{Model, Params, Terms};
 
 use super::super::methods::springs_of;

@@ -1,9 +1,9 @@
 //! The dynamic region (7)-(8): its radius, how many nodes it keeps awake, and what standing still
 //! costs in force.
 
-use palpate::method::LocalCompression;
-use palpate::stages::integrate::velocity_verlet::VelocityVerlet;
-use palpate::stages::region::{ContactPressure, StressRule};
+use crate::paper_method::LocalCompression;
+use crate::paper_method::region::{ContactPressure, StressRule};
+use crate::paper_method::velocity_verlet::VelocityVerlet;
 use palpate::{Fault, Model, ProbePose, State, Tuned, Vector3, tick_with};
 
 use super::super::methods::{Contestant, Fitted, springs_of};

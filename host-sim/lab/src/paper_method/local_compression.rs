@@ -1,24 +1,20 @@
 //! `local-compression`: the model of paper 004 on the core's tick.
 //!
-//! Run it with [`Terms::SPRINGS_ONLY`](crate::Terms::SPRINGS_ONLY), mass floor and contact mass 0,
+//! Run it with [`Terms::SPRINGS_ONLY`](palpate::Terms::SPRINGS_ONLY), mass floor and contact mass 0,
 //! springs of one stiffness: the paper has one `k` and one `d` for all edges.
 
-use nalgebra::Vector3;
+use palpate::method::Method;
+use palpate::stages::force::{self, foundation::Load};
+use palpate::{Fault, Model, State, Tuned, Vector3};
 
-use super::Method;
-use crate::fault::Fault;
-use crate::model::Model;
-use crate::params::Tuned;
-use crate::stages::correct::over_compression::OverCompression;
-use crate::stages::force::barycentre::BarycentreForce;
-use crate::stages::force::damper::Dampers;
-use crate::stages::force::{self, foundation::Load};
-use crate::stages::integrate::velocity_verlet::VelocityVerlet;
-use crate::stages::region::{Region, StressRule};
-use crate::state::State;
+use super::barycentre::BarycentreForce;
+use super::damper::Dampers;
+use super::over_compression::OverCompression;
+use super::region::StressRule;
+use super::velocity_verlet::VelocityVerlet;
 
 /// Springs, dampers, volume force, a region that follows the load, and one correction.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct LocalCompression<'a> {
     /// A damper for each spring (1).
     pub dampers: Option<Dampers<'a>>,
@@ -33,8 +29,8 @@ pub struct LocalCompression<'a> {
 }
 
 impl Method for LocalCompression<'_> {
-    fn region(&mut self, tuned: &Tuned, state: &State) -> Region {
-        self.region.as_ref().map_or(Region::All, |rule| rule.select(tuned, state))
+    fn begin(&mut self, tuned: &Tuned, state: &State) {
+        self.step.region = self.region.as_ref().and_then(|rule| rule.select(tuned, state));
     }
 
     fn force(&mut self, model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, speed: Vector3<f32>) -> Load {
@@ -51,8 +47,8 @@ impl Method for LocalCompression<'_> {
         load
     }
 
-    fn advance(&mut self, model: &Model, tuned: &Tuned, state: &mut State, region: Region) -> Result<u16, Fault> {
-        self.step.advance(model, tuned, state, region)
+    fn advance(&mut self, model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
+        self.step.advance(model, tuned, state)
     }
 
     fn correct(&mut self, model: &Model, tuned: &Tuned, state: &mut State) {

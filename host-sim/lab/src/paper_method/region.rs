@@ -1,39 +1,55 @@
-//! Which nodes move: all of them, or those near the contact (paper 004, section 2.3).
+//! Nodes that move in a tick: those near the contact (paper 004, section 2.3).
 //!
 //! * in: the contact of the last tick
 //! * out: the region
-//! * cost: nothing while all nodes move; else one comparison a node
+//! * cost: one comparison per node
 //! * may fail: never
 
-use nalgebra::Vector3;
+use palpate::stages::force::foundation::Load;
+use palpate::stages::integrate::FASTEST_M_PER_S;
+use palpate::{Fault, Model, State, Tuned, Vector3};
 
-use crate::lanes::sqrt;
-use crate::params::Tuned;
-use crate::stages::force::foundation::Load;
-use crate::state::State;
-
-/// The nodes that move in this tick.
+/// Ball of the nodes that move, by their rest positions. The others stand still where they are.
 #[derive(Clone, Copy, Debug)]
-pub enum Region {
-    /// Every free node.
-    All,
-    /// Free nodes whose rest position is within a ball. The rest stand still where they are.
-    Ball {
-        /// Centre: the contact, on the rest surface [m].
-        centre_m: Vector3<f32>,
-        /// Radius squared [m^2].
-        radius_squared_m2: f32,
-    },
+pub struct Region {
+    /// Centre: the contact, on the rest surface [m].
+    pub centre_m: Vector3<f32>,
+    /// Radius squared [m^2].
+    pub radius_squared_m2: f32,
 }
 
-/// Chooses the region.
-pub fn select(tuned: &Tuned, state: &State) -> Region {
-    match state.touch {
-        Some(touch) if tuned.region_radius_m.is_finite() => {
-            Region::Ball { centre_m: touch.rest_m, radius_squared_m2: tuned.region_radius_m * tuned.region_radius_m }
+/// Moves the region's free nodes by one substep, all of them without a region; returns how many.
+/// `velocity` returns a component of the new velocity [m/s] from the old one, the force over E
+/// [N/Pa], and the change of velocity per force over E.
+///
+/// # Errors
+/// [`Fault::Diverged`].
+pub fn advance_within(
+    region: Option<Region>,
+    model: &Model,
+    tuned: &Tuned,
+    state: &mut State,
+    velocity: impl Fn(f32, f32, f32) -> f32,
+) -> Result<u16, Fault> {
+    let mut active = 0;
+    for (n, (&step, rest)) in tuned.node_step().iter().zip(model.nodes).enumerate() {
+        if step == 0.0 {
+            continue;
         }
-        _ => Region::All,
+        let node = state.nodes()[n];
+        if region.is_some_and(|region| !region.contains(rest.rest_m)) {
+            state.place(n, node.position_m(), Vector3::zeros());
+            continue;
+        }
+        active += 1;
+        let v = node.velocity_m_per_s().zip_map(&node.force_over_modulus(), |v, f| velocity(v, f, step));
+        state.place(n, node.position_m() + v * tuned.substep_s(), v);
+        #[expect(clippy::neg_cmp_op_on_partial_ord, reason = "a NaN is not slower than the limit")]
+        if !(v.dot(&v) <= FASTEST_M_PER_S * FASTEST_M_PER_S) {
+            return Err(Fault::Diverged);
+        }
     }
+    Ok(active)
 }
 
 /// How the contact pressure follows from force and depth (8). Both are free of the contact's
@@ -84,8 +100,8 @@ impl StressRule {
     pub fn pressure_pa(&self, youngs_modulus_pa: f32, force_n: f32, depth_m: f32) -> f32 {
         let plane = youngs_modulus_pa * depth_m / (1.0 - self.poisson_ratio * self.poisson_ratio);
         let factor = match self.pressure {
-            ContactPressure::UniformLoad => core::f32::consts::FRAC_PI_4,
-            ContactPressure::RigidPunch => 4.0 / core::f32::consts::PI,
+            ContactPressure::UniformLoad => std::f32::consts::FRAC_PI_4,
+            ContactPressure::RigidPunch => 4.0 / std::f32::consts::PI,
         };
         factor * plane * plane / force_n
     }
@@ -101,17 +117,17 @@ impl StressRule {
         }
         // cube root of 1 - s: the cosine of the disc's half angle seen from the depth
         let cosine = libm::cbrtf(1.0 - share);
-        let deep = radius_m * cosine / sqrt(1.0 - cosine * cosine);
+        let deep = radius_m * cosine / (1.0 - cosine * cosine).sqrt();
         if deep > radius_m { deep } else { radius_m }
     }
 
-    /// The region of this tick: all nodes until something was touched.
+    /// The region of this tick: none, so that all nodes move, until something was touched.
     #[must_use]
-    pub fn select(&self, tuned: &Tuned, state: &State) -> Region {
-        let (Some(_), Some(seen)) = (state.touch, self.seen) else { return Region::All };
-        let pressure_pa = self.pressure_pa(tuned.youngs_modulus_pa, seen.force_n, seen.depth_m);
-        let radius_m = self.radius_m(pressure_pa, tuned.probe.radius_m);
-        Region::Ball { centre_m: seen.centre_m, radius_squared_m2: radius_m * radius_m }
+    pub fn select(&self, tuned: &Tuned, state: &State) -> Option<Region> {
+        let seen = self.seen.filter(|_| state.in_contact())?;
+        let pressure_pa = self.pressure_pa(tuned.youngs_modulus_pa(), seen.force_n, seen.depth_m);
+        let radius_m = self.radius_m(pressure_pa, tuned.probe().radius_m);
+        Some(Region { centre_m: seen.centre_m, radius_squared_m2: radius_m * radius_m })
     }
 
     /// Takes note of the load on the probe.
@@ -121,23 +137,17 @@ impl StressRule {
             self.seen = None;
             return;
         }
-        let length = sqrt(square);
+        let length = square.sqrt();
         let centre_m = load.rest * (1.0 / load.push);
         let depth_m = (tip_m - centre_m).dot(&load.force) / length;
-        self.seen = (depth_m > 0.0).then_some(Seen { centre_m, force_n: length * tuned.youngs_modulus_pa, depth_m });
+        self.seen = (depth_m > 0.0).then_some(Seen { centre_m, force_n: length * tuned.youngs_modulus_pa(), depth_m });
     }
 }
 
 impl Region {
     /// True if a node with this rest position moves.
-    #[inline(always)]
-    pub(crate) fn contains(&self, rest_m: [f32; 3]) -> bool {
-        match self {
-            Self::All => true,
-            Self::Ball { centre_m, radius_squared_m2 } => {
-                let d = Vector3::from(rest_m) - centre_m;
-                d.dot(&d) <= *radius_squared_m2
-            }
-        }
+    fn contains(&self, rest_m: [f32; 3]) -> bool {
+        let d = Vector3::from(rest_m) - self.centre_m;
+        d.dot(&d) <= self.radius_squared_m2
     }
 }

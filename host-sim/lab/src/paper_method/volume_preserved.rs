@@ -1,22 +1,20 @@
 //! `volume-preserved`: the model of paper 000 on the core's tick.
 //!
-//! Run it with [`Terms::SPRINGS_ONLY`](crate::Terms::SPRINGS_ONLY), mass floor and contact mass 0.
+//! Run it with [`Terms::SPRINGS_ONLY`](palpate::Terms::SPRINGS_ONLY), mass floor and contact mass 0.
 //! Springs joining two organs are springs of the model; attached nodes are anchors that the caller
 //! places before every tick.
 
-use nalgebra::Vector3;
+use palpate::method::Method;
+use palpate::stages::force::{self, foundation::Load};
+use palpate::{Model, State, Tuned, Vector3};
 
-use super::Method;
-use crate::model::Model;
-use crate::params::Tuned;
-use crate::stages::correct::direction::SpringDirection;
-use crate::stages::correct::length::SpringLength;
-use crate::stages::force::damper::Dampers;
-use crate::stages::force::{self, foundation::Load};
-use crate::state::State;
+use super::averaged::Averaged;
+use super::damper::Dampers;
+use super::direction::SpringDirection;
+use super::length::SpringLength;
 
 /// Springs, dampers and three corrections of positions.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct VolumePreserved<'a> {
     /// A damper for each spring (5); `None` for none.
     pub dampers: Option<Dampers<'a>>,
@@ -24,6 +22,8 @@ pub struct VolumePreserved<'a> {
     pub length: Option<SpringLength>,
     /// Direction correction (9).
     pub direction: Option<SpringDirection<'a>>,
+    /// Scratch memory of the corrections (7); its content is never read by the caller.
+    pub averaged: Averaged,
 }
 
 impl Method for VolumePreserved<'_> {
@@ -37,10 +37,10 @@ impl Method for VolumePreserved<'_> {
 
     fn correct(&mut self, model: &Model, tuned: &Tuned, state: &mut State) {
         if let Some(length) = &self.length {
-            length.correct(model, tuned, state);
+            length.correct(model, tuned, state, &mut self.averaged);
         }
         if let Some(direction) = &mut self.direction {
-            direction.correct(model, tuned, state);
+            direction.correct(model, tuned, state, &mut self.averaged);
         }
     }
 }

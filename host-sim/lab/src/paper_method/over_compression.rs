@@ -1,10 +1,8 @@
 //! Over-compression correction of paper 004, eqs (11)-(13).
 
+use palpate::{Model, State, Tuned};
+
 use super::shares;
-use crate::lanes::{add, difference, scaled, sqrt, subtract};
-use crate::model::Model;
-use crate::params::Tuned;
-use crate::state::State;
 
 /// Pushes the ends of every spring shorter than `(1 - tau_c) l0` apart, one spring after the other,
 /// each end by half of what is missing: `p_i += -C/2 n`, `p_j += C/2 n`, `n = (p_i - p_j)/|p_i -
@@ -20,20 +18,16 @@ impl OverCompression {
     pub fn correct(&self, model: &Model, tuned: &Tuned, state: &mut State) {
         for s in model.springs {
             let [i, j] = [s.i, s.j].map(usize::from);
-            let (Some(a), Some(b)) = (state.nodes.get(i), state.nodes.get(j)) else { continue };
-            let d = difference(&b.x, &a.x);
-            let length = sqrt(d.iter().map(|c| c * c).sum());
+            let [a, b] = [i, j].map(|n| state.nodes()[n]);
+            let d = b.position_m() - a.position_m();
+            let length = d.dot(&d).sqrt();
             let missing = (1.0 - self.ratio) * (s.k_rest / s.k) - length;
             if !(missing > 0.0 && length > 0.0) {
                 continue;
             }
             let [of_i, of_j] = shares(tuned, i, j);
-            if let Some(node) = state.nodes.get_mut(i) {
-                subtract(&mut node.x, &scaled(&d, of_i * missing / length));
-            }
-            if let Some(node) = state.nodes.get_mut(j) {
-                add(&mut node.x, &scaled(&d, of_j * missing / length));
-            }
+            state.place(i, a.position_m() - d * (of_i * missing / length), a.velocity_m_per_s());
+            state.place(j, b.position_m() + d * (of_j * missing / length), b.velocity_m_per_s());
         }
     }
 }

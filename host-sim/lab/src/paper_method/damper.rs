@@ -2,14 +2,11 @@
 //! paper 004, eq 1).
 //!
 //! * in: positions, velocities
-//! * out: adds to `node.f`
+//! * out: adds to the forces
 //! * cost: about a spring pass
 //! * may fail: never
 
-use crate::lanes::{add, difference, scaled, sqrt, subtract};
-use crate::model::Model;
-use crate::params::Params;
-use crate::state::State;
+use palpate::{Model, Params, State};
 
 /// Damping constants of the springs.
 #[derive(Clone, Copy, Debug)]
@@ -43,12 +40,12 @@ impl DampingLaw {
         for (d, s) in damping_m_s.iter_mut().zip(model.springs) {
             let (k, rest_m) = (e * s.k, s.k_rest / s.k);
             let (a, b) = (mass_kg(s.i), mass_kg(s.j));
-            let printed = 2.0 * sqrt(k * (a + b));
+            let printed = 2.0 * (k * (a + b)).sqrt();
             *d = match self {
                 Self::PrintedMetres => printed / rest_m,
                 Self::PrintedMillimetres => printed / (1e3 * rest_m),
                 Self::WithoutLength => printed,
-                Self::Critical(share) => share * 2.0 * sqrt(k * (a * b / (a + b))),
+                Self::Critical(share) => share * 2.0 * (k * (a * b / (a + b))).sqrt(),
                 Self::Constant(constant) => constant,
             } / e;
         }
@@ -62,20 +59,15 @@ impl Dampers<'_> {
     pub fn resist(&self, model: &Model, state: &mut State) {
         for (s, &constant) in model.springs.iter().zip(self.damping_m_s) {
             let [i, j] = [s.i, s.j].map(usize::from);
-            let (Some(a), Some(b)) = (state.nodes.get(i), state.nodes.get(j)) else { continue };
-            let (d, v) = (difference(&b.x, &a.x), difference(&b.v, &a.v));
-            let square: f32 = d.iter().map(|c| c * c).sum();
-            let opening: f32 = d.iter().zip(&v).map(|(d, v)| d * v).sum();
+            let [a, b] = [i, j].map(|n| state.nodes()[n]);
+            let (d, v) = (b.position_m() - a.position_m(), b.velocity_m_per_s() - a.velocity_m_per_s());
+            let (square, opening) = (d.dot(&d), d.dot(&v));
             if square == 0.0 {
                 continue;
             }
-            let force = scaled(&d, constant * opening / square);
-            if let Some(node) = state.nodes.get_mut(i) {
-                add(&mut node.f, &force);
-            }
-            if let Some(node) = state.nodes.get_mut(j) {
-                subtract(&mut node.f, &force);
-            }
+            let force = d * (constant * opening / square);
+            state.add_force(i, force);
+            state.add_force(j, -force);
         }
     }
 }

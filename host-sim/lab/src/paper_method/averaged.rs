@@ -1,0 +1,35 @@
+//! Average of the corrections that the springs of a node ask for, paper 000, eq (7).
+
+use palpate::{State, Tuned, Vector3};
+
+/// Summed corrections of every node, and the number of springs that they come from.
+#[derive(Clone, Debug, Default)]
+pub struct Averaged {
+    sums: Vec<(Vector3<f32>, f32)>,
+}
+
+impl Averaged {
+    /// Zero for `nodes` nodes. Memory grows in the first step of a patch alone.
+    pub fn clear(&mut self, nodes: usize) {
+        self.sums.clear();
+        self.sums.resize(nodes, (Vector3::zeros(), 0.0));
+    }
+
+    /// Adds the correction [m] that one spring asks of a node.
+    pub fn add(&mut self, node: usize, correction_m: Vector3<f32>) {
+        if let Some((sum, count)) = self.sums.get_mut(node) {
+            *sum += correction_m;
+            *count += 1.0;
+        }
+    }
+
+    /// Moves the free nodes by the average of what their springs ask for.
+    pub fn apply(&self, tuned: &Tuned, state: &mut State) {
+        for (n, (&(sum, count), &step)) in self.sums.iter().zip(tuned.node_step()).enumerate() {
+            if step > 0.0 && count > 0.0 {
+                let node = state.nodes()[n];
+                state.place(n, node.position_m() + sum * (1.0 / count), node.velocity_m_per_s());
+            }
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! Direction correction of paper 000, eq (9): no spring turns by more than theta between two looks.
+
+use palpate::{Model, State, Tuned, Vector3};
+
+use super::averaged::Averaged;
+use super::shares;
+
+/// Turns springs back to within theta of where they pointed when positions `x^p` were last taken.
+///
+/// The paper gives the constraint and says that its update follows as that of (6). With `C =
+/// theta - phi`, `phi` the angle, its gradient at the ends is `-t/l` and `t/l`, t the unit vector across
+/// the spring toward its old direction; the step that closes C is then `-C l/2 t`, averaged over a
+/// node's springs as in (7). A spring that points exactly backwards has no such t and is left
+/// alone.
+#[derive(Debug)]
+pub struct SpringDirection<'a> {
+    /// Critical angle theta [rad], above 0 and below pi.
+    pub angle_rad: f32,
+    /// Steps between two looks.
+    pub every: u16,
+    /// `x^p` [m], shape \[nodes\]; the caller fills it with the rest positions.
+    pub before_m: &'a mut [[f32; 3]],
+    /// Steps since the last look.
+    pub age: u16,
+}
+
+impl SpringDirection<'_> {
+    /// Moves the free nodes.
+    pub fn correct(&mut self, model: &Model, tuned: &Tuned, state: &mut State, averaged: &mut Averaged) {
+        let least_cosine = libm::cosf(self.angle_rad);
+        averaged.clear(state.nodes().len());
+        for s in model.springs {
+            let [i, j] = [s.i, s.j].map(usize::from);
+            let d = state.nodes()[j].position_m() - state.nodes()[i].position_m();
+            let fix = self.turn_back(i, j, d, least_cosine);
+            let [of_i, of_j] = shares(tuned, i, j);
+            averaged.add(i, -(fix * of_i));
+            averaged.add(j, fix * of_j);
+        }
+        averaged.apply(tuned, state);
+        self.age = self.age.saturating_add(1);
+        if self.age >= self.every {
+            self.age = 0;
+            for (before, node) in self.before_m.iter_mut().zip(state.nodes()) {
+                *before = node.position_m().into();
+            }
+        }
+    }
+
+    /// How far end j is to go, seen from end i, so that the spring turns back to theta [m]; zero
+    /// within theta.
+    fn turn_back(&self, i: usize, j: usize, d: Vector3<f32>, least_cosine: f32) -> Vector3<f32> {
+        let [a, b] = [i, j].map(|n| Vector3::from(self.before_m[n]));
+        let old = b - a;
+        let (length, old_length) = (d.dot(&d).sqrt(), old.dot(&old).sqrt());
+        if !(length > 0.0 && old_length > 0.0) {
+            return Vector3::zeros();
+        }
+        let cosine = d.dot(&old) / (length * old_length);
+        if cosine >= least_cosine {
+            return Vector3::zeros();
+        }
+        // across the spring, toward where it pointed
+        let across = old * (1.0 / old_length) - d * (cosine / length);
+        let sine = across.dot(&across).sqrt();
+        if sine <= 1e-3 {
+            return Vector3::zeros();
+        }
+        let excess = libm::acosf(cosine.clamp(-1.0, 1.0)) - self.angle_rad;
+        across * (excess * length / sine)
+    }
+}
