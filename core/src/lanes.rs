@@ -33,12 +33,14 @@ pub fn vector(r: &Row) -> Vector3<f32> {
 }
 
 /// `a - b`.
+#[cfg(not(target_os = "none"))]
 #[inline(always)]
 pub fn difference(a: &Row, b: &Row) -> Row {
     core::array::from_fn(|k| a[k] - b[k])
 }
 
 /// `r * s`.
+#[cfg(not(target_os = "none"))]
 #[inline(always)]
 pub fn scaled(r: &Row, s: f32) -> Row {
     core::array::from_fn(|k| r[k] * s)

@@ -5,8 +5,8 @@
 //! condensed outside, constants fitted to presses along the way. Every node is awake all the time,
 //! so nothing changes from tick to tick but the pose: no step and no energy can come from a region
 //! that follows. Paper 004 instead freezes what lies outside a ball around the contact
-//! ([`crate::paper_method::region::StressRule`], its (7)-(8)): see [`contestants`] for that and the other
-//! rivals.
+//! ([`crate::paper_method::region::StressRule`], its (7)-(8)): see [`contestants`] for that and the
+//! other rivals.
 //!
 //! The reference is at rest at every place; the tick has inertia, floored masses and damping, so a
 //! moving probe meets less behind itself: the force falls and drags back as the speed grows. That

@@ -9,7 +9,13 @@ pub struct Averaged {
 }
 
 impl Averaged {
-    /// Zero for `nodes` nodes. Memory grows in the first step of a patch alone.
+    /// Memory for `nodes` nodes, so that no step allocates.
+    #[must_use]
+    pub fn for_nodes(nodes: usize) -> Self {
+        Self { sums: vec![(Vector3::zeros(), 0.0); nodes] }
+    }
+
+    /// Zero for `nodes` nodes. Memory grows only in a first step that no memory was made for.
     pub fn clear(&mut self, nodes: usize) {
         self.sums.clear();
         self.sums.resize(nodes, (Vector3::zeros(), 0.0));

@@ -8,6 +8,7 @@
 //! `palpate paper local-compression` ends at the least it may take; no region, which saves nothing
 //! at 2 % of error; no volume force, whose coefficient is not printed.
 
+use crate::paper_method::averaged::Averaged;
 use crate::paper_method::damper::{Dampers, DampingLaw};
 use crate::paper_method::direction::SpringDirection;
 use crate::paper_method::length::SpringLength;
@@ -39,7 +40,7 @@ pub(super) fn volume_preserved<T>(patch: &Patch, params: &Params, work: impl FnO
         dampers: Some(Dampers { damping_m_s: &damping_m_s }),
         length: Some(SpringLength { stretch: 0.0, compression: 0.0 }),
         direction: Some(direction),
-        ..VolumePreserved::default()
+        averaged: Averaged::for_nodes(model.nodes.len()),
     };
     run(&model, params, method, work)
 }
