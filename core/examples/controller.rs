@@ -2,7 +2,7 @@
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, PatchRenderer, Settings};
 use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
-use palpate::{BuildError, Node, PatchFile, State, TetShapes, Vector3};
+use palpate::{BuildError, Memory, PatchFile, Vector3};
 
 /// A patch file is read in place, as words: its bytes start on a 4-byte boundary.
 #[repr(C, align(4))]
@@ -38,12 +38,9 @@ impl HapticDevice for Handle {
 
 fn main() -> Result<(), BuildError> {
     let PatchFile { model, params, site_m, .. } = PatchFile::open(&PATCH.0)?;
-    // all memory of the loop; on a board these are arrays in statics
-    let (mut node_step, mut cap_m) = (vec![0.0; model.nodes.len()], vec![0.0; model.triangles.len()]);
-    let (mut nodes, mut candidates) = (vec![Node::ZERO; model.nodes.len()], vec![0; model.triangles.len()]);
-    let mut shapes = vec![TetShapes::ZERO; TetShapes::count(&model)];
-    let tuned = params.build(&model, &mut node_step, &mut cap_m)?;
-    let mut state = State::new(&model, &mut nodes, &mut candidates, &mut shapes)?;
+    // all memory of the patch; on a board this is a static
+    let mut memory = Memory::<64, 128>::RESERVED;
+    let (tuned, mut state) = memory.start(&model, &params)?;
     let mut handle = Handle { tick: 0, site_m, force_n: Vector3::zeros() };
     let mut cycle = Cycle::build(&Settings::safe(&handle.limits()), &handle.limits())?;
     for tick in 0..1000 {

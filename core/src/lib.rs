@@ -36,19 +36,23 @@
 mod fault;
 pub mod haptic;
 mod lanes;
+mod memory;
 pub mod method;
 mod model;
 mod params;
 mod patch_file;
+mod placement;
 pub mod stages;
 mod state;
 mod tick;
 
 pub use fault::{BuildError, Fault, Limiters};
+pub use memory::Memory;
 pub use model::{FoundationPoint, Model, NodeRest, RimEdge, RimNode, Spring, Tet, Triangle};
 pub use nalgebra::Vector3;
 pub use params::{Limits, Params, Probe, ProbeShape, Terms, Tuned};
 pub use patch_file::PatchFile;
+pub use placement::Placement;
 pub use stages::output::Output;
 pub use stages::probe::ProbePose;
 pub use state::{Fnv, Held, Node, State, TetShapes};

@@ -20,7 +20,14 @@
 //! struct Wind(Vector3<f32>);
 //!
 //! impl Method for Wind {
-//!     fn force(&mut self, model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, m_per_s: Vector3<f32>) -> Load {
+//!     fn force(
+//!         &mut self,
+//!         model: &Model,
+//!         tuned: &Tuned,
+//!         state: &mut State,
+//!         tip_m: Vector3<f32>,
+//!         m_per_s: Vector3<f32>,
+//!     ) -> Load {
 //!         let load = force::accumulate(model, tuned, state, tip_m, m_per_s);
 //!         (0..state.nodes().len()).for_each(|node| state.add_force(node, self.0));
 //!         load

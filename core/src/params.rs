@@ -196,6 +196,12 @@ impl Tuned<'_> {
         self.node_step
     }
 
+    /// Largest slope of the foundation over E [m], shape \[triangles\].
+    #[must_use]
+    pub fn cap_m(&self) -> &[f32] {
+        self.cap_m
+    }
+
     /// Probe that presses the patch.
     #[must_use]
     pub fn probe(&self) -> &Probe {

@@ -23,7 +23,6 @@ pub mod haptic_loop;
 pub mod kinematics;
 pub mod link;
 pub mod patch;
-pub mod placement;
 pub mod port;
 pub mod probe_in;
 pub mod resets;

@@ -2,10 +2,9 @@
 //! core's types.
 
 use palpate::haptic::cycle::Renderer;
-use palpate::{BuildError, Fault, Model, Node, Output, Params, PatchFile, ProbePose, State, TetShapes, Tuned};
+use palpate::{BuildError, Fault, Model, Output, Params, PatchFile, Placement, ProbePose, State, Tuned};
 
 use crate::link::Refusal;
-use crate::placement::Placement;
 
 pub mod cost;
 mod refusal;
@@ -14,10 +13,6 @@ pub mod step;
 
 pub use cost::Budget;
 
-/// Nodes that the reserved RAM holds.
-const NODES: usize = 512;
-/// Surface triangles that it holds.
-const TRIANGLES: usize = 1024;
 /// RAM of the least of the supported boards, less 16 KB for the stack and 8 KB for everything else.
 #[cfg(target_os = "none")]
 const RAM_FOR_PATCH: usize = 112 * 1024;
@@ -26,31 +21,12 @@ const RAM_FOR_PATCH: usize = 112 * 1024;
 #[repr(C, align(4))]
 pub struct WordAligned<Bytes: ?Sized>(pub Bytes);
 
-/// Everything that the tick writes, and what it reads besides the flash.
-pub struct Memory {
-    nodes: [Node; NODES],
-    node_step: [f32; NODES],
-    candidates: [u16; TRIANGLES],
-    cap_m: [f32; TRIANGLES],
-    /// The desktop keeps what the board computes twice.
-    #[cfg(not(target_os = "none"))]
-    shapes: [TetShapes; NODES],
-}
+/// Everything that the tick writes, and what it reads besides the flash: 512 nodes and 1024 surface
+/// triangles.
+pub type Memory = palpate::Memory<512, 1024>;
 
 #[cfg(target_os = "none")]
 const _: () = assert!(size_of::<Memory>() <= RAM_FOR_PATCH, "the patch's state must leave room for the stacks");
-
-impl Memory {
-    /// As it is reserved.
-    pub const RESERVED: Self = Self {
-        nodes: [Node::ZERO; NODES],
-        node_step: [0.0; NODES],
-        candidates: [0; TRIANGLES],
-        cap_m: [0.0; TRIANGLES],
-        #[cfg(not(target_os = "none"))]
-        shapes: [TetShapes::ZERO; NODES],
-    };
-}
 
 /// One patch under the device, ready to tick. A renderer in the device's frame.
 pub struct Patch<'a> {
@@ -104,26 +80,21 @@ impl<'a> Patch<'a> {
         within(TICK, params.tick_s, TICK_S, TICK_S)?;
         within(SUBSTEP, params.tick_s / f32::from(params.substeps.max(1)), 0.0, file.stable_dt_s)?;
         let packed_pa = params.youngs_modulus_pa;
-        params.build(&model, &mut memory.node_step, &mut memory.cap_m)?;
-        step::check_caps(&model, &memory.cap_m)?;
+        let (tuned, _) = memory.start(&model, &params)?;
+        step::check_caps(&model, tuned.cap_m())?;
         if model.spring_rows.is_empty() {
             // the board passes springs by rows: without them it would pass none
             return Err(BuildError::LengthMismatch { item: "spring rows", need: model.nodes.len(), have: 0 });
         }
         budget.check(&file, site::check(&file)?)?;
         // twice the packed modulus may be asked for later
-        step::check(&model, &params, 2.0 * packed_pa, &mut memory.node_step, &mut memory.cap_m)?;
+        step::check(&model, &params, 2.0 * packed_pa, memory.scratch(&model)?)?;
         if let Some(asked) = youngs_modulus_pa {
             within(MODULUS, asked, 0.5 * packed_pa, 2.0 * packed_pa)?;
             params.youngs_modulus_pa = asked;
         }
         let placement = Placement::new(file.site_m, params.probe.axis);
-        let tuned = params.build(&model, &mut memory.node_step, &mut memory.cap_m)?;
-        #[cfg(not(target_os = "none"))]
-        let shapes = &mut memory.shapes[..];
-        #[cfg(target_os = "none")]
-        let shapes: &mut [TetShapes] = &mut [];
-        let state = State::new(&model, &mut memory.nodes, &mut memory.candidates, shapes)?;
+        let (tuned, state) = memory.start(&model, &params)?;
         Ok(Self { model, params, tuned, packed_pa, asked_pa: None, state, placement, resting: false })
     }
 
@@ -231,14 +202,8 @@ impl Renderer for Patch<'_> {
             self.state.reset(&self.model);
             return Output::NONE;
         }
-        let pose = ProbePose { tip_m: self.placement.to_patch(pose.tip_m) };
-        let output = palpate::tick(&self.model, &self.tuned, &mut self.state, pose);
-        Output {
-            force_n: self.placement.turn_to_device(output.force_n),
-            normal: self.placement.turn_to_device(output.normal),
-            point_m: self.placement.to_device(output.point_m),
-            ..output
-        }
+        let pose = self.placement.pose_to_patch(pose);
+        self.placement.output_to_device(palpate::tick(&self.model, &self.tuned, &mut self.state, pose))
     }
 
     /// Done by the next tick in place of its answer: both would not fit one period, and nobody

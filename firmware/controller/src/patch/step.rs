@@ -23,7 +23,7 @@ const ROUNDED: f32 = 1e-2;
 /// Parameter of [`BuildError::OutOfRange`] for a mass below the floor.
 pub const FLOOR: &str = "mass of a node over E D dt^2";
 
-/// Checks rest shape and masses. `stiffness_m` and `volume_m3` are scratch memory, an entry for
+/// Checks rest shape and masses. `stiffness_m` and `six_volume_m3` are scratch memory, an entry for
 /// each node.
 ///
 /// # Errors
@@ -33,8 +33,7 @@ pub fn check(
     model: &Model<'_>,
     params: &Params,
     youngs_modulus_pa: f32,
-    stiffness_m: &mut [f32],
-    six_volume_m3: &mut [f32],
+    [stiffness_m, six_volume_m3]: [&mut [f32]; 2],
 ) -> Result<(), BuildError> {
     let (Some(stiffness_m), Some(six_volume_m3)) =
         (stiffness_m.get_mut(..model.nodes.len()), six_volume_m3.get_mut(..model.nodes.len()))

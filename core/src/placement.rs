@@ -1,10 +1,18 @@
-//! Where the patch lies under the device: its site at the device's centre, the probe's axis along
-//! the device's z.
+//! Placement of a patch under the device: its site lies at the device's centre, the probe's axis
+//! points along the device's z.
 //!
 //! Patches are packed in the frame of their organ. Poses of the device go into that frame, forces
 //! come back out of it.
+//!
+//! * in: a pose, or the output of a tick
+//! * out: either one in the other frame
+//! * cost: nine multiplications per vector
+//! * may fail: never
 
-use palpate::Vector3;
+use nalgebra::Vector3;
+
+use crate::stages::output::Output;
+use crate::stages::probe::ProbePose;
 
 /// The device's centre and axes in the patch's frame.
 #[derive(Clone, Copy, Debug)]
@@ -16,9 +24,9 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// The site [m] and the outward unit axis of the press. The two other axes follow without a
-    /// root or a branch on the axis (Duff et al., Building an orthonormal basis, revisited, 2017,
-    /// listing 3).
+    /// Places the site [m] at the device's centre, with the outward unit axis of the press along
+    /// its z. The two other axes follow without a root or a branch on the axis (Duff et al.,
+    /// Building an orthonormal basis, revisited, 2017, listing 3).
     #[must_use]
     pub fn new(site_m: Vector3<f32>, axis: Vector3<f32>) -> Self {
         let sign = 1.0_f32.copysign(axis.z);
@@ -29,6 +37,25 @@ impl Placement {
             x: Vector3::new(1.0 + sign * axis.x * axis.x * a, sign * b, -sign * axis.x),
             y: Vector3::new(b, sign + axis.y * axis.y * a, -axis.y),
             z: axis,
+        }
+    }
+
+    /// A pose of the device in the patch's frame.
+    #[inline(always)]
+    #[must_use]
+    pub fn pose_to_patch(&self, pose: ProbePose) -> ProbePose {
+        ProbePose { tip_m: self.to_patch(pose.tip_m) }
+    }
+
+    /// An answer of the patch in the device's frame.
+    #[inline(always)]
+    #[must_use]
+    pub fn output_to_device(&self, output: Output) -> Output {
+        Output {
+            force_n: self.turn_to_device(output.force_n),
+            normal: self.turn_to_device(output.normal),
+            point_m: self.to_device(output.point_m),
+            ..output
         }
     }
 
@@ -64,7 +91,7 @@ impl Placement {
 #[cfg(test)]
 mod tests {
     use super::Placement;
-    use palpate::Vector3;
+    use nalgebra::Vector3;
 
     #[test]
     fn a_patch_that_faces_up_at_the_centre_is_not_moved() {

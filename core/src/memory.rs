@@ -1,0 +1,85 @@
+//! Memory of one running patch, reserved at once: on a board in one `static`.
+//!
+//! ```text
+//! Model (flash) ─┐
+//! Params ────────┴─ Memory::start ─┬─ Tuned  what the tick reads: masses, caps
+//!                                  └─ State  what the tick writes: nodes, triangles near the probe
+//! ```
+//!
+//! A caller with a heap and patches of any size brings slices of its own to [`Params::build`] and
+//! [`State::new`] instead.
+//!
+//! * in: a model and parameters
+//! * out: what [`crate::tick()`] takes
+//! * cost: nothing within the tick
+//! * may fail: when a patch is started that does not fit or is refused
+
+use heapless::Vec;
+
+use crate::fault::BuildError;
+use crate::model::Model;
+use crate::params::{Params, Tuned};
+use crate::state::{Node, State, TetShapes};
+
+/// Arrays of a patch of at most `NODES` nodes and `TRIANGLES` surface triangles; on a desktop also
+/// of at most four tets per node.
+#[derive(Debug)]
+pub struct Memory<const NODES: usize, const TRIANGLES: usize> {
+    nodes: Vec<Node, NODES>,
+    node_step: Vec<f32, NODES>,
+    candidates: Vec<u16, TRIANGLES>,
+    cap_m: Vec<f32, TRIANGLES>,
+    /// The desktop keeps what the board computes twice.
+    #[cfg(not(target_os = "none"))]
+    shapes: Vec<TetShapes, NODES>,
+}
+
+impl<const NODES: usize, const TRIANGLES: usize> Memory<NODES, TRIANGLES> {
+    /// Memory without a patch: the value of a `static`.
+    pub const RESERVED: Self = Self {
+        nodes: Vec::new(),
+        node_step: Vec::new(),
+        candidates: Vec::new(),
+        cap_m: Vec::new(),
+        #[cfg(not(target_os = "none"))]
+        shapes: Vec::new(),
+    };
+
+    /// Puts a patch at rest in this memory; the patch before it is gone.
+    ///
+    /// # Errors
+    /// As [`Params::build`]; [`BuildError::TooLarge`] names the memory that is too small.
+    pub fn start(&mut self, model: &Model, params: &Params) -> Result<(Tuned<'_>, State<'_>), BuildError> {
+        fill("nodes", &mut self.nodes, model.nodes.len(), Node::ZERO)?;
+        fill("surface triangles", &mut self.candidates, model.triangles.len(), 0)?;
+        fill("nodes", &mut self.node_step, model.nodes.len(), 0.0)?;
+        fill("surface triangles", &mut self.cap_m, model.triangles.len(), 0.0)?;
+        #[cfg(target_os = "none")]
+        let shapes: &mut [TetShapes] = &mut [];
+        #[cfg(not(target_os = "none"))]
+        let shapes = {
+            fill("tet shapes", &mut self.shapes, TetShapes::count(model), TetShapes::ZERO)?;
+            &mut self.shapes[..]
+        };
+        let tuned = params.build(model, &mut self.node_step, &mut self.cap_m)?;
+        let state = State::new(model, &mut self.nodes, &mut self.candidates, shapes)?;
+        Ok((tuned, state))
+    }
+
+    /// Two arrays with a zero for each node, to judge a patch with before it is started; the patch
+    /// in this memory is gone.
+    ///
+    /// # Errors
+    /// [`BuildError::TooLarge`].
+    pub fn scratch(&mut self, model: &Model) -> Result<[&mut [f32]; 2], BuildError> {
+        fill("nodes", &mut self.node_step, model.nodes.len(), 0.0)?;
+        fill("nodes", &mut self.cap_m, model.nodes.len(), 0.0)?;
+        Ok([&mut self.node_step, &mut self.cap_m])
+    }
+}
+
+/// Makes an array as long as it needs to be.
+fn fill<T: Clone, const N: usize>(item: &'static str, array: &mut Vec<T, N>, need: usize, value: T) -> Result<(), BuildError> {
+    array.clear();
+    array.resize(need, value).map_err(|_| BuildError::TooLarge { item, need, have: N })
+}
