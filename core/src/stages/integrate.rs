@@ -20,7 +20,9 @@ pub const FASTEST_M_PER_S: f32 = 100.0;
 ///
 /// # Errors
 /// [`Fault::Diverged`].
-#[cfg_attr(feature = "stage-cost", inline(never))]
+// inlined, it takes registers from the loops around it: 0.8 % more instructions per tick on the
+// board
+#[cfg_attr(any(feature = "stage-cost", target_os = "none"), inline(never))]
 pub fn advance(tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
     let (keep, dt) = (tuned.keep, tuned.substep_s);
     let mut active = 0;
