@@ -1,9 +1,9 @@
 //! The deadline rule: consequences of a tick that ends after its period.
 //!
-//! Whoever paces the loop tells each cycle how many periods went by without a new force
-//! ([`super::cycle::Command::late_ticks`]). One is borne: the device has held an old force for
-//! twice its time, so this tick gives at most half of it. Two in a row, or five among 1000 ticks,
-//! are a loop slower than its gains are tuned for.
+//! The caller counts the periods that passed without a new force and passes the count to each
+//! cycle as [`super::cycle::Command::late_ticks`]. A single missed period is tolerated: the device
+//! has held the old force for twice its time, so this tick gives at most half of it. Two in a row,
+//! or five among 1000 ticks, mean a loop slower than the one its gains were tuned for.
 //!
 //! * in: periods missed since the last cycle
 //! * out: whether this tick is to give half the last force at most

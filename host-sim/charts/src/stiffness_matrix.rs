@@ -1,5 +1,5 @@
-//! Which stiffness holds: one cell a column and row, orange below the device's own ceiling, blue
-//! above.
+//! Matrix of the largest stable stiffness: one cell per column and row, orange below the ceiling
+//! of the device itself and blue above it.
 
 use std::path::Path;
 

@@ -36,7 +36,7 @@ impl HardwareInLoop {
     }
 }
 
-/// None can be made; [`super::on_demand`] runs the build that can.
+/// Uninhabited in this build; [`super::on_demand`] starts the build that has the board.
 #[cfg(not(feature = "full"))]
 pub(super) enum HardwareInLoop {}
 

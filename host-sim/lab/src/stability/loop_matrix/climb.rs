@@ -72,10 +72,10 @@ fn judged(run: &Run) -> &[Row] {
 /// How far a climb came.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Climb {
-    /// The last wall that held before one shook [N/m]; zero if the softest shakes.
+    /// Stiffest wall that was stable [N/m]; zero if the softest is unstable.
     pub n_per_m: f64,
-    /// None shook: the climb ended at [`STIFFEST_N_PER_M`], or what was stiffer could not be held
-    /// whole within the force limit.
+    /// No stiffness on the way up became unstable: the climb ended at [`STIFFEST_N_PER_M`], or at
+    /// the first stiffness whose force exceeds the force limit.
     pub at_least: bool,
 }
 
