@@ -19,8 +19,8 @@ fn use_for(seconds: f64) {
 }
 
 #[test]
-fn a_minute_of_normal_use_trips_nothing_and_leaves_nothing() {
-    use_for(60.0);
+fn fifteen_seconds_of_normal_use_trip_nothing_and_leave_nothing() {
+    use_for(15.0);
 }
 
 #[test]

@@ -4,7 +4,7 @@
 
 use palpate_loop::closed_loop::paths::{KINDS, PathCase, PathGround, PathTable, paths};
 
-const PATHS: u64 = 20_000;
+const PATHS: u64 = 5_000;
 
 fn run(ground: &PathGround, runs: u64, seed: u64) -> PathTable {
     let table = paths(ground, runs, seed, |_| ()).unwrap();
@@ -13,21 +13,36 @@ fn run(ground: &PathGround, runs: u64, seed: u64) -> PathTable {
 }
 
 #[test]
-fn twenty_thousand_paths_break_no_invariant_and_honest_motion_trips_nothing() {
+fn five_thousand_paths_break_no_invariant_and_honest_motion_trips_nothing() {
+    break_nothing(PATHS, 1);
+}
+
+#[test]
+#[ignore = "a minute of two cores"]
+fn fifty_thousand_paths_break_no_invariant_and_honest_motion_trips_nothing() {
+    break_nothing(10 * PATHS, 2);
+}
+
+fn break_nothing(paths: u64, seed: u64) {
     let ground = PathGround::load().unwrap();
-    let table = run(&ground, PATHS, 1);
+    let table = run(&ground, paths, seed);
     let total = table.total();
     println!("{total:#?}");
     let ended: u64 = total.faults.values().sum();
-    assert!(ended * 5 < PATHS && total.ticks >= 2_000 * (PATHS - ended), "{} ticks, {ended} ended by a fault", total.ticks);
-    assert!(total.ticks_with_force > PATHS * 100, "{} ticks with a force", total.ticks_with_force);
+    assert!(ended * 5 < paths && total.ticks >= 2_000 * (paths - ended), "{} ticks, {ended} ended by a fault", total.ticks);
+    assert!(total.ticks_with_force > paths * 100, "{} ticks with a force", total.ticks_with_force);
     assert_eq!(table.patches.len(), ground.patches.len(), "every shipped patch: {:?}", table.patches);
     assert!(total.broken.is_empty(), "{:?}\n{}", total.broken, table.examples.join("\n"));
     assert!(total.honest_faults.is_empty(), "{:?}\n{}", total.honest_faults, table.examples.join("\n"));
     // What is left is the lag of amplifiers and of whole ticks (LIMITS.md): it must not grow.
     let (runs, creating) = (total.by_hand, total.creating_by_hand);
-    assert!(runs > PATHS / 2 && creating * 200 < runs, "{creating} of {runs}\n{}", table.creating.join("\n"));
-    assert!(total.created_by_hand_j < 2e-3, "{} J\n{}", total.created_by_hand_j, table.creating.join("\n"));
+    assert!(runs > paths / 2 && creating * 200 < runs, "{creating} of {runs}\n{}", table.creating.join("\n"));
+    assert!(
+        total.created_by_hand_j * 20_000.0 < 2e-3 * paths.max(20_000) as f64,
+        "{} J\n{}",
+        total.created_by_hand_j,
+        table.creating.join("\n")
+    );
 }
 
 #[test]
