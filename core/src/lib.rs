@@ -50,7 +50,7 @@ pub use fault::{BuildError, Fault, Limiters};
 pub use memory::Memory;
 pub use model::{FoundationPoint, Model, NodeRest, RimEdge, RimNode, Spring, Tet, Triangle};
 pub use nalgebra::Vector3;
-pub use params::{Limits, Params, Probe, ProbeShape, Terms, Tuned};
+pub use params::{Limits, NodeStep, Params, Probe, ProbeShape, Terms, Tuned};
 pub use patch_file::PatchFile;
 pub use placement::Placement;
 pub use stages::output::Output;

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Model (flash) ─┐
-//! Params ────────┴─ Memory::start ─┬─ Tuned  what the tick reads: masses, caps
+//! Params ────────┴─ Memory::start ─┬─ Tuned  what the tick reads: masses
 //!                                  └─ State  what the tick writes: nodes, triangles near the probe
 //! ```
 //!
@@ -18,7 +18,7 @@ use heapless::Vec;
 
 use crate::fault::BuildError;
 use crate::model::Model;
-use crate::params::{Params, Tuned};
+use crate::params::{NodeStep, Params, Tuned};
 use crate::state::{Node, State, TetShapes};
 
 /// Arrays of a patch of at most `NODES` nodes and `TRIANGLES` surface triangles; on a desktop also
@@ -26,9 +26,9 @@ use crate::state::{Node, State, TetShapes};
 #[derive(Debug)]
 pub struct Memory<const NODES: usize, const TRIANGLES: usize> {
     nodes: Vec<Node, NODES>,
-    node_step: Vec<f32, NODES>,
+    node_step: Vec<NodeStep, NODES>,
     candidates: Vec<u16, TRIANGLES>,
-    cap_m: Vec<f32, TRIANGLES>,
+    scratch: [Vec<f32, NODES>; 2],
     /// The desktop keeps what the board computes twice.
     #[cfg(not(target_os = "none"))]
     shapes: Vec<TetShapes, NODES>,
@@ -40,7 +40,7 @@ impl<const NODES: usize, const TRIANGLES: usize> Memory<NODES, TRIANGLES> {
         nodes: Vec::new(),
         node_step: Vec::new(),
         candidates: Vec::new(),
-        cap_m: Vec::new(),
+        scratch: [Vec::new(), Vec::new()],
         #[cfg(not(target_os = "none"))]
         shapes: Vec::new(),
     };
@@ -52,8 +52,7 @@ impl<const NODES: usize, const TRIANGLES: usize> Memory<NODES, TRIANGLES> {
     pub fn start(&mut self, model: &Model, params: &Params) -> Result<(Tuned<'_>, State<'_>), BuildError> {
         fill("nodes", &mut self.nodes, model.nodes.len(), Node::ZERO)?;
         fill("surface triangles", &mut self.candidates, model.triangles.len(), 0)?;
-        fill("nodes", &mut self.node_step, model.nodes.len(), 0.0)?;
-        fill("surface triangles", &mut self.cap_m, model.triangles.len(), 0.0)?;
+        fill("nodes", &mut self.node_step, model.nodes.len(), NodeStep::ZERO)?;
         #[cfg(target_os = "none")]
         let shapes: &mut [TetShapes] = &mut [];
         #[cfg(not(target_os = "none"))]
@@ -61,20 +60,22 @@ impl<const NODES: usize, const TRIANGLES: usize> Memory<NODES, TRIANGLES> {
             fill("tet shapes", &mut self.shapes, TetShapes::count(model), TetShapes::ZERO)?;
             &mut self.shapes[..]
         };
-        let tuned = params.build(model, &mut self.node_step, &mut self.cap_m)?;
+        let tuned = params.build(model, &mut self.node_step)?;
         let state = State::new(model, &mut self.nodes, &mut self.candidates, shapes)?;
         Ok((tuned, state))
     }
 
-    /// Two arrays with a zero for each node, to judge a patch with before it is started; the patch
-    /// in this memory is gone.
+    /// Masses for `params`, and two arrays with a zero for each node: what a patch is judged with
+    /// before it is started. The patch in this memory is gone.
     ///
     /// # Errors
-    /// [`BuildError::TooLarge`].
-    pub fn scratch(&mut self, model: &Model) -> Result<[&mut [f32]; 2], BuildError> {
-        fill("nodes", &mut self.node_step, model.nodes.len(), 0.0)?;
-        fill("nodes", &mut self.cap_m, model.nodes.len(), 0.0)?;
-        Ok([&mut self.node_step, &mut self.cap_m])
+    /// As [`Params::build`]; [`BuildError::TooLarge`] names the memory that is too small.
+    pub fn judge(&mut self, model: &Model, params: &Params) -> Result<(Tuned<'_>, [&mut [f32]; 2]), BuildError> {
+        fill("nodes", &mut self.node_step, model.nodes.len(), NodeStep::ZERO)?;
+        let [a, b] = &mut self.scratch;
+        fill("nodes", a, model.nodes.len(), 0.0)?;
+        fill("nodes", b, model.nodes.len(), 0.0)?;
+        Ok((params.build(model, &mut self.node_step)?, [a, b]))
     }
 }
 

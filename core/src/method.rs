@@ -28,9 +28,9 @@
 //!         tip_m: Vector3<f32>,
 //!         m_per_s: Vector3<f32>,
 //!     ) -> Load {
-//!         let load = force::accumulate(model, tuned, state, tip_m, m_per_s);
+//!         force::accumulate_inner(model, tuned, state);
 //!         (0..state.nodes().len()).for_each(|node| state.add_force(node, self.0));
-//!         load
+//!         force::foundation::press(model, tuned, state, tip_m, m_per_s)
 //!     }
 //! }
 //! ```
@@ -69,8 +69,8 @@ pub trait Method {
     /// # Errors
     /// [`Fault::Diverged`].
     #[inline(always)]
-    fn advance(&mut self, _model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
-        integrate::advance(tuned, state)
+    fn advance(&mut self, model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
+        integrate::advance(model, tuned, state)
     }
 
     /// Moves nodes after a substep.

@@ -21,9 +21,6 @@ pub struct NodeRest {
     /// Mean diagonal stiffness over E [m]: a third of the trace of the node's block of the rest
     /// stiffness matrix, rim included.
     pub stiffness_m: f32,
-    /// Contact stiffness over E at one tenth of an element's size [m], what the foundation adds to
-    /// the diagonal.
-    pub contact_m: f32,
     /// One over six times the volume of its tets [1/m^3].
     pub six_volume_reciprocal: f32,
     /// Nodal share of the volume stiffness over E, `2 kappa (1 - beta) / 24`, with the node's
@@ -67,9 +64,6 @@ pub struct Triangle {
     pub node: [u16; 3],
     /// Zero; keeps the layout free of padding.
     pub reserved: u16,
-    /// Area of one foundation point over the surface area of each corner node (1): how much of a
-    /// node's mass backs the point.
-    pub share: [f32; 3],
 }
 
 /// Law of one foundation point (notes in `stages/force/foundation.rs`).
@@ -78,9 +72,6 @@ pub struct Triangle {
 pub struct FoundationPoint {
     /// Initial stiffness over E [m].
     pub k: f32,
-    /// `1 / (2 k s)`, s the stiffening [1/m]: penetration at which the slope reaches a cap is
-    /// `(cap - k)` times this [1].
-    pub bend: f32,
 }
 
 /// Block of a rim spring to the ground: `f_i -= E M u_i`.
@@ -182,7 +173,7 @@ impl Model<'_> {
             positive("node volume", n, node.volume_m3)?;
             positive("node stiffness", n, node.stiffness_m)?;
             positive("node volume reciprocal", n, node.six_volume_reciprocal)?;
-            finite("node", n, &[node.contact_m, node.pressure])?;
+            finite("node", n, &[node.pressure])?;
         }
         for (n, &a) in self.anchors.iter().enumerate() {
             outside("anchor", n, a)?;
@@ -203,11 +194,9 @@ impl Model<'_> {
         }
         for (n, t) in self.triangles.iter().enumerate() {
             t.node.iter().try_for_each(|&v| outside("surface triangle", n, v))?;
-            t.share.iter().try_for_each(|&s| positive("surface triangle share", n, s))?;
         }
         for (n, p) in self.foundation.iter().enumerate() {
             positive("foundation point", n, p.k)?;
-            positive("foundation bend", n, p.bend)?;
         }
         for (n, r) in self.rim_nodes.iter().enumerate() {
             outside("rim node", n, u16::try_from(r.node).unwrap_or(u16::MAX))?;

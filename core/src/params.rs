@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use crate::fault::BuildError;
-use crate::model::Model;
+use crate::model::{Model, Spring};
 
 /// Shape of the rigid, frictionless probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,13 +37,16 @@ pub struct Terms {
     pub compensation: bool,
     /// Rim springs, the far field.
     pub rim: bool,
+    /// The mass floor acts on the motion of neighbours relative to each other. Off, it acts on each
+    /// node by itself.
+    pub relative_mass: bool,
 }
 
 impl Terms {
     /// Every term.
-    pub const ALL: Self = Self { volume: true, compensation: true, rim: true };
+    pub const ALL: Self = Self { volume: true, compensation: true, rim: true, relative_mass: true };
     /// Springs, masses, contact: the papers' plain mass-spring model.
-    pub const SPRINGS_ONLY: Self = Self { volume: false, compensation: false, rim: false };
+    pub const SPRINGS_ONLY: Self = Self { volume: false, compensation: false, rim: false, relative_mass: false };
 }
 
 /// Limits at the patch's edge. They can be lowered, never switched off.
@@ -85,14 +88,9 @@ pub struct Params {
     /// Mass floor factor f: no node is lighter than `f E D T^2`, D its mean diagonal stiffness over
     /// E, T the tick. Statics do not see it.
     pub mass_floor: f32,
-    /// Contact mass factor: what the foundation's stiffness adds to the masses, in units of `K
-    /// T^2`.
-    pub contact_mass: f32,
-    /// Damping of the foundation, as a share of its cap times the step (zeta).
+    /// Dashpot of the foundation, as a share of its slope times the substep (beta): 1 leaves the
+    /// force where the probe is, 0.5 half a substep behind.
     pub contact_damping: f32,
-    /// Largest slope of the foundation, as a share of `m / T^2` of the lightest corner (eta), T the
-    /// tick; substeps bear the square of their number more.
-    pub contact_cap: f32,
     /// Steps per tick.
     pub substeps: u16,
     /// The tick [s].
@@ -116,15 +114,50 @@ impl Default for Params {
             gravity_m_per_s2: [0.0; 3],
             compensation: 1.13,
             compensation_threshold: 0.073,
-            mass_floor: 4.0,
-            contact_mass: 5.0,
-            contact_damping: 0.3,
-            contact_cap: 1.0,
+            mass_floor: 5.0,
+            contact_damping: 0.5,
             substeps: 1,
             tick_s: 1e-3,
             probe: Probe { shape: ProbeShape::Hemisphere, radius_m: 8e-3, axis: Vector3::new(0.0, 0.0, 1.0) },
             terms: Terms::ALL,
             limits: Limits::HIGHEST,
+        }
+    }
+}
+
+/// Safety of lumping the foundation's slopes to nodes: the points of a triangle couple its corners.
+/// With 1 the longest stable tick falls by a fifth; from 1.5 on it stays.
+const CONTACT_LUMPING: f32 = 1.5;
+
+/// Weight of a node's neighbours in its acceleration (1): see `stages/integrate.rs`. From 2.5 on
+/// the approximate mass matrix loses its sign on shipped patches, with 1 a smooth motion feels half
+/// of the floor.
+const NEIGHBOUR: f32 = 2.0;
+
+/// Inertia of a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodeStep {
+    /// `E dt / D` [m/s per (N/Pa)], with D the diagonal of the mass matrix; 0 for anchors.
+    pub step: f32,
+    /// Mass between the node and each neighbour over the stiffness of their spring: this node's
+    /// half, times the factor of `NEIGHBOUR` over `dt` [s].
+    pub added: f32,
+}
+
+impl NodeStep {
+    /// Value to reserve memory with.
+    pub const ZERO: Self = Self { step: 0.0, added: 0.0 };
+}
+
+/// Visits both ends of every spring, with the inertia of the other end.
+fn each_end(model: &Model, node_step: &mut [NodeStep], visit: impl Fn(&Spring, &mut NodeStep, NodeStep)) {
+    for spring in model.springs {
+        let [i, j] = [spring.i, spring.j].map(usize::from);
+        for (own, other) in [(i, j), (j, i)] {
+            let other = node_step.get(other).copied();
+            if let (Some(node), Some(other)) = (node_step.get_mut(own), other) {
+                visit(spring, node, other);
+            }
         }
     }
 }
@@ -151,17 +184,19 @@ pub struct Tuned<'a> {
     pub(crate) onset: f32,
     pub(crate) compensation: f32,
     pub(crate) contact_damping_s: f32,
-    /// `E dt / m` of every node [m/s per (N/Pa)], 0 for anchors, shape \[nodes\].
-    pub(crate) node_step: &'a mut [f32],
-    /// Largest foundation slope over E [m], one per surface triangle.
-    pub(crate) cap_m: &'a mut [f32],
+    /// Displacement of a substep over the velocity that it adds, with the safety of lumping [s].
+    pub(crate) lumping_s: f32,
+    /// Some node has added mass relative to its neighbours.
+    pub(crate) relative_mass: bool,
+    /// Inertia of every node, shape \[nodes\].
+    pub(crate) node_step: &'a mut [NodeStep],
 }
 
 impl Tuned<'_> {
     /// Inertial mass of a node [kg], floored; infinite for an anchor. `None` past the end.
     #[must_use]
     pub fn mass_kg(&self, node: usize) -> Option<f32> {
-        self.node_step.get(node).map(|&step| self.youngs_modulus_pa * self.substep_s / step)
+        self.node_step.get(node).map(|node| self.youngs_modulus_pa * self.substep_s / node.step)
     }
 
     /// Young's modulus [Pa].
@@ -189,17 +224,10 @@ impl Tuned<'_> {
         self.keep
     }
 
-    /// Change of every node's velocity in a substep per force over E [m/s per N/Pa], shape
-    /// \[nodes\]: zero for anchors, and only for them.
+    /// Inertia of every node, shape \[nodes\]; its `step` is zero for anchors, and only for them.
     #[must_use]
-    pub fn node_step(&self) -> &[f32] {
+    pub fn node_step(&self) -> &[NodeStep] {
         self.node_step
-    }
-
-    /// Largest slope of the foundation over E [m], shape \[triangles\].
-    #[must_use]
-    pub fn cap_m(&self) -> &[f32] {
-        self.cap_m
     }
 
     /// Probe that presses the patch.
@@ -210,42 +238,35 @@ impl Tuned<'_> {
 }
 
 impl Params {
-    /// Validates and derives. `node_step` and `cap_m` are the caller's memory, at least one entry
-    /// per node and per surface triangle.
+    /// Validates and derives. `node_step` is the caller's memory, at least one entry per
+    /// node.
     ///
     /// # Errors
     /// The first parameter out of range, the first bad item of the model, or memory that is too
     /// small.
-    pub fn build<'a>(&self, model: &Model, node_step: &'a mut [f32], cap_m: &'a mut [f32]) -> Result<Tuned<'a>, BuildError> {
+    pub fn build<'a>(&self, model: &Model, node_step: &'a mut [NodeStep]) -> Result<Tuned<'a>, BuildError> {
         self.check()?;
         model.check()?;
         if self.poisson_ratio != model.poisson_ratio {
             return Err(BuildError::PoissonMismatch { given: self.poisson_ratio, patch: model.poisson_ratio });
         }
-        let fits = |item, need, have| match need <= have {
-            true => Ok(()),
-            false => Err(BuildError::TooLarge { item, need, have }),
-        };
-        fits("nodes", model.nodes.len(), node_step.len())?;
-        fits("surface triangles", model.triangles.len(), cap_m.len())?;
-        let node_step = &mut node_step[..model.nodes.len()];
-        let cap_m = &mut cap_m[..model.triangles.len()];
-
-        self.weigh(model, node_step, cap_m);
-        Ok(self.derive(node_step, cap_m))
+        let (need, have) = (model.nodes.len(), node_step.len());
+        let node_step = node_step.get_mut(..need).ok_or(BuildError::TooLarge { item: "nodes", need, have })?;
+        self.weigh(model, node_step);
+        Ok(self.derive(node_step))
     }
 
     /// Takes these parameters in place of those that `tuned` was built with, where only Young's
     /// modulus differs; the state stays as it is. Between two ticks. They must have passed
     /// [`Params::check`].
     pub fn retune(&self, model: &Model, tuned: &mut Tuned<'_>) {
-        let (node_step, cap_m) = (core::mem::take(&mut tuned.node_step), core::mem::take(&mut tuned.cap_m));
-        self.weigh(model, node_step, cap_m);
-        *tuned = self.derive(node_step, cap_m);
+        let node_step = core::mem::take(&mut tuned.node_step);
+        self.weigh(model, node_step);
+        *tuned = self.derive(node_step);
     }
 
-    /// Masses and caps of a model that was checked.
-    fn weigh(&self, model: &Model, node_step: &mut [f32], cap_m: &mut [f32]) {
+    /// The masses of a model that was checked.
+    fn weigh(&self, model: &Model, node_step: &mut [NodeStep]) {
         let e = self.youngs_modulus_pa;
         let dt = self.tick_s / f32::from(self.substeps);
         // masses over E T^2 [m], T the tick: what a stiffness over E is compared with. T, not the
@@ -253,35 +274,55 @@ impl Params {
         // substeps give n times the margin.
         let tick_squared = self.tick_s * self.tick_s;
         let per_volume = self.density_kg_per_m3 / (e * tick_squared);
-        for (mass, node) in node_step.iter_mut().zip(model.nodes) {
-            let lumped = per_volume * node.volume_m3;
-            let floor = self.mass_floor * node.stiffness_m;
-            *mass = (if lumped > floor { lumped } else { floor }) + self.contact_mass * node.contact_m;
+        // Relative to its neighbours a node's added mass B acts through its springs, with w = k (B_i
+        // / S_i + B_j / S_j) / 2 and S the sum of the node's k. Until the last loop `step` holds
+        // the rim's stiffness and then the mass, `added` first S and then B / 2 S.
+        node_step.fill(NodeStep::ZERO);
+        if self.terms.relative_mass {
+            each_end(model, node_step, |spring, node, _| node.added += spring.k);
         }
-        for (cap, triangle) in cap_m.iter_mut().zip(model.triangles) {
-            let mut least = f32::INFINITY;
-            for (&n, share) in triangle.node.iter().zip(triangle.share) {
-                let backed = node_step.get(usize::from(n)).map_or(0.0, |mass| mass * share);
-                if backed < least {
-                    least = backed;
+        // rim springs hold nodes to the ground, not to each other: their part of the floor stays
+        // the node's own
+        if self.terms.rim {
+            for rim in model.rim_nodes {
+                let [xx, yy, zz, ..] = rim.block_m;
+                if let Some(node) = node_step.get_mut(rim.node as usize) {
+                    node.step = (xx + yy + zz) * (1.0 / 3.0);
                 }
             }
-            *cap = self.contact_cap * least;
         }
-        for mass in node_step.iter_mut() {
-            *mass = dt / (*mass * tick_squared);
+        for (node, rest) in node_step.iter_mut().zip(model.nodes) {
+            let lumped = per_volume * rest.volume_m3;
+            let floor = self.mass_floor * rest.stiffness_m;
+            let added = if lumped > floor { 0.0 } else { floor - lumped };
+            *node = match node.added > 0.0 {
+                true => {
+                    let own = added * node.step / rest.stiffness_m;
+                    let own = if own > 0.0 { own } else { 0.0 };
+                    let own = if own < added { own } else { added };
+                    NodeStep { step: lumped + own, added: 0.5 * (added - own) / node.added }
+                }
+                false => NodeStep { step: lumped + added, added: 0.0 },
+            };
+        }
+        if self.terms.relative_mass {
+            each_end(model, node_step, |spring, node, other| node.step += spring.k * (node.added + other.added));
+        }
+        for node in node_step.iter_mut() {
+            node.step = dt / (node.step * tick_squared);
+            node.added *= NEIGHBOUR * tick_squared / dt;
         }
         for &anchor in model.anchors {
             if let Some(step) = node_step.get_mut(usize::from(anchor)) {
-                *step = 0.0;
+                step.step = 0.0;
             }
         }
     }
 
-    /// The scalars, with masses and caps as [`Self::build`] left them for these parameters: what a
+    /// The scalars, with masses as [`Self::build`] left them for these parameters: what a
     /// caller that owns its memory takes anew each tick, at no cost.
     #[must_use]
-    pub fn derive<'a>(&self, node_step: &'a mut [f32], cap_m: &'a mut [f32]) -> Tuned<'a> {
+    pub fn derive<'a>(&self, node_step: &'a mut [NodeStep]) -> Tuned<'a> {
         let e = self.youngs_modulus_pa;
         let dt = self.tick_s / f32::from(self.substeps);
         Tuned {
@@ -298,8 +339,9 @@ impl Params {
             onset: 1.0 - self.compensation_threshold,
             compensation: self.compensation,
             contact_damping_s: self.contact_damping * dt,
+            lumping_s: CONTACT_LUMPING * dt,
+            relative_mass: node_step.iter().any(|node| node.added > 0.0),
             node_step,
-            cap_m,
         }
     }
 
@@ -310,7 +352,6 @@ impl Params {
     pub fn check(&self) -> Result<(), BuildError> {
         let dt = self.tick_s / f32::from(self.substeps.max(1));
         let highest = Limits::HIGHEST;
-        let substeps = f32::from(self.substeps);
         // (name, value, smallest, largest); ranges are wide: they catch a wrong unit, not a bold
         // choice
         let ranges = [
@@ -322,9 +363,7 @@ impl Params {
             ("compensation", self.compensation, 0.0, 100.0),
             ("compensation_threshold", self.compensation_threshold, 0.0, 0.9),
             ("mass_floor", self.mass_floor, 0.0, 1e3),
-            ("contact_mass", self.contact_mass, 0.0, 1e3),
             ("contact_damping", self.contact_damping, 0.0, 1.0),
-            ("contact_cap", self.contact_cap, 1e-3, 4.0 * substeps * substeps),
             ("probe.radius_m", self.probe.radius_m, f32::MIN_POSITIVE, 1.0),
             ("limits.max_speed_m_per_s", self.limits.max_speed_m_per_s, f32::MIN_POSITIVE, highest.max_speed_m_per_s),
             ("limits.max_sink_m_per_s", self.limits.max_sink_m_per_s, f32::MIN_POSITIVE, highest.max_sink_m_per_s),

@@ -14,7 +14,7 @@ use crate::model::Model;
 use crate::params::{Limits, Params, Probe, ProbeShape, Terms};
 
 const MAGIC: [u8; 8] = *b"PALPATE\n";
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -41,9 +41,7 @@ struct Header {
     compensation: f32,
     compensation_threshold: f32,
     mass_floor: f32,
-    contact_mass: f32,
     contact_damping: f32,
-    contact_cap: f32,
     substeps: u32,
     tick_s: f32,
     probe_shape: u32,
@@ -132,13 +130,16 @@ impl<'a> PatchFile<'a> {
             compensation: header.compensation,
             compensation_threshold: header.compensation_threshold,
             mass_floor: header.mass_floor,
-            contact_mass: header.contact_mass,
             contact_damping: header.contact_damping,
-            contact_cap: header.contact_cap,
             substeps: u16::try_from(header.substeps).unwrap_or(u16::MAX),
             tick_s: header.tick_s,
             probe: Probe { shape, radius_m: header.probe_radius_m, axis: header.probe_axis.into() },
-            terms: Terms { volume: header.terms & 1 != 0, compensation: header.terms & 2 != 0, rim: header.terms & 4 != 0 },
+            terms: Terms {
+                volume: header.terms & 1 != 0,
+                compensation: header.terms & 2 != 0,
+                rim: header.terms & 4 != 0,
+                relative_mass: header.terms & 8 != 0,
+            },
             limits: Limits {
                 max_speed_m_per_s: header.max_speed_m_per_s,
                 max_sink_m_per_s: header.max_sink_m_per_s,
@@ -175,9 +176,7 @@ impl<'a> PatchFile<'a> {
             compensation: params.compensation,
             compensation_threshold: params.compensation_threshold,
             mass_floor: params.mass_floor,
-            contact_mass: params.contact_mass,
             contact_damping: params.contact_damping,
-            contact_cap: params.contact_cap,
             substeps: u32::from(params.substeps),
             tick_s: params.tick_s,
             probe_shape: match params.probe.shape {
@@ -190,7 +189,10 @@ impl<'a> PatchFile<'a> {
             max_speed_m_per_s: params.limits.max_speed_m_per_s,
             max_sink_m_per_s: params.limits.max_sink_m_per_s,
             max_force_n: params.limits.max_force_n,
-            terms: u32::from(params.terms.volume) | u32::from(params.terms.compensation) << 1 | u32::from(params.terms.rim) << 2,
+            terms: u32::from(params.terms.volume)
+                | u32::from(params.terms.compensation) << 1
+                | u32::from(params.terms.rim) << 2
+                | u32::from(params.terms.relative_mass) << 3,
             fitted_places: self.fitted_places,
         };
         let mut digest = CRC.digest();

@@ -15,13 +15,18 @@ pub struct Node {
     pub(crate) x: Row,
     pub(crate) v: Row,
     pub(crate) f: Row,
+    /// Between the passes of one stage: the foundation's push over E [N/Pa], later the node's
+    /// acceleration times the substep [m/s].
+    pub(crate) pass: Row,
     /// Six times the volume of the node's tets [m^3], then its pressure over E (1).
     pub(crate) p: f32,
+    /// Slope of the foundation at this node over E [m]; zero outside `foundation`.
+    pub(crate) slope: f32,
 }
 
 impl Node {
     /// At the origin, at rest: what memory is reserved with.
-    pub const ZERO: Self = Self { x: [0.0; ROW], v: [0.0; ROW], f: [0.0; ROW], p: 0.0 };
+    pub const ZERO: Self = Self { x: [0.0; ROW], v: [0.0; ROW], f: [0.0; ROW], pass: [0.0; ROW], p: 0.0, slope: 0.0 };
 
     /// Position [m].
     #[must_use]

@@ -58,7 +58,7 @@ fn plain(criterion: &mut Criterion) {
             b.iter(|| {
                 let load = force::accumulate(&model, &tuned, &mut state, away, palpate::Vector3::zeros());
                 black_box(load);
-                integrate::advance(&tuned, &mut state).unwrap()
+                integrate::advance(&model, &tuned, &mut state).unwrap()
             });
         });
     }

@@ -16,6 +16,11 @@ use number::{Dual, Number};
 
 type Vector = Vector3<f64>;
 
+/// Safety of lumping the foundation's slopes at nodes (1), as documented.
+const CONTACT_LUMPING: f64 = 1.5;
+/// Weight of a node's neighbours in its acceleration (1), as documented.
+const NEIGHBOUR: f64 = 2.0;
+
 /// A probe in motion.
 #[derive(Clone, Copy, Debug)]
 pub struct Tip {
@@ -30,8 +35,10 @@ pub struct Tip {
 pub struct Oracle<'a> {
     model: Model<'a>,
     params: Params,
-    /// Masses with their floors [kg], anchors too, shape \[nodes\].
+    /// Diagonal of the mass matrix [kg], anchors too, shape \[nodes\].
     mass_kg: Vec<f64>,
+    /// Mass between the two ends of each spring [kg], shape \[springs\].
+    between_kg: Vec<f64>,
     anchored: Vec<bool>,
     springs_at: Vec<Vec<usize>>,
     tets_at: Vec<Vec<usize>>,
@@ -57,21 +64,91 @@ impl<'a> Oracle<'a> {
         for (n, r) in model.rim_edges.iter().enumerate() {
             r.node.into_iter().for_each(|i| rim_edges_at[usize::from(i)].push(n));
         }
-        let [e, density, floor, contact_mass, tick_s] =
-            [params.youngs_modulus_pa, params.density_kg_per_m3, params.mass_floor, params.contact_mass, params.tick_s]
-                .map(f64::from);
-        let mass = |node: &palpate::NodeRest| {
-            let [volume_m3, stiffness_m, contact_m] = [node.volume_m3, node.stiffness_m, node.contact_m].map(f64::from);
-            (density * volume_m3).max(floor * e * stiffness_m * tick_s * tick_s) + contact_mass * e * contact_m * tick_s * tick_s
+        let [e, density, floor, tick_s] =
+            [params.youngs_modulus_pa, params.density_kg_per_m3, params.mass_floor, params.tick_s].map(f64::from);
+        let own_kg: Vec<f64> = model.nodes.iter().map(|n| density * f64::from(n.volume_m3)).collect();
+        let added_kg = model
+            .nodes
+            .iter()
+            .zip(&own_kg)
+            .map(|(n, own)| (floor * e * f64::from(n.stiffness_m) * tick_s * tick_s - own).max(0.0));
+        let added_kg: Vec<f64> = added_kg.collect();
+        let around: Vec<f64> = springs_at.iter().map(|s| s.iter().map(|&s| f64::from(model.springs[s].k)).sum()).collect();
+        // rim springs hold to the ground: their part of the added mass is the node's own
+        let ground = |n: usize| -> f64 {
+            let blocks = rim_nodes_at[n].iter().map(|&r| &model.rim_nodes[r].block_m);
+            blocks.map(|b| f64::from(b[0] + b[1] + b[2]) / 3.0).sum()
         };
-        let mass_kg = model.nodes.iter().map(mass).collect();
-        Self { model, params, mass_kg, anchored, springs_at, tets_at, rim_nodes_at, rim_edges_at }
+        let relative = |n: usize| params.terms.relative_mass && around[n] > 0.0;
+        let grounded_kg: Vec<f64> = (0..model.nodes.len())
+            .map(|n| match (relative(n), params.terms.rim) {
+                (false, _) => added_kg[n],
+                (true, false) => 0.0,
+                (true, true) => (added_kg[n] * ground(n) / f64::from(model.nodes[n].stiffness_m)).clamp(0.0, added_kg[n]),
+            })
+            .collect();
+        let half = |n: u16| 0.5 * (added_kg[usize::from(n)] - grounded_kg[usize::from(n)]) / around[usize::from(n)];
+        let between_kg: Vec<f64> = match params.terms.relative_mass {
+            true => model.springs.iter().map(|s| f64::from(s.k) * (half(s.i) + half(s.j))).collect(),
+            false => vec![0.0; model.springs.len()],
+        };
+        let mass_kg = (0..model.nodes.len())
+            .map(|n| own_kg[n] + grounded_kg[n] + springs_at[n].iter().map(|&s| between_kg[s]).sum::<f64>())
+            .collect();
+        Self { model, params, mass_kg, between_kg, anchored, springs_at, tets_at, rim_nodes_at, rim_edges_at }
     }
 
-    /// Mass of a node [kg]; an anchor's is what it would be if it were free.
+    /// Diagonal of the mass matrix at a node [kg]; an anchor's is what it would be if it were free.
     #[must_use]
     pub fn mass_kg(&self, node: usize) -> f64 {
         self.mass_kg[node]
+    }
+
+    /// Momenta [kg m/s] by the mass matrix that [`Self::tick`] inverts, solved densely; zero at
+    /// anchors. Their sum changes by forces on the whole alone.
+    ///
+    /// # Panics
+    /// When that matrix is not positive: it would add energy.
+    pub fn momenta(&self) -> impl Fn(&[Vector]) -> Vec<Vector> + use<> {
+        let free: Vec<usize> = (0..self.mass_kg.len()).filter(|&n| !self.anchored[n]).collect();
+        let place: std::collections::BTreeMap<usize, usize> = free.iter().enumerate().map(|(k, &n)| (n, k)).collect();
+        let mut factor = vec![vec![0.0; free.len()]; free.len()];
+        for (k, &n) in free.iter().enumerate() {
+            factor[k][k] = 1.0 / self.mass_kg[n];
+        }
+        for (s, kg) in self.model.springs.iter().zip(&self.between_kg) {
+            let [i, j] = [s.i, s.j].map(usize::from);
+            if let (Some(&k), Some(&l)) = (place.get(&i), place.get(&j)) {
+                factor[k.max(l)][k.min(l)] += NEIGHBOUR * kg / (self.mass_kg[i] * self.mass_kg[j]);
+            }
+        }
+        // Cholesky, in place
+        for k in 0..free.len() {
+            let (above, below) = factor.split_at_mut(k);
+            let row = &mut below[0];
+            for l in 0..k {
+                let sum: f64 = row[..l].iter().zip(&above[l][..l]).map(|(a, b)| a * b).sum();
+                row[l] = (row[l] - sum) / above[l][l];
+            }
+            let left = row[k] - row[..k].iter().map(|a| a * a).sum::<f64>();
+            assert!(left > 0.0, "the mass matrix is not positive at node {}", free[k]);
+            row[k] = left.sqrt();
+        }
+        let nodes = self.mass_kg.len();
+        move |v: &[Vector]| {
+            let mut solved: Vec<Vector> = free.iter().map(|&n| v[n]).collect();
+            for k in 0..free.len() {
+                let sum: Vector = (0..k).map(|l| solved[l] * factor[k][l]).sum();
+                solved[k] = (solved[k] - sum) / factor[k][k];
+            }
+            for k in (0..free.len()).rev() {
+                let sum: Vector = (k + 1..free.len()).map(|l| solved[l] * factor[l][k]).sum();
+                solved[k] = (solved[k] - sum) / factor[k][k];
+            }
+            let mut momenta = vec![Vector::zeros(); nodes];
+            free.iter().zip(solved).for_each(|(&n, p)| momenta[n] = p);
+            momenta
+        }
     }
 
     /// Young's modulus [Pa].
@@ -112,32 +189,57 @@ impl<'a> Oracle<'a> {
         (0..x.len()).map(|n| -self.slope(x, &around, n) * self.youngs_modulus_pa()).collect()
     }
 
-    /// Forces of the foundation on the nodes [N].
+    /// Forces of the foundation on the nodes [N], at the end of a substep in which `inner` [N] acts
+    /// besides.
     #[must_use]
-    pub fn contact_n(&self, x: &[Vector], v: &[Vector], tip: Tip) -> Vec<Vector> {
-        let mut on = vec![Vector::zeros(); x.len()];
+    pub fn contact_n(&self, x: &[Vector], v: &[Vector], inner: &[Vector], tip: Tip) -> Vec<Vector> {
         let e = self.youngs_modulus_pa();
-        let damping_s = f64::from(self.params.contact_damping * self.params.tick_s) / f64::from(self.params.substeps);
+        let dt_s = f64::from(self.params.tick_s) / f64::from(self.params.substeps);
+        let keep = 1.0 - f64::from(self.params.node_damping_per_s) * dt_s;
+        let (mut push_n, mut slope_n_per_m) = (vec![Vector::zeros(); x.len()], vec![0.0; x.len()]);
+        let stiffening_per_m = f64::from(self.model.stiffening_per_m);
         for (triangle, points) in self.model.triangles.iter().zip(self.model.foundation.chunks(self.model.points_per_triangle()))
         {
             let node = triangle.node.map(usize::from);
-            let cap_m = self.cap_m(triangle);
             for (weights, law) in point_weights(points.len()).iter().zip(points) {
                 let mean = |of: &[Vector]| (0..3).map(|c| of[node[c]] * f64::from(weights[c])).sum::<Vector>();
                 let point = Dual::coordinates(mean(x).into());
                 let Some(depth) = depth_inside(&self.params, tip.at_m.into(), point) else { continue };
                 let k = f64::from(law.k);
-                // bend is 1 / (2 k s)
-                let stiffening_per_m = 1.0 / (2.0 * k * f64::from(law.bend));
-                let elastic = -Vector::from(of_foundation(k, stiffening_per_m, cap_m, depth).slope);
-                let out = -Vector::from(depth.slope).normalize();
-                let push = elastic.norm() - damping_s * cap_m.max(k) * (mean(v) - tip.velocity_m_per_s).dot(&out);
+                let elastic = -Vector::from(of_foundation(k, stiffening_per_m, depth).slope);
+                let slope = k * (1.0 + 2.0 * stiffening_per_m * depth.value);
                 for (n, w) in node.into_iter().zip(weights) {
-                    on[n] += out * (push.max(0.0) * f64::from(*w) * e);
+                    push_n[n] += elastic * (f64::from(*w) * e);
+                    slope_n_per_m[n] += slope * f64::from(*w) * e;
                 }
             }
         }
-        on
+        // a node's push after the way it goes in the substep, and a dashpot of beta times slope
+        // times dt against the probe
+        let at_end = |n: usize| {
+            let length = push_n[n].norm();
+            if length == 0.0 {
+                return Vector::zeros();
+            }
+            let out = push_n[n] / length;
+            let yields = if self.anchored[n] { 0.0 } else { CONTACT_LUMPING * dt_s * dt_s / self.mass_kg[n] };
+            let way_m = keep * dt_s * v[n].dot(&out) + yields * inner[n].dot(&out)
+                - f64::from(self.params.contact_damping) * dt_s * tip.velocity_m_per_s.dot(&out);
+            out * ((length - slope_n_per_m[n] * way_m) / (1.0 + slope_n_per_m[n] * yields)).max(0.0)
+        };
+        (0..x.len()).map(at_end).collect()
+    }
+
+    /// Accelerations [m/s^2] by the documented approximation of the mass matrix.
+    fn accelerations(&self, force_n: &[Vector]) -> Vec<Vector> {
+        let alone: Vec<Vector> =
+            (0..force_n.len()).map(|n| if self.anchored[n] { Vector::zeros() } else { force_n[n] / self.mass_kg[n] }).collect();
+        let from_neighbours = |n: usize| {
+            let springs = self.springs_at[n].iter().map(|&s| (&self.model.springs[s], self.between_kg[s]));
+            let sum: Vector = springs.map(|(s, kg)| alone[usize::from(if usize::from(s.i) == n { s.j } else { s.i })] * kg).sum();
+            sum * (NEIGHBOUR / self.mass_kg[n])
+        };
+        (0..force_n.len()).map(|n| if self.anchored[n] { Vector::zeros() } else { alone[n] + from_neighbours(n) }).collect()
     }
 
     /// One tick as documented: the tip goes straight from one place to the other, the probe's force
@@ -150,24 +252,16 @@ impl<'a> Oracle<'a> {
         for substep in 1..=substeps {
             let at_m = from_m + (to_m - from_m) * (f64::from(substep) / f64::from(substeps));
             let inner = self.forces_n(x);
-            let contact = self.contact_n(x, v, Tip { at_m, velocity_m_per_s });
+            let contact = self.contact_n(x, v, &inner, Tip { at_m, velocity_m_per_s });
+            let all: Vec<Vector> = inner.iter().zip(&contact).map(|(a, b)| a + b).collect();
+            let accelerations = self.accelerations(&all);
             for n in (0..x.len()).filter(|&n| !self.anchored[n]) {
-                v[n] = v[n] * (1.0 - f64::from(self.params.node_damping_per_s) * dt_s)
-                    + (inner[n] + contact[n]) * (dt_s / self.mass_kg[n]);
+                v[n] = v[n] * (1.0 - f64::from(self.params.node_damping_per_s) * dt_s) + accelerations[n] * dt_s;
                 x[n] += v[n] * dt_s;
             }
             force_n -= contact.iter().sum::<Vector>() / f64::from(substeps);
         }
         force_n
-    }
-
-    /// Largest slope of a triangle's foundation points over E [m]: a share of what the masses of
-    /// its corners can take in a tick.
-    #[must_use]
-    pub fn cap_m(&self, triangle: &palpate::Triangle) -> f64 {
-        let tick_s = f64::from(self.params.tick_s);
-        let backed = triangle.node.iter().zip(triangle.share).map(|(&n, share)| self.mass_kg[usize::from(n)] * f64::from(share));
-        f64::from(self.params.contact_cap) * backed.fold(f64::INFINITY, f64::min) / (self.youngs_modulus_pa() * tick_s * tick_s)
     }
 
     /// Slope of the energy over E along the coordinates of one node.

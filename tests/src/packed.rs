@@ -8,6 +8,7 @@ use palpate_fit::far_field::fitted::{Prepared, Recipe};
 use palpate_fit::far_field::springs::rim_answers;
 use palpate_fit::far_field::{FarField, springs};
 use palpate_fit::statics::Statics;
+use palpate_tissue::budget::MACHINES;
 use palpate_tissue::mesh::TetMesh;
 use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::Scene;
@@ -95,7 +96,7 @@ pub fn with_finer_outside(prepared: &Prepared, times: usize) -> Prepared {
 /// A patch that no session takes, or a folder that cannot be written.
 #[must_use]
 pub fn pack(prepared: &Prepared, folder: &Path, name: &str) -> PathBuf {
-    let session = Session::of_fitted(prepared.patch(), prepared.params).expect("a patch that keeps 1 kHz");
+    let session = Session::of_fitted(&MACHINES[1], prepared.patch(), prepared.params).expect("a patch that keeps 1 kHz");
     let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
     let path = folder.join(name);
     std::fs::write(&path, bytes).expect("a scratch folder");

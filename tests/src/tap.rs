@@ -57,8 +57,6 @@ pub fn with_tick(params: &Params, tick_s: f32) -> Params {
     Params {
         tick_s,
         mass_floor: params.mass_floor / (longer * longer),
-        contact_mass: params.contact_mass / (longer * longer),
-        contact_cap: params.contact_cap * longer * longer,
         contact_damping: params.contact_damping / longer,
         ..*params
     }

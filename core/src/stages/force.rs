@@ -20,9 +20,18 @@ use crate::params::Tuned;
 use crate::state::State;
 use foundation::Load;
 
-/// Clears last substep's forces and adds every term that is on.
+/// Clears last substep's forces and adds every term that is on: contact last, for it needs to know
+/// what else acts on a node.
 #[cfg_attr(not(feature = "stage-cost"), inline(always))]
 pub fn accumulate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> Load {
+    accumulate_inner(model, tuned, state);
+    foundation::press(model, tuned, state, tip_m, velocity_m_per_s)
+}
+
+/// Every term but contact: a method that adds forces of its own does so between this and
+/// [`foundation::press`].
+#[cfg_attr(not(feature = "stage-cost"), inline(always))]
+pub fn accumulate_inner(model: &Model, tuned: &Tuned, state: &mut State) {
     for node in state.nodes.iter_mut() {
         node.f = [0.0; ROW];
         node.p = 0.0;
@@ -35,5 +44,4 @@ pub fn accumulate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector
     if tuned.terms.rim {
         rim::hold(model, state);
     }
-    foundation::press(model, tuned, state, tip_m, velocity_m_per_s)
 }

@@ -2,7 +2,7 @@
 //! force leaves it.
 
 use palpate::stages::probe;
-use palpate::{Fault, Limiters, Node, Output, Params, PatchFile, ProbePose, State, TetShapes, Tuned, Vector3, tick};
+use palpate::{Fault, Limiters, Node, NodeStep, Output, Params, PatchFile, ProbePose, State, TetShapes, Tuned, Vector3, tick};
 
 /// Bytes of a patch on a word boundary.
 #[repr(align(4))]
@@ -44,7 +44,7 @@ impl Tissue {
         let mut file = PatchFile::open(bytes).unwrap();
         change(&mut file.params);
         let (nodes, triangles) = (file.model.nodes.len(), file.model.triangles.len());
-        let tuned = file.params.build(&file.model, vec![0.0; nodes].leak(), vec![0.0; triangles].leak()).unwrap();
+        let tuned = file.params.build(&file.model, vec![NodeStep::ZERO; nodes].leak()).unwrap();
         let shapes = vec![TetShapes::ZERO; TetShapes::count(&file.model)].leak();
         let state = State::new(&file.model, vec![Node::ZERO; nodes].leak(), vec![0; triangles].leak(), shapes).unwrap();
         Self { file, tuned, state }

@@ -5,7 +5,7 @@ use std::path::Path;
 use palpate::haptic::cycle::{Ask, Command, Cycle, PatchRenderer, Settings, Telemetry};
 use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::mode::Mode;
-use palpate::{Fault, Model, Node, Params, PatchFile, State, TetShapes, Tuned, Vector3};
+use palpate::{Fault, Model, Node, NodeStep, Params, PatchFile, State, TetShapes, Tuned, Vector3};
 
 /// Where the probe waits above the surface [m].
 pub const CLEAR_M: f32 = 5e-3;
@@ -81,7 +81,7 @@ impl Rig {
         let model: &'static Model = Box::leak(Box::new(packed.model));
         let params = Params { youngs_modulus_pa, ..packed.params };
         let (nodes, triangles) = (model.nodes.len(), model.triangles.len());
-        let tuned = params.build(model, vec![0.0; nodes].leak(), vec![0.0; triangles].leak()).unwrap();
+        let tuned = params.build(model, vec![NodeStep::ZERO; nodes].leak()).unwrap();
         let shapes = vec![TetShapes::ZERO; TetShapes::count(model)].leak();
         let state = State::new(model, vec![Node::ZERO; nodes].leak(), vec![0; triangles].leak(), shapes).unwrap();
         let (site_m, normal) = (packed.site_m, params.probe.axis);

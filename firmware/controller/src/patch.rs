@@ -80,15 +80,16 @@ impl<'a> Patch<'a> {
         within(TICK, params.tick_s, TICK_S, TICK_S)?;
         within(SUBSTEP, params.tick_s / f32::from(params.substeps.max(1)), 0.0, file.stable_dt_s)?;
         let packed_pa = params.youngs_modulus_pa;
-        let (tuned, _) = memory.start(&model, &params)?;
-        step::check_caps(&model, tuned.cap_m())?;
+        memory.judge(&model, &params)?;
         if model.spring_rows.is_empty() {
             // the board passes springs by rows: without them it would pass none
             return Err(BuildError::LengthMismatch { item: "spring rows", need: model.nodes.len(), have: 0 });
         }
         budget.check(&file, site::check(&file)?)?;
         // twice the packed modulus may be asked for later
-        step::check(&model, &params, 2.0 * packed_pa, memory.scratch(&model)?)?;
+        let stiffest = Params { youngs_modulus_pa: 2.0 * packed_pa, ..params };
+        let (tuned, scratch) = memory.judge(&model, &stiffest)?;
+        step::check(&model, &stiffest, &tuned, scratch)?;
         if let Some(asked) = youngs_modulus_pa {
             within(MODULUS, asked, 0.5 * packed_pa, 2.0 * packed_pa)?;
             params.youngs_modulus_pa = asked;

@@ -11,6 +11,7 @@
 //! patch.
 
 pub mod calibrate;
+pub mod dynamic;
 pub mod far_field;
 pub mod plan;
 pub mod reference;

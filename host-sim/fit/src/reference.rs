@@ -7,7 +7,7 @@
 //! and moved at some nodes: [`hang`]. A glued disc, at small displacement: [`glued`]. Everything is
 //! over Young's modulus: the modulus is 1 Pa here, and a force [N] is an area [m^2].
 
-mod assembly;
+pub(crate) mod assembly;
 pub mod body;
 mod cholesky;
 pub mod condensed;
@@ -15,7 +15,7 @@ pub mod domain;
 pub mod glued;
 pub mod hang;
 pub mod locate;
-mod minimise;
+pub(crate) mod minimise;
 pub mod nearest;
 pub mod newton;
 pub mod organs;
@@ -26,5 +26,6 @@ pub mod shape;
 pub mod shipped;
 pub mod study;
 pub mod suspension;
+pub(crate) mod task;
 pub mod tie;
 pub mod touch;

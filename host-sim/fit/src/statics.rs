@@ -1,8 +1,8 @@
 //! The patch at rest under a probe: equilibrium of the model's energies in `f64`, its tangent
 //! stiffness, and how forces and displacements change with every constant of the model.
 //!
-//! The energies are those of the tick (`core/src/stages/force`), divided by Young's modulus; masses
-//! enter only through the cap of the foundation. No time passes here: what the tick settles to, a
+//! The energies are those of the tick (`core/src/stages/force`), divided by Young's modulus; there
+//! is no mass in them. No time passes here: what the tick settles to, a
 //! Newton iteration finds in a few steps, with derivatives.
 
 mod contact;
@@ -15,8 +15,6 @@ mod tangent;
 
 use nalgebra::Vector3;
 use palpate::{BuildError, Model, Params, Probe};
-
-use palpate_tissue::patch::Memory;
 
 pub use equilibrium::{Balance, Solver, Unbalanced};
 pub use glued::Glued;
@@ -50,16 +48,13 @@ pub struct StaticTet {
     pub barrier: f64,
 }
 
-/// A surface triangle with the stiffness of its foundation points over E [m] and their largest
-/// slope over E [m].
+/// A surface triangle with the stiffness of its foundation points over E [m].
 #[derive(Clone, Debug)]
 pub struct StaticTriangle {
     /// Corners.
     pub node: [usize; 3],
     /// Initial stiffness of each point.
     pub k: Vec<f64>,
-    /// Largest slope.
-    pub cap: f64,
 }
 
 /// The constants of a patch in `f64`, everything over E.
@@ -100,17 +95,8 @@ impl Statics {
     /// # Errors
     /// Errors of [`Params::build`].
     pub fn of(model: &Model, params: &Params) -> Result<Self, BuildError> {
-        let mut memory = Memory::for_model(model);
-        let (tuned, _) = memory.start(model, params)?;
-        let tick_s = f64::from(params.tick_s);
-        let e_tick_squared = f64::from(params.youngs_modulus_pa) * tick_s * tick_s;
-        let cap = |t: &palpate::Triangle| {
-            let backed = t.node.iter().zip(t.share).map(|(&n, share)| {
-                let mass_kg = tuned.mass_kg(n.into()).filter(|m| m.is_finite());
-                mass_kg.map_or(f64::INFINITY, |m| f64::from(m) / e_tick_squared * f64::from(share))
-            });
-            f64::from(params.contact_cap) * backed.fold(f64::INFINITY, f64::min)
-        };
+        params.check()?;
+        model.check()?;
         let mut free: Vec<Option<usize>> = vec![Some(0); model.nodes.len()];
         model.anchors.iter().for_each(|&a| free[usize::from(a)] = None);
         free.iter_mut().flatten().enumerate().for_each(|(n, slot)| *slot = n);
@@ -145,7 +131,6 @@ impl Statics {
                 .map(|(t, points)| StaticTriangle {
                     node: t.node.map(usize::from),
                     k: points.iter().map(|p| f64::from(p.k)).collect(),
-                    cap: cap(t),
                 })
                 .collect(),
             stiffening_per_m: f64::from(model.stiffening_per_m),

@@ -30,7 +30,7 @@ use palpate::Tuned;
 /// Shares of a correction that the two ends of a spring take. Where one end is fixed the free one
 /// takes all; the papers say nothing of that.
 fn shares(tuned: &Tuned, i: usize, j: usize) -> [f32; 2] {
-    let free = |n: usize| tuned.node_step().get(n).is_some_and(|&step| step > 0.0);
+    let free = |n: usize| tuned.node_step().get(n).is_some_and(|node| node.step > 0.0);
     match (free(i), free(j)) {
         (true, true) => [0.5, 0.5],
         (true, false) => [1.0, 0.0],

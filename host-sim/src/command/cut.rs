@@ -92,7 +92,7 @@ impl CutArgs {
             rounds += 1;
             bar.set_message(format!("fit: round {rounds}, force error {:.2} % rms", r.force_rms_pct));
         })?;
-        let session = Session::of_fitted(fitted.patch.clone(), fitted.params)?;
+        let session = Session::of_fitted(machine, fitted.patch.clone(), fitted.params)?;
         let cost = cost(&session.patch, machine, probe_m, session.params.substeps);
         bar.finish_and_clear();
         if cost.units > cost.budget {

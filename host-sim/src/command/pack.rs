@@ -116,7 +116,7 @@ struct Packed {
 
 impl Packed {
     fn of(scene: &Scene, machine: &Machine) -> Result<Self, Error> {
-        let session = Session::prepare(scene)?;
+        let session = Session::prepare_on(machine, scene)?;
         let model = session.patch.model();
         let touched = triangles_in_reach(&model, session.patch.site_m().into(), session.params.probe.radius_m);
         let cost = machine.cost(&model, touched, session.params.substeps);

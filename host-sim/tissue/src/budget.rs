@@ -5,7 +5,7 @@
 //! --release --test board board_cost -- --nocapture` measures them anew). Desktop: measured, see
 //! the README.
 
-use palpate::{Model, Terms};
+use palpate::{Model, Params, Terms};
 
 /// Cost of one item in one substep, and what a tick may cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +18,8 @@ pub struct Machine {
     /// Part of a spring's cost that is compensation: on the M4F nine instructions of its loop, a
     /// cycle each. A tet's barrier is not counted.
     compensation: f64,
+    /// Part of a spring's cost where the mass floor is relative to neighbours.
+    neighbour: f64,
     tet: f64,
     node: f64,
     /// A surface triangle that the probe presses, with four foundation points.
@@ -36,6 +38,12 @@ pub struct Machine {
     pub load: f64,
     /// Memory; `None` where there is plenty.
     room: Option<Room>,
+    /// The mass floor may be relative to neighbours here. The M4F has no time for it, and its
+    /// patches hardly have a floored node.
+    relative_mass: bool,
+    /// Least dashpot of the foundation ([`Params::contact_damping`]). Large elements give back less
+    /// than they took only with a whole one.
+    contact_damping: f32,
 }
 
 /// Capacity that a board's firmware keeps for a patch.
@@ -52,15 +60,16 @@ struct Room {
 /// The least of the boards: 1 MB of flash, 128 KB of RAM.
 const LEAST_BOARD: Room = Room { nodes: 512, triangles: 1024, flash_bytes: 7 * 128 * 1024 };
 /// State of a node and of a surface triangle on the board [bytes]: position, velocity, force,
-/// pressure and step; candidate and cap.
-const NODE_BYTES: usize = 10 * 4 + 4;
-const TRIANGLE_BYTES: usize = 2 + 4;
+/// push, pressure, slope and inertia; candidate.
+const NODE_BYTES: usize = 14 * 4 + 2 * 4;
+const TRIANGLE_BYTES: usize = 2;
 
 const M4F_168: Machine = Machine {
     name: "m4f-168",
     unit: "cycles",
     spring: 95.0,
     compensation: 9.0,
+    neighbour: 70.0,
     tet: 291.0,
     node: 130.0,
     touched: 840.0,
@@ -72,6 +81,8 @@ const M4F_168: Machine = Machine {
     per_ms: 168e3,
     load: 0.65,
     room: Some(LEAST_BOARD),
+    relative_mass: false,
+    contact_damping: 1.0,
 };
 
 /// Machines that `pack --board` and the press budget know.
@@ -81,6 +92,7 @@ pub const MACHINES: [Machine; 3] = [
         unit: "ns",
         spring: 2.0,
         compensation: 0.2,
+        neighbour: 1.6,
         tet: 4.0,
         node: 4.0,
         touched: 60.0,
@@ -92,10 +104,12 @@ pub const MACHINES: [Machine; 3] = [
         per_ms: 1e6,
         load: 1.0,
         room: None,
+        relative_mass: true,
+        contact_damping: 0.5,
     },
     M4F_168,
     // the M4F's cycle table for want of a public one: dual issue can only make it faster
-    Machine { name: "m7-480", per_ms: 480e3, ..M4F_168 },
+    Machine { name: "m7-480", per_ms: 480e3, relative_mass: true, ..M4F_168 },
 ];
 
 /// Worst-case cost of a tick of a patch.
@@ -158,6 +172,14 @@ impl Machine {
         MACHINES.iter().find(|m| m.name == name)
     }
 
+    /// The parameters with the form of masses and contact that this machine runs.
+    #[must_use]
+    pub fn adapt(&self, params: &Params) -> Params {
+        let relative_mass = params.terms.relative_mass && self.relative_mass;
+        let contact_damping = params.contact_damping.max(self.contact_damping);
+        Params { terms: Terms { relative_mass, ..params.terms }, contact_damping, ..*params }
+    }
+
     /// Cost of so many rim springs in a substep.
     #[must_use]
     pub fn rim(&self, nodes: usize, edges: usize) -> f64 {
@@ -167,7 +189,8 @@ impl Machine {
     /// Cost of a tick with `touched` triangles under the probe.
     #[must_use]
     pub fn cost(&self, model: &Model, touched: usize, substeps: u16) -> Cost {
-        self.cost_of(&Counts::of(model, touched), Terms::ALL, substeps)
+        let terms = Terms { relative_mass: self.relative_mass, ..Terms::ALL };
+        self.cost_of(&Counts::of(model, touched), terms, substeps)
     }
 
     /// Returns the cost of a tick by counts, with some terms off.
@@ -175,8 +198,10 @@ impl Machine {
     pub fn cost_of(&self, counts: &Counts, terms: Terms, substeps: u16) -> Cost {
         let of = |count: usize, each: f64| count as f64 * each;
         let on = |term: bool| if term { 1.0 } else { 0.0 };
-        let step = of(counts.springs, self.spring - on(!terms.compensation) * self.compensation)
-            + on(terms.volume) * of(counts.tets, self.tet)
+        let step = of(
+            counts.springs,
+            self.spring - on(!terms.compensation) * self.compensation + on(terms.relative_mass) * self.neighbour,
+        ) + on(terms.volume) * of(counts.tets, self.tet)
             + of(counts.nodes, self.node)
             + on(terms.rim) * self.rim(counts.rim_nodes, counts.rim_edges)
             + of(counts.touched, self.touched + of(counts.points.saturating_sub(4), self.extra_point));

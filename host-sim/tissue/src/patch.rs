@@ -14,8 +14,8 @@ mod stiffness;
 use std::collections::BTreeMap;
 
 use palpate::{
-    FoundationPoint, Model, Node, NodeRest, Params, PatchFile, RimEdge, RimNode, Spring, State, Tet, TetShapes, Triangle, Tuned,
-    Vector3,
+    FoundationPoint, Model, Node, NodeRest, NodeStep, Params, PatchFile, RimEdge, RimNode, Spring, State, Tet, TetShapes,
+    Triangle, Tuned, Vector3,
 };
 
 use crate::mesh::TetMesh;
@@ -107,7 +107,7 @@ impl Patch {
     pub fn build_joined(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>, joints: &[Joint]) -> Self {
         let elastic = Elastic::of(tissue, material, multipliers, joints);
         let law = foundation::of(tissue, material, multipliers);
-        let nodes = elastic.nodes(&tissue.mesh, &law.contact_m);
+        let nodes = elastic.nodes(&tissue.mesh);
         let (springs, spring_rows) = order::rows(&elastic.springs, nodes.len());
         let tets = order::interleave(&elastic.tets);
         let (neighbours, owners) = neighbours::of(&tets, &law.triangles);
@@ -340,8 +340,7 @@ pub struct Memory {
     nodes: Vec<Node>,
     candidates: Vec<u16>,
     shapes: Vec<TetShapes>,
-    node_step: Vec<f32>,
-    cap_m: Vec<f32>,
+    node_step: Vec<NodeStep>,
 }
 
 impl Memory {
@@ -353,8 +352,7 @@ impl Memory {
             nodes: vec![Node::ZERO; nodes],
             candidates: vec![0; triangles],
             shapes: vec![TetShapes::ZERO; TetShapes::count(model)],
-            node_step: vec![0.0; nodes],
-            cap_m: vec![0.0; triangles],
+            node_step: vec![NodeStep::ZERO; nodes],
         }
     }
 
@@ -363,7 +361,7 @@ impl Memory {
     /// # Errors
     /// Parameters, a model or a memory that [`Params::build`] refuses.
     pub fn start(&mut self, model: &Model, params: &Params) -> Result<(Tuned<'_>, State<'_>), palpate::BuildError> {
-        let tuned = params.build(model, &mut self.node_step, &mut self.cap_m)?;
+        let tuned = params.build(model, &mut self.node_step)?;
         let state = State::new(model, &mut self.nodes, &mut self.candidates, &mut self.shapes)?;
         Ok((tuned, state))
     }

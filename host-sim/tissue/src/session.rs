@@ -76,6 +76,14 @@ impl Session {
     /// # Errors
     /// Bad input, or a model that cannot keep 1 kHz: with the numbers.
     pub fn prepare(scene: &Scene) -> Result<Self, Error> {
+        Self::prepare_on(&MACHINES[0], scene)
+    }
+
+    /// As [`Self::prepare`], in the form that a machine runs.
+    ///
+    /// # Errors
+    /// As [`Self::prepare`].
+    pub fn prepare_on(machine: &Machine, scene: &Scene) -> Result<Self, Error> {
         let tips_m = read_tips(&scene.drive)?;
         if let Some(path) = scene.solver.patch.as_deref().filter(|p| p.as_os_str() != NO_PATCH) {
             let (patch, packed) = packed::open(scene, path)?;
@@ -84,7 +92,7 @@ impl Session {
             let homogeneous = patch.fitted_places() > 0 && patch.model().rim_nodes.is_empty();
             let patch = if homogeneous { patch.with_inclusions(&scene.tissue.inclusion) } else { patch };
             let params = fitted(scene, &packed);
-            return Self::of_patch(patch, params, tips_m, 0);
+            return Self::of_patch(machine, patch, params, tips_m, 0);
         }
         let placed = place(scene, &tips_m)?;
         if scene.solver.patch.is_none()
@@ -92,23 +100,30 @@ impl Session {
         {
             patch.set_site_m(placed.tissue.site_m);
             patch.set_depth_limit_m(placed.tissue.depth_limit_m as f32);
-            return Self::of_patch(patch, fitted(scene, &packed), tips_m, 0);
+            return Self::of_patch(machine, patch, fitted(scene, &packed), tips_m, 0);
         }
         let params = scene.params(placed.axis);
         let material = Material { poisson_ratio: f64::from(params.poisson_ratio), ..Material::default() };
         let flipped = placed.import.as_ref().map_or(0, |i| i.flipped_tets);
-        Self::of_patch(Patch::build(&placed.tissue, &material, None), params, tips_m, flipped)
+        Self::of_patch(machine, Patch::build(&placed.tissue, &material, None), params, tips_m, flipped)
     }
 
     /// A patch made elsewhere, with the parameters it was made with.
     ///
     /// # Errors
     /// A model that cannot keep 1 kHz: with the numbers.
-    pub fn of_fitted(patch: Patch, params: Params) -> Result<Self, Error> {
-        Self::of_patch(patch, params, Vec::new(), 0)
+    pub fn of_fitted(machine: &Machine, patch: Patch, params: Params) -> Result<Self, Error> {
+        Self::of_patch(machine, patch, params, Vec::new(), 0)
     }
 
-    fn of_patch(patch: Patch, params: Params, tips_m: Vec<[f32; 3]>, flipped_tets: usize) -> Result<Self, Error> {
+    fn of_patch(
+        machine: &Machine,
+        patch: Patch,
+        params: Params,
+        tips_m: Vec<[f32; 3]>,
+        flipped_tets: usize,
+    ) -> Result<Self, Error> {
+        let params = machine.adapt(&params);
         let own = limits(&patch, TICK_S);
         let max_sink_m_per_s = own.max_sink_m_per_s.min(params.limits.max_sink_m_per_s);
         let params = Params { limits: Limits { max_sink_m_per_s, ..params.limits }, ..params };
@@ -148,12 +163,13 @@ fn fitted(scene: &Scene, packed: &Params) -> Params {
         volume: own.terms.volume && packed.terms.volume,
         compensation: own.terms.compensation && packed.terms.compensation,
         rim: own.terms.rim && packed.terms.rim,
+        relative_mass: own.terms.relative_mass && packed.terms.relative_mass,
     };
     Params {
         compensation: packed.compensation,
         compensation_threshold: packed.compensation_threshold,
         mass_floor: packed.mass_floor,
-        contact_mass: packed.contact_mass,
+        contact_damping: packed.contact_damping,
         limits: packed.limits,
         terms,
         ..own

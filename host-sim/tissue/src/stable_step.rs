@@ -2,12 +2,12 @@
 //!
 //! Tissue stiffens under the probe: the limit there is well below the limit at rest. So the patch
 //! is pressed to its depth limit with safely small substeps, and on the way the highest frequency
-//! of its tangent stiffness is found by power iteration. Symplectic Euler is stable while `dt^2
-//! w^2 + 2 dt c < 4`; the foundation's damping takes `2 dt c <= 2 zeta eta` of it. A tap squeezes
+//! of its tangent stiffness is found by power iteration. Symplectic Euler is stable while `dt w <
+//! 2`. Contact is implicit and takes no share of it. A tap squeezes
 //! harder for a few milliseconds, so the substeps that this bound asks for are then tried on a tap,
 //! and one is added until the patch comes to rest in it and after it.
 
-use palpate::stages::force;
+use palpate::stages::{force, integrate};
 use palpate::{BuildError, Limits, Model, Params, ProbePose, State, Tuned, Vector3, tick};
 
 use crate::patch::{Memory, Patch};
@@ -30,10 +30,11 @@ const ITERATIONS: usize = 30;
 /// Share of the limit that is used.
 pub const MARGIN: f64 = 0.9;
 
-/// How much of an element's size the tip may sink in a tick. Waves of the floored masses cross
-/// about 0.4 (shear) to 1.2 elements (volume) a tick; measured: at 0.17 tets under the probe turn
-/// inside out in a tap to the probe's radius, at 0.13 they keep a tenth of their volume and more.
-const SINK_SHARE: f64 = 0.12;
+/// Share of an element's size that the tip may sink per tick. Waves of the floored masses cross
+/// about 0.4 (shear) to 1.2 elements (volume) per tick. With implicit contact the shipped patches
+/// keep a fifth of every tet's volume in a tap to the probe's radius at this share; at 0.29 and
+/// more, 1 m/s on the finer ones, tets turn inside out.
+const SINK_SHARE: f64 = 0.16;
 
 /// The limits that a patch's elements set, whatever its stiffness: masses with a floor carry waves
 /// at element size over tick.
@@ -69,14 +70,9 @@ impl StableStep {
         let mut scratch = Memory::for_model(model);
         let (tuned, mut state) = memory.start(model, &careful)?;
         let (_, mut trial) = scratch.start(model, &careful)?;
-        let limit = |w2: f64| {
-            // the cap is told for the tick, what it takes of a step's room is that of the substep
-            let substeps = f64::from(params.substeps);
-            let room = 4.0 - 2.0 * f64::from(params.contact_damping * params.contact_cap) / (substeps * substeps);
-            (room.max(1.0) / w2).sqrt()
-        };
+        let limit = |w2: f64| (4.0 / w2).sqrt();
         let mut shape = Shape::seeded(model.nodes.len());
-        let rest = shape.highest_square(model, &tuned, &state, &mut trial, site_m);
+        let rest = shape.highest_square(model, &tuned, &state, &mut trial);
         let mut highest = rest;
         for (n, depth_m) in way_down(model, params, PRESS_M_PER_S).enumerate() {
             let tip_m = site_m - params.probe.axis * depth_m;
@@ -84,7 +80,7 @@ impl StableStep {
                 return Ok(None);
             }
             if n % SAMPLE_EVERY == 0 || depth_m == model.depth_limit_m {
-                highest = highest.max(shape.highest_square(model, &tuned, &state, &mut trial, tip_m));
+                highest = highest.max(shape.highest_square(model, &tuned, &state, &mut trial));
             }
         }
         Ok(highest.is_finite().then(|| Self { rest_s: limit(rest), pressed_s: limit(highest) }))
@@ -155,50 +151,59 @@ impl Shape {
         Self((0..nodes).map(|_| [next(), next(), next()]).collect())
     }
 
-    /// Square of the highest angular frequency about the state [1/s^2].
-    fn highest_square(&mut self, model: &Model, tuned: &Tuned, state: &State, trial: &mut State, tip_m: Vector3<f32>) -> f64 {
-        let masses: Vec<f64> = (0..model.nodes.len()).map(|n| tuned.mass_kg(n).map_or(f64::INFINITY, f64::from)).collect();
+    /// Square of the highest angular frequency about the state [1/s^2], contact left out: it is
+    /// implicit. What a shape does to the forces (`K u`) and to the velocities after a substep
+    /// (`dt M^-1 K u`) are both read off the tick's own stages, so that the mass matrix is theirs.
+    fn highest_square(&mut self, model: &Model, tuned: &Tuned, state: &State, trial: &mut State) -> f64 {
         let size = extent(model);
         let mut square = 0.0;
         for _ in 0..ITERATIONS {
             let largest = self.0.iter().flatten().fold(0.0_f64, |a, &c| a.max(c.abs()));
             self.0.iter_mut().flatten().for_each(|c| *c /= largest);
-            let norm: f64 = self.0.iter().zip(&masses).filter(|(_, m)| m.is_finite()).map(|(p, m)| m * dot(p, p)).sum();
             // small for the tissue, large for f32
             let step = 1e-4 * size;
-            let up = forces(model, tuned, state, trial, tip_m, &self.0, step);
-            let down = forces(model, tuned, state, trial, tip_m, &self.0, -step);
-            let mut work = 0.0;
-            for (((p, m), f), g) in self.0.iter_mut().zip(&masses).zip(&up).zip(&down) {
+            let up = response(model, tuned, state, trial, &self.0, step);
+            let down = response(model, tuned, state, trial, &self.0, -step);
+            let (mut work, mut power) = (0.0, 0.0);
+            for ((p, (f, v)), (g, w)) in self.0.iter_mut().zip(&up).zip(&down) {
                 let pull = [0, 1, 2].map(|k| (g[k] - f[k]) / (2.0 * step));
+                let turn = [0, 1, 2].map(|k| (w[k] - v[k]) / (2.0 * step * f64::from(tuned.substep_s())));
                 work += dot(p, &pull);
-                *p = pull.map(|c| if m.is_finite() { c / m } else { 0.0 });
+                power += dot(&turn, &pull);
+                *p = turn;
             }
-            square = work / norm;
+            square = power / work;
         }
         square
     }
 }
 
-/// Forces on the nodes [N] with the shape added to the state, anchors zero.
-fn forces(
+/// Force [N] on each node with the shape added to the state, and its velocity [m/s] one substep
+/// later, from rest; the probe is out of reach. Forces on anchors are zero.
+fn response(
     model: &Model,
     tuned: &Tuned,
     state: &State,
     trial: &mut State,
-    tip_m: Vector3<f32>,
     shape: &[[f64; 3]],
     step: f64,
-) -> Vec<[f64; 3]> {
+) -> Vec<([f64; 3], [f64; 3])> {
     trial.copy_from(state);
     for (n, (node, p)) in state.nodes().iter().zip(shape).enumerate() {
         let x = node.position_m();
         let moved = [0, 1, 2].map(|k| (f64::from(x[k]) + step * p[k]) as f32);
         trial.place(n, moved.into(), Vector3::zeros());
     }
-    force::accumulate(model, tuned, trial, tip_m, Vector3::zeros());
+    let out_of_reach = tuned.probe().axis * (100.0 * extent(model) as f32);
+    force::accumulate(model, tuned, trial, out_of_reach, Vector3::zeros());
     let e = f64::from(tuned.youngs_modulus_pa());
-    trial.nodes().iter().map(|n| n.force_over_modulus().map(|c| f64::from(c) * e).into()).collect()
+    let free = |n: usize| tuned.node_step().get(n).is_some_and(|node| node.step > 0.0);
+    let forces: Vec<[f64; 3]> = (trial.nodes().iter().enumerate())
+        .map(|(n, node)| if free(n) { node.force_over_modulus().map(|c| f64::from(c) * e).into() } else { [0.0; 3] })
+        .collect();
+    // a fault says that a node is too fast: its velocity is there all the same
+    let _fast = integrate::advance(model, tuned, trial);
+    forces.into_iter().zip(trial.nodes()).map(|(f, node)| (f, node.velocity_m_per_s().map(f64::from).into())).collect()
 }
 
 /// Largest side of the patch [m].

@@ -68,18 +68,9 @@ pub fn of_rim_edge<N: Number>(rim: &RimEdge, ui: Point<N>, uj: Point<N>) -> N {
     dot(ui, [dot(row(0), uj), dot(row(1), uj), dot(row(2), uj)])
 }
 
-/// Foundation point: its stiffness k grows by `2 k s` a metre until it reaches the cap, from there
-/// it is the cap.
-pub fn of_foundation<N: Number>(k: f64, stiffening_per_m: f64, cap: f64, depth: N) -> N {
-    let soft = |d: N| N::of(0.5 * k) * d * d + N::of(k * stiffening_per_m / 3.0) * d * d * d;
-    let cap = cap.max(k);
-    let knee_m = (cap - k) / (2.0 * k * stiffening_per_m);
-    if depth.value() <= knee_m {
-        return soft(depth);
-    }
-    let at_knee = k * knee_m * (1.0 + stiffening_per_m * knee_m);
-    let beyond = depth - N::of(knee_m);
-    soft(N::of(knee_m)) + N::of(at_knee) * beyond + N::of(0.5 * cap) * beyond * beyond
+/// Foundation point: its stiffness k grows by `2 k s` a metre.
+pub fn of_foundation<N: Number>(k: f64, stiffening_per_m: f64, depth: N) -> N {
+    N::of(0.5 * k) * depth * depth + N::of(k * stiffening_per_m / 3.0) * depth * depth * depth
 }
 
 /// How far a point is inside the probe [m]; `None` outside.

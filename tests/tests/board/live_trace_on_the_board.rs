@@ -92,6 +92,6 @@ fn what_no_board_does_is_refused_in_a_sentence() {
         [(silent, "nobody was heard"), (too_stiff, "3.00 times"), (large, "costs more than"), (aslant, "along z")]
     {
         let said = live_trace::replay(&trace, Some(&image), Machine::M7).unwrap_err().to_string();
-        assert!(said.contains(says) && !said.contains('\n'), "{said}");
+        assert!(said.contains(says) && !said.contains('\n'), "{says}: {said}");
     }
 }

@@ -6,6 +6,7 @@
 use palpate_tests::bench::Bench;
 use palpate_tests::far_patch::FarPatch;
 use palpate_tests::tap::{Outcome, Tap, with_tick};
+use palpate_tissue::budget::MACHINES;
 use palpate_tissue::scene::Inclusion;
 use palpate_tissue::session::Session;
 
@@ -74,7 +75,7 @@ fn lumps_inside_and_across_the_rim_hold() {
 fn a_session_asks_for_one_step() {
     for (radius_m, fine_m) in SIZES {
         let bench = FarPatch::quick(radius_m, fine_m).bench(DEEP_M);
-        let session = Session::of_fitted(bench.patch, bench.params).unwrap();
+        let session = Session::of_fitted(&MACHINES[0], bench.patch, bench.params).unwrap();
         println!("{radius_m} m: {:?}", session.stable);
         assert_eq!(session.params.substeps, 1, "{:?}", session.stable);
     }

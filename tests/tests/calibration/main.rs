@@ -4,6 +4,7 @@ mod calibrated_patches;
 mod calibration_methods;
 mod far_field_patches_answer;
 mod far_field_patches_hold;
+mod moving_presses_agree;
 mod plan_keeps_its_promise;
 mod shipped_patches_are_current;
 mod sliding;

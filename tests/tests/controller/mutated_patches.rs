@@ -5,7 +5,7 @@
 use palpate::haptic::cycle::{Command, Renderer, Settings};
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::mode::Mode;
-use palpate::{Output, PatchFile, ProbePose, Vector3};
+use palpate::{Output, PatchFile, ProbePose, Terms, Vector3};
 use palpate_controller::controller::{Arming, Controller};
 use palpate_controller::force_out::Drive;
 use palpate_controller::link::frame::FRAME_BYTES;
@@ -14,7 +14,7 @@ use palpate_controller::patch::{Budget, Memory, Patch};
 use palpate_controller::port::Port;
 use palpate_controller::script::{self, LEAD_TICKS};
 use palpate_tests::packed;
-use palpate_tissue::budget::Machine;
+use palpate_tissue::budget::{Counts, Machine};
 
 const MUTANTS: usize = 100_000;
 /// Magic, version and checksum: what a mutation leaves alone, so that the rest is read.
@@ -179,7 +179,8 @@ fn run(name: &str, mutants: usize, seed: u64) -> Seen {
                 assert_eq!(file.params.tick_s, 1e-3);
                 let touched =
                     palpate_tissue::budget::triangles_in_reach(&file.model, file.site_m.into(), file.params.probe.radius_m);
-                let cost = machine.cost(&file.model, touched, file.params.substeps);
+                let terms = Terms { relative_mass: file.params.terms.relative_mass, ..Terms::ALL };
+                let cost = machine.cost_of(&Counts::of(&file.model, touched), terms, file.params.substeps);
                 let share = cost.units / (cost.budget / machine.load);
                 assert!(share <= 0.75, "{share} of a tick");
                 seen.costliest_share = seen.costliest_share.max(share);
@@ -259,7 +260,7 @@ fn another_tick_more_substeps_and_lighter_masses_are_refused_with_their_reason()
     );
     assert_eq!(upload_by_frames(&vouched, &mut memory), Ok(57));
     assert_eq!(upload_by_frames(&with_field(&vouched, 1e-3, 1e-2), &mut memory), Err(Refusal::PatchStep), "ticks of 10 ms");
-    assert_eq!(upload_by_frames(&with_field(&vouched, 4.0, 0.5), &mut memory), Err(Refusal::PatchStep), "an eighth of the floor");
+    assert_eq!(upload_by_frames(&with_field(&vouched, 5.0, 0.5), &mut memory), Err(Refusal::PatchStep), "a tenth of the floor");
     assert_eq!(
         upload_by_frames(&with_field(&vouched, 8e-3, 1.0), &mut memory),
         Ok(57),

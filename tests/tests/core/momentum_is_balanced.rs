@@ -5,6 +5,7 @@ use palpate::stages::probe::{Motion, ProbePose};
 use palpate::stages::{contact, force};
 use palpate::{Limiters, Model, Output, RimEdge, RimNode, State, Vector3, tick};
 use palpate_tests::bench::{Bench, Deformation, Noise, at_depth};
+use palpate_tests::oracle::Oracle;
 use palpate_tests::rounding::{self, UNIT};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -140,15 +141,15 @@ proptest! {
         }
         prop_assert_eq!(output.fault, None);
         prop_assert!(!output.limiters.contains(Limiters::FORCE) && output.force_n.norm() > 0.01);
-        let masses: Vec<f64> = (0..model.nodes.len()).map(|n| f64::from(tuned.mass_kg(n).unwrap())).collect();
-        let momentum = |v: &[Vector]| v.iter().zip(&masses).map(|(v, m)| v * *m).sum::<Vector>();
+        let momenta = Oracle::new(model, bench.params).momenta();
+        let momentum = |v: &[Vector]| momenta(v).iter().sum::<Vector>();
         let keep = if substeps == 1 { 1.0 - 40.0e-3 } else { 1.0 };
         let gained = momentum(&velocities(&state)) - momentum(&start) * keep;
         let given = -output.force_n.cast::<f64>() * 1e-3;
         // roundings: of the inner forces times dt, and of the velocities, three operations a
         // substep, in all substeps
         let inner = rounding::together(rounding::of_forces_n(&model, &bench.params, &positions(&state))) * 1e-3;
-        let speeds = rounding::together(velocities(&state).iter().zip(&masses).map(|(v, m)| v.norm() * m));
+        let speeds = rounding::together(momenta(&velocities(&state)).iter().map(|p| p.norm()));
         let allowed = 2.0 * inner + 4.0 * f64::from(substeps) * UNIT * 2.0 * rounding::SIGMAS * speeds + 100.0 * UNIT * given.norm();
         prop_assert!((gained - given).norm() <= allowed, "gained {gained:?}, given {given:?}, rounding explains {allowed}");
         prop_assert!(given.norm() > 10.0 * allowed, "{given:?} would hide behind {allowed}");

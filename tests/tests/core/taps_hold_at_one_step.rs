@@ -12,6 +12,8 @@ use palpate_tissue::stable_step::{StableStep, substeps_for_taps};
 const SIZES: [usize; 3] = [130, 410, 1020];
 const DEEP_M: f32 = 8e-3;
 const TAP_M_PER_S: f32 = 0.5;
+/// Fastest tap of a hand that holds a stylus [m/s].
+const FASTEST_M_PER_S: f32 = 1.0;
 const SLOW_M_PER_S: f32 = 0.1;
 /// Over the static force, at most.
 const PEAK: f64 = 3.0;
@@ -70,7 +72,7 @@ fn a_session_asks_for_one_step() {
 #[test]
 fn without_the_limit_into_tissue_a_tap_crushes_fine_meshes() {
     let bench = bench(1020, 3.5e3).with(|p| p.limits = Limits::HIGHEST);
-    let outcome = press(&bench, &bench.params, TAP_M_PER_S);
+    let outcome = press(&bench, &bench.params, FASTEST_M_PER_S);
     assert!(outcome.wrong.is_some() || outcome.lowest_j < 0.0, "the tap is stood without the limit: {outcome:?}");
 }
 
@@ -81,7 +83,7 @@ fn the_limit_holds_into_the_tissue_only() {
     let model = bench.patch.wide_model();
     let mut memory = bench.memory();
     let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
-    let step_m = TAP_M_PER_S * bench.params.tick_s;
+    let step_m = 0.8 * FASTEST_M_PER_S * bench.params.tick_s;
     let most_m = bench.params.limits.max_sink_m_per_s * bench.params.tick_s;
     assert!(most_m < 0.6 * step_m, "the tap is not fast for this patch");
     let mut at = |depth_m: f32| -> Output { tick(&model, &tuned, &mut state, ProbePose { tip_m: at_depth(depth_m) }) };

@@ -6,7 +6,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use palpate::stages::probe::ProbePose;
-use palpate::{State, TetShapes, Vector3, tick};
+use palpate::{NodeStep, State, TetShapes, Vector3, tick};
 use palpate_lab::rivals::{Block, Method};
 use palpate_tests::bench::{Bench, at_depth};
 
@@ -53,9 +53,9 @@ fn build_reset_and_ticks_allocate_nothing() {
     let mut nodes = vec![palpate::Node::ZERO; model.nodes.len()];
     let mut candidates = vec![0; model.triangles.len()];
     let mut shapes = vec![TetShapes::ZERO; TetShapes::count(&model)];
-    let (mut node_step, mut cap_m) = (vec![0.0; model.nodes.len()], vec![0.0; model.triangles.len()]);
+    let mut node_step = vec![NodeStep::ZERO; model.nodes.len()];
     let (count, touched) = allocations(|| {
-        let tuned = bench.params.build(&model, &mut node_step, &mut cap_m).unwrap();
+        let tuned = bench.params.build(&model, &mut node_step).unwrap();
         let mut state = State::new(&model, &mut nodes, &mut candidates, &mut shapes).unwrap();
         let mut touched = 0;
         for n in 0..5000_u16 {

@@ -45,7 +45,7 @@ fn above(block: &BlockBody, shape: Shape, radius_m: f64) -> Press<'_> {
     Press::new(&block.body, probe, block.place_m).expect("a small factor fits into memory")
 }
 
-fn assert_within(what: &str, got: f64, want: f64, share: f64) {
+pub fn assert_within(what: &str, got: f64, want: f64, share: f64) {
     let off = got / want - 1.0;
     assert!(off.abs() <= share, "{what}: {got:e} for {want:e}, {:+.3} % off, at most {} %", off * 100.0, share * 100.0);
 }

@@ -18,7 +18,6 @@ fn bench() -> Bench {
     Bench::block(60).with(|p| {
         p.terms = Terms::SPRINGS_ONLY;
         p.mass_floor = 0.0;
-        p.contact_mass = 0.0;
         p.node_damping_per_s = 0.0;
         p.tick_s = 1e-4;
     })

@@ -220,10 +220,10 @@ fn the_products_margins_are_where_its_bounds_are() {
     assert!(passes_m <= 10e-3 && passes_m * 1.05 >= 10e-3 && depth.beyond == Some(Verdict::Held), "limit 10 mm: {depth:?}");
 
     // lighter nodes, so that the bound is among the ticks that are tried
-    for contact_mass in [0.0, 1.0] {
+    for relative_mass in [false, true] {
         let mut light = palpate.clone();
-        (light.block.params.mass_floor, light.block.params.contact_mass) = (1.0, contact_mass);
-        (light.block.params.contact_cap, light.block.params.substeps, light.substeps) = (1.0, 1, 1);
+        (light.block.params.mass_floor, light.block.params.terms.relative_mass) = (1.0, relative_mass);
+        (light.block.params.substeps, light.substeps) = (1, 1);
         let press = case("press-20").stimulus;
         let tick = largest(Axis::Tick.range(), 1.0, |value| Ok(light.with_tick((value * 1e-3) as f32).stand(&press)?.verdict));
         let tick = tick.expect("built");
@@ -232,8 +232,8 @@ fn the_products_margins_are_where_its_bounds_are() {
         let stable =
             StableStep::measure(&patch.wide_model(), &light.block.params, patch.site_m()).expect("built").expect("survives");
         let bound_ms = stable.pressed_s * 1e3;
-        println!("contact mass {contact_mass}: tick {tick:?} ms, bound {bound_ms} ms");
+        println!("relative mass {relative_mass}: tick {tick:?} ms, bound {bound_ms} ms");
         let over = tick.passes.expect("short ticks pass") / bound_ms;
-        assert!((0.93..=1.08).contains(&over), "a press fails at {over} of the bound, {bound_ms} ms");
+        assert!((0.93..=1.15).contains(&over), "a press fails at {over} of the bound, {bound_ms} ms");
     }
 }

@@ -9,7 +9,7 @@ use super::*;
 use crate::lanes::vector;
 use crate::stages::probe::{ProbePose, admit};
 use crate::state::Node;
-use crate::{PatchFile, TetShapes};
+use crate::{NodeStep, PatchFile, TetShapes};
 
 #[repr(align(4))]
 struct Words<Bytes: ?Sized>(Bytes);
@@ -38,8 +38,8 @@ fn with_probes(mut check: impl FnMut(&Model, &Tuned, &mut State, Motion, &mut Nu
     for shape in [ProbeShape::Sphere, ProbeShape::Hemisphere, ProbeShape::Flat] {
         for axis in [Vector3::z(), Vector3::new(0.6, 0.0, 0.8), Vector3::new(-0.48, 0.64, -0.6), -Vector3::x(), Vector3::y()] {
             let params = crate::Params { probe: Probe { shape, axis, radius_m: 4e-3 }, ..file.params };
-            let (mut node_step, mut cap_m) = (vec![0.0; model.nodes.len()], vec![0.0; model.triangles.len()]);
-            let tuned = params.build(model, &mut node_step, &mut cap_m).unwrap();
+            let mut node_step = vec![NodeStep::ZERO; model.nodes.len()];
+            let tuned = params.build(model, &mut node_step).unwrap();
             let (mut nodes, mut candidates) = (vec![Node::ZERO; model.nodes.len()], vec![0; model.triangles.len()]);
             let mut shapes = vec![TetShapes::ZERO; TetShapes::count(model)];
             let mut state = State::new(model, &mut nodes, &mut candidates, &mut shapes).unwrap();

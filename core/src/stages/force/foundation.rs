@@ -1,13 +1,15 @@
 //! Contact as a soft sub-element foundation.
 //!
 //! Four fixed points on every surface triangle, or nine where triangles are large beside the probe.
-//! A point inside the probe by `pen` is pushed out along the probe's normal by `f/E = k lo (1 + s
-//! lo) + cap (pen - lo)`, `lo` the part of `pen` up to where the slope reaches `cap`; the push is
-//! shared to the triangle's nodes and its opposite is the force on the probe. It stands for the
-//! local indentation that a flat element cannot have: it is part of the tissue, not a penalty, and
-//! it is smooth when the probe slides over nodes (node projection ripples 10-36 %, this 2-6 %).
-//! `cap` is a share of what the nodes' masses can take in a step, so contact never sets the step.
-//! Against rebound the law loses `zeta cap dt` times the separating speed and never pulls.
+//! A point inside the probe by `pen` is pushed out along the probe's normal by `f/E = k pen (1 + s
+//! pen)`; the push is shared to the triangle's nodes and its opposite is the force on the probe. It
+//! stands for the local indentation that a flat element cannot have: it is part of the tissue, not
+//! a penalty, and it is smooth when the probe slides over nodes (node projection ripples 10-36 %,
+//! this 2-6 %).
+//!
+//! The pushes are summed at the nodes, and there the sum is taken at the *end* of the substep
+//! (`implicit`): however stiff the foundation, contact neither sets the step nor needs a mass of
+//! its own. Its dashpot acts between probe and node, and it never pulls.
 //!
 //! * in: candidates of `contact`, positions, velocities, the probe
 //! * out: adds to `node.f`; the load on the probe
@@ -16,10 +18,10 @@
 
 use nalgebra::Vector3;
 
-use crate::lanes::{add, row, sqrt, vector};
+use crate::lanes::{ROW, add, row, sqrt, vector};
 use crate::model::Model;
 use crate::params::{Probe, ProbeShape, Tuned};
-use crate::state::{State, node};
+use crate::state::{Node, State, node};
 
 /// Barycentric weights of the four points, corner by corner: the centroid last, before it the
 /// middles between it and the corners.
@@ -119,11 +121,7 @@ fn press_points<P: Points<Q>, const Q: usize>(
     let mut load = Load::NONE;
     for &index in state.candidates.iter().take(state.near) {
         let index = usize::from(index);
-        let (Some(triangle), Some(points_law), Some(&cap)) =
-            (model.triangles.get(index), laws.get(index), tuned.cap_m.get(index))
-        else {
-            continue;
-        };
+        let (Some(triangle), Some(points_law)) = (model.triangles.get(index), laws.get(index)) else { continue };
         let [a, b, c] = triangle.node.map(usize::from);
         let (Some(na), Some(nb), Some(nc)) = (state.nodes.get(a), state.nodes.get(b), state.nodes.get(c)) else { continue };
         let corners = [vector(&na.x) - centre, vector(&nb.x) - centre, vector(&nc.x) - centre];
@@ -132,41 +130,69 @@ fn press_points<P: Points<Q>, const Q: usize>(
         if !points.iter().any(|d| penetration(probe, shaft, *d).is_some()) || turned_away(corners, lift, probe) {
             continue;
         }
-        let moving = [&na.v, &nb.v, &nc.v].map(|v| vector(v) - velocity_m_per_s);
-        let speeds = P::at(moving);
         // made, not filled: what is cleared first costs 800 instructions a tick
         let pushed = core::array::from_fn::<_, Q, _>(|n| {
-            let Some((pen, out)) = penetration(probe, shaft, points[n]) else { return (0.0, ZERO) };
+            let Some((pen, out)) = penetration(probe, shaft, points[n]) else { return (0.0, 0.0, ZERO) };
             let point = &points_law[n];
-            let cap = if cap > point.k { cap } else { point.k };
-            let knee = (cap - point.k) * point.bend;
-            let lo = if pen < knee { pen } else { knee };
-            let elastic = point.k * lo * (1.0 + model.stiffening_per_m * lo) + cap * (pen - lo);
-            let f = elastic - tuned.contact_damping_s * cap * speeds[n].dot(&out);
-            let f = if f > 0.0 { f } else { 0.0 };
-            (f, out * f)
+            let stiffens = model.stiffening_per_m * pen;
+            let f = point.k * pen * (1.0 + stiffens);
+            (f, point.k * (1.0 + 2.0 * stiffens), out * f)
         });
-        let (push, force) = (pushed.map(|(f, _)| f), pushed.map(|(_, f)| f));
-        let on = P::shared(force);
-        let weight = P::shared(push);
-        load.force += on[0] + on[1] + on[2];
-        let carried = weight[0] + weight[1] + weight[2];
-        load.push += carried;
+        let carried: f32 = pushed.iter().map(|(f, ..)| f).sum();
         let weight_over = if over == Some(index as u16) { carried * KEPT } else { carried };
         if weight_over > load.strongest.0 {
             load.strongest = (weight_over, index as u16);
         }
-        for (((&n, x), f), w) in triangle.node.iter().zip(&corners).zip(&on).zip(weight) {
-            load.point += x * w;
-            if let (Some(node), Some(rest)) = (state.nodes.get_mut(usize::from(n)), model.nodes.get(usize::from(n))) {
-                add(&mut node.f, &row(*f));
-                load.rest += Vector3::from(rest.rest_m) * w;
+        let (slopes, force) = (P::shared(pushed.map(|(_, k, _)| k)), P::shared(pushed.map(|(.., f)| f)));
+        for ((&n, f), k) in triangle.node.iter().zip(&force).zip(slopes) {
+            if let Some(node) = state.nodes.get_mut(usize::from(n)) {
+                add(&mut node.pass, &row(*f));
+                node.slope += k;
+            }
+        }
+    }
+    for &index in state.candidates.iter().take(state.near) {
+        let Some(triangle) = model.triangles.get(usize::from(index)) else { continue };
+        for &n in &triangle.node {
+            let n = usize::from(n);
+            let (Some(node), Some(inertia), Some(rest)) = (state.nodes.get_mut(n), tuned.node_step.get(n), model.nodes.get(n))
+            else {
+                continue;
+            };
+            if node.slope > 0.0 {
+                let (f, push) = implicit(node, inertia.step, tuned, velocity_m_per_s);
+                (node.pass, node.slope) = ([0.0; ROW], 0.0);
+                add(&mut node.f, &row(f));
+                load.force += f;
+                load.push += push;
+                load.point += (vector(&node.x) - centre) * push;
+                load.rest += Vector3::from(rest.rest_m) * push;
             }
         }
     }
     // points were summed relative to the probe's centre
     load.point += centre * load.push;
     load
+}
+
+/// A node's push at the *end* of the substep, over E [N/Pa]: `f1 = (f0 - K (dt n.v + b n.F - beta dt
+/// n.V)) / (1 + K b)`, with f0 the push where the node is, K its slope, F what else acts on it, b
+/// its displacement per force, V the probe's velocity. A node at rest bears f0, so that statics do
+/// not see it. It never pulls.
+#[inline(always)]
+fn implicit(node: &Node, step: f32, tuned: &Tuned, probe_m_per_s: Vector3<f32>) -> (Vector3<f32>, f32) {
+    let push = vector(&node.pass);
+    let length = sqrt(push.dot(&push));
+    if length == 0.0 {
+        return (ZERO, 0.0);
+    }
+    let normal = push * (1.0 / length);
+    let yields = tuned.lumping_s * step;
+    let speed =
+        tuned.substep_s * tuned.keep * vector(&node.v).dot(&normal) - tuned.contact_damping_s * probe_m_per_s.dot(&normal);
+    let f = (length - node.slope * (speed + yields * vector(&node.f).dot(&normal))) / (1.0 + node.slope * yields);
+    let f = if f > 0.0 { f } else { 0.0 };
+    (normal * f, f)
 }
 
 /// Whether a triangle cannot be pressed from where the probe is: the point one radius above the

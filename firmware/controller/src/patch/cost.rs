@@ -13,6 +13,8 @@ pub const COST: &str = "cycles per tick of the patch";
 
 /// Cycles of a Cortex-M4F per item and substep.
 const SPRING: f32 = 95.0;
+/// A spring's part of the mass floor where that is relative to neighbours.
+const NEIGHBOUR: f32 = 70.0;
 const TET: f32 = 291.0;
 const NODE: f32 = 130.0;
 const RIM_NODE: f32 = 75.0;
@@ -59,7 +61,8 @@ pub fn cycles(file: &PatchFile<'_>, touched: usize) -> f32 {
     let model = &file.model;
     let of = |count: usize, each: f32| count as f32 * each;
     let points = model.points_per_triangle().saturating_sub(4);
-    let substep = of(model.springs.len(), SPRING)
+    let spring = if file.params.terms.relative_mass { SPRING + NEIGHBOUR } else { SPRING };
+    let substep = of(model.springs.len(), spring)
         + of(model.tets.len(), TET)
         + of(model.nodes.len(), NODE)
         + of(model.rim_nodes.len(), RIM_NODE)

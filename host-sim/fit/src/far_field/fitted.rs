@@ -28,9 +28,6 @@ const DISC_RADII: f64 = 1.15;
 pub const JUDGED_RADII: f64 = 1.0;
 /// Places over it, unknown to any fit.
 pub const JUDGED_PLACES: usize = 60;
-/// Mass floor of such patches: with the default of 4 the coarsest go unstable in a tap to the
-/// probe's radius at a tick 15 % longer, with 6 not at 30 %. Forces at rest are the same.
-const MASS_FLOOR: f32 = 6.0;
 /// Radii that a patch may have [probe radii].
 const RADII: [f64; 2] = [1.25, 4.0];
 /// Most nodes within the fine radius.
@@ -190,7 +187,7 @@ impl Prepared {
         refuse_odd(scene, &recipe.sizes)?;
         refuse_too_fine(scene, &recipe.sizes)?;
         let placed = whole(scene, &[], &recipe.sizes)?;
-        let params = Params { mass_floor: MASS_FLOOR, ..scene.params(placed.axis) };
+        let params = scene.params(placed.axis);
         let material = Material {
             poisson_ratio: scene.tissue.poisson_ratio,
             points_per_triangle: recipe.points_per_triangle,

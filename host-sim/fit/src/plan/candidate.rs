@@ -86,7 +86,8 @@ impl Weighed {
         };
         let touched = triangles_in_reach(&patch.model(), patch.site_m().into(), params.probe.radius_m);
         let counts = Counts::of(&patch.model(), touched);
-        let session = Session::of_fitted(patch, params)?;
+        let session = Session::of_fitted(machine, patch, params)?;
+        let params = machine.adapt(&params);
         let substeps = session.params.substeps;
         let units = machine.cost_of(&counts, params.terms, substeps).units;
         let patch_bytes = session.patch.pack(&session.params, 0.0).len();

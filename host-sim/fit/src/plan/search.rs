@@ -192,6 +192,7 @@ impl Ladder<'_> {
                 volume: a.volume && b.volume,
                 compensation: a.compensation && b.compensation,
                 rim: a.rim && b.rim,
+                relative_mass: a.relative_mass && b.relative_mass,
             };
             let terms = both(best.terms, without);
             let Some(screened) = self.run(step, edge, terms, Effort::Screened) else { continue };

@@ -130,7 +130,8 @@ impl Bench<'_> {
         };
         let (tissue, rim) = edge.applied(weighed);
         let terms = Terms { rim: rim.is_some(), ..terms };
-        let params = Params { terms, ..weighed.params };
+        let params = self.machine.adapt(&Params { terms, ..weighed.params });
+        let terms = params.terms;
         let seeds: &[u64] = if effort == Effort::Full { &SEEDS } else { &SCREENING_SEEDS };
         let (fit, judged) = self.truth.ask_on(&weighed.placed, |reference| {
             let fit = fit_tissue(&tissue, rim.as_ref(), &weighed.material, &params, reference, &settings, &mut |_| {})?;
@@ -143,7 +144,7 @@ impl Bench<'_> {
         let shear_error_pct = edge.shear_error_pct(weighed);
         let (mut substeps, mut patch_bytes, mut session) = (weighed.substeps, weighed.patch_bytes, None);
         if effort == Effort::Full {
-            let ready = Session::of_fitted(fit.patch, fit.params)?;
+            let ready = Session::of_fitted(self.machine, fit.patch, fit.params)?;
             substeps = ready.params.substeps;
             patch_bytes = ready.patch.pack(&ready.params, ready.stable.pressed_s as f32).len();
             session = Some(Box::new(ready));

@@ -6,7 +6,7 @@ use super::cholesky::Cholesky;
 use super::quadratic::QuadraticMesh;
 
 /// Where the 3 x 3 block of two nodes lies in the lower triangle.
-pub(super) struct Pattern {
+pub(crate) struct Pattern {
     nodes: usize,
     /// Blocks of block column `j` are `block_start[j]..block_start[j + 1]`, its diagonal block
     /// first.

@@ -70,7 +70,7 @@ pub struct Body {
     pub touchable: Vec<usize>,
     /// How many mirror images of this piece make up the whole.
     pub copies: f64,
-    pub(super) pattern: Pattern,
+    pub(crate) pattern: Pattern,
     points: Vec<Point>,
     points_per_tet: usize,
 }

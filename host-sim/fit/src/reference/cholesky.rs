@@ -8,7 +8,7 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
 
 /// Lower triangle by columns, and the factor's pattern.
-pub(super) struct Cholesky {
+pub(crate) struct Cholesky {
     size: usize,
     column_start: Vec<usize>,
     row: Vec<usize>,

@@ -16,7 +16,7 @@ const STRENGTHEN: [f64; 5] = [0.0, 1e-3, 1e-2, 1e-1, 1.0];
 const ROUNDED: f64 = 1e-5;
 
 /// Energy of a body and of all that acts on it.
-pub(super) trait Potential {
+pub(crate) trait Potential {
     /// The body.
     fn body(&self) -> &Body;
 
@@ -31,7 +31,7 @@ pub(super) trait Potential {
 }
 
 /// The factor and the count of its uses.
-pub(super) struct Minimiser {
+pub(crate) struct Minimiser {
     solver: Cholesky,
     /// Newton iterations so far.
     pub iterations: usize,

@@ -3,16 +3,15 @@
 
 use nalgebra::Vector3;
 
-use super::body::{Body, Material};
+use super::body::Body;
 use super::domain::{BlockBody, BlockCase, mesh_body};
 use super::newton::{Press, Stalled};
 use super::probe::RigidProbe;
-use super::refine::refine;
 use super::shape::TetRule;
+use super::task::Task;
 use palpate_tissue::answer::SurfaceGrid;
 use palpate_tissue::error::Error;
-use palpate_tissue::mesh::TetMesh;
-use palpate_tissue::scene::{Drive, Scene, Shape};
+use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::tissue;
 
 /// Corner nodes of the three levels, where a quarter, a half and the whole of the block is meshed.
@@ -22,8 +21,6 @@ const QUICK_NODES: [[usize; 3]; 3] = [[130, 270, 540], [180, 330, 600], [300, 50
 /// an imported mesh.
 const FULL_EDGES: [(f64, usize); 3] = [(0.6, 1500), (0.4, 2500), (0.27, 4000)];
 const QUICK_EDGES: [(f64, usize); 3] = [(1.0, 700), (0.7, 1000), (0.5, 1400)];
-/// Growth of the longest edge per distance from the contact, of an imported mesh.
-const EDGE_GROWTH: f64 = 0.35;
 /// A force drive is at its target when it is this close, as a share of it.
 const FORCE_TOLERANCE: f64 = 1e-4;
 const MOST_TRIES: usize = 40;
@@ -91,21 +88,17 @@ pub fn extrapolate(levels: &[(usize, f64)]) -> Option<Estimate> {
     Some(Estimate { limit, error: (finest - limit).abs().max((finest - before).abs()) })
 }
 
-/// Problem that a scene poses, once it is known that it has an answer.
-struct Task<'a> {
-    scene: &'a Scene,
-    material: Material,
-    /// Depth that the meshes are made for [m].
-    deepest_m: f64,
-}
-
 /// Solves a scene on three meshes; `progress` hears (level, depth [m]).
 ///
 /// # Errors
 /// A scene that has no static answer, or a tissue that cannot be meshed. A hold that does not
 /// converge is no error: its level says so.
 pub fn study(scene: &Scene, quick: bool, mut progress: impl FnMut(usize, f64)) -> Result<Study, Error> {
-    let task = Task::new(scene)?;
+    let mut task = Task::new(scene)?;
+    task.deepest_m = deepest_m(scene)?;
+    if let Some([_, _, height_m]) = scene.tissue.block_m {
+        scene.refuse_deeper_than(height_m, "the tissue is thick")?;
+    }
     let mut levels = Vec::new();
     let Some(size_m) = scene.tissue.block_m else {
         let placed = tissue::place(scene, &[])?;
@@ -137,58 +130,7 @@ pub fn study(scene: &Scene, quick: bool, mut progress: impl FnMut(usize, f64)) -
     Ok(Study { levels, place_m: [place_m[0], place_m[1], 0.0] })
 }
 
-impl<'a> Task<'a> {
-    fn new(scene: &'a Scene) -> Result<Self, Error> {
-        let tissue = &scene.tissue;
-        if tissue.organ.is_some() {
-            return Ok(scene.bad("tissue.organ", "has no answer in this command: give tissue.block_m or tissue.mesh")?);
-        }
-        if tissue.block_m.is_none() && tissue.mesh.is_none() {
-            return Ok(scene.bad("solver.patch", "has no tissue to solve: give tissue.block_m or tissue.mesh")?);
-        }
-        if tissue.gravity_m_per_s2 != [0.0; 3] {
-            return Ok(scene.bad("tissue.gravity_m_per_s2", "has no reference: set it to zero")?);
-        }
-        if !(0.0..0.4901).contains(&tissue.poisson_ratio) {
-            let why = format!("= {} has no reference: stay within 0 .. 0.49", tissue.poisson_ratio);
-            return Ok(scene.bad("tissue.poisson_ratio", &why)?);
-        }
-        let radius_m = scene.probe.radius_m;
-        let deepest_m = match &scene.drive {
-            Drive::Depth { holds_m, .. } => holds_m.iter().copied().fold(0.0, f64::max),
-            Drive::Force { .. } => 0.5 * radius_m,
-            Drive::Hand { .. } | Drive::Trace { .. } => {
-                return Ok(scene.bad("drive.kind", "has no static answer: use \"depth\" or \"force\"")?);
-            }
-        };
-        if let Some([_, _, height_m]) = tissue.block_m {
-            scene.refuse_deeper_than(height_m, "the tissue is thick")?;
-        }
-        let material = Material { poisson_ratio: tissue.poisson_ratio, inclusions: tissue.inclusion.clone() };
-        Ok(Self { scene, material, deepest_m })
-    }
-
-    /// Radius of the contact at the deepest hold [m]: where the probe meets the plane of the rest
-    /// surface, at most its own.
-    fn contact_radius_m(&self) -> f64 {
-        let radius_m = self.scene.probe.radius_m;
-        match self.scene.probe.shape {
-            Shape::Flat => radius_m,
-            Shape::Hemisphere | Shape::Sphere => (radius_m * self.deepest_m.min(radius_m)).sqrt(),
-        }
-    }
-
-    fn fine_radius_m(&self) -> f64 {
-        let deepest_ball = self.material.inclusions.iter().map(|ball| ball.radius_m - ball.center_m[2]).fold(0.0, f64::max);
-        (1.1 * self.contact_radius_m()).max(deepest_ball.min(1.5 * self.scene.probe.radius_m))
-    }
-
-    fn refined(&self, mesh: &TetMesh, place: &Vector3<f64>, edge: f64, most_nodes: usize) -> TetMesh {
-        let fine_m = self.fine_radius_m();
-        let longest_m = |x: [f64; 3]| edge * fine_m + EDGE_GROWTH * ((Vector3::from(x) - place).norm() - fine_m).max(0.0);
-        refine(mesh, longest_m, most_nodes.max(mesh.nodes_m.len()))
-    }
-
+impl Task<'_> {
     fn level(
         &self,
         coarser: &[Level],
@@ -235,6 +177,17 @@ impl<'a> Task<'a> {
             });
         }
         Ok(level)
+    }
+}
+
+/// Depth of the deepest hold [m], for a force drive the one that the mesh is made for.
+fn deepest_m(scene: &Scene) -> Result<f64, Error> {
+    match &scene.drive {
+        Drive::Depth { holds_m, .. } => Ok(holds_m.iter().copied().fold(0.0, f64::max)),
+        Drive::Force { .. } => Ok(0.5 * scene.probe.radius_m),
+        Drive::Hand { .. } | Drive::Trace { .. } => {
+            Ok(scene.bad("drive.kind", "has no static answer: use \"depth\" or \"force\"")?)
+        }
     }
 }
 

@@ -16,8 +16,6 @@ pub(super) struct Push {
     pub out: Vector,
     /// Push over E [m^2].
     pub force: f64,
-    /// Part of the push that is proportional to its stiffness k: `d f / d ln k` [m^2].
-    pub by_stiffness: f64,
     /// `d f / d ln s` [m^2].
     pub by_stiffening: f64,
     /// Curvature of the energy along the point's position [m].
@@ -47,14 +45,11 @@ impl Statics {
 
     fn push(&self, triangle: usize, t: &StaticTriangle, point: usize, weights: [f64; 3], (pen, out, bend): Inside) -> Push {
         let (k, s) = (t.k[point], self.stiffening_per_m);
-        let cap = t.cap.max(k);
-        let lo = pen.min((cap - k) / (2.0 * k * s));
-        let by_stiffness = k * lo * (1.0 + s * lo);
-        let force = by_stiffness + cap * (pen - lo);
-        let slope = if pen > lo { cap } else { k * (1.0 + 2.0 * s * lo) };
+        let force = k * pen * (1.0 + s * pen);
+        let slope = k * (1.0 + 2.0 * s * pen);
         // energy phi(pen): grad = -f out, curvature = slope out out^T + f bend
         let curvature = out * out.transpose() * slope + bend * force;
-        Push { triangle, point, weights, out, force, by_stiffness, by_stiffening: k * s * lo * lo, curvature }
+        Push { triangle, point, weights, out, force, by_stiffening: k * s * pen * pen, curvature }
     }
 }
 

@@ -99,7 +99,7 @@ impl Balance {
             let corners = statics.triangles[push.triangle].node;
             let moved: Vector = corners.iter().zip(push.weights).map(|(&n, w)| adjoint[n] * w).sum();
             let lever = push.out.dot(&(moved - explicit));
-            point[push.triangle][push.point] = push.by_stiffness * lever;
+            point[push.triangle][push.point] = push.force * lever;
             stiffening += push.by_stiffening * lever;
         }
         Gradient { spring, node, point, bulk, stiffening, compensation, compensation_threshold: threshold }

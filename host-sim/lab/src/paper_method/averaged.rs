@@ -1,6 +1,6 @@
 //! Average of the corrections that the springs of a node ask for, paper 000, eq (7).
 
-use palpate::{State, Tuned, Vector3};
+use palpate::{NodeStep, State, Tuned, Vector3};
 
 /// Summed corrections of every node, and the number of springs that they come from.
 #[derive(Clone, Debug, Default)]
@@ -31,7 +31,7 @@ impl Averaged {
 
     /// Moves the free nodes by the average of what their springs ask for.
     pub fn apply(&self, tuned: &Tuned, state: &mut State) {
-        for (n, (&(sum, count), &step)) in self.sums.iter().zip(tuned.node_step()).enumerate() {
+        for (n, (&(sum, count), &NodeStep { step, .. })) in self.sums.iter().zip(tuned.node_step()).enumerate() {
             if step > 0.0 && count > 0.0 {
                 let node = state.nodes()[n];
                 state.place(n, node.position_m() + sum * (1.0 / count), node.velocity_m_per_s());

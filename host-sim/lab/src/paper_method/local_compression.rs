@@ -34,13 +34,14 @@ impl Method for LocalCompression<'_> {
     }
 
     fn force(&mut self, model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, speed: Vector3<f32>) -> Load {
-        let load = force::accumulate(model, tuned, state, tip_m, speed);
+        force::accumulate_inner(model, tuned, state);
         if let Some(dampers) = &self.dampers {
             dampers.resist(model, state);
         }
         if let Some(volume) = &self.volume {
             volume.push(model, tuned, state);
         }
+        let load = force::foundation::press(model, tuned, state, tip_m, speed);
         if let Some(rule) = &mut self.region {
             rule.see(tuned, &load, tip_m);
         }

@@ -7,7 +7,7 @@
 
 use palpate::stages::force::foundation::Load;
 use palpate::stages::integrate::FASTEST_M_PER_S;
-use palpate::{Fault, Model, State, Tuned, Vector3};
+use palpate::{Fault, Model, NodeStep, State, Tuned, Vector3};
 
 /// Ball of the nodes that move, by their rest positions. The others stand still where they are.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +32,7 @@ pub fn advance_within(
     velocity: impl Fn(f32, f32, f32) -> f32,
 ) -> Result<u16, Fault> {
     let mut active = 0;
-    for (n, (&step, rest)) in tuned.node_step().iter().zip(model.nodes).enumerate() {
+    for (n, (&NodeStep { step, .. }, rest)) in tuned.node_step().iter().zip(model.nodes).enumerate() {
         if step == 0.0 {
             continue;
         }

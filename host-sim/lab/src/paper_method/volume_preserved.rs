@@ -28,11 +28,11 @@ pub struct VolumePreserved<'a> {
 
 impl Method for VolumePreserved<'_> {
     fn force(&mut self, model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, speed: Vector3<f32>) -> Load {
-        let load = force::accumulate(model, tuned, state, tip_m, speed);
+        force::accumulate_inner(model, tuned, state);
         if let Some(dampers) = &self.dampers {
             dampers.resist(model, state);
         }
-        load
+        force::foundation::press(model, tuned, state, tip_m, speed)
     }
 
     fn correct(&mut self, model: &Model, tuned: &Tuned, state: &mut State) {

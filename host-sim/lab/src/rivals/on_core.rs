@@ -7,6 +7,7 @@
 //! of symplectic Euler.
 
 use palpate::method::Method;
+use palpate::stages::force::{self, foundation::Load};
 use palpate::{Fault, Model, NodeRest, Params, ProbePose, State, Terms, Tuned, Vector3, tick_with};
 
 use super::{Block, Rival};
@@ -46,28 +47,23 @@ impl<M: Method> Rival for OnCore<'_, M> {
     }
 }
 
-/// The kick of a law.
-struct Kick<L> {
+/// The forces of a law.
+struct Forced<L> {
     law: L,
     position_m: Vec<Vector3<f32>>,
     force: Vec<Vector3<f32>>,
-    /// `E dt / (m (1 - alpha dt))` of every node, 0 for anchors.
-    step: Vec<f32>,
 }
 
-impl<L: Law> Method for Kick<L> {
-    fn correct(&mut self, _: &Model, _: &Tuned, state: &mut State) {
-        let Self { law, position_m, force, step } = self;
+impl<L: Law> Method for Forced<L> {
+    fn force(&mut self, model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, speed: Vector3<f32>) -> Load {
+        force::accumulate_inner(model, tuned, state);
+        let Self { law, position_m, force } = self;
         for (x, node) in position_m.iter_mut().zip(state.nodes()) {
             *x = node.position_m();
         }
         law.forces(position_m, force);
-        for (n, (f, &step)) in force.iter().zip(step.iter()).enumerate() {
-            if step > 0.0 {
-                let node = state.nodes()[n];
-                state.place(n, node.position_m(), node.velocity_m_per_s() + f * step);
-            }
-        }
+        force.iter().enumerate().for_each(|(n, f)| state.add_force(n, *f));
+        force::foundation::press(model, tuned, state, tip_m, speed)
     }
 }
 
@@ -86,9 +82,8 @@ pub(super) fn with_law<T>(
     let params = Params { terms: Terms::SPRINGS_ONLY, ..*params };
     let mut memory = Memory::for_model(&model);
     let (tuned, state) = memory.start(&model, &params)?;
-    let step = steps(&tuned, &params, nodes.len());
     let at_origin = vec![Vector3::zeros(); nodes.len()];
-    let method = Kick { law, position_m: at_origin.clone(), force: at_origin, step };
+    let method = Forced { law, position_m: at_origin.clone(), force: at_origin };
     Ok(work(&mut OnCore { model: &model, tuned: &tuned, state, method }))
 }
 

@@ -7,6 +7,7 @@
 //! surface; then the constraints move them again, and the velocity takes what they moved.
 
 use palpate::method::Method;
+use palpate::stages::force::{self, foundation, foundation::Load};
 use palpate::{Model, Params, State, Terms, Tuned, Vector3};
 
 use super::{OnCore, Rival};
@@ -36,6 +37,8 @@ pub struct Xpbd {
     inverse_mass: Vec<f32>,
     position_m: Vec<Vector3<f32>>,
     per_substep: f32,
+    /// One over E and the square of the substep.
+    per_dt2_e: f32,
 }
 
 impl Xpbd {
@@ -64,6 +67,7 @@ impl Xpbd {
             position_m: vec![Vector3::zeros(); model.nodes.len()],
             inverse_mass,
             per_substep: 1.0 / dt_s,
+            per_dt2_e: per_dt2,
         }
     }
 
@@ -93,20 +97,34 @@ impl Xpbd {
     }
 }
 
-struct Projection(Xpbd);
+/// The constraints, and what they did in the last substep, as a force over E [N/Pa]: contact needs
+/// to know what else acts on a node.
+struct Projection {
+    xpbd: Xpbd,
+    force: Vec<Vector3<f32>>,
+}
 
 impl Method for Projection {
+    fn force(&mut self, model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, speed: Vector3<f32>) -> Load {
+        force::accumulate_inner(model, tuned, state);
+        self.force.iter().enumerate().for_each(|(n, f)| state.add_force(n, *f));
+        let load = foundation::press(model, tuned, state, tip_m, speed);
+        self.force.iter().enumerate().for_each(|(n, f)| state.add_force(n, -f));
+        load
+    }
+
     fn correct(&mut self, _: &Model, _: &Tuned, state: &mut State) {
-        let xpbd = &mut self.0;
+        let Self { xpbd, force } = self;
         for (x, node) in xpbd.position_m.iter_mut().zip(state.nodes()) {
             *x = node.position_m();
         }
         xpbd.project();
-        for (n, (x, w)) in xpbd.position_m.iter().zip(&xpbd.inverse_mass).enumerate() {
+        for (n, ((x, w), force)) in xpbd.position_m.iter().zip(&xpbd.inverse_mass).zip(force).enumerate() {
             if *w > 0.0 {
                 let node = state.nodes()[n];
                 let moved = x - node.position_m();
                 state.place(n, *x, node.velocity_m_per_s() + moved * xpbd.per_substep);
+                *force = moved * (xpbd.per_dt2_e / w);
             }
         }
     }
@@ -120,5 +138,10 @@ pub(super) fn with<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn
     let (tuned, state) = memory.start(&whole, &params)?;
     let xpbd = Xpbd::new(&whole, &tuned, &params);
     let model = Model { springs: &[], ..whole };
-    Ok(work(&mut OnCore { model: &model, tuned: &tuned, state, method: Projection(xpbd) }))
+    Ok(work(&mut OnCore {
+        model: &model,
+        tuned: &tuned,
+        state,
+        method: Projection { xpbd, force: vec![Vector3::zeros(); whole.nodes.len()] },
+    }))
 }

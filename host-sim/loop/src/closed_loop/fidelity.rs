@@ -45,8 +45,6 @@ pub fn with_substeps(params: &Params, n: u16) -> Params {
     Params {
         substeps: n,
         mass_floor: params.mass_floor / (n_f * n_f),
-        contact_mass: params.contact_mass / (n_f * n_f),
-        contact_cap: params.contact_cap * n_f * n_f,
         limits: Limits { max_sink_m_per_s, ..params.limits },
         ..*params
     }
@@ -99,11 +97,10 @@ fn judge(patch: &Patch, tried: &Params, depth_m: f64, answers: &[Vec<f64>]) -> R
 
 /// The patch without any floor, in steps that hold it.
 fn true_masses(patch: &Patch, params: &Params) -> Result<Option<Params>, BuildError> {
-    let bare = Params { mass_floor: 0.0, contact_mass: 0.0, limits: Limits::HIGHEST, ..*params };
+    let bare = Params { mass_floor: 0.0, limits: Limits::HIGHEST, ..*params };
     let mut n = 16_u16;
     while f64::from(n) <= MOST_TRUE {
-        let n_f = f32::from(n);
-        let tried = Params { substeps: n, contact_cap: params.contact_cap * n_f * n_f, ..bare };
+        let tried = Params { substeps: n, ..bare };
         if StableStep::measure(&patch.wide_model(), &tried, patch.site_m())?.is_some_and(|s| s.substeps(1e-3) <= f64::from(n)) {
             return Ok(Some(tried));
         }

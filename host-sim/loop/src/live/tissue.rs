@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use palpate::haptic::cycle::Renderer;
-use palpate::{BuildError, Fault, Held, Node, Output, Params, ProbePose, State, TetShapes, tick};
+use palpate::{BuildError, Fault, Held, Node, NodeStep, Output, Params, ProbePose, State, TetShapes, tick};
 
 use crate::closed_loop::watch::{RestShape, RestSolid};
 use palpate_tissue::patch::Patch;
@@ -16,8 +16,7 @@ pub struct LiveTissue {
     nodes: Vec<Node>,
     candidates: Vec<u16>,
     shapes: Vec<TetShapes>,
-    node_step: Vec<f32>,
-    cap_m: Vec<f32>,
+    node_step: Vec<NodeStep>,
     held: Held,
     /// The next tick puts the patch to rest, in place of its answer: as on the board, or the two
     /// would differ by that tick.
@@ -40,8 +39,7 @@ impl LiveTissue {
             nodes: vec![Node::ZERO; nodes],
             candidates: vec![0; triangles],
             shapes: vec![TetShapes::ZERO; shapes],
-            node_step: vec![0.0; nodes],
-            cap_m: vec![0.0; triangles],
+            node_step: vec![NodeStep::ZERO; nodes],
             held: Held::default(),
             resting: false,
         };
@@ -80,9 +78,9 @@ impl LiveTissue {
     /// Propagates errors from [`Params::build`]; nothing changes then.
     pub fn retune(&mut self, params: Params) -> Result<(), BuildError> {
         let model = self.patch.wide_model();
-        let (mut node_step, mut cap_m) = (self.node_step.clone(), self.cap_m.clone());
-        params.build(&model, &mut node_step, &mut cap_m)?;
-        (self.params, self.node_step, self.cap_m) = (params, node_step, cap_m);
+        let mut node_step = self.node_step.clone();
+        params.build(&model, &mut node_step)?;
+        (self.params, self.node_step) = (params, node_step);
         Ok(())
     }
 
@@ -112,9 +110,9 @@ impl Renderer for LiveTissue {
             self.rest();
             return Output::NONE;
         }
-        let Self { patch, params, nodes, candidates, shapes, node_step, cap_m, held, .. } = self;
+        let Self { patch, params, nodes, candidates, shapes, node_step, held, .. } = self;
         let model = patch.wide_model();
-        let tuned = params.derive(node_step, cap_m);
+        let tuned = params.derive(node_step);
         match State::resume(&model, nodes, candidates, shapes, *held) {
             Ok(mut state) => {
                 let output = tick(&model, &tuned, &mut state, pose);

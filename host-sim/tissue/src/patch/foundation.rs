@@ -6,15 +6,9 @@ use palpate::{FoundationPoint, Triangle};
 use super::{Material, Multipliers};
 use crate::tissue::Tissue;
 
-/// Penetration, as a share of the element size, at which the contact's stiffness is added to the
-/// masses.
-const TYPICAL_PENETRATION: f64 = 0.1;
-
 pub(super) struct Foundation {
     pub triangles: Vec<Triangle>,
     pub points: Vec<FoundationPoint>,
-    /// Contact stiffness over E of each node [m].
-    pub contact_m: Vec<f64>,
     pub stiffening_per_m: f64,
     /// Element size at the site [m].
     pub element_m: f64,
@@ -25,10 +19,6 @@ pub(super) fn of(tissue: &Tissue, material: &Material, multipliers: Option<&Mult
     let nodes = &tissue.mesh.nodes_m;
     let corners = |t: &[u32; 3]| t.map(|n| nodes[n as usize]);
     let areas: Vec<f64> = surface.iter().map(|t| area(corners(t))).collect();
-    let mut node_area = vec![0.0; nodes.len()];
-    for (t, a) in surface.iter().zip(&areas) {
-        t.iter().for_each(|&n| node_area[n as usize] += a / 3.0);
-    }
     // one stiffening for the patch: the element size at the site
     let nearest = surface.iter().zip(&areas).min_by(|(s, _), (t, _)| {
         distance_squared(centroid(corners(s)), tissue.site_m).total_cmp(&distance_squared(centroid(corners(t)), tissue.site_m))
@@ -36,26 +26,19 @@ pub(super) fn of(tissue: &Tissue, material: &Material, multipliers: Option<&Mult
     let element_m = nearest.map_or(1.0, |(_, &a)| element_size(a));
     let stiffening = material.foundation_stiffening / element_m * multipliers.map_or(1.0, |m| m.stiffening);
 
-    let mut contact = vec![0.0; nodes.len()];
     let mut triangles = Vec::with_capacity(surface.len());
     let weights = point_weights(material.points_per_triangle);
     let mut points = Vec::with_capacity(weights.len() * surface.len());
     for (at, (t, &a)) in surface.iter().zip(&areas).enumerate() {
         let h = element_size(a);
         let per_point = material.foundation_stiffness / h * a / weights.len() as f64;
-        for (point, weights) in weights.iter().enumerate() {
+        for point in 0..weights.len() {
             let k = per_point * multipliers.map_or(1.0, |m| m.point[at][point]);
-            let slope = k * (1.0 + 2.0 * stiffening * TYPICAL_PENETRATION * h);
-            t.iter().zip(weights).for_each(|(&n, w)| contact[n as usize] += f64::from(*w) * slope);
-            points.push(FoundationPoint { k: k as f32, bend: (1.0 / (2.0 * k * stiffening)) as f32 });
+            points.push(FoundationPoint { k: k as f32 });
         }
-        triangles.push(Triangle {
-            node: t.map(|n| n as u16),
-            reserved: 0,
-            share: t.map(|n| (a / weights.len() as f64 / node_area[n as usize]) as f32),
-        });
+        triangles.push(Triangle { node: t.map(|n| n as u16), reserved: 0 });
     }
-    Foundation { triangles, points, contact_m: contact, stiffening_per_m: stiffening, element_m }
+    Foundation { triangles, points, stiffening_per_m: stiffening, element_m }
 }
 
 /// Edge of the equilateral triangle of this area [m].

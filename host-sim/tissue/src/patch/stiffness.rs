@@ -108,16 +108,15 @@ impl Elastic {
     }
 
     /// Node data for the model.
-    pub fn nodes(&self, mesh: &TetMesh, contact_m: &[f64]) -> Vec<NodeRest> {
-        let per_node = self.around_m3.iter().zip(&self.kappa).zip(&self.diagonal_m).zip(contact_m);
+    pub fn nodes(&self, mesh: &TetMesh) -> Vec<NodeRest> {
+        let per_node = self.around_m3.iter().zip(&self.kappa).zip(&self.diagonal_m);
         mesh.nodes_m
             .iter()
             .zip(per_node)
-            .map(|(x, (((around, kappa), diagonal), contact))| NodeRest {
+            .map(|(x, ((around, kappa), diagonal))| NodeRest {
                 rest_m: x.map(|c| c as f32),
                 volume_m3: (around / 4.0) as f32,
                 stiffness_m: *diagonal as f32,
-                contact_m: *contact as f32,
                 six_volume_reciprocal: (1.0 / (6.0 * around)) as f32,
                 pressure: (2.0 * kappa * (1.0 - self.per_tet_share) / 24.0) as f32,
             })

@@ -1,10 +1,11 @@
 //! The tick with a rim: it settles to the equilibrium, and what the probe feels is what the rim
 //! bears.
 
-use palpate::{Limits, Model, Node, Params, ProbePose, State, tick};
+use palpate::{Limits, Model, Params, ProbePose, State, tick};
 use palpate_fit::far_field::Sizes;
 use palpate_fit::statics::{Statics, Vector};
 use palpate_tests::bench::{Bench, at_depth};
+use palpate_tests::oracle::Oracle;
 use palpate_tissue::mesh::block_with_rim;
 use palpate_tissue::patch::{Material, Memory};
 
@@ -43,9 +44,10 @@ fn momentum_comes_from_the_probe_and_the_rim_alone() {
     let mut memory = bench.memory();
     let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
     let e = f64::from(bench.params.youngs_modulus_pa);
+    let momenta = Oracle::new(model, bench.params).momenta();
     let momentum = |state: &State| -> Vector {
-        let of = |(n, node): (usize, &Node)| node.velocity_m_per_s().cast::<f64>() * f64::from(tuned.mass_kg(n).unwrap());
-        state.nodes().iter().enumerate().map(of).sum()
+        let speeds: Vec<Vector> = state.nodes().iter().map(|node| node.velocity_m_per_s().cast()).collect();
+        momenta(&speeds).iter().sum()
     };
     let mut largest = 0.0_f64;
     for n in 0..200_u8 {

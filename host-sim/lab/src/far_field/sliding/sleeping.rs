@@ -62,7 +62,7 @@ impl Method for Sleeping {
             }
         }
         self.steps += 1;
-        let mut active = integrate::advance(tuned, state)?;
+        let mut active = integrate::advance(model, tuned, state)?;
         for (n, sleeper) in self.nodes.iter().enumerate() {
             if let Some(at_m) = sleeper.at_m {
                 state.place(n, at_m, Vector3::zeros());

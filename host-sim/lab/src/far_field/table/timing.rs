@@ -6,7 +6,7 @@
 
 use faer::Mat;
 use palpate::method::Product;
-use palpate::{Model, Params, State, Tuned, Vector3};
+use palpate::{Model, Params, State, Terms, Tuned, Vector3};
 
 use super::Setting;
 use super::presses::CLEAR_M;
@@ -116,7 +116,9 @@ pub fn ticking<T>(
         .iter_mut()
         .map(|p| {
             p.set_depth_limit_m((1.25 * setting.radius_m()) as f32);
-            Params { limits: limits(p, f64::from(setting.params.tick_s)), ..setting.params }
+            // modes and dense matrices hold to the ground, which the relative floor does not know
+            let terms = Terms { relative_mass: false, ..setting.params.terms };
+            Params { limits: limits(p, f64::from(setting.params.tick_s)), terms, ..setting.params }
         })
         .collect();
     let core_runs = |n: usize| Edge::ALL.get(n).is_none_or(|edge| own_rim(*edge));
@@ -227,7 +229,7 @@ mod tests {
         let solver = |s: &Statics| super::super::presses::solver(s).unwrap();
         let mut seen = Vec::new();
         for (edge, found) in Edge::ALL.into_iter().zip(forces_n) {
-            // masses, and with them the caps of the foundation, are those of the patch that ran
+            // the elements are those of the patch that ran
             let own = contestant(&setting, &edges, &patch, edge);
             let statics = edges.statics(&Statics::of(&own.model(), &setting.params).unwrap().without_rim(), edge).unwrap();
             let balanced = Setting::forces(&statics, &solver(&statics), setting.site_m, &[depth_m])[0].unwrap();

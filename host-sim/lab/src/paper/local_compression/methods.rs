@@ -76,7 +76,7 @@ impl Contestant {
         let mut block = block.clone();
         block.params.tick_s = tick_s as f32;
         if !self.is_floored() {
-            block.params = Params { mass_floor: 0.0, contact_mass: 0.0, ..block.params };
+            block.params = Params { mass_floor: 0.0, ..block.params };
         }
         if let Self::LocalCompression(fitted) = self {
             let node_damping_per_s = fitted.node_damping_per_s as f32;

@@ -101,13 +101,8 @@ impl HangingMethod {
             Self::VolumePreserved { .. } => {
                 let mut network =
                     Network::build(assembly, &Material { poisson_ratio: 0.25, ..Material::default() }, Joints::Nearest);
-                network.params = Params {
-                    terms: Terms::SPRINGS_ONLY,
-                    mass_floor: 0.0,
-                    contact_mass: 0.0,
-                    node_damping_per_s: 0.0,
-                    ..network.params
-                };
+                network.params =
+                    Params { terms: Terms::SPRINGS_ONLY, mass_floor: 0.0, node_damping_per_s: 0.0, ..network.params };
                 network
             }
         }

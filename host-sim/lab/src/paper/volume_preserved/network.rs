@@ -64,7 +64,8 @@ impl Network {
             density_kg_per_m3: first.density_kg_per_m3 as f32,
             gravity_m_per_s2: scene.gravity_m_per_s2.map(|g| g as f32),
             limits: Limits::HIGHEST,
-            terms: Terms { rim: false, ..Terms::ALL },
+            // organs are joined by springs a hair long, whose mass would keep theirs from the rest
+            terms: Terms { rim: false, relative_mass: false, ..Terms::ALL },
             ..Params::default()
         };
         Self { patch, params, held }

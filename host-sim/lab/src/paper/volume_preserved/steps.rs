@@ -140,7 +140,6 @@ fn press_force_n(substeps: u16, tau: Option<f32>) -> Result<f64, Error> {
     if tau.is_some() {
         params.terms = Terms::SPRINGS_ONLY;
         params.mass_floor = 0.0;
-        params.contact_mass = 0.0;
     }
     let patch = Patch::build(&block.tissue, &Material { poisson_ratio, ..Material::default() }, None);
     let model = patch.wide_model();

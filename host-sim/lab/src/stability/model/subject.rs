@@ -141,8 +141,6 @@ impl Subject {
         let params = Params {
             tick_s,
             mass_floor: params.mass_floor / (longer * longer),
-            contact_mass: params.contact_mass / (longer * longer),
-            contact_cap: params.contact_cap * longer * longer,
             contact_damping: params.contact_damping / longer,
             ..params
         };

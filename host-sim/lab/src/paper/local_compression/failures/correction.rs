@@ -61,17 +61,8 @@ pub fn measure(block: &Block, stiffness_n_per_m: f64, steps_s: &[f64]) -> Result
         let mut points = Vec::new();
         for &step_s in steps_s {
             let terms = Terms { compensation: compensation == Compensation::Energy, ..Terms::SPRINGS_ONLY };
-            let params = Params {
-                tick_s: step_s as f32,
-                mass_floor: 0.0,
-                contact_mass: 0.0,
-                // the contact's cap follows from the step too: without a cap that acts, only the
-                // correction depends on it
-                contact_cap: 4.0,
-                node_damping_per_s: SETTLING_PER_S,
-                terms,
-                ..block.params
-            };
+            let params =
+                Params { tick_s: step_s as f32, mass_floor: 0.0, node_damping_per_s: SETTLING_PER_S, terms, ..block.params };
             let springs = springs_of(&own, &params, stiffness_n_per_m);
             let model = Model { springs: &springs, ..own };
             let mut memory = Memory::for_model(&model);

@@ -1,0 +1,61 @@
+//! Reasons for which a motion has no dynamic truth.
+
+use palpate_tissue::error::Error;
+
+/// Why a motion cannot be computed.
+#[derive(Debug, thiserror::Error)]
+pub enum DynamicError {
+    /// A scene that finite elements cannot solve, or a tissue that cannot be meshed.
+    #[error(transparent)]
+    Scene(#[from] Error),
+    /// A parameter of the motion that is out of range.
+    #[error("motion.{key} = {value}: must be {range}")]
+    Motion {
+        /// Name of the parameter, with its unit.
+        key: &'static str,
+        /// Its value.
+        value: f64,
+        /// The values that are allowed.
+        range: &'static str,
+    },
+    /// A setting of the computation that is out of range.
+    #[error("settings.{key} = {value}: must be {range}")]
+    Setting {
+        /// Name of the setting, with its unit.
+        key: &'static str,
+        /// Its value.
+        value: f64,
+        /// The values that are allowed.
+        range: &'static str,
+    },
+    /// The Cholesky factor does not fit into memory.
+    #[error("not enough memory for {nodes} nodes: use fewer corner_nodes")]
+    Memory {
+        /// Nodes of the quadratic mesh.
+        nodes: usize,
+    },
+    /// Newton's method found no solution, even with the shortest step.
+    #[error("no solution beyond {t_s} s, tip {depth_m} m deep: use a shorter step_s or more corner_nodes")]
+    Stalled {
+        /// Time of the last solution [s].
+        t_s: f64,
+        /// Depth of the tip there [m].
+        depth_m: f64,
+    },
+    /// The stored table of truths cannot be read.
+    #[error("{file}, line {line}: {why}")]
+    Table {
+        /// Name of the file.
+        file: String,
+        /// Line, counted from 1.
+        line: usize,
+        /// Reason.
+        why: &'static str,
+    },
+    /// The stored table of truths has no entry of that name.
+    #[error("no truth is called {name}: see TRUTHS for the names")]
+    Unknown {
+        /// The name that was asked for.
+        name: String,
+    },
+}

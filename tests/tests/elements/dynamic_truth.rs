@@ -1,0 +1,18 @@
+//! The dynamic truth is right: against waves and modes of closed form, against the static
+//! reference, against an independent computation, and against its own stored tables.
+
+mod bar;
+mod moving;
+mod stored;
+
+use palpate_fit::dynamic::settings::Settings;
+use palpate_tissue::scene::Scene;
+
+/// A mesh and a step that take seconds; finer ones move the force by about one per cent.
+fn coarse() -> Settings {
+    Settings { corner_nodes: 160, fine_radius_m: Some(0.0035), ..Settings::default() }
+}
+
+fn block() -> Scene {
+    Scene::load("block").expect("a preset")
+}
