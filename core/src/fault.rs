@@ -87,8 +87,7 @@ pub enum BuildError {
     },
     /// The patch file's bytes do not start on a 4-byte boundary.
     Misaligned,
-    /// The patch file's reserved word is not zero: it asks for a damping of the springs, which the
-    /// tick has no longer.
+    /// The patch file's reserved word is not zero.
     ReservedWord {
         /// Bits of the word.
         found: u32,
@@ -121,7 +120,7 @@ impl fmt::Display for BuildError {
                 write!(f, "patch checksum {found:08x} is not {expected:08x}: the file is damaged, pack it again")
             }
             Self::ReservedWord { found } => {
-                write!(f, "the patch asks for a damping of its springs ({found:08x}), which is no longer offered: pack it again")
+                write!(f, "the patch has {found:08x} in a reserved word, which must be zero: pack it again")
             }
             Self::Misaligned => write!(f, "the patch does not start on a 4-byte boundary: align the buffer"),
         }

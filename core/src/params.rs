@@ -69,6 +69,16 @@ impl Limits {
 }
 
 /// Everything a user may set, in SI.
+///
+/// ```
+/// use palpate::{BuildError, Limits, Params};
+///
+/// let limits = Limits { max_force_n: 3.3, ..Limits::HIGHEST };
+/// let firm = Params { youngs_modulus_pa: 20e3, limits, ..Params::default() };
+/// assert_eq!(firm.check(), Ok(()));
+/// let wrong_unit = Params { youngs_modulus_pa: 0.02, ..firm };
+/// assert!(matches!(wrong_unit.check(), Err(BuildError::OutOfRange { parameter: "youngs_modulus_pa", .. })));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Params {
     /// Young's modulus [Pa].
@@ -85,11 +95,12 @@ pub struct Params {
     pub compensation: f32,
     /// Compression at which the extra stiffness begins, as a share of the rest length (`tau_c`).
     pub compensation_threshold: f32,
-    /// Mass floor factor f: no node is lighter than `f E D T^2`, D its mean diagonal stiffness over
-    /// E, T the tick. Statics do not see it.
+    /// Mass floor factor f: the diagonal of the mass matrix is at least about `f E D T^2`, D the
+    /// node's mean diagonal stiffness over E, T the tick. Statics do not see it.
     pub mass_floor: f32,
-    /// Dashpot of the foundation, as a share of its slope times the substep (beta): 1 leaves the
-    /// force where the probe is, 0.5 half a substep behind.
+    /// Dashpot of the foundation between probe and node, as a share of its slope times the substep
+    /// (beta). With 1 the force is that of the probe's place at the end of the substep plus its
+    /// speed, with 0 it lags by a substep.
     pub contact_damping: f32,
     /// Steps per tick.
     pub substeps: u16,
@@ -193,7 +204,7 @@ pub struct Tuned<'a> {
 }
 
 impl Tuned<'_> {
-    /// Inertial mass of a node [kg], floored; infinite for an anchor. `None` past the end.
+    /// Diagonal of the mass matrix at a node [kg]; infinite for an anchor. `None` past the end.
     #[must_use]
     pub fn mass_kg(&self, node: usize) -> Option<f32> {
         self.node_step.get(node).map(|node| self.youngs_modulus_pa * self.substep_s / node.step)

@@ -50,7 +50,7 @@ struct Header {
     max_speed_m_per_s: f32,
     max_sink_m_per_s: f32,
     max_force_n: f32,
-    /// Bit 0 volume, 1 compensation, 2 rim.
+    /// Bit 0 volume, 1 compensation, 2 rim, 3 relative mass; the others are zero.
     terms: u32,
     /// Places that the constants were fitted over; 0 if they come from formulas alone.
     fitted_places: u32,
@@ -61,6 +61,24 @@ const HEADER: usize = size_of::<Header>();
 const CHECKED_FROM: usize = 16;
 
 /// A patch file, opened where it lies.
+///
+/// ```
+/// use palpate::{BuildError, PatchFile};
+///
+/// // on a 4-byte boundary: a file is read as words
+/// #[repr(C, align(4))]
+/// struct Words<B: ?Sized>(B);
+/// static BYTES: &Words<[u8]> = &Words(*include_bytes!(concat!(
+///     env!("CARGO_MANIFEST_DIR"),
+///     "/../firmware/patches/block-m4f-168.patch"
+/// )));
+///
+/// let file = PatchFile::open(&BYTES.0)?;
+/// assert_eq!((file.model.nodes.len(), file.params.youngs_modulus_pa), (57, 3500.0));
+/// let cut_short = PatchFile::open(&BYTES.0[..1000]);
+/// assert!(matches!(cut_short, Err(BuildError::Checksum { .. })));
+/// # Ok::<(), BuildError>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct PatchFile<'a> {
     /// The patch.
@@ -90,6 +108,9 @@ impl<'a> PatchFile<'a> {
         let found = CRC.checksum(&bytes[CHECKED_FROM..]);
         if found != header.crc {
             return Err(BuildError::Checksum { expected: header.crc, found });
+        }
+        if header.terms & !15 != 0 {
+            return Err(BuildError::NotAPatch);
         }
         if header.reserved != 0 {
             return Err(BuildError::ReservedWord { found: header.reserved });

@@ -25,6 +25,29 @@ use crate::stages::{contact, output, probe};
 use crate::state::State;
 
 /// One tick of the product.
+///
+/// ```
+/// use palpate::{Memory, PatchFile, ProbePose, tick};
+/// # #[repr(C, align(4))]
+/// # struct Words<B: ?Sized>(B);
+/// # static BYTES: &Words<[u8]> =
+/// #     &Words(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/patches/block-m4f-168.patch")));
+///
+/// let PatchFile { model, params, site_m, .. } = PatchFile::open(&BYTES.0)?;
+/// let mut memory = Memory::<64, 128>::RESERVED;
+/// let (tuned, mut state) = memory.start(&model, &params)?;
+/// // from 1 mm above the tissue to 2 mm below its surface at 40 mm/s, and a rest there
+/// let mut force_n = 0.0;
+/// for n in 0..400_u16 {
+///     let depth_m = (4e-5 * f32::from(n) - 1e-3).min(2e-3);
+///     let output = tick(&model, &tuned, &mut state, ProbePose { tip_m: site_m - params.probe.axis * depth_m });
+///     assert_eq!(output.fault, None);
+///     force_n = output.force_n.z;
+/// }
+/// // finite elements say 0.0492 N; this small patch is not calibrated
+/// assert!((force_n / 0.0492 - 1.0).abs() < 0.05, "{force_n} N");
+/// # Ok::<(), palpate::BuildError>(())
+/// ```
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn tick(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -> Output {
     tick_with(model, tuned, state, pose, &mut Product)

@@ -38,7 +38,49 @@ use crate::fault::{BuildError, Fault, Limiters};
 use crate::stages::output::Output;
 use crate::stages::probe::ProbePose;
 
-/// The loop's own state.
+/// The loop's own state: from a reading of the device to a force on it, once per tick.
+///
+/// ```
+/// use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings};
+/// use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+/// use palpate::haptic::mode::Mode;
+/// use palpate::{BuildError, Output, ProbePose, Vector3};
+///
+/// /// A handle that stands still in free space.
+/// struct Still(u32);
+/// impl HapticDevice for Still {
+///     fn limits(&self) -> DeviceLimits {
+///         let (workspace_low_m, workspace_high_m) = (Vector3::repeat(-0.1), Vector3::repeat(0.1));
+///         DeviceLimits { max_force_n: 3.0, workspace_low_m, workspace_high_m, count_m: 0.0, delay_ticks: 1, lag_s: 0.0 }
+///     }
+///     fn sense(&mut self) -> Sensed {
+///         self.0 += 1;
+///         Sensed { position_m: Vector3::zeros(), sequence: self.0, status: SensorStatus::Good }
+///     }
+///     fn actuate(&mut self, _force_n: Vector3<f32>) {}
+///     fn release(&mut self) {}
+/// }
+///
+/// /// Nothing to touch.
+/// struct Air;
+/// impl Renderer for Air {
+///     fn render(&mut self, _pose: ProbePose) -> Output {
+///         Output { outside: true, ..Output::NONE }
+///     }
+///     fn reset(&mut self) {}
+/// }
+///
+/// let mut handle = Still(0);
+/// let mut cycle = Cycle::build(&Settings::safe(&handle.limits()), &handle.limits())?;
+/// let mut mode = Mode::Boot;
+/// for tick in 0..1000 {
+///     // the board found itself sound, and somebody asks to feel
+///     let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(tick).copied();
+///     mode = cycle.run(&mut handle, &mut Air, Command { asked, ..Command::HEARD }).mode;
+/// }
+/// assert_eq!(mode, Mode::Active);
+/// # Ok::<(), BuildError>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Cycle {
     arming: ArmingSettings,

@@ -86,6 +86,41 @@ pub struct Sensed {
 ///
 /// The port turns counts into metres of the patch frame and forces into counts; it neither filters
 /// nor limits, the cycle does.
+///
+/// ```
+/// use palpate::Vector3;
+/// use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+///
+/// /// One axis with an encoder of 20 um and a motor of 10 mN per step.
+/// struct Slider {
+///     counts: i32,
+///     readings: u32,
+///     steps: i32,
+/// }
+///
+/// impl HapticDevice for Slider {
+///     fn limits(&self) -> DeviceLimits {
+///         let (workspace_low_m, workspace_high_m) = (Vector3::repeat(-0.05), Vector3::repeat(0.05));
+///         DeviceLimits { max_force_n: 3.0, workspace_low_m, workspace_high_m, count_m: 20e-6, delay_ticks: 1, lag_s: 0.0 }
+///     }
+///     fn sense(&mut self) -> Sensed {
+///         self.readings += 1;
+///         let position_m = Vector3::z() * (self.counts as f32 * 20e-6);
+///         Sensed { position_m, sequence: self.readings, status: SensorStatus::Good }
+///     }
+///     fn actuate(&mut self, force_n: Vector3<f32>) {
+///         self.steps = (force_n.z * 100.0) as i32;
+///     }
+///     fn release(&mut self) {
+///         self.steps = 0;
+///     }
+/// }
+///
+/// let mut slider = Slider { counts: -500, readings: 0, steps: 0 };
+/// assert_eq!(slider.sense().position_m.z, -0.01);
+/// slider.actuate(Vector3::z() * 1.5);
+/// assert_eq!(slider.steps, 150);
+/// ```
 pub trait HapticDevice {
     /// Its limits.
     fn limits(&self) -> DeviceLimits;

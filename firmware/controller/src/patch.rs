@@ -49,6 +49,11 @@ pub const SUBSTEP: &str = "substep of the patch in s";
 pub const TICK: &str = "tick_s of the patch";
 /// The loop's tick [s].
 const TICK_S: f32 = 1e-3;
+/// Name of the foundation's dashpot in [`BuildError::OutOfRange`].
+pub const DASHPOT: &str = "contact_damping of the patch";
+/// Least dashpot (1): that of the shipped patch with the finest elements that a board runs. Without
+/// any, a force that is held for a tick gives energy back.
+const LEAST_DASHPOT: f32 = 0.25;
 /// Name of Young's modulus in [`BuildError::OutOfRange`] when it is too far from the patch's own.
 pub const MODULUS: &str = "youngs_modulus_pa of the patch";
 
@@ -79,6 +84,7 @@ impl<'a> Patch<'a> {
         // speeds and masses are told per tick: with another one the guard would admit other speeds
         within(TICK, params.tick_s, TICK_S, TICK_S)?;
         within(SUBSTEP, params.tick_s / f32::from(params.substeps.max(1)), 0.0, file.stable_dt_s)?;
+        within(DASHPOT, params.contact_damping, LEAST_DASHPOT, 1.0)?;
         let packed_pa = params.youngs_modulus_pa;
         memory.judge(&model, &params)?;
         if model.spring_rows.is_empty() {

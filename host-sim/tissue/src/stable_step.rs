@@ -32,8 +32,8 @@ pub const MARGIN: f64 = 0.9;
 
 /// Share of an element's size that the tip may sink per tick. Waves of the floored masses cross
 /// about 0.4 (shear) to 1.2 elements (volume) per tick. With implicit contact the shipped patches
-/// keep a fifth of every tet's volume in a tap to the probe's radius at this share; at 0.29 and
-/// more, 1 m/s on the finer ones, tets turn inside out.
+/// keep a fifth of every tet's volume in a tap to the probe's radius at this share. At 0.29, which
+/// is 1 m/s on the finer ones, tets turn inside out.
 const SINK_SHARE: f64 = 0.16;
 
 /// The limits that a patch's elements set, whatever its stiffness: masses with a floor carry waves
@@ -162,8 +162,9 @@ impl Shape {
             self.0.iter_mut().flatten().for_each(|c| *c /= largest);
             // small for the tissue, large for f32
             let step = 1e-4 * size;
-            let up = response(model, tuned, state, trial, &self.0, step);
-            let down = response(model, tuned, state, trial, &self.0, -step);
+            let [Some(up), Some(down)] = [step, -step].map(|step| response(model, tuned, state, trial, &self.0, step)) else {
+                return f64::INFINITY;
+            };
             let (mut work, mut power) = (0.0, 0.0);
             for ((p, (f, v)), (g, w)) in self.0.iter_mut().zip(&up).zip(&down) {
                 let pull = [0, 1, 2].map(|k| (g[k] - f[k]) / (2.0 * step));
@@ -179,7 +180,8 @@ impl Shape {
 }
 
 /// Force [N] on each node with the shape added to the state, and its velocity [m/s] one substep
-/// later, from rest; the probe is out of reach. Forces on anchors are zero.
+/// later, from rest; the probe is out of reach. Forces on anchors are zero. `None` when a node is too
+/// fast to be tissue.
 fn response(
     model: &Model,
     tuned: &Tuned,
@@ -187,7 +189,7 @@ fn response(
     trial: &mut State,
     shape: &[[f64; 3]],
     step: f64,
-) -> Vec<([f64; 3], [f64; 3])> {
+) -> Option<Vec<([f64; 3], [f64; 3])>> {
     trial.copy_from(state);
     for (n, (node, p)) in state.nodes().iter().zip(shape).enumerate() {
         let x = node.position_m();
@@ -201,9 +203,9 @@ fn response(
     let forces: Vec<[f64; 3]> = (trial.nodes().iter().enumerate())
         .map(|(n, node)| if free(n) { node.force_over_modulus().map(|c| f64::from(c) * e).into() } else { [0.0; 3] })
         .collect();
-    // a fault says that a node is too fast: its velocity is there all the same
-    let _fast = integrate::advance(model, tuned, trial);
-    forces.into_iter().zip(trial.nodes()).map(|(f, node)| (f, node.velocity_m_per_s().map(f64::from).into())).collect()
+    integrate::advance(model, tuned, trial).ok()?;
+    let velocities = trial.nodes().iter().map(|node| node.velocity_m_per_s().map(f64::from).into());
+    Some(forces.into_iter().zip(velocities).collect())
 }
 
 /// Largest side of the patch [m].

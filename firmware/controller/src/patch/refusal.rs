@@ -2,7 +2,7 @@
 
 use palpate::BuildError;
 
-use super::{MODULUS, SUBSTEP, TICK, cost, site, step};
+use super::{DASHPOT, MODULUS, SUBSTEP, TICK, cost, site, step};
 use crate::link::Refusal;
 
 impl From<BuildError> for Refusal {
@@ -11,7 +11,7 @@ impl From<BuildError> for Refusal {
             BuildError::Checksum { .. } => Self::PatchDamaged,
             BuildError::NotAPatch => Self::PatchVersion,
             BuildError::TooLarge { .. } | BuildError::LengthMismatch { .. } => Self::PatchTooLarge,
-            BuildError::OutOfRange { parameter: SUBSTEP | TICK | step::FLOOR, .. } => Self::PatchStep,
+            BuildError::OutOfRange { parameter: SUBSTEP | TICK | DASHPOT | step::FLOOR, .. } => Self::PatchStep,
             BuildError::OutOfRange { parameter: cost::COST, .. } => Self::PatchCost,
             BuildError::OutOfRange { parameter: site::SITE | site::AXIS | site::AXIS_LENGTH | site::DEPTH, .. } => {
                 Self::PatchSite

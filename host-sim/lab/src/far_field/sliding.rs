@@ -11,7 +11,7 @@
 //! The reference is at rest at every place; the tick has inertia, floored masses and damping, so a
 //! moving probe meets less behind itself: the force falls and drags back as the speed grows. That
 //! loss is measured too, and has one sign: it takes energy. Two thirds of the drag at 100 mm/s are
-//! the foundation's damping, the rest floored and contact masses.
+//! the foundation's damping, the rest floored masses.
 //!
 //! Where it ends: at 120-180 mm/s by mesh (radius 12 mm) the force leaves 5 %; 1 mm deep it is
 //! beyond that at 100 mm/s, 2 mm deep on some meshes; nodes grow with the stroke; a stroke is

@@ -1,6 +1,6 @@
 //! `local-compression`: the model of paper 004 on the core's tick.
 //!
-//! Run it with [`SPRINGS_ONLY`](palpate::Terms::SPRINGS_ONLY), mass floor and contact mass 0,
+//! Run it with [`SPRINGS_ONLY`](palpate::Terms::SPRINGS_ONLY), mass floor 0,
 //! springs of one stiffness: the paper has one `k` and one `d` for all edges.
 
 use palpate::method::Method;

@@ -1,6 +1,6 @@
 //! `volume-preserved`: the model of paper 000 on the core's tick.
 //!
-//! Run it with [`SPRINGS_ONLY`](palpate::Terms::SPRINGS_ONLY), mass floor and contact mass 0.
+//! Run it with [`SPRINGS_ONLY`](palpate::Terms::SPRINGS_ONLY), mass floor 0.
 //! Springs joining two organs are springs of the model; attached nodes are anchors that the caller
 //! places before every tick.
 
