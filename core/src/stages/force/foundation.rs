@@ -8,7 +8,8 @@
 //! this 2-6 %).
 //!
 //! The pushes are summed at the nodes, and there the sum is taken at the *end* of the substep
-//! (`implicit`): contact neither sets the step nor needs a mass of its own. Its dashpot acts between probe and node, and it never pulls.
+//! (`implicit`): contact neither sets the step nor needs a mass of its own. Its dashpot acts between
+//! probe and node, and it never pulls.
 //!
 //! * in: candidates of `contact`, positions, velocities, the probe
 //! * out: adds to `node.f`; the load on the probe

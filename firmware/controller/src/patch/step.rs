@@ -2,7 +2,8 @@
 //! from the limit that it states.
 //!
 //! The tick floors the diagonal of its mass matrix at about `f E D T^2`, with D the mean diagonal
-//! stiffness *that the file gives for each node*. Here D is computed anew from springs, tets and rim, the rest shape is
+//! stiffness *that the file gives for each node*. Here D is computed anew from springs, tets and
+//! rim, the rest shape is
 //! compared with what the constants were derived from, and every mass must be at least
 //! [`LEAST_FLOOR`] times `E D dt^2`. D is taken as stiff as tissue gets under load: with the
 //! compensation of every spring and the barrier of every tet. That bounds each node by itself, it
@@ -11,7 +12,8 @@
 
 use palpate::{BuildError, Model, Params, Tuned, Vector3};
 
-/// Smallest mass over `E D dt^2` (1): twice the 1/4 at which a single node between fixed ones diverges. The shipped patches, which come to rest after taps, have more.
+/// Smallest mass over `E D dt^2` (1): twice the 1/4 at which a single node between fixed ones
+/// diverges. The shipped patches, which come to rest after taps, have more.
 pub const LEAST_FLOOR: f32 = 0.5;
 /// Largest mass over `E D dt^2` (1): far beyond that of the softest tissue, far below that of a node
 /// which never moves.
