@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::error::Error;
 use palpate_charts::{self as charts, Probe, ProbeShape, Sample, Surface, TickTimes};
 use palpate_tissue::Error as TissueError;
+use palpate_tissue::moving::RampError;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::press::{Hold, Press};
 use palpate_tissue::scene::{Scene, Shape};
@@ -28,6 +29,8 @@ struct Summary<'a> {
     deadline_misses: usize,
     tick_us: TickUs,
     holds: Vec<HoldSummary>,
+    /// Against the stored dynamic truths of this scene; empty where there are none.
+    moving: &'a [RampError],
     residual_m: f64,
     limiters: Vec<&'static str>,
     fault: Option<String>,
@@ -55,7 +58,14 @@ struct HoldSummary {
 ///
 /// # Errors
 /// The folder cannot be written.
-pub fn write(folder: &OutputFolder, scene: &Scene, session: &Session, press: &Press, vtu: bool) -> Result<(), Error> {
+pub fn write(
+    folder: &OutputFolder,
+    scene: &Scene,
+    session: &Session,
+    press: &Press,
+    moving: &[RampError],
+    vtu: bool,
+) -> Result<(), Error> {
     trace_file::write(folder, press)?;
     for (k, hold) in press.holds.iter().enumerate() {
         write_surface(folder, session, k, hold)?;
@@ -88,6 +98,7 @@ pub fn write(folder: &OutputFolder, scene: &Scene, session: &Session, press: &Pr
                 volume_change_pct: h.volume_change_pct,
             })
             .collect(),
+        moving,
         residual_m: press.residual_m,
         limiters: limiter_names(press.limiters),
         fault: press.fault.map(|f| f.to_string()),

@@ -40,8 +40,8 @@ pub struct SpeedAccuracy<'a> {
     pub cost: &'a str,
     /// Quantity and unit along y.
     pub error: &'a str,
-    /// Cost that a tick may have, with its name.
-    pub budget: (f64, &'a str),
+    /// Cost that a tick may have, with its name; none where x is no cost.
+    pub budget: Option<(f64, &'a str)>,
     /// Methods in the order of the legend; one that has no points is left out.
     pub methods: &'a [MethodPoints<'a>],
     /// The front, by rising cost: index of the method and of its point.
@@ -62,6 +62,8 @@ pub struct MethodPoints<'a> {
 pub struct MethodPoint {
     /// Nodes of the mesh.
     pub nodes: usize,
+    /// Each of the substeps that the method needs is split in so many; drawn as `x2` and so on.
+    pub split: u16,
     /// Cost, above 0.
     pub cost: f64,
     /// Error, above 0.
@@ -85,7 +87,7 @@ pub fn speed_accuracy(folder: &Path, name: &str, chart: &SpeedAccuracy) -> Resul
     if points().next().is_none() {
         return Err(ChartError::Empty { what: "methods" });
     }
-    let with_budget = points().map(|p| p.cost).chain([chart.budget.0]);
+    let with_budget = points().map(|p| p.cost).chain(chart.budget.map(|b| b.0));
     let picture = Drawing { chart, x: wide(with_budget), y: wide(points().map(|p| p.error)) };
     save(folder, name, &picture)
 }
@@ -122,14 +124,15 @@ impl Picture for Drawing<'_> {
         let (xs, ys) = chart.plotting_area().get_pixel_range();
         let mut page = Page::new(Frame { low: (xs.start, ys.start), high: (xs.end, ys.end) });
 
-        let (budget, name) = data.budget;
-        let x = chart.backend_coord(&(budget, self.y.start)).0;
-        area.draw(&PathElement::new([(x, ys.start), (x, ys.end)], line(WARN, 1.4)))?;
-        let style = text(TICK_PX, WARN, (HPos::Right, VPos::Center));
-        area.draw_text(name, &style, (x - px(6.0), ys.start + px(12.0)))?;
-        let taken = width(area, name, &style)?;
-        page.add_box(Frame { low: (x - px(10.0) - taken, ys.start), high: (x + px(4.0), ys.start + px(22.0)) });
-        page.add_curve([(x, ys.start), (x, ys.end)], px(3.0));
+        if let Some((budget, name)) = data.budget {
+            let x = chart.backend_coord(&(budget, self.y.start)).0;
+            area.draw(&PathElement::new([(x, ys.start), (x, ys.end)], line(WARN, 1.4)))?;
+            let style = text(TICK_PX, WARN, (HPos::Right, VPos::Center));
+            area.draw_text(name, &style, (x - px(6.0), ys.start + px(12.0)))?;
+            let taken = width(area, name, &style)?;
+            page.add_box(Frame { low: (x - px(10.0) - taken, ys.start), high: (x + px(4.0), ys.start + px(22.0)) });
+            page.add_curve([(x, ys.start), (x, ys.end)], px(3.0));
+        }
 
         let stairs = self.stairs(&at, xs.end, ys.start);
         area.draw(&PathElement::new(stairs.clone(), line(FRONT, 6.0)))?;
@@ -137,9 +140,15 @@ impl Picture for Drawing<'_> {
 
         for (index, method) in data.methods.iter().enumerate() {
             let Look { color, shape } = look(index);
-            let path: Vec<_> = method.points.iter().map(at).collect();
-            area.draw(&PathElement::new(path.clone(), line(color, 1.2)))?;
-            page.add_curve(path, px(3.0));
+            // a line for each split
+            let mut splits: Vec<u16> = method.points.iter().map(|p| p.split).collect();
+            splits.sort_unstable();
+            splits.dedup();
+            for split in splits {
+                let path: Vec<_> = method.points.iter().filter(|p| p.split == split).map(at).collect();
+                area.draw(&PathElement::new(path.clone(), line(color, 1.2)))?;
+                page.add_curve(path, px(3.0));
+            }
             for point in &method.points {
                 let (center, r) = (at(point), px(radius_px(point.nodes)));
                 area.draw(&Polygon::new(outline(shape, center, r + px(1.2)), WHITE.filled()))?;
@@ -189,8 +198,8 @@ impl Drawing<'_> {
     ) -> Drawn<DB> {
         let plain = text(TICK_PX, INK, (HPos::Left, VPos::Center));
         for (method, point) in self.front() {
-            let long = format!("{} {}", method.name, point.nodes);
-            for label in [long, point.nodes.to_string()] {
+            let short = label(point);
+            for label in [format!("{} {short}", method.name), short] {
                 let size = (width(area, &label, &plain)?, px(TICK_PX * 1.1));
                 if let Some((corner, anchor)) = page.place(at(point), size, px(9.0)) {
                     area.draw_text(&label, &text(TICK_PX, MUTED, anchor), corner)?;
@@ -199,5 +208,13 @@ impl Drawing<'_> {
             }
         }
         Ok(())
+    }
+}
+
+/// Nodes, and the split of the substeps where there is one.
+fn label(point: &MethodPoint) -> String {
+    match point.split {
+        0 | 1 => point.nodes.to_string(),
+        split => format!("{} x{split}", point.nodes),
     }
 }

@@ -6,7 +6,8 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use palpate_fit::dynamic::truths::{TRUTHS, Truth};
+use palpate_fit::dynamic::truths::Computed;
+use palpate_tissue::moving::truth::{TRUTHS, Truth};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);

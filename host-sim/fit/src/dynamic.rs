@@ -46,7 +46,6 @@ pub mod motion;
 pub mod piece;
 pub mod scheme;
 pub mod settings;
-pub mod table;
 pub mod truths;
 
 use error::DynamicError;

@@ -2,11 +2,13 @@
 //!
 //! For each method, size and stiffness: the substeps it needs to survive the deepest press
 //! (`survive`), what force and shape it then gives against the converged reference (`accuracy`),
-//! what a tick costs here (`timing`) and, estimated, on a Cortex-M4F (`cycles`).
+//! what a tick costs here (`timing`) and, estimated, on a Cortex-M4F (`cycles`); on demand the force
+//! while the probe moves (`moving`).
 
 mod accuracy;
 mod cycles;
 mod front;
+mod moving;
 mod pictures;
 mod plan;
 mod reference;
@@ -17,11 +19,12 @@ mod timing;
 
 pub use accuracy::{Accuracy, DEPTHS_M, SURFACE_DEPTHS_M};
 pub use cycles::{CYCLES_PER_FLOP, m4f_cycles};
-pub use front::front;
+pub use front::{front, front_of_three};
+pub use moving::{Moving, SPEEDS_MM_PER_S};
 pub use pictures::pictures;
 pub use plan::{Plan, Task};
 pub use reference::Reference;
 pub use run::{Measured, Run, measure};
 pub use survive::{Failure, MOST_SUBSTEPS, Survival, Trial, least_substeps, try_press};
-pub use table::{COSTS, ERRORS, Front, FrontPoint, Quantity, Summary, write};
+pub use table::{COSTS, ERRORS, Front, FrontPoint, MovingFront, MovingPoint, Quantity, Summary, write};
 pub use timing::{TickTime, tick_time};

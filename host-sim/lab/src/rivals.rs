@@ -42,6 +42,7 @@ use palpate::method::Product;
 use palpate::{Fault, Limiters, Model, Params, Spring, Terms, Vector3};
 
 use palpate_tissue::error::Error;
+use palpate_tissue::moving::with_substeps;
 use palpate_tissue::patch::{Material, Memory, Patch};
 
 /// A method at work on one block.
@@ -160,13 +161,15 @@ impl Method {
         self != Self::Compliance
     }
 
-    /// Builds the method for a block and hands it to `work`. `None` where it cannot be had: no
+    /// Builds the method for a block and hands it to `work`; of its `substeps`, each is split as the
+    /// block's refinement says. `None` where it cannot be had: no
     /// calibrated patch of this size.
     ///
     /// # Errors
     /// Model or parameters that the core rejects, or a stiffness matrix that cannot be factored.
     pub fn run<T>(self, block: &Block, substeps: u16, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<Option<T>, Error> {
-        let params = Params { substeps, ..block.params };
+        let split = |params: &Params| with_substeps(&Params { substeps, ..*params }, block.refinement);
+        let params = split(&block.params);
         let patch = |share: f64| {
             let material = Material { per_tet_share: share, ..Material::default() };
             Patch::build(&block.tissue, &material, None)
@@ -184,7 +187,7 @@ impl Method {
             Self::SpringsVolumeNodal => own(&patch(0.0), &Params { terms: without, ..params }, work)?,
             Self::Palpate => own(&patch(usual), &params, work)?,
             Self::Calibrated => match calibrated(block) {
-                Some((patch, fitted)) => own(&patch, &Params { substeps, ..fitted }, work)?,
+                Some((patch, fitted)) => own(&patch, &split(&fitted), work)?,
                 None => return Ok(None),
             },
             Self::Corotational => on_core::with_law(block, &params, Corotational::new(block), work)?,
@@ -204,8 +207,8 @@ impl Method {
 pub fn calibrated(block: &Block) -> Option<(Patch, Params)> {
     let (mut patch, packed) = palpate_tissue::session::calibrated::sized(block.size().nodes)?;
     patch.set_depth_limit_m(block.tissue.depth_limit_m as f32);
-    let Params { compensation, compensation_threshold, .. } = packed;
-    Some((patch, Params { compensation, compensation_threshold, ..block.params }))
+    let Params { compensation, compensation_threshold, mass_floor, contact_damping, .. } = packed;
+    Some((patch, Params { compensation, compensation_threshold, mass_floor, contact_damping, ..block.params }))
 }
 
 fn own<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {

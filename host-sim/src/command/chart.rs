@@ -7,7 +7,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::error::Error;
-use palpate_lab::chart::{Plan, Reference, Run, Summary, measure, pictures, write};
+use palpate_lab::chart::{Moving, MovingPoint, Plan, Reference, Run, Summary, Task, measure, pictures, write};
 use palpate_lab::rivals::{Block, Method};
 use palpate_tissue::output::OutputFolder;
 
@@ -19,6 +19,10 @@ pub(super) struct ChartArgs {
     /// Only the two smallest meshes at 3.5 kPa: under a minute.
     #[arg(long)]
     quick: bool,
+    /// Also measure the force while the probe moves, against finite elements with true masses, and
+    /// try shorter substeps: three times the rows, and 100 kPa besides.
+    #[arg(long)]
+    moving: bool,
     /// Output folder, made if it is not there; replaces an earlier result in it when the run is
     /// done.
     #[arg(long, value_name = "FOLDER", default_value = "out/chart")]
@@ -28,7 +32,7 @@ pub(super) struct ChartArgs {
 impl ChartArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let folder = OutputFolder::open(&self.out)?;
-        let plan = if self.quick { Plan::quick() } else { Plan::full() };
+        let plan = if self.quick { Plan::quick(self.moving) } else { Plan::full(self.moving) };
         let runs = run_all(&plan)?;
         let summary = Summary::of(&runs);
         write(&folder, &runs, &summary)?;
@@ -46,7 +50,11 @@ fn run_all(plan: &Plan) -> Result<Vec<Run>, Error> {
     let mut bar: Option<ProgressBar> = None;
     let mut block: Option<Block> = None;
     let mut runs = Vec::with_capacity(plan.tasks.len());
-    for (done, &task) in plan.tasks.iter().enumerate() {
+    let same_but_split =
+        |a: &Task, b: &Task| (a.method, a.nodes, a.youngs_modulus_pa) == (b.method, b.nodes, b.youngs_modulus_pa);
+    let mut done = 0;
+    for tasks in plan.tasks.chunk_by(same_but_split) {
+        let Some(&task) = tasks.first() else { continue };
         if started.elapsed() > QUIET {
             let bar = bar.get_or_insert_with(|| {
                 let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg} {elapsed}");
@@ -55,10 +63,11 @@ fn run_all(plan: &Plan) -> Result<Vec<Run>, Error> {
             bar.set_position(done as u64);
             bar.set_message(format!("{} {} nodes", task.method.name(), task.nodes));
         }
+        done += tasks.len();
         if task.method == Method::Calibrated {
             // its patch brings its own mesh
             if let Some(own) = Block::calibrated(task.nodes, task.youngs_modulus_pa) {
-                runs.extend(measure(task, &own, &reference)?);
+                runs.extend(measure(tasks, &own, &reference, plan.moving)?);
             }
             continue;
         }
@@ -67,7 +76,7 @@ fn run_all(plan: &Plan) -> Result<Vec<Run>, Error> {
             Some(kept) => block.insert(kept),
             None => block.insert(Block::standard(task.nodes, task.youngs_modulus_pa)?),
         };
-        runs.extend(measure(task, block, &reference)?);
+        runs.extend(measure(tasks, block, &reference, plan.moving)?);
     }
     if let Some(bar) = bar {
         bar.finish_and_clear();
@@ -77,8 +86,19 @@ fn run_all(plan: &Plan) -> Result<Vec<Run>, Error> {
 
 fn print_table(runs: &[Run]) {
     println!(
-        "{:<22} {:>5} {:>5} {:>5} {:>9} {:>8} {:>30} {:>6} {:>8} {:>8} {:>6}",
-        "method", "nodes", "kPa", "steps", "us/tick", "x spring", "force error % 1/2/4/8 mm", "RMS %", "u2 mm", "u4 mm", "min J"
+        "{:<22} {:>5} {:>5} {:>5} {:>9} {:>8} {:>30} {:>6} {:>8} {:>8} {:>6} {:>8}",
+        "method",
+        "nodes",
+        "kPa",
+        "steps",
+        "us/tick",
+        "x spring",
+        "force error % 1/2/4/8 mm",
+        "RMS %",
+        "u2 mm",
+        "u4 mm",
+        "min J",
+        "moving %"
     );
     for run in runs {
         let task = run.task;
@@ -93,7 +113,8 @@ fn print_table(runs: &[Run]) {
         let errors = m.accuracy.force_error_pct.map(signed).join(" ");
         let (us, springs, rms) = (m.time.min_us, m.time.times_springs, or_dash(m.accuracy.rms_pct(), 1));
         print!(" {:>5} {us:>9.1} {springs:>8.1} {errors:>30} {rms:>6}", m.substeps);
-        print!(" {:>8} {:>8} {:>6.2}", or_dash(u2, 3), or_dash(u4, 3), m.trial.min_j);
+        let moving = or_dash(m.moving.as_ref().map(Moving::rms_pct), 1);
+        print!(" {:>8} {:>8} {:>6.2} {moving:>8}", or_dash(u2, 3), or_dash(u4, 3), m.trial.min_j);
         println!("{}", m.trial.failure.map_or(String::new(), |f| format!("  {f}")));
     }
 }
@@ -101,7 +122,17 @@ fn print_table(runs: &[Run]) {
 fn print_fronts(summary: &Summary) {
     println!("\nmachine: {}; {}", summary.machine, summary.build);
     for front in &summary.fronts {
-        let points: Vec<String> = front.points.iter().map(|p| format!("{} {}", p.method, p.nodes)).collect();
+        let points: Vec<String> = front.points.iter().map(|p| format!("{} {} x{}", p.method, p.nodes, p.substeps)).collect();
         println!("front of {} over {} at {} kPa: {}", front.error, front.cost, front.youngs_modulus_pa * 1e-3, points.join(", "));
+    }
+    for front in &summary.moving_fronts {
+        println!(
+            "\nfront of tick time, held and moving error together at {} kPa: nothing is as good in all three",
+            front.youngs_modulus_pa * 1e-3
+        );
+        println!("{:<22} {:>5} {:>5} {:>9} {:>7} {:>8}", "method", "nodes", "steps", "us/tick", "held %", "moving %");
+        for MovingPoint { method, nodes, substeps, tick_us, held_rms_pct, moving_rms_pct } in &front.points {
+            println!("{method:<22} {nodes:>5} {substeps:>5} {tick_us:>9.1} {held_rms_pct:>7.1} {moving_rms_pct:>8.1}");
+        }
     }
 }

@@ -115,7 +115,7 @@ impl EmulateArgs {
                 .as_ref()
                 .map(|d| format!("tick {}: {} is {} on the board and {} here", d.tick, d.what, d.values[0], d.values[1])),
         };
-        summary::write(&folder, &scene, &session, &press, false)?;
+        summary::write(&folder, &scene, &session, &press, &[], false)?;
         folder.write_json("emulated.json", &told)?;
         if self.timing {
             write_timing(&folder, &scene, &session, machine, &seen, &told)?;

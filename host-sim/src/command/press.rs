@@ -6,12 +6,15 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::Common;
 use crate::error::Error;
 use crate::summary;
+use palpate_tissue::budget::MACHINES;
 use palpate_tissue::machine::{PROFILE, processor};
+use palpate_tissue::moving::{Ramp, RampError};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::press::{self, Press};
 use palpate_tissue::reference_values;
 use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::session::Session;
+use palpate_tissue::session::moving::{DEFAULT_ERROR_PCT, MovingReport};
 
 /// A progress bar appears on a terminal when a run takes longer than this [ms].
 const QUIET_MS: u128 = 2000;
@@ -34,13 +37,16 @@ impl Default for PressArgs {
 impl PressArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let scene = Scene::load(&self.common.scene)?;
-        let session = Session::prepare(&scene)?;
+        let session = Session::prepare(&scene)?.for_motion(&MACHINES[0], &scene)?;
+        let ramps = Ramp::of_scene(&scene).map_err(palpate_tissue::Error::from)?;
         // not before the scene is known to be good: bad input leaves nothing behind
         let folder = OutputFolder::open(&self.common.folder("press"))?;
         print_report(&scene, &session);
         let press = with_progress(|progress| press::run(&scene, &session, progress))?;
-        summary::write(&folder, &scene, &session, &press, self.vtu)?;
+        let moving = judge_ramps(&ramps, &session)?;
+        summary::write(&folder, &scene, &session, &press, &moving, self.vtu)?;
         print_holds(&scene, &press);
+        print_moving(&moving);
         let out = folder.publish()?;
         println!("\nwrote {}: summary.json, trace.csv, surface_*.csv, pictures as SVG and PNG", out.display());
         Ok(press.check(&scene.drive)?)
@@ -90,6 +96,18 @@ fn print_report(scene: &Scene, session: &Session) {
         "  step      stable to {:.2} ms at rest, {:.2} ms pressed to {:.1} mm: {} substep(s) a tick; mass floor x{:.2}",
         r.stable_rest_ms, r.stable_pressed_ms, r.depth_limit_mm, r.substeps, r.mass_floor_ratio
     );
+    if let Some(moving) = r.moving {
+        let MovingReport { speed_m_per_s, rms_pct, allowed_pct } = moving;
+        println!(
+            "  moving    {rms_pct:.1} % off on the way down at {:.0} mm/s, against the same patch with almost true masses",
+            speed_m_per_s * 1e3
+        );
+        if rms_pct > allowed_pct {
+            println!(
+                "  warning   more than the {allowed_pct} % that are aimed at, and more substeps do not fit or do not help: take fewer nodes or move more slowly"
+            );
+        }
+    }
     println!("  expected  about {:.4} N at 1 mm (a half-space under this probe)", r.half_space_force_at_1mm_n);
     if r.element_mm > 1e3 * scene.probe.radius_m {
         println!(
@@ -103,6 +121,36 @@ fn print_report(scene: &Scene, session: &Session) {
             "  model     uncalibrated, constants from formulas alone: palpate calibrate fits a block's patch; patch = FILE under [solver] takes it"
         ),
         n => println!("  model     calibrated to finite elements over {n} places"),
+    }
+}
+
+/// The session's patch on every ramp whose truth is stored; a ramp that it does not survive is left
+/// out.
+fn judge_ramps(ramps: &[Ramp], session: &Session) -> Result<Vec<RampError>, Error> {
+    let mut errors = Vec::new();
+    for ramp in ramps {
+        errors.extend(ramp.judge_patch(&session.patch, &session.params, session.patch.site_m())?.ok());
+    }
+    Ok(errors)
+}
+
+fn print_moving(errors: &[RampError]) {
+    if errors.is_empty() {
+        return;
+    }
+    println!(
+        "\nforce while moving, against finite elements with true masses: error of the force there, rms over the ramp and peak [%]"
+    );
+    println!("{:>10} {:>8} {:>8} {:>8} {:>8} {:>9} {:>8}", "mm/s", "at 1 mm", "2 mm", "3 mm", "4 mm", "rms/peak", "peak");
+    for e in errors {
+        let [a, b, c, d] = e.at_pct;
+        println!("{:>10} {a:>+8.1} {b:>+8.1} {c:>+8.1} {d:>+8.1} {:>9.1} {:>+8.1}", e.speed_mm_per_s, e.rms_pct, e.peak_pct);
+    }
+    if errors.iter().any(|e| e.rms_pct > DEFAULT_ERROR_PCT) {
+        println!(
+            "{:>10} a scene whose drive is that fast takes the substeps that it needs, as moving_error_pct under [solver] says",
+            ""
+        );
     }
 }
 

@@ -13,6 +13,9 @@ pub enum Error {
     /// A mesh that cannot be used.
     #[error("{0}")]
     Mesh(#[from] MeshError),
+    /// A stored truth of a moving probe that cannot be used.
+    #[error("{0}")]
+    Truth(#[from] crate::moving::TruthError),
     /// Parameters or a model that the core refuses.
     #[error("{0}")]
     Build(#[from] palpate::BuildError),

@@ -17,6 +17,7 @@ pub mod finger;
 pub mod machine;
 pub mod measure;
 pub mod mesh;
+pub mod moving;
 pub mod organ;
 pub mod output;
 pub mod patch;

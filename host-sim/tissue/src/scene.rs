@@ -187,11 +187,15 @@ pub struct Solver {
     pub method: Method,
     /// Packed patch to press instead of building one; "none" keeps even a shipped one away.
     pub patch: Option<PathBuf>,
+    /// Largest force error while the probe moves at the drive's speed: root mean square over the
+    /// ramp, of its largest force [%]. It decides the substeps; without this key 5 is aimed at, and
+    /// a scene that cannot keep it runs with a warning.
+    pub moving_error_pct: Option<f64>,
 }
 
 impl Default for Solver {
     fn default() -> Self {
-        Self { method: Method::Palpate, patch: None }
+        Self { method: Method::Palpate, patch: None, moving_error_pct: None }
     }
 }
 

@@ -1,6 +1,7 @@
 //! A scene made ready to run: patch, parameters, stable step, start-up report.
 
 pub mod calibrated;
+pub mod moving;
 pub mod packed;
 
 use palpate::{Limits, Params, ProbeShape, Terms, Vector3};
@@ -65,6 +66,8 @@ pub struct Report {
     pub depth_limit_mm: f64,
     /// Substeps of a tick.
     pub substeps: u16,
+    /// The error while the probe moves; none before [`Session::for_motion`] was asked.
+    pub moving: Option<moving::MovingReport>,
     /// Force expected at 1 mm [N]: Hertz for a sphere, the rigid punch for a flat end, on a
     /// half-space.
     pub half_space_force_at_1mm_n: f64,
@@ -234,6 +237,7 @@ fn report(patch: &Patch, params: &Params, stable: &StableStep, flipped_tets: usi
         stable_pressed_ms: stable.pressed_s * 1e3,
         depth_limit_mm: f64::from(model.depth_limit_m) * 1e3,
         substeps: params.substeps,
+        moving: None,
         half_space_force_at_1mm_n,
     })
 }

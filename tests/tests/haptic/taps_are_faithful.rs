@@ -2,8 +2,9 @@
 //! with floored masses does not.
 
 use palpate::Params;
-use palpate_loop::closed_loop::fidelity::{TAPS, derive, with_substeps};
+use palpate_loop::closed_loop::fidelity::{TAPS, derive};
 use palpate_tests::bench::Bench;
+use palpate_tissue::moving::with_substeps;
 
 const DEPTH_M: f64 = 4e-3;
 

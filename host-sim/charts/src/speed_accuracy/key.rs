@@ -6,7 +6,7 @@ use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, WHITE};
 
 use super::marker::{Shape, look, outline, radius_px};
-use super::{FRONT, SpeedAccuracy};
+use super::{FRONT, SpeedAccuracy, label};
 use crate::canvas::Area;
 use crate::canvas::Drawn;
 use crate::style::{DEPTH, INK, MUTED, TICK_PX, heading, line, px, text};
@@ -63,7 +63,7 @@ pub fn draw<DB: DrawingBackend>(area: &Area<DB>, data: &SpeedAccuracy, left: i32
         let center = (left + px(8.0), y);
         let look = look(m);
         area.draw(&Polygon::new(outline(look.shape, center, px(4.5)), look.color.filled()))?;
-        say(&format!("{} {}", method.name, point.nodes), 20.0, y, MUTED)?;
+        say(&format!("{} {}", method.name, label(point)), 20.0, y, MUTED)?;
         y += px(LINE_PX);
     }
     Ok(())

@@ -42,20 +42,4 @@ pub enum DynamicError {
         /// Depth of the tip there [m].
         depth_m: f64,
     },
-    /// The stored table of truths cannot be read.
-    #[error("{file}, line {line}: {why}")]
-    Table {
-        /// Name of the file.
-        file: String,
-        /// Line, counted from 1.
-        line: usize,
-        /// Reason.
-        why: &'static str,
-    },
-    /// The stored table of truths has no entry of that name.
-    #[error("no truth is called {name}: see TRUTHS for the names")]
-    Unknown {
-        /// The name that was asked for.
-        name: String,
-    },
 }

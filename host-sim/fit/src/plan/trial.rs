@@ -11,6 +11,7 @@ use palpate_tissue::budget::{Counts, MACHINES, Machine};
 use palpate_tissue::error::Error;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
+use palpate_tissue::session::moving::MovingReport;
 
 /// Places that screening judges by, and those of a full fit: seeds that no fit uses.
 const SCREENING_SEEDS: [u64; 1] = [41];
@@ -74,6 +75,8 @@ pub struct Trial {
     pub keeps_pct: f64,
     /// Shear stiffness error of a glued disc, caused by the edge alone [%].
     pub shear_error_pct: Option<f64>,
+    /// The error while the probe moves as the scene says, with these substeps; of a full fit only.
+    pub moving: Option<MovingReport>,
     /// Ready to write; of a full fit only.
     #[serde(skip)]
     pub session: Option<Box<Session>>,
@@ -85,10 +88,12 @@ fn by_name<S: Serializer>(terms: &Terms, to: S) -> Result<S::Ok, S::Error> {
 }
 
 impl Trial {
-    /// Whether a tolerance [%] is kept: pressed, and by the edge when sheared.
+    /// Whether a tolerance [%] is kept: pressed, and by the edge when sheared; and the moving error
+    /// that the scene allows.
     #[must_use]
     pub fn keeps(&self, tolerance_pct: f64) -> bool {
-        self.keeps_pct <= tolerance_pct && self.edge_keeps(tolerance_pct)
+        let moving = self.moving.is_none_or(|moving| moving.keeps());
+        self.keeps_pct <= tolerance_pct && self.edge_keeps(tolerance_pct) && moving
     }
 
     /// Whether the edge alone keeps it when sheared.
@@ -142,9 +147,11 @@ impl Bench<'_> {
         let touched = weighed.counts.touched;
         let counts = Counts::of(&fit.patch.model(), touched);
         let shear_error_pct = edge.shear_error_pct(weighed);
-        let (mut substeps, mut patch_bytes, mut session) = (weighed.substeps, weighed.patch_bytes, None);
+        let (mut substeps, mut patch_bytes, mut moving, mut session) = (weighed.substeps, weighed.patch_bytes, None, None);
         if effort == Effort::Full {
-            let ready = Session::of_fitted(self.machine, fit.patch, fit.params)?;
+            let ready =
+                Session::of_fitted(self.machine, fit.patch, fit.params)?.for_motion_at_any_cost(self.machine, self.scene)?;
+            moving = ready.report.moving;
             substeps = ready.params.substeps;
             patch_bytes = ready.patch.pack(&ready.params, ready.stable.pressed_s as f32).len();
             session = Some(Box::new(ready));
@@ -164,6 +171,7 @@ impl Bench<'_> {
             judged,
             keeps_pct: judged.keeps_pct(),
             shear_error_pct,
+            moving,
             session,
         })
     }

@@ -1,4 +1,4 @@
-//! The Pareto front: what nothing else beats in cost and error both.
+//! Pareto fronts: what nothing else beats in cost and error both, or in cost and two errors.
 
 /// Indices of the points (cost, error) that no other point beats, by rising cost. A point that is
 /// not finite is on no front; of equal points the first is.
@@ -13,4 +13,20 @@ pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
         better
     });
     order
+}
+
+/// Indices of the points (cost, error, error) that no other point matches in two of the three and
+/// beats in the third, by rising cost. A point that is not finite is on no front; of equal points
+/// the first is.
+#[must_use]
+pub fn front_of_three(points: &[[f64; 3]]) -> Vec<usize> {
+    let finite = |n: &usize| points[*n].iter().all(|v| v.is_finite());
+    let beaten_by = |a: usize, b: usize| {
+        let no_worse = points[b].iter().zip(points[a]).all(|(b, a)| *b <= a);
+        no_worse && (points[b] != points[a] || b < a)
+    };
+    let all: Vec<usize> = (0..points.len()).filter(finite).collect();
+    let mut front: Vec<usize> = all.iter().copied().filter(|&a| !all.iter().any(|&b| b != a && beaten_by(a, b))).collect();
+    front.sort_by(|&a, &b| points[a][0].total_cmp(&points[b][0]));
+    front
 }

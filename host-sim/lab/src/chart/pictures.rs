@@ -13,9 +13,10 @@ const COST_WORDS: [(&str, f64, &str); 2] = [
     ("cycles of a 1 ms tick on a Cortex-M4F [thousands, estimated]", 168.0, "1 ms at 168 MHz"),
 ];
 /// Words of an error: title, axis.
-const ERROR_WORDS: [(&str, &str); 2] = [
+const ERROR_WORDS: [(&str, &str); 3] = [
     ("force", "RMS force error at 1, 2, 4 and 8 mm [%]"),
     ("shape of the surface", "mean surface error, r < 20 mm, at 2 and 4 mm [mm]"),
+    ("force while the probe moves", "RMS force error in ramps of 40, 100, 200 and a tap of 500 mm/s [% of the peak]"),
 ];
 
 /// Draws them; the names of those that were written, without ending. A quantity without a reference
@@ -31,8 +32,12 @@ pub fn pictures(folder: &OutputFolder, runs: &[Run]) -> Result<Vec<String>, Erro
         palpate_tissue::machine::processor(),
         palpate_tissue::machine::build()
     );
+    let below = match runs.iter().any(|r| r.task.refinement > 1) {
+        true => format!("{below}; a line joins the meshes of one split of the substeps"),
+        false => below,
+    };
     let mut names = Vec::new();
-    for modulus_pa in moduli {
+    for &modulus_pa in &moduli {
         for ((cost_name, cost), (cost_axis, budget, budget_name)) in COSTS.into_iter().zip(COST_WORDS) {
             for ((error_name, error), (what, error_axis)) in ERRORS.into_iter().zip(ERROR_WORDS) {
                 // cycles are drawn in thousands
@@ -49,7 +54,7 @@ pub fn pictures(folder: &OutputFolder, runs: &[Run]) -> Result<Vec<String>, Erro
                     below: &below,
                     cost: cost_axis,
                     error: error_axis,
-                    budget: (budget, budget_name),
+                    budget: Some((budget, budget_name)),
                     methods: &methods,
                     front: &front,
                 };
@@ -57,6 +62,39 @@ pub fn pictures(folder: &OutputFolder, runs: &[Run]) -> Result<Vec<String>, Erro
                 names.push(name);
             }
         }
+    }
+    names.extend(moving_pictures(folder, runs, &below)?);
+    Ok(names)
+}
+
+/// Moving over held error of everything that fits a millisecond, one picture per stiffness. The
+/// front is what no other model within the millisecond beats in both.
+fn moving_pictures(folder: &OutputFolder, runs: &[Run], below: &str) -> Result<Vec<String>, Error> {
+    let mut moduli: Vec<f64> = runs.iter().map(|r| r.task.youngs_modulus_pa).collect();
+    moduli.dedup();
+    let mut names = Vec::new();
+    for modulus_pa in moduli {
+        let errors = |m: &Measured| {
+            let within = m.time.min_us <= COST_WORDS[0].1;
+            within.then_some((m.accuracy.rms_pct()?, m.moving?.rms_pct()))
+        };
+        let methods = methods(runs, modulus_pa, errors);
+        if methods.iter().all(|m| m.points.is_empty()) {
+            continue;
+        }
+        let (kpa, front) = (modulus_pa * 1e-3, front_of(&methods));
+        let name = format!("moving_over_held_{kpa}kpa");
+        let chart = SpeedAccuracy {
+            title: &format!("Error while moving against error when held, ticks under 1 ms, {kpa} kPa"),
+            below,
+            cost: "RMS force error of held presses at 1, 2, 4 and 8 mm [%]",
+            error: ERROR_WORDS[2].1,
+            budget: None,
+            methods: &methods,
+            front: &front,
+        };
+        speed_accuracy(folder.draft(), &name, &chart)?;
+        names.push(name);
     }
     Ok(names)
 }
@@ -66,7 +104,13 @@ fn methods(runs: &[Run], modulus_pa: f64, of: impl Fn(&Measured) -> Option<(f64,
         let rows = runs.iter().filter(|r| r.task.method == method && r.task.youngs_modulus_pa == modulus_pa);
         let point = |run: &Run| {
             let (cost, error) = of(run.outcome.as_ref().ok()?)?;
-            Some(MethodPoint { nodes: run.task.nodes, cost, error, survived: run.survived().is_some() })
+            Some(MethodPoint {
+                nodes: run.task.nodes,
+                split: run.task.refinement,
+                cost,
+                error,
+                survived: run.survived().is_some(),
+            })
         };
         MethodPoints { name: method.name(), points: rows.filter_map(point).collect() }
     };

@@ -11,6 +11,8 @@ pub struct Task {
     pub nodes: usize,
     /// Young's modulus [Pa].
     pub youngs_modulus_pa: f64,
+    /// Each of the substeps that survive is split in so many.
+    pub refinement: u16,
 }
 
 /// Rows, mesh by mesh.
@@ -18,30 +20,40 @@ pub struct Task {
 pub struct Plan {
     /// Rows in the order of running: those of one mesh and stiffness together.
     pub tasks: Vec<Task>,
+    /// Whether the moving error is measured too.
+    pub moving: bool,
 }
 
+/// Splits of the substeps that a moving chart tries: what shorter substeps gain is weighed against
+/// what more nodes gain.
+const REFINEMENTS: [u16; 3] = [1, 2, 4];
+
 impl Plan {
-    /// Everything: 4 sizes, 3.5 and 20 kPa.
+    /// Everything: 4 sizes, 3.5 and 20 kPa; 100 kPa as well where the probe moves.
     #[must_use]
-    pub fn full() -> Self {
-        Self::of(&[57, 130, 410, 1020], &[3500.0, 20_000.0])
+    pub fn full(moving: bool) -> Self {
+        let moduli_pa = [3500.0, 20_000.0, 100_000.0];
+        Self::of(&[57, 130, 410, 1020], if moving { &moduli_pa } else { &moduli_pa[..2] }, moving)
     }
 
     /// The two smallest sizes at 3.5 kPa.
     #[must_use]
-    pub fn quick() -> Self {
-        Self::of(&[57, 130], &[3500.0])
+    pub fn quick(moving: bool) -> Self {
+        Self::of(&[57, 130], &[3500.0], moving)
     }
 
     /// All methods at these sizes and stiffnesses [Pa].
     #[must_use]
-    pub fn of(sizes: &[usize], moduli_pa: &[f64]) -> Self {
+    pub fn of(sizes: &[usize], moduli_pa: &[f64], moving: bool) -> Self {
         let mut tasks = Vec::new();
         for &youngs_modulus_pa in moduli_pa {
             for &nodes in sizes {
-                tasks.extend(Method::ALL.map(|method| Task { method, nodes, youngs_modulus_pa }));
+                for method in Method::ALL {
+                    let splits = if moving && method.takes_substeps() { &REFINEMENTS[..] } else { &REFINEMENTS[..1] };
+                    tasks.extend(splits.iter().map(|&refinement| Task { method, nodes, youngs_modulus_pa, refinement }));
+                }
             }
         }
-        Self { tasks }
+        Self { tasks, moving }
     }
 }

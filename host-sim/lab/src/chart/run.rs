@@ -2,9 +2,10 @@
 
 use super::accuracy::Accuracy;
 use super::cycles::m4f_cycles;
+use super::moving::Moving;
 use super::plan::Task;
 use super::reference::Reference;
-use super::survive::{Failure, Trial, least_substeps};
+use super::survive::{Failure, Survival, Trial, least_substeps, try_press};
 use super::timing::{TickTime, tick_time};
 use crate::error::Error;
 use crate::rivals::{Block, Size};
@@ -29,6 +30,8 @@ pub struct Measured {
     pub trial: Trial,
     /// Errors.
     pub accuracy: Accuracy,
+    /// Errors while the probe moves, where they were asked for and a truth is known.
+    pub moving: Option<Moving>,
     /// Time of a tick.
     pub time: TickTime,
     /// Estimated cycles of a tick on a Cortex-M4F.
@@ -52,29 +55,58 @@ impl Run {
     }
 }
 
-/// Runs a row. `None` where the method cannot be had.
+/// Runs the rows of one method, mesh and stiffness, which differ in their refinement alone; none
+/// where the method cannot be had.
 ///
 /// # Errors
 /// A method that cannot be built.
-pub fn measure(task: Task, block: &Block, reference: &Reference) -> Result<Option<Run>, Error> {
-    let size = block.size();
-    let run = |outcome| Ok(Some(Run { task, size, outcome }));
-    let survival = match least_substeps(task.method, block)? {
-        None => return Ok(None),
-        Some(Err(failure)) => return run(Err(format!("{failure} with up to {} substeps", super::MOST_SUBSTEPS))),
-        Some(Ok(survival)) => survival,
-    };
+pub fn measure(tasks: &[Task], block: &Block, reference: &Reference, moving: bool) -> Result<Vec<Run>, Error> {
+    let Some(first) = tasks.first() else { return Ok(Vec::new()) };
+    let survival = least_substeps(first.method, block)?;
+    let mut runs = Vec::new();
+    for &task in tasks {
+        let block = block.clone().refined(task.refinement);
+        let outcome = match survival {
+            None => return Ok(Vec::new()),
+            Some(Err(failure)) => Some(Err(format!("{failure} with up to {} substeps", super::MOST_SUBSTEPS))),
+            Some(Ok(survival)) => of_task(task, &block, reference, survival, moving)?,
+        };
+        runs.extend(outcome.map(|outcome| Run { task, size: block.size(), outcome }));
+    }
+    Ok(runs)
+}
+
+/// One row, with the substeps that survive unrefined.
+fn of_task(
+    task: Task,
+    block: &Block,
+    reference: &Reference,
+    survival: Survival,
+    moving: bool,
+) -> Result<Option<Result<Measured, String>>, Error> {
     let substeps = survival.substeps;
+    let trial = match task.refinement {
+        1 => Some(survival.trial),
+        _ => task.method.run(block, substeps, |rival| try_press(block, rival))?,
+    };
+    let Some(trial) = trial else { return Ok(None) };
+    let moving = match if moving { Moving::measure(task.method, block, substeps)? } else { None } {
+        Some(Err(_)) => return Ok(Some(Err("diverges in a ramp or a tap".into()))),
+        Some(Ok(moving)) => Some(moving),
+        None => None,
+    };
     let accuracy = task.method.run(block, substeps, |rival| Accuracy::measure(block, rival, reference))?;
     let time = tick_time(task.method, block, substeps)?;
-    match (accuracy, time) {
-        (Some(Ok(accuracy)), Some(Ok(time))) => run(Ok(Measured {
-            substeps,
-            trial: survival.trial,
+    let all = substeps.saturating_mul(task.refinement);
+    Ok(Some(match (accuracy, time) {
+        (Some(Ok(accuracy)), Some(Ok(time))) => Ok(Measured {
+            substeps: all,
+            trial,
             accuracy,
+            moving,
             time,
-            m4f_cycles: m4f_cycles(task.method, block, substeps, time.solver_flops).unwrap_or(f64::NAN),
-        })),
-        _ => run(Err(format!("{} when pressed from hold to hold with {substeps} substeps", Failure::Diverged { depth_mm: 8.0 }))),
-    }
+            m4f_cycles: m4f_cycles(task.method, block, all, time.solver_flops).unwrap_or(f64::NAN),
+        }),
+        _ => Err(format!("{} when pressed from hold to hold with {all} substeps", Failure::Diverged { depth_mm: 8.0 })),
+    }))
 }

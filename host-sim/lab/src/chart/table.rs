@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use super::accuracy::{DEPTHS_M, SURFACE_DEPTHS_M};
-use super::front::front;
+use super::front::{front, front_of_three};
+use super::moving::{Moving, SPEEDS_MM_PER_S};
 use super::run::{Measured, Run};
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
@@ -24,8 +25,37 @@ pub struct Summary {
     pub rows: usize,
     /// Rows that survived the deepest press.
     pub survived: usize,
-    /// Front of tick time against force error, one per stiffness.
+    /// Fronts of a cost against an error, one of each per stiffness.
     pub fronts: Vec<Front>,
+    /// Fronts of tick time, held and moving error together, one per stiffness; none where nothing
+    /// moved.
+    pub moving_fronts: Vec<MovingFront>,
+}
+
+/// A front in three: what nothing matches in cost, held error and moving error at once.
+#[derive(Clone, Debug, Serialize)]
+pub struct MovingFront {
+    /// Young's modulus [Pa].
+    pub youngs_modulus_pa: f64,
+    /// By rising cost.
+    pub points: Vec<MovingPoint>,
+}
+
+/// A point of a front in three.
+#[derive(Clone, Debug, Serialize)]
+pub struct MovingPoint {
+    /// Method.
+    pub method: &'static str,
+    /// Nodes.
+    pub nodes: usize,
+    /// Substeps of a tick.
+    pub substeps: u16,
+    /// Time of a tick [us].
+    pub tick_us: f64,
+    /// Root mean square force error of held presses [%].
+    pub held_rms_pct: f64,
+    /// Root mean square force error while moving, of the largest force [%].
+    pub moving_rms_pct: f64,
 }
 
 /// A front.
@@ -48,6 +78,8 @@ pub struct FrontPoint {
     pub method: &'static str,
     /// Nodes.
     pub nodes: usize,
+    /// Substeps of a tick.
+    pub substeps: u16,
     /// Cost in the unit of the front.
     pub cost: f64,
     /// Error in the unit of the front.
@@ -60,8 +92,11 @@ pub type Quantity = fn(&Measured) -> Option<f64>;
 /// Costs by name.
 pub const COSTS: [(&str, Quantity); 2] = [("tick_us", |m| Some(m.time.min_us)), ("m4f_cycles", |m| Some(m.m4f_cycles))];
 /// Errors by name.
-pub const ERRORS: [(&str, Quantity); 2] =
-    [("force_rms_pct", |m| m.accuracy.rms_pct()), ("surface_mm", |m| m.accuracy.surface_mm())];
+pub const ERRORS: [(&str, Quantity); 3] = [
+    ("force_rms_pct", |m| m.accuracy.rms_pct()),
+    ("surface_mm", |m| m.accuracy.surface_mm()),
+    ("moving_rms_pct", |m| m.moving.as_ref().map(Moving::rms_pct)),
+];
 
 impl Summary {
     /// Draws the fronts.
@@ -70,7 +105,12 @@ impl Summary {
         let mut moduli: Vec<f64> = runs.iter().map(|r| r.task.youngs_modulus_pa).collect();
         moduli.dedup();
         let mut fronts = Vec::new();
+        let mut moving_fronts = Vec::new();
         for youngs_modulus_pa in moduli {
+            let points = moving_front_of(runs, youngs_modulus_pa);
+            if !points.is_empty() {
+                moving_fronts.push(MovingFront { youngs_modulus_pa, points });
+            }
             for (cost, cost_of) in COSTS {
                 for (error, error_of) in ERRORS {
                     let points = front_of(runs, youngs_modulus_pa, cost_of, error_of);
@@ -92,6 +132,7 @@ impl Summary {
             rows: runs.len(),
             survived: runs.iter().filter(|r| r.survived().is_some()).count(),
             fronts,
+            moving_fronts,
         }
     }
 }
@@ -105,9 +146,32 @@ fn front_of(runs: &[Run], youngs_modulus_pa: f64, cost: Quantity, error: Quantit
     let points: Vec<(f64, f64)> = rows.iter().map(|(_, c, e)| (*c, *e)).collect();
     let named = |n: usize| {
         let (run, cost, error) = rows[n];
-        FrontPoint { method: run.task.method.name(), nodes: run.task.nodes, cost, error }
+        let substeps = run.survived().map_or(0, |m| m.substeps);
+        FrontPoint { method: run.task.method.name(), nodes: run.task.nodes, substeps, cost, error }
     };
     front(&points).into_iter().map(named).collect()
+}
+
+/// Rows that survive with all of tick time, held and moving error.
+pub(super) fn moving_points(runs: &[Run], youngs_modulus_pa: f64) -> Vec<MovingPoint> {
+    let of_run = |run: &Run| {
+        let m = run.survived()?;
+        Some(MovingPoint {
+            method: run.task.method.name(),
+            nodes: run.task.nodes,
+            substeps: m.substeps,
+            tick_us: m.time.min_us,
+            held_rms_pct: m.accuracy.rms_pct()?,
+            moving_rms_pct: m.moving?.rms_pct(),
+        })
+    };
+    runs.iter().filter(|r| r.task.youngs_modulus_pa == youngs_modulus_pa).filter_map(of_run).collect()
+}
+
+fn moving_front_of(runs: &[Run], youngs_modulus_pa: f64) -> Vec<MovingPoint> {
+    let points = moving_points(runs, youngs_modulus_pa);
+    let three: Vec<[f64; 3]> = points.iter().map(|p| [p.tick_us, p.held_rms_pct, p.moving_rms_pct]).collect();
+    front_of_three(&three).into_iter().map(|n| points[n].clone()).collect()
 }
 
 /// Writes `chart.csv` and `summary.json`.
@@ -124,8 +188,9 @@ pub fn write(folder: &OutputFolder, runs: &[Run], summary: &Summary) -> Result<(
 fn csv(runs: &[Run]) -> String {
     let depths = DEPTHS_M.map(|d| format!("force_{0}mm_n,force_error_{0}mm_pct", d * 1e3)).join(",");
     let surfaces = SURFACE_DEPTHS_M.map(|d| format!("surface_error_{}mm_mm", d * 1e3)).join(",");
+    let ramps = SPEEDS_MM_PER_S.map(|v| format!("ramp_{v}_mm_per_s_rms_pct,ramp_{v}_mm_per_s_peak_pct")).join(",");
     let mut text = format!(
-        "method,nodes,edges,tets,youngs_modulus_pa,survives_8mm,substeps,min_j_8mm,tick_min_us,tick_median_us,times_springs,m4f_cycles_estimate,{depths},force_rms_pct,{surfaces}\n"
+        "method,nodes,edges,tets,youngs_modulus_pa,survives_8mm,substeps,min_j_8mm,tick_min_us,tick_median_us,times_springs,m4f_cycles_estimate,{depths},force_rms_pct,{surfaces},moving_rms_pct,{ramps}\n"
     );
     for run in runs {
         let (task, size) = (run.task, run.size);
@@ -139,7 +204,7 @@ fn csv(runs: &[Run]) -> String {
             run.verdict()
         );
         let tail = match &run.outcome {
-            Err(_) => ",".repeat(6 + 2 * DEPTHS_M.len() + 1 + SURFACE_DEPTHS_M.len()),
+            Err(_) => ",".repeat(6 + 2 * DEPTHS_M.len() + 1 + SURFACE_DEPTHS_M.len() + 1 + 2 * SPEEDS_MM_PER_S.len()),
             Ok(m) => values(m),
         };
         text.push_str(&head);
@@ -167,5 +232,11 @@ fn values(m: &Measured) -> String {
     }
     cells.push(or_empty(a.rms_pct(), 2));
     cells.extend(a.surface_error_mm.map(|s| or_empty(s, 4)));
+    cells.push(or_empty(m.moving.as_ref().map(Moving::rms_pct), 2));
+    for n in 0..SPEEDS_MM_PER_S.len() {
+        let ramp = m.moving.map(|moving| moving.0[n]);
+        cells.push(or_empty(ramp.map(|r| r.rms_pct), 2));
+        cells.push(or_empty(ramp.map(|r| r.peak_pct), 2));
+    }
     cells.into_iter().map(|c| format!(",{c}")).collect()
 }

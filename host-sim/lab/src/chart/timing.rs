@@ -43,7 +43,8 @@ pub struct TickTime {
 /// # Errors
 /// A method that cannot be built; the inner result reports that it diverged.
 pub fn tick_time(method: Method, block: &Block, substeps: u16) -> Result<Option<Result<TickTime, Fault>>, Error> {
-    let timed = Method::Springs.run(block, 1, |springs| method.run(block, substeps, |rival| in_turn(block, rival, springs)))?;
+    let whole = block.clone().refined(1);
+    let timed = Method::Springs.run(&whole, 1, |springs| method.run(block, substeps, |rival| in_turn(block, rival, springs)))?;
     Ok(timed.transpose().map(Option::flatten)?)
 }
 

@@ -24,6 +24,8 @@ pub struct Block {
     pub tissue: Tissue,
     /// Stiffness, density, damping, mass floor, probe.
     pub params: Params,
+    /// Each substep is split in so many, with the masses floored for the shorter ones.
+    pub refinement: u16,
 }
 
 /// Counts that costs depend on.
@@ -64,7 +66,7 @@ impl Block {
         let mut params = Params { youngs_modulus_pa: youngs_modulus_pa as f32, ..Params::default() };
         params.probe.shape = ProbeShape::Hemisphere;
         params.probe.radius_m = RADIUS_M as f32;
-        Self { tissue, params }
+        Self { tissue, params, refinement: 1 }
     }
 
     /// Returns the block with a stiffer or softer ball inside.
@@ -72,6 +74,13 @@ impl Block {
     pub fn with_inclusion(mut self, ball: Inclusion) -> Self {
         let mesh = &self.tissue.mesh;
         self.tissue.stiffness_ratio = mesh.tets.iter().map(|tet| ratio_of(mesh, tet, &[ball])).collect();
+        self
+    }
+
+    /// Returns the block with every substep split in so many.
+    #[must_use]
+    pub fn refined(mut self, refinement: u16) -> Self {
+        self.refinement = refinement;
         self
     }
 

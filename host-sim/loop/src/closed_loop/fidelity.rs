@@ -9,6 +9,7 @@ use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, Limits, Params, tick};
 
 use palpate_tissue::measure::volumes;
+use palpate_tissue::moving::with_substeps;
 use palpate_tissue::patch::{Memory, Patch};
 use palpate_tissue::stable_step::StableStep;
 
@@ -34,20 +35,6 @@ pub struct Fidelity {
     pub errors: [f64; TAPS.len()],
     /// Every tap is within its limit, and no tet is crushed by one.
     pub held: bool,
-}
-
-/// `n` substeps a tick, masses floored for the substep: `n^2` lighter, and the probe may sink `n`
-/// times faster.
-#[must_use]
-pub fn with_substeps(params: &Params, n: u16) -> Params {
-    let n_f = f32::from(n);
-    let max_sink_m_per_s = (params.limits.max_sink_m_per_s * n_f).min(Limits::HIGHEST.max_sink_m_per_s);
-    Params {
-        substeps: n,
-        mass_floor: params.mass_floor / (n_f * n_f),
-        limits: Limits { max_sink_m_per_s, ..params.limits },
-        ..*params
-    }
 }
 
 /// The fewest substeps that answer [`TAPS`] to `depth_m` well enough; the most tried if none does.

@@ -10,6 +10,7 @@ use crate::error::Error;
 use palpate_charts::{PlanChart, PlanDot, plan};
 use palpate_fit::plan::{Bench, Edge, Effort, Outcome, Trial, WORST_RATIO};
 use palpate_tissue::output::OutputFolder;
+use palpate_tissue::session::moving::MovingReport;
 
 #[derive(Serialize)]
 struct Promise<'a> {
@@ -23,6 +24,8 @@ struct Promise<'a> {
     centred_rms_pct: f64,
     centred_worst_pct: f64,
     unseen_places: usize,
+    /// While the probe moves at the scene's speed.
+    moving: Option<MovingReport>,
     holds: bool,
 }
 
@@ -64,6 +67,7 @@ pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome) -> R
         centred_rms_pct: t.judged.centred_rms_pct,
         centred_worst_pct: t.judged.centred_worst_pct,
         unseen_places: t.judged.places,
+        moving: t.moving,
         holds: t.keeps(bench.tolerance_pct) && t.fits,
     });
     let summary = Summary {
@@ -184,13 +188,25 @@ fn draw(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), E
 fn print(out: &Path, bench: &Bench, outcome: &Outcome, patch: Option<&str>) {
     let (name, per) = unit(bench.machine);
     println!(
-        "{:<26} {:>5} {:>6} {:>8} {:>6} {:>5} {:>9} {:>9} {:>7} {:>8} {:>8} {:>8}",
-        "", "nodes", "radius", "elements", "points", "steps", name, "RAM+flash", "rms %", "worst %", "centred", "shear %"
+        "{:<26} {:>5} {:>6} {:>8} {:>6} {:>5} {:>9} {:>9} {:>7} {:>8} {:>8} {:>8} {:>8}",
+        "",
+        "nodes",
+        "radius",
+        "elements",
+        "points",
+        "steps",
+        name,
+        "RAM+flash",
+        "rms %",
+        "worst %",
+        "centred",
+        "shear %",
+        "moving %"
     );
     let row = |what: &str, t: &Trial| {
         let c = &t.candidate;
         println!(
-            "{what:<26} {:>5} {:>6} {:>8} {:>6} {:>5} {:>9.1} {:>6.1} kB {:>7.2} {:>+8.2} {:>8.2} {:>8}",
+            "{what:<26} {:>5} {:>6} {:>8} {:>6} {:>5} {:>9.1} {:>6.1} kB {:>7.2} {:>+8.2} {:>8.2} {:>8} {:>8}",
             t.counts.nodes,
             c.radius_radii,
             c.element_radii,
@@ -201,7 +217,8 @@ fn print(out: &Path, bench: &Bench, outcome: &Outcome, patch: Option<&str>) {
             t.judged.rms_pct,
             t.judged.worst_pct,
             t.judged.centred_rms_pct,
-            t.shear_error_pct.map_or_else(|| "-".into(), |e| format!("{e:+.2}"))
+            t.shear_error_pct.map_or_else(|| "-".into(), |e| format!("{e:+.2}")),
+            t.moving.map_or_else(|| "-".into(), |m| format!("{:.2}", m.rms_pct))
         );
     };
     for (what, trial) in [
@@ -252,6 +269,13 @@ fn print(out: &Path, bench: &Bench, outcome: &Outcome, patch: Option<&str>) {
         bench.judge.depths_m.first().copied().unwrap_or_default() * 1e3,
         bench.judge.depths_m.last().copied().unwrap_or_default() * 1e3
     );
+    if let Some(moving) = outcome.chosen.as_ref().and_then(|t| t.moving) {
+        println!(
+            "moving: the chosen one on the way down at {:.0} mm/s against itself with almost true masses; {} % allowed",
+            moving.speed_m_per_s * 1e3,
+            moving.allowed_pct
+        );
+    }
     println!(
         "wrote {}: {}summary.json, searched.csv, plan.svg, plan.png",
         out.display(),

@@ -25,6 +25,7 @@ impl Scene {
         self.check_inclusions()?;
         let up = [0.0, 0.0, 1.0];
         self.params(up).check().map_err(|cause| SceneError::parameter(&self.file, cause))?;
+        self.check_solver()?;
         self.check_drive()
     }
 
@@ -51,6 +52,17 @@ impl Scene {
             return self.bad("name", "must be one line of text without slashes, it becomes part of file names: rename the scene");
         }
         Ok(())
+    }
+
+    /// The moving error that is allowed.
+    fn check_solver(&self) -> Result<(), SceneError> {
+        match self.solver.moving_error_pct {
+            Some(pct) if !(pct > 0.0 && pct <= 100.0) => {
+                let why = format!("= {pct}: give a percentage above 0, at most 100");
+                self.bad("solver.moving_error_pct", &why)
+            }
+            _ => Ok(()),
+        }
     }
 
     /// One source of tissue, with the keys that belong to it.

@@ -1,7 +1,8 @@
 //! The stored truths: each is complete, and a computation gives it again.
 
-use palpate_fit::dynamic::truths::{Course, Site, TRUTHS, Truth};
+use palpate_fit::dynamic::truths::Computed;
 use palpate_tissue::answer::Answer;
+use palpate_tissue::moving::truth::{Course, Site, TRUTHS, Truth};
 
 use crate::dynamic_truth::coarse;
 use crate::fem_reference::assert_within;

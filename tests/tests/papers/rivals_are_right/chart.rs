@@ -1,6 +1,7 @@
 //! The front, and what `palpate chart` leaves behind.
 
-use palpate_lab::chart::front;
+use palpate_lab::chart::{Plan, Reference, Task, front, front_of_three, measure};
+use palpate_lab::rivals::{Block, Method};
 use palpate_tests::palpate_command::{Desk, palpate};
 
 #[test]
@@ -10,6 +11,38 @@ fn the_front_is_what_nothing_beats() {
     let points = [(1.0, 9.0), (1.0, 8.0), (2.0, 4.0), (3.0, 5.0), (2.0, 4.0), (10.0, 1.0), (f64::NAN, 0.1), (0.5, f64::INFINITY)];
     assert_eq!(front(&points), [1, 2, 5]);
     assert!(front(&[]).is_empty());
+}
+
+#[test]
+fn the_front_of_three_is_what_nothing_matches() {
+    // 1 beats 0 in one of three, 2 is worse than 1 in all, 3 has the least last, 4 equals 3, 5 is no
+    // number
+    let points = [[1.0, 9.0, 2.0], [1.0, 8.0, 2.0], [2.0, 9.0, 3.0], [5.0, 9.0, 1.0], [5.0, 9.0, 1.0], [0.1, 0.1, f64::NAN]];
+    assert_eq!(front_of_three(&points), [1, 3]);
+    assert!(front_of_three(&[]).is_empty());
+}
+
+/// Shorter substeps with lighter masses leave the held force and take most of the moving error of
+/// stiff tissue; a stiffness without a dynamic truth has no moving error.
+#[test]
+fn shorter_substeps_take_the_floored_masses_out_of_a_moving_probe() {
+    let rows = |youngs_modulus_pa: f64, moving: bool| {
+        let block = Block::standard(57, youngs_modulus_pa).unwrap();
+        let task = |refinement| Task { method: Method::Palpate, nodes: 57, youngs_modulus_pa, refinement };
+        measure(&[task(1), task(2)], &block, &Reference::block(), moving).unwrap()
+    };
+    let stiff = rows(20_000.0, true);
+    let [whole, split] = [0, 1].map(|n| *stiff[n].survived().unwrap());
+    assert_eq!(split.substeps, 2 * whole.substeps);
+    let [held, held_split] = [whole, split].map(|m| m.accuracy.rms_pct().unwrap());
+    assert!((held / held_split - 1.0).abs() < 0.02, "{held} % and {held_split} % held");
+    let [moving, moving_split] = [whole, split].map(|m| m.moving.unwrap().rms_pct());
+    println!("held {held:.2} and {held_split:.2} %, moving {moving:.2} and {moving_split:.2} %");
+    assert!(moving_split < 0.6 * moving, "{moving_split} % beside {moving} %");
+    assert!(rows(5000.0, true).iter().all(|r| r.survived().unwrap().moving.is_none()));
+    assert!(rows(20_000.0, false).iter().all(|r| r.survived().unwrap().moving.is_none()));
+    let splits = |plan: Plan| plan.tasks.iter().map(|t| t.refinement).max();
+    assert_eq!((splits(Plan::quick(false)), splits(Plan::quick(true))), (Some(1), Some(4)));
 }
 
 /// Cells of a line; none of the chart's texts has a comma.

@@ -154,7 +154,7 @@ fn over_cycles(folder: &OutputFolder, name: &str, table: &Table, fine_m: f64, sc
             let rows = table.rows.iter().filter(|r| r.fine_m == fine_m && r.kind == Kind::Patch(*edge));
             let point = |r: &Row| {
                 let cost = 1e-3 * r.cost.as_ref()?.tick_m4f_cycles;
-                Some(MethodPoint { nodes: r.size.nodes, cost, error: drawn(worst_pct(r)?), survived: true })
+                Some(MethodPoint { nodes: r.size.nodes, split: 1, cost, error: drawn(worst_pct(r)?), survived: true })
             };
             MethodPoints { name: label, points: rows.filter_map(point).collect() }
         })
@@ -172,7 +172,7 @@ fn over_cycles(folder: &OutputFolder, name: &str, table: &Table, fine_m: f64, sc
         below: &format!("{scene}; each line: patches of rising radius; dense S, zero by definition, is drawn at {FLOOR_PCT} %"),
         cost: "cycles of a 1 ms tick on a Cortex-M4F [thousands, estimated]",
         error: "worst error one probe radius off the centre, against dense S [%]",
-        budget: (168.0, "1 ms at 168 MHz"),
+        budget: Some((168.0, "1 ms at 168 MHz")),
         methods: &methods,
         front: &front,
     };

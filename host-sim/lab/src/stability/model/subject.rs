@@ -144,14 +144,14 @@ impl Subject {
             contact_damping: params.contact_damping / longer,
             ..params
         };
-        Self { block: Block { params, tissue: self.block.tissue.clone() }, ..self.clone() }
+        Self { block: Block { params, ..self.block.clone() }, ..self.clone() }
     }
 
     /// Returns the subject in another stiffness [Pa], with the substeps of this one.
     #[must_use]
     pub fn with_modulus(&self, youngs_modulus_pa: f64) -> Self {
         let params = Params { youngs_modulus_pa: youngs_modulus_pa as f32, ..self.block.params };
-        Self { block: Block { params, tissue: self.block.tissue.clone() }, ..self.clone() }
+        Self { block: Block { params, ..self.block.clone() }, ..self.clone() }
     }
 
     /// Presses and judges.

@@ -78,7 +78,7 @@ pub fn measure(block: &Block, stiffness_n_per_m: f64, steps_s: &[f64]) -> Result
                 step: VelocityVerlet::default(),
                 compression: correction,
             };
-            let stepped = Block { tissue: block.tissue.clone(), params };
+            let stepped = Block { params, ..block.clone() };
             let mut rival = OnCore { model: &model, tuned: &tuned, state, method };
             if let Ok(held) = hold(&stepped, &mut rival, DEPTH_M) {
                 points.push((step_s, held.force_n));

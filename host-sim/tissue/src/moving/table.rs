@@ -2,9 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::error::DynamicError;
-use super::history::History;
-use super::motion::Motion;
+use super::error::TruthError;
 
 const COLUMNS: &str = "t_s,depth_m,across_m,force_x_over_e_m2,force_y_over_e_m2,force_normal_over_e_m2";
 /// Forces are written in units of this area [m^2], to that many digits after the point.
@@ -33,18 +31,6 @@ pub struct Table {
 impl Table {
     /// Version of the files.
     pub const VERSION: u32 = 1;
-
-    /// Reads a history at a fixed spacing. The press must be along z.
-    #[must_use]
-    pub fn of(history: &History, motion: &Motion, spacing_s: f64) -> Self {
-        let count = (motion.duration_s() / spacing_s).round() as u32;
-        let row = |n: u32| {
-            let t_s = f64::from(n) * spacing_s;
-            let pose = motion.pose(t_s);
-            Row { t_s, depth_m: pose.depth_m, across_m: pose.across_m[0], force_over_e_m2: history.force_over_e_m2(t_s) }
-        };
-        Self { rows: (0..=count).map(row).collect() }
-    }
 
     /// Force on the probe over Young's modulus at a time [m^2], straight between rows.
     #[must_use]
@@ -76,9 +62,9 @@ impl Table {
     /// Reads the text of a file; `file` names it in errors.
     ///
     /// # Errors
-    /// [`DynamicError::Table`]: the first line that is wrong.
-    pub fn parse(file: &str, text: &str) -> Result<Self, DynamicError> {
-        let wrong = |line: usize, why: &'static str| DynamicError::Table { file: file.to_owned(), line: line + 1, why };
+    /// [`TruthError::Table`]: the first line that is wrong.
+    pub fn parse(file: &str, text: &str) -> Result<Self, TruthError> {
+        let wrong = |line: usize, why: &'static str| TruthError::Table { file: file.to_owned(), line: line + 1, why };
         let version = format!("# version = {},", Self::VERSION);
         if !text.starts_with(&version) {
             return Err(wrong(0, "is of another version: compute it anew with the example moving_truths"));
@@ -128,7 +114,7 @@ mod tests {
         let table = Table { rows: vec![row(0.0, 0.0), row(0.001, 3.25e-6)] };
         let text = table.to_csv(&["version = 1, truth = test".to_owned()]);
         let line = |text: &str| match Table::parse("test", text) {
-            Err(DynamicError::Table { line, .. }) => line,
+            Err(TruthError::Table { line, .. }) => line,
             other => panic!("{other:?}"),
         };
         assert_eq!(line(&text.replace("version = 1", "version = 9")), 1);

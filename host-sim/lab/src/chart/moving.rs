@@ -1,0 +1,47 @@
+//! Force on a probe that moves, against the dynamic truth: ramps of 40, 100 and 200 mm/s to 4 mm
+//! and a tap of 500 mm/s, each from rest.
+
+use palpate::Fault;
+use palpate_tissue::moving::{Ramp, RampError};
+
+use crate::error::Error;
+use crate::rivals::{Block, Method};
+
+/// Speeds of the ramps [mm/s]; the last is the tap.
+pub const SPEEDS_MM_PER_S: [u32; 4] = [40, 100, 200, 500];
+
+/// Errors of one method while the probe moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moving(pub [RampError; SPEEDS_MM_PER_S.len()]);
+
+impl Moving {
+    /// Root of the mean square over the ramps and the tap of their own errors, each of its largest
+    /// force [%].
+    #[must_use]
+    pub fn rms_pct(&self) -> f64 {
+        (self.0.iter().map(|ramp| ramp.rms_pct.powi(2)).sum::<f64>() / self.0.len() as f64).sqrt()
+    }
+
+    /// Presses every ramp. `None` for a stiffness without a dynamic truth, and for a method that
+    /// cannot be had.
+    ///
+    /// # Errors
+    /// A method that cannot be built; the inner result is the fault of one that diverges.
+    pub fn measure(method: Method, block: &Block, substeps: u16) -> Result<Option<Result<Self, Fault>>, Error> {
+        let kpa = f64::from(block.params.youngs_modulus_pa) * 1e-3;
+        let mut errors = Vec::new();
+        for speed in SPEEDS_MM_PER_S {
+            // the truths are of 3.5, 20 and 100 kPa
+            let Ok(ramp) = Ramp::named(&format!("centre-{kpa}kpa-{speed}")) else { return Ok(None) };
+            let along = |force: palpate::Vector3<f32>| f64::from(force.dot(&block.params.probe.axis));
+            let judged =
+                method.run(block, substeps, |rival| ramp.judge(|depth_m| rival.tick(block.tip_m(depth_m)).map(along)))?;
+            match judged {
+                None => return Ok(None),
+                Some(Err(fault)) => return Ok(Some(Err(fault))),
+                Some(Ok(error)) => errors.push(error),
+            }
+        }
+        Ok(errors.try_into().ok().map(|errors| Ok(Self(errors))))
+    }
+}

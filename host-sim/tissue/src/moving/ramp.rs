@@ -1,0 +1,135 @@
+//! Force error of one ramp against its stored truth.
+
+use palpate::{Fault, Params, ProbePose, Vector3, tick};
+use serde::Serialize;
+
+use super::error::TruthError;
+use super::table::Table;
+use super::truth::{Course, TRUTHS, Truth};
+use crate::error::Error;
+use crate::patch::{Memory, Patch};
+use crate::scene::Scene;
+
+/// Depth of the stored ramps [m].
+const DEPTH_M: f64 = 0.004;
+/// Depths whose own errors are given [m].
+pub const AT_M: [f64; 4] = [0.001, 0.002, 0.003, 0.004];
+/// Ticks above the surface before the ramp, and of the hold after it.
+const LEAD_TICKS: i32 = 5;
+const HOLD_TICKS: i32 = 40;
+/// From this speed on a ramp is a tap [mm/s], and so many ticks after its stop are judged as well:
+/// most of a tap is what follows the stop.
+const TAP_MM_PER_S: u32 = 500;
+const AFTER_TAP_TICKS: i32 = 20;
+
+/// A stored ramp, ready to be judged by.
+#[derive(Clone, Debug)]
+pub struct Ramp {
+    /// Truth it is of.
+    pub truth: Truth,
+    /// Speed [mm/s].
+    pub speed_mm_per_s: u32,
+    table: Table,
+}
+
+/// Force errors of a ramp to 4 mm, and of the hold after it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RampError {
+    /// Speed [mm/s].
+    pub speed_mm_per_s: u32,
+    /// At each of [`AT_M`], of the true force there [%].
+    pub at_pct: [f64; 4],
+    /// Root mean square over the ramp, of the largest true force in it [%]; of a tap (500 mm/s)
+    /// over the 20 ms after its stop as well.
+    pub rms_pct: f64,
+    /// Of the largest force, hold included [%].
+    pub peak_pct: f64,
+}
+
+impl Ramp {
+    /// Reads the table of a truth.
+    ///
+    /// # Errors
+    /// A drag, or a table that cannot be read.
+    pub fn of(truth: Truth) -> Result<Self, TruthError> {
+        let Course::Ramp { speed_mm_per_s, .. } = truth.course else {
+            return Err(TruthError::NoRamp { name: truth.name });
+        };
+        Ok(Self { truth, speed_mm_per_s, table: truth.stored()? })
+    }
+
+    /// The stored ramp of this name.
+    ///
+    /// # Errors
+    /// As [`Self::of`], and an unknown name.
+    pub fn named(name: &str) -> Result<Self, TruthError> {
+        Self::of(Truth::named(name)?)
+    }
+
+    /// The stored ramps of a scene's tissue, probe and place, slowest first. The scene's own drive
+    /// does not matter. Empty where no dynamic truth is stored.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub fn of_scene(scene: &Scene) -> Result<Vec<Self>, TruthError> {
+        let ramps = TRUTHS.into_iter().filter(|truth| matches!(truth.course, Course::Ramp { .. }) && truth.is_of(scene));
+        let mut ramps = ramps.map(Self::of).collect::<Result<Vec<_>, _>>()?;
+        ramps.sort_by_key(|ramp| ramp.speed_mm_per_s);
+        Ok(ramps)
+    }
+
+    /// Moves a probe as the truth did. `tick` takes the depth of the tip at the end of each
+    /// millisecond [m] and returns the force on the probe along the press [N].
+    ///
+    /// # Errors
+    /// The first error of `tick`.
+    pub fn judge<E>(&self, mut tick: impl FnMut(f64) -> Result<f64, E>) -> Result<RampError, E> {
+        let true_m2 = |t_s: f64| self.table.force_over_e_m2(t_s)[2];
+        let step_m = f64::from(self.speed_mm_per_s) * 1e-6;
+        let ramp = (DEPTH_M / step_m).round() as i32;
+        let mut force_m2 = Vec::new();
+        for n in -LEAD_TICKS..=ramp + HOLD_TICKS {
+            let force_n = tick((step_m * f64::from(n)).min(DEPTH_M))?;
+            if n >= 0 {
+                force_m2.push(force_n / self.truth.youngs_modulus_pa);
+            }
+        }
+        // between two ticks the force is taken as straight
+        let own_m2 = |ticks: f64| {
+            let before = (ticks + 1e-6).floor();
+            let share = (ticks - before).max(0.0);
+            let at = |n: f64| force_m2[(n as usize).min(force_m2.len() - 1)];
+            at(before) * (1.0 - share) + at(before + 1.0) * share
+        };
+        let at_pct = AT_M.map(|depth_m| (own_m2(depth_m / step_m) / true_m2(depth_m / step_m * 1e-3) - 1.0) * 100.0);
+        let judged = ramp + if self.speed_mm_per_s >= TAP_MM_PER_S { AFTER_TAP_TICKS } else { 0 };
+        let ticks = || (1..=judged).map(|n| (force_m2[n as usize], true_m2(f64::from(n) * 1e-3)));
+        let mean_square = ticks().map(|(own, wanted)| (own - wanted).powi(2)).sum::<f64>() / f64::from(judged);
+        let largest = ticks().map(|(_, wanted)| wanted).fold(0.0, f64::max);
+        let true_peak = self.table.rows.iter().map(|row| row.force_over_e_m2[2]).fold(0.0, f64::max);
+        let peak = force_m2.iter().copied().fold(0.0, f64::max);
+        Ok(RampError {
+            speed_mm_per_s: self.speed_mm_per_s,
+            at_pct,
+            rms_pct: mean_square.sqrt() / largest * 100.0,
+            peak_pct: (peak / true_peak - 1.0) * 100.0,
+        })
+    }
+
+    /// Presses a patch at a place of its surface [m].
+    ///
+    /// # Errors
+    /// A model that the core refuses; the inner result is the fault of a patch that does not
+    /// survive the ramp.
+    pub fn judge_patch(&self, patch: &Patch, params: &Params, site_m: Vector3<f32>) -> Result<Result<RampError, Fault>, Error> {
+        let model = patch.wide_model();
+        let mut memory = Memory::for_model(&model);
+        let params = Params { youngs_modulus_pa: self.truth.youngs_modulus_pa as f32, ..*params };
+        let (tuned, mut state) = memory.start(&model, &params)?;
+        let axis = params.probe.axis;
+        Ok(self.judge(|depth_m| {
+            let out = tick(&model, &tuned, &mut state, ProbePose { tip_m: site_m - axis * depth_m as f32 });
+            out.fault.map_or(Ok(f64::from(out.force_n.dot(&axis))), Err)
+        }))
+    }
+}

@@ -1,0 +1,148 @@
+//! The stored truths: of which scenes and motions they are, and their tables.
+//!
+//! A table is a CSV file in `references/moving`: lines that begin with `#` say how it was computed,
+//! one line names the columns, and the rows are in SI units at a fixed spacing in time. The example
+//! `moving_truths` of `palpate-fit` computes them.
+
+use super::error::TruthError;
+use super::table::Table;
+use crate::scene::{Scene, SceneError, TissueScene};
+
+/// Tissue and place of a stored truth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Site {
+    /// The preset block, pressed at its centre.
+    Centre,
+    /// The preset block, pressed 7.85 mm off its centre along x.
+    Aside,
+    /// The preset block, pressed as far off its centre, but along no plane of symmetry.
+    Askew,
+    /// The preset nodule, pressed above the stiff ball.
+    Nodule,
+}
+
+/// Movement of a stored truth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Course {
+    /// Ramp to 4 mm, and a hold.
+    Ramp {
+        /// Speed [mm/s].
+        speed_mm_per_s: u32,
+        /// Time held [ms].
+        hold_ms: u32,
+    },
+    /// Drag of 12 mm at 3 mm depth, after a ramp at 40 mm/s and 50 ms of rest.
+    Drag {
+        /// Speed across [mm/s].
+        speed_mm_per_s: u32,
+    },
+}
+
+impl Course {
+    /// Speed of its main part [mm/s].
+    #[must_use]
+    pub fn speed_mm_per_s(self) -> u32 {
+        match self {
+            Self::Ramp { speed_mm_per_s, .. } | Self::Drag { speed_mm_per_s } => speed_mm_per_s,
+        }
+    }
+}
+
+/// A stored truth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Truth {
+    /// Name, also of its file.
+    pub name: &'static str,
+    /// Tissue and place.
+    pub site: Site,
+    /// Young's modulus [Pa].
+    pub youngs_modulus_pa: f64,
+    /// Movement.
+    pub course: Course,
+    /// Text of its file.
+    text: &'static str,
+}
+
+macro_rules! truth {
+    ($name:literal, $site:ident, $kpa:literal, $course:ident { $($field:ident: $value:literal),* }) => {
+        Truth {
+            name: $name,
+            site: Site::$site,
+            youngs_modulus_pa: $kpa * 1e3,
+            course: Course::$course { $($field: $value),* },
+            text: include_str!(concat!("../../../references/moving/", $name, ".csv")),
+        }
+    };
+}
+
+/// Every stored truth.
+pub const TRUTHS: [Truth; 22] = [
+    truth!("centre-3.5kpa-40", Centre, 3.5, Ramp { speed_mm_per_s: 40, hold_ms: 100 }),
+    truth!("centre-3.5kpa-100", Centre, 3.5, Ramp { speed_mm_per_s: 100, hold_ms: 100 }),
+    truth!("centre-3.5kpa-200", Centre, 3.5, Ramp { speed_mm_per_s: 200, hold_ms: 100 }),
+    truth!("centre-3.5kpa-500", Centre, 3.5, Ramp { speed_mm_per_s: 500, hold_ms: 60 }),
+    truth!("centre-20kpa-40", Centre, 20.0, Ramp { speed_mm_per_s: 40, hold_ms: 100 }),
+    truth!("centre-20kpa-100", Centre, 20.0, Ramp { speed_mm_per_s: 100, hold_ms: 100 }),
+    truth!("centre-20kpa-200", Centre, 20.0, Ramp { speed_mm_per_s: 200, hold_ms: 100 }),
+    truth!("centre-20kpa-500", Centre, 20.0, Ramp { speed_mm_per_s: 500, hold_ms: 60 }),
+    truth!("centre-100kpa-40", Centre, 100.0, Ramp { speed_mm_per_s: 40, hold_ms: 100 }),
+    truth!("centre-100kpa-100", Centre, 100.0, Ramp { speed_mm_per_s: 100, hold_ms: 100 }),
+    truth!("centre-100kpa-200", Centre, 100.0, Ramp { speed_mm_per_s: 200, hold_ms: 100 }),
+    truth!("centre-100kpa-500", Centre, 100.0, Ramp { speed_mm_per_s: 500, hold_ms: 60 }),
+    truth!("nodule-3.5kpa-40", Nodule, 3.5, Ramp { speed_mm_per_s: 40, hold_ms: 100 }),
+    truth!("nodule-3.5kpa-200", Nodule, 3.5, Ramp { speed_mm_per_s: 200, hold_ms: 100 }),
+    truth!("aside-3.5kpa-40", Aside, 3.5, Ramp { speed_mm_per_s: 40, hold_ms: 40 }),
+    truth!("aside-3.5kpa-200", Aside, 3.5, Ramp { speed_mm_per_s: 200, hold_ms: 40 }),
+    truth!("aside-20kpa-40", Aside, 20.0, Ramp { speed_mm_per_s: 40, hold_ms: 40 }),
+    truth!("aside-20kpa-200", Aside, 20.0, Ramp { speed_mm_per_s: 200, hold_ms: 40 }),
+    truth!("aside-100kpa-40", Aside, 100.0, Ramp { speed_mm_per_s: 40, hold_ms: 40 }),
+    truth!("aside-100kpa-200", Aside, 100.0, Ramp { speed_mm_per_s: 200, hold_ms: 40 }),
+    truth!("askew-3.5kpa-200", Askew, 3.5, Ramp { speed_mm_per_s: 200, hold_ms: 40 }),
+    truth!("drag-3.5kpa-60", Centre, 3.5, Drag { speed_mm_per_s: 60 }),
+];
+
+impl Truth {
+    /// Finds a stored truth by its name.
+    ///
+    /// # Errors
+    /// [`TruthError::Unknown`].
+    pub fn named(name: &str) -> Result<Self, TruthError> {
+        TRUTHS.into_iter().find(|truth| truth.name == name).ok_or_else(|| TruthError::Unknown { name: name.to_owned() })
+    }
+
+    /// Scene whose tissue and place the truth has.
+    ///
+    /// # Errors
+    /// A preset that cannot be read.
+    pub fn scene(&self) -> Result<Scene, SceneError> {
+        let preset = if self.site == Site::Nodule { "nodule" } else { "block" };
+        let mut scene = Scene::load(preset)?;
+        scene.tissue.youngs_modulus_pa = self.youngs_modulus_pa;
+        match self.site {
+            Site::Aside => scene.probe.position_m = Some([0.00785, 0.0]),
+            Site::Askew => scene.probe.position_m = Some([0.0073, 0.0029]),
+            Site::Centre | Site::Nodule => {}
+        }
+        Ok(scene)
+    }
+
+    /// Whether a scene has this truth's tissue, probe and place; its mesh and drive do not matter.
+    #[must_use]
+    pub fn is_of(&self, scene: &Scene) -> bool {
+        self.scene().is_ok_and(|own| {
+            let place = |scene: &Scene| scene.probe.position_m.unwrap_or_default();
+            let tissue = TissueScene { nodes: scene.tissue.nodes, ..own.tissue.clone() };
+            tissue == scene.tissue
+                && (own.probe.shape, own.probe.radius_m) == (scene.probe.shape, scene.probe.radius_m)
+                && place(&own) == place(scene)
+        })
+    }
+
+    /// Reads the stored table.
+    ///
+    /// # Errors
+    /// [`TruthError::Table`].
+    pub fn stored(&self) -> Result<Table, TruthError> {
+        Table::parse(self.name, self.text)
+    }
+}

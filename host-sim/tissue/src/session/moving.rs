@@ -1,0 +1,189 @@
+//! Substeps for a probe that moves: the fewest that keep the moving error a scene allows.
+//!
+//! What the patch needs to be stable is known before; here it is given shorter substeps, and with
+//! them lighter floored masses, until a ramp of the scene's speed is answered well enough.
+
+use serde::Serialize;
+
+use super::Session;
+use crate::budget::{Cost, Machine, triangles_in_reach};
+use crate::error::Error;
+use crate::moving::{Approach, SelfCheck, with_substeps};
+use crate::scene::{Drive, Scene, TICK_S};
+use crate::stable_step::{StableStep, substeps_for_taps};
+
+/// Moving error that is kept where a scene does not say [%].
+pub const DEFAULT_ERROR_PCT: f64 = 5.0;
+/// Slower probes are checked at this speed [m/s]: no hand palpates more slowly, and floored masses
+/// are hardly felt there.
+const LEAST_SPEED_M_PER_S: f64 = 0.02;
+/// Multiples of the stable substeps that are tried.
+const TRIED: [u16; 5] = [1, 2, 3, 4, 6];
+/// A force drive ends at this share of the patch's depth limit.
+const DEPTH_MARGIN: f64 = 1.25;
+
+/// What is known of the error while the probe moves as the scene says.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MovingReport {
+    /// Speed of the ramp that was tried [m/s].
+    pub speed_m_per_s: f64,
+    /// Root mean square over the ramp, against the same patch with much shorter substeps, of its
+    /// largest force [%].
+    pub rms_pct: f64,
+    /// Most that the scene allows [%].
+    pub allowed_pct: f64,
+}
+
+/// A multiple of the substeps that was tried.
+struct Tried {
+    times: u16,
+    substeps: u16,
+    rms_pct: f64,
+    cost: Cost,
+}
+
+impl Tried {
+    fn report(&self, scene: &Scene, approach: Approach) -> MovingReport {
+        let Approach { speed_m_per_s, .. } = approach;
+        MovingReport { speed_m_per_s, rms_pct: self.rms_pct, allowed_pct: allowed_pct(scene) }
+    }
+}
+
+impl MovingReport {
+    /// Whether the error is one that the scene allows.
+    #[must_use]
+    pub fn keeps(&self) -> bool {
+        self.rms_pct <= self.allowed_pct
+    }
+}
+
+/// Moving error that a scene allows [%].
+fn allowed_pct(scene: &Scene) -> f64 {
+    scene.solver.moving_error_pct.unwrap_or(DEFAULT_ERROR_PCT)
+}
+
+impl Session {
+    /// Takes the fewest substeps, and none beyond the machine's budget, with which a ramp of the
+    /// scene's own speed keeps its moving error. Where the scene names no error and the default
+    /// cannot be kept, the closest is taken: [`super::Report::moving`] tells.
+    ///
+    /// # Errors
+    /// An error that the scene names and that cannot be kept: with the substeps or the nodes that
+    /// would.
+    pub fn for_motion(self, machine: &Machine, scene: &Scene) -> Result<Self, Error> {
+        let Some((approach, tried)) = self.tried(machine, scene)? else { return Ok(self) };
+        let allowed_pct = allowed_pct(scene);
+        let within = tried.iter().filter(|t| t.cost.units <= t.cost.budget);
+        let Some(best) = within.min_by(|a, b| a.rms_pct.total_cmp(&b.rms_pct)) else { return Ok(self) };
+        if best.rms_pct > allowed_pct && scene.solver.moving_error_pct.is_some() {
+            return Err(self.cannot_keep(scene, approach, best, &tried));
+        }
+        let (times, report) = (best.times, best.report(scene, approach));
+        self.with_motion(approach, times, report)
+    }
+
+    /// As [`Self::for_motion`], but whatever the budget: what a plan weighs against other models.
+    ///
+    /// # Errors
+    /// A model that the core refuses.
+    pub fn for_motion_at_any_cost(self, machine: &Machine, scene: &Scene) -> Result<Self, Error> {
+        let Some((approach, tried)) = self.tried(machine, scene)? else { return Ok(self) };
+        let Some(best) = tried.iter().min_by(|a, b| a.rms_pct.total_cmp(&b.rms_pct)) else { return Ok(self) };
+        let (times, report) = (best.times, best.report(scene, approach));
+        self.with_motion(approach, times, report)
+    }
+
+    fn with_motion(mut self, approach: Approach, times: u16, report: MovingReport) -> Result<Self, Error> {
+        self.params = with_substeps(&self.params, times);
+        if times > 1 {
+            let measured = StableStep::measure(&self.patch.wide_model(), &self.params, approach.site_m)?;
+            self.stable = measured.unwrap_or(self.stable);
+            self.report = super::report(&self.patch, &self.params, &self.stable, self.report.flipped_tets)?;
+        }
+        self.report.moving = Some(report);
+        Ok(self)
+    }
+
+    /// Multiples of the substeps, rising, up to the first that keeps the error. `None` where there
+    /// is no approach, or nothing to compare with.
+    fn tried(&self, machine: &Machine, scene: &Scene) -> Result<Option<(Approach, Vec<Tried>)>, Error> {
+        let Some(approach) = self.approach(scene) else { return Ok(None) };
+        let allowed_pct = allowed_pct(scene);
+        let Some(check) = SelfCheck::of(&self.patch, &self.params, approach)? else { return Ok(None) };
+        let mut tried: Vec<Tried> = Vec::new();
+        for times in TRIED {
+            let Some(one) = self.try_substeps(machine, &check, times)? else { continue };
+            let keeps = one.rms_pct <= allowed_pct;
+            let too_slow = one.cost.units > one.cost.budget;
+            tried.push(one);
+            // beyond the budget only a scene that insists wants to know what would keep it
+            if keeps || too_slow && scene.solver.moving_error_pct.is_none() {
+                break;
+            }
+        }
+        Ok(Some((approach, tried)))
+    }
+
+    /// The scene's own ramp. `None` for a recorded trace that never approaches.
+    fn approach(&self, scene: &Scene) -> Option<Approach> {
+        let axis = self.params.probe.axis;
+        let along = |pair: &[[f32; 3]]| {
+            let [from, to] = [0, 1].map(|n| palpate::Vector3::from(pair[n]).dot(&axis));
+            f64::from(from - to) / TICK_S
+        };
+        let recorded = self.tips_m.windows(2).map(along).fold(0.0, f64::max);
+        let speed_m_per_s = scene.drive.ramp_m_per_s().unwrap_or(recorded);
+        let limit_m = f64::from(self.patch.model().depth_limit_m);
+        let depth_m = match &scene.drive {
+            Drive::Depth { holds_m, .. } => holds_m.iter().copied().fold(0.0, f64::max).min(limit_m),
+            Drive::Hand { .. } | Drive::Force { .. } | Drive::Trace { .. } => limit_m / DEPTH_MARGIN,
+        };
+        let speed_m_per_s = speed_m_per_s.max(LEAST_SPEED_M_PER_S);
+        (depth_m > 0.0).then_some(Approach { site_m: self.patch.site_m(), speed_m_per_s, depth_m })
+    }
+
+    /// `None` where the patch is not stable so, or does not survive the ramp.
+    fn try_substeps(&self, machine: &Machine, check: &SelfCheck, times: u16) -> Result<Option<Tried>, Error> {
+        let params = with_substeps(&self.params, times);
+        let (model, site_m) = (self.patch.wide_model(), self.patch.site_m());
+        if times > 1 {
+            let stable = StableStep::measure(&model, &params, site_m)?;
+            if stable.is_none_or(|s| s.substeps(TICK_S) > f64::from(params.substeps))
+                || substeps_for_taps(&model, &params, site_m, params.substeps)? != Some(params.substeps)
+            {
+                return Ok(None);
+            }
+        }
+        let Some(rms_pct) = check.rms_pct(&self.patch, &params)? else { return Ok(None) };
+        let touched = triangles_in_reach(&model, site_m.into(), params.probe.radius_m);
+        let cost = machine.cost(&model, touched, params.substeps);
+        Ok(Some(Tried { times, substeps: params.substeps, rms_pct, cost }))
+    }
+
+    fn cannot_keep(&self, scene: &Scene, approach: Approach, best: &Tried, tried: &[Tried]) -> Error {
+        let allowed_pct = allowed_pct(scene);
+        let nodes = self.patch.model().nodes.len();
+        let keeps = tried.iter().find(|t| t.rms_pct <= allowed_pct);
+        let would = match keeps {
+            Some(t) => {
+                let fewer = (nodes as f64 * t.cost.budget / t.cost.units) as usize;
+                format!(
+                    "{} substeps would keep it, at {:.0} % of the budget; with them about {fewer} nodes fit",
+                    t.substeps,
+                    100.0 * t.cost.units / t.cost.budget
+                )
+            }
+            None => {
+                let least = tried.iter().map(|t| t.rms_pct).fold(f64::INFINITY, f64::min);
+                format!("{least:.1} % is the least that was reached")
+            }
+        };
+        Error::TooSlow(format!(
+            "{}: solver.moving_error_pct = {allowed_pct}: at {:.0} mm/s the {nodes} nodes are {:.1} % off with the {} substep(s) that fit a tick; {would}: take fewer nodes, move more slowly, or allow more",
+            scene.file,
+            approach.speed_m_per_s * 1e3,
+            best.rms_pct,
+            best.substeps,
+        ))
+    }
+}
