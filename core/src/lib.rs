@@ -35,6 +35,7 @@
 
 mod fault;
 pub mod haptic;
+mod inertia;
 mod lanes;
 mod memory;
 pub mod method;
@@ -42,15 +43,17 @@ mod model;
 mod params;
 mod patch_file;
 mod placement;
+mod smooth;
 pub mod stages;
 mod state;
 mod tick;
 
 pub use fault::{BuildError, Fault, Limiters};
+pub use inertia::{FIELDS, Gains, NodeStep};
 pub use memory::Memory;
 pub use model::{FoundationPoint, Model, NodeRest, RimEdge, RimNode, Spring, Tet, Triangle};
 pub use nalgebra::Vector3;
-pub use params::{Limits, NodeStep, Params, Probe, ProbeShape, Terms, Tuned};
+pub use params::{Limits, Params, Probe, ProbeShape, Terms, Tuned};
 pub use patch_file::PatchFile;
 pub use placement::Placement;
 pub use stages::output::Output;

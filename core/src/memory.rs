@@ -17,8 +17,9 @@
 use heapless::Vec;
 
 use crate::fault::BuildError;
+use crate::inertia::NodeStep;
 use crate::model::Model;
-use crate::params::{NodeStep, Params, Tuned};
+use crate::params::{Params, Tuned};
 use crate::state::{Node, State, TetShapes};
 
 /// Arrays of a patch of at most `NODES` nodes and `TRIANGLES` surface triangles; on a desktop also

@@ -4,7 +4,9 @@
 use nalgebra::Vector3;
 
 use crate::fault::BuildError;
+use crate::inertia::{Gains, NEIGHBOUR, NodeStep};
 use crate::model::{Model, Spring};
+use crate::smooth;
 
 /// Shape of the rigid, frictionless probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,26 +142,6 @@ impl Default for Params {
 /// With 1 the longest stable tick falls by a fifth; from 1.5 on it stays.
 const CONTACT_LUMPING: f32 = 1.5;
 
-/// Weight of a node's neighbours in its acceleration (1): see `stages/integrate.rs`. From 2.5 on
-/// the approximate mass matrix loses its sign on shipped patches, with 1 a smooth motion feels half
-/// of the floor.
-const NEIGHBOUR: f32 = 2.0;
-
-/// Inertia of a node.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NodeStep {
-    /// `E dt / D` [m/s per (N/Pa)], with D the diagonal of the mass matrix; 0 for anchors.
-    pub step: f32,
-    /// Mass between the node and each neighbour over the stiffness of their spring: this node's
-    /// half, times the factor of `NEIGHBOUR` over `dt` [s].
-    pub added: f32,
-}
-
-impl NodeStep {
-    /// Value to reserve memory with.
-    pub const ZERO: Self = Self { step: 0.0, added: 0.0 };
-}
-
 /// Visits both ends of every spring, with the inertia of the other end.
 fn each_end(model: &Model, node_step: &mut [NodeStep], visit: impl Fn(&Spring, &mut NodeStep, NodeStep)) {
     for spring in model.springs {
@@ -199,6 +181,8 @@ pub struct Tuned<'a> {
     pub(crate) lumping_s: f32,
     /// Some node has added mass relative to its neighbours.
     pub(crate) relative_mass: bool,
+    /// Gains of the smooth fields.
+    pub(crate) gains: Gains,
     /// Inertia of every node, shape \[nodes\].
     pub(crate) node_step: &'a mut [NodeStep],
 }
@@ -241,6 +225,12 @@ impl Tuned<'_> {
         self.node_step
     }
 
+    /// Gains of the smooth fields: what [`Params::derive`] takes beside the inertia of the nodes.
+    #[must_use]
+    pub fn gains(&self) -> Gains {
+        self.gains
+    }
+
     /// Probe that presses the patch.
     #[must_use]
     pub fn probe(&self) -> &Probe {
@@ -264,16 +254,22 @@ impl Params {
         let (need, have) = (model.nodes.len(), node_step.len());
         let node_step = node_step.get_mut(..need).ok_or(BuildError::TooLarge { item: "nodes", need, have })?;
         self.weigh(model, node_step);
-        Ok(self.derive(node_step))
+        if node_step.iter().any(|node| node.added > 0.0) {
+            smooth::find(model, node_step);
+        }
+        let gains = smooth::gains(model, node_step);
+        Ok(self.derive(node_step, gains))
     }
 
     /// Takes these parameters in place of those that `tuned` was built with, where only Young's
     /// modulus differs; the state stays as it is. Between two ticks. They must have passed
-    /// [`Params::check`].
+    /// [`Params::check`]. The smooth fields stay those of the modulus that the patch was built
+    /// with: finding them anew takes longer than a tick.
     pub fn retune(&self, model: &Model, tuned: &mut Tuned<'_>) {
         let node_step = core::mem::take(&mut tuned.node_step);
         self.weigh(model, node_step);
-        *tuned = self.derive(node_step);
+        let gains = smooth::gains(model, node_step);
+        *tuned = self.derive(node_step, gains);
     }
 
     /// The masses of a model that was checked.
@@ -288,7 +284,9 @@ impl Params {
         // Relative to its neighbours a node's added mass B acts through its springs, with w = k (B_i
         // / S_i + B_j / S_j) / 2 and S the sum of the node's k. Until the last loop `step` holds
         // the rim's stiffness and then the mass, `added` first S and then B / 2 S.
-        node_step.fill(NodeStep::ZERO);
+        for node in node_step.iter_mut() {
+            (node.step, node.added) = (0.0, 0.0);
+        }
         if self.terms.relative_mass {
             each_end(model, node_step, |spring, node, _| node.added += spring.k);
         }
@@ -306,14 +304,14 @@ impl Params {
             let lumped = per_volume * rest.volume_m3;
             let floor = self.mass_floor * rest.stiffness_m;
             let added = if lumped > floor { 0.0 } else { floor - lumped };
-            *node = match node.added > 0.0 {
+            (node.step, node.added) = match node.added > 0.0 {
                 true => {
                     let own = added * node.step / rest.stiffness_m;
                     let own = if own > 0.0 { own } else { 0.0 };
                     let own = if own < added { own } else { added };
-                    NodeStep { step: lumped + own, added: 0.5 * (added - own) / node.added }
+                    (lumped + own, 0.5 * (added - own) / node.added)
                 }
-                false => NodeStep { step: lumped + added, added: 0.0 },
+                false => (lumped + added, 0.0),
             };
         }
         if self.terms.relative_mass {
@@ -330,10 +328,10 @@ impl Params {
         }
     }
 
-    /// The scalars, with masses as [`Self::build`] left them for these parameters: what a
+    /// The scalars, with masses and gains as [`Self::build`] left them for these parameters: what a
     /// caller that owns its memory takes anew each tick, at no cost.
     #[must_use]
-    pub fn derive<'a>(&self, node_step: &'a mut [NodeStep]) -> Tuned<'a> {
+    pub fn derive<'a>(&self, node_step: &'a mut [NodeStep], gains: Gains) -> Tuned<'a> {
         let e = self.youngs_modulus_pa;
         let dt = self.tick_s / f32::from(self.substeps);
         Tuned {
@@ -352,6 +350,7 @@ impl Params {
             contact_damping_s: self.contact_damping * dt,
             lumping_s: CONTACT_LUMPING * dt,
             relative_mass: node_step.iter().any(|node| node.added > 0.0),
+            gains,
             node_step,
         }
     }

@@ -22,11 +22,13 @@ pub struct Node {
     pub(crate) p: f32,
     /// Slope of the foundation at this node over E [m]; zero outside `foundation`.
     pub(crate) slope: f32,
+    /// Share of the smooth fields' motion that contact leaves to this node (1).
+    pub(crate) free: f32,
 }
 
 impl Node {
     /// At the origin, at rest: what memory is reserved with.
-    pub const ZERO: Self = Self { x: [0.0; ROW], v: [0.0; ROW], f: [0.0; ROW], pass: [0.0; ROW], p: 0.0, slope: 0.0 };
+    pub const ZERO: Self = Self { x: [0.0; ROW], v: [0.0; ROW], f: [0.0; ROW], pass: [0.0; ROW], p: 0.0, slope: 0.0, free: 1.0 };
 
     /// Position [m].
     #[must_use]

@@ -7,12 +7,14 @@
 
 pub mod energy;
 pub mod number;
+pub mod smooth;
 
 use palpate::stages::force::foundation::point_weights;
 use palpate::{Model, Params, Tet, Vector3};
 
 use energy::{Point, depth_inside, minus, of_foundation, of_node, of_rim_edge, of_rim_node, of_spring, of_tet, six_volume};
 use number::{Dual, Number};
+use smooth::{Field, fields};
 
 type Vector = Vector3<f64>;
 
@@ -39,6 +41,7 @@ pub struct Oracle<'a> {
     mass_kg: Vec<f64>,
     /// Mass between the two ends of each spring [kg], shape \[springs\].
     between_kg: Vec<f64>,
+    fields: Vec<Field>,
     anchored: Vec<bool>,
     springs_at: Vec<Vec<usize>>,
     tets_at: Vec<Vec<usize>>,
@@ -92,10 +95,11 @@ impl<'a> Oracle<'a> {
             true => model.springs.iter().map(|s| f64::from(s.k) * (half(s.i) + half(s.j))).collect(),
             false => vec![0.0; model.springs.len()],
         };
-        let mass_kg = (0..model.nodes.len())
+        let mass_kg: Vec<f64> = (0..model.nodes.len())
             .map(|n| own_kg[n] + grounded_kg[n] + springs_at[n].iter().map(|&s| between_kg[s]).sum::<f64>())
             .collect();
-        Self { model, params, mass_kg, between_kg, anchored, springs_at, tets_at, rim_nodes_at, rim_edges_at }
+        let fields = fields(&model, &mass_kg, &between_kg, &anchored);
+        Self { model, params, mass_kg, between_kg, fields, anchored, springs_at, tets_at, rim_nodes_at, rim_edges_at }
     }
 
     /// Diagonal of the mass matrix at a node [kg]; an anchor's is what it would be if it were free.
@@ -120,6 +124,12 @@ impl<'a> Oracle<'a> {
             let [i, j] = [s.i, s.j].map(usize::from);
             if let (Some(&k), Some(&l)) = (place.get(&i), place.get(&j)) {
                 factor[k.max(l)][k.min(l)] += NEIGHBOUR * kg / (self.mass_kg[i] * self.mass_kg[j]);
+            }
+        }
+        for field in &self.fields {
+            for (k, &n) in free.iter().enumerate() {
+                let row = free.iter().zip(&mut factor[k]).take(k + 1);
+                row.for_each(|(&m, entry)| *entry += field.per_kg * field.shape[n] * field.shape[m]);
             }
         }
         // Cholesky, in place
@@ -193,6 +203,12 @@ impl<'a> Oracle<'a> {
     /// besides.
     #[must_use]
     pub fn contact_n(&self, x: &[Vector], v: &[Vector], inner: &[Vector], tip: Tip) -> Vec<Vector> {
+        self.contact(x, v, inner, tip).into_iter().map(|(push, _)| push).collect()
+    }
+
+    /// For each node the force of the foundation [N], and the share of the smooth fields' motion
+    /// that it leaves (1).
+    fn contact(&self, x: &[Vector], v: &[Vector], inner: &[Vector], tip: Tip) -> Vec<(Vector, f64)> {
         let e = self.youngs_modulus_pa();
         let dt_s = f64::from(self.params.tick_s) / f64::from(self.params.substeps);
         let keep = 1.0 - f64::from(self.params.node_damping_per_s) * dt_s;
@@ -219,19 +235,21 @@ impl<'a> Oracle<'a> {
         let at_end = |n: usize| {
             let length = push_n[n].norm();
             if length == 0.0 {
-                return Vector::zeros();
+                return (Vector::zeros(), 1.0);
             }
             let out = push_n[n] / length;
             let yields = if self.anchored[n] { 0.0 } else { CONTACT_LUMPING * dt_s * dt_s / self.mass_kg[n] };
             let way_m = keep * dt_s * v[n].dot(&out) + yields * inner[n].dot(&out)
                 - f64::from(self.params.contact_damping) * dt_s * tip.velocity_m_per_s.dot(&out);
-            out * ((length - slope_n_per_m[n] * way_m) / (1.0 + slope_n_per_m[n] * yields)).max(0.0)
+            let resists = 1.0 + slope_n_per_m[n] * yields;
+            (out * ((length - slope_n_per_m[n] * way_m) / resists).max(0.0), 1.0 / resists)
         };
         (0..x.len()).map(at_end).collect()
     }
 
-    /// Accelerations [m/s^2] by the documented approximation of the mass matrix.
-    fn accelerations(&self, force_n: &[Vector]) -> Vec<Vector> {
+    /// Accelerations [m/s^2] by the documented approximation of the mass matrix; contact leaves each
+    /// node a share of the smooth fields' motion.
+    fn accelerations(&self, force_n: &[Vector], left: &[f64]) -> Vec<Vector> {
         let alone: Vec<Vector> =
             (0..force_n.len()).map(|n| if self.anchored[n] { Vector::zeros() } else { force_n[n] / self.mass_kg[n] }).collect();
         let from_neighbours = |n: usize| {
@@ -239,7 +257,11 @@ impl<'a> Oracle<'a> {
             let sum: Vector = springs.map(|(s, kg)| alone[usize::from(if usize::from(s.i) == n { s.j } else { s.i })] * kg).sum();
             sum * (NEIGHBOUR / self.mass_kg[n])
         };
-        (0..force_n.len()).map(|n| if self.anchored[n] { Vector::zeros() } else { alone[n] + from_neighbours(n) }).collect()
+        let project = |field: &Field| -> Vector { force_n.iter().zip(&field.shape).map(|(f, s)| f * (s * field.per_kg)).sum() };
+        let moved: Vec<(&Field, Vector)> = self.fields.iter().map(|field| (field, project(field))).collect();
+        let together = |n: usize| moved.iter().map(|(field, a)| a * field.shape[n]).sum::<Vector>() * left[n];
+        let of = |n: usize| alone[n] + from_neighbours(n) + together(n);
+        (0..force_n.len()).map(|n| if self.anchored[n] { Vector::zeros() } else { of(n) }).collect()
     }
 
     /// One tick as documented: the tip goes straight from one place to the other, the probe's force
@@ -252,9 +274,10 @@ impl<'a> Oracle<'a> {
         for substep in 1..=substeps {
             let at_m = from_m + (to_m - from_m) * (f64::from(substep) / f64::from(substeps));
             let inner = self.forces_n(x);
-            let contact = self.contact_n(x, v, &inner, Tip { at_m, velocity_m_per_s });
+            let touched = self.contact(x, v, &inner, Tip { at_m, velocity_m_per_s });
+            let (contact, left): (Vec<Vector>, Vec<f64>) = touched.into_iter().unzip();
             let all: Vec<Vector> = inner.iter().zip(&contact).map(|(a, b)| a + b).collect();
-            let accelerations = self.accelerations(&all);
+            let accelerations = self.accelerations(&all, &left);
             for n in (0..x.len()).filter(|&n| !self.anchored[n]) {
                 v[n] = v[n] * (1.0 - f64::from(self.params.node_damping_per_s) * dt_s) + accelerations[n] * dt_s;
                 x[n] += v[n] * dt_s;

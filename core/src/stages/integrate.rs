@@ -11,20 +11,23 @@
 //! D^-1 f`, `a_i = y_i + 2 / D_i sum_j w_ij y_j`. In terms of the eigenvalues l of `D^-1 A`, all of
 //! the patches' below 1.5, that is the factor `3 - 2 l` in place of `1 / l`: positive, so that the
 //! approximate matrix is a mass matrix too and adds no energy; 1 for a node between fixed ones,
-//! which sets the longest stable step; 3 for smooth motion, which therefore feels at most a third
-//! of the floor. Statics see no mass at all.
+//! which sets the longest stable step; 3 for smooth motion, which therefore feels a third of the
+//! floor. What that factor lacks to `1 / l` on the smoothest fields is added ([`crate::smooth`]),
+//! so that they feel the matrix itself. Statics see no mass at all.
 //!
 //! * in: `node.f`
 //! * out: `node.v`, `node.x`
 //! * cost (M4F, estimated): about 60 cycles per node; with relative masses about 70 more per spring
+//!   and 90 per node
 //! * may fail: [`Fault::Diverged`], when a node is not finite or faster than [`FASTEST_M_PER_S`]
 
 use crate::fault::Fault;
-use crate::lanes::ROW;
+use crate::inertia::FIELDS;
+use crate::lanes::{ROW, Row};
 #[cfg(target_os = "none")]
 use crate::lanes::{row, vector};
 use crate::model::Model;
-use crate::params::{NodeStep, Tuned};
+use crate::params::Tuned;
 use crate::state::State;
 
 /// Shear waves in soft tissue run at 1-10 m/s: whatever moves at 100 is not tissue.
@@ -40,19 +43,21 @@ pub const FASTEST_M_PER_S: f32 = 100.0;
 pub fn advance(model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
     match tuned.relative_mass {
         true => {
-            accelerate(model, tuned, state);
-            drift::<true>(tuned, state)
+            let moved = accelerate(model, tuned, state);
+            drift::<true>(tuned, state, &moved)
         }
-        false => drift::<false>(tuned, state),
+        false => drift::<false>(tuned, state, &[[0.0; ROW]; FIELDS]),
     }
 }
 
-/// Moves the nodes, whose velocities are the new ones if `ACCELERATED`.
+/// Moves the nodes; if `ACCELERATED`, their velocities are the new ones but for what the smooth
+/// fields add, a velocity a field.
 #[inline(always)]
-fn drift<const ACCELERATED: bool>(tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
+fn drift<const ACCELERATED: bool>(tuned: &Tuned, state: &mut State, moved: &[Row; FIELDS]) -> Result<u16, Fault> {
     let (keep, dt) = (tuned.keep, tuned.substep_s);
     let mut active = 0;
-    for (node, &NodeStep { step, .. }) in state.nodes.iter_mut().zip(tuned.node_step.iter()) {
+    for (node, inertia) in state.nodes.iter_mut().zip(tuned.node_step.iter()) {
+        let step = inertia.step;
         if ACCELERATED {
             node.pass = [0.0; ROW];
         }
@@ -61,8 +66,18 @@ fn drift<const ACCELERATED: bool>(tuned: &Tuned, state: &mut State) -> Result<u1
         }
         active += 1;
         let mut square = 0.0;
+        let free = node.free;
+        if ACCELERATED {
+            node.free = 1.0;
+        }
         for k in 0..ROW {
-            let v = if ACCELERATED { node.v[k] } else { node.v[k] * keep + node.f[k] * step };
+            let v = match ACCELERATED {
+                true => {
+                    let [p, q, r, s] = inertia.smooth;
+                    node.v[k] + free * ((moved[0][k] * p + moved[1][k] * q) + (moved[2][k] * r + moved[3][k] * s))
+                }
+                false => node.v[k] * keep + node.f[k] * step,
+            };
             node.v[k] = v;
             node.x[k] += v * dt;
             square += v * v;
@@ -76,21 +91,32 @@ fn drift<const ACCELERATED: bool>(tuned: &Tuned, state: &mut State) -> Result<u1
 }
 
 /// New velocities under the mass matrix: first each node by itself, then from its neighbours. The
-/// order of additions *at each node* is the patch's.
+/// order of additions *at each node* is the patch's. Returns the velocity of every smooth field.
 #[cfg_attr(feature = "stage-cost", inline(never))]
-fn accelerate(model: &Model, tuned: &Tuned, state: &mut State) {
+fn accelerate(model: &Model, tuned: &Tuned, state: &mut State) -> [Row; FIELDS] {
     let keep = tuned.keep;
+    let mut moved = [[0.0; ROW]; FIELDS];
     for (node, inertia) in state.nodes.iter_mut().zip(tuned.node_step.iter()) {
         for k in 0..ROW {
-            let y = node.f[k] * inertia.step;
+            let f = node.f[k];
+            let y = f * inertia.step;
             node.pass[k] = y;
             node.v[k] = node.v[k] * keep + y;
+            for (sum, smooth) in moved.iter_mut().zip(inertia.smooth) {
+                sum[k] += f * smooth;
+            }
+        }
+    }
+    for (sum, gain) in moved.iter_mut().zip(tuned.gains) {
+        for part in sum {
+            *part *= gain;
         }
     }
     #[cfg(target_os = "none")]
     by_rows(model, tuned, state);
     #[cfg(not(target_os = "none"))]
     by_springs(model, tuned, state);
+    moved
 }
 
 /// Neighbours' part, spring by spring.

@@ -160,8 +160,11 @@ fn press_points<P: Points<Q>, const Q: usize>(
                 continue;
             };
             if node.slope > 0.0 {
-                let (f, push) = implicit(node, inertia.step, tuned, velocity_m_per_s);
+                let (f, push, free) = implicit(node, inertia.step, tuned, velocity_m_per_s);
                 (node.pass, node.slope) = ([0.0; ROW], 0.0);
+                if tuned.relative_mass {
+                    node.free = free;
+                }
                 add(&mut node.f, &row(f));
                 load.force += f;
                 load.push += push;
@@ -178,22 +181,24 @@ fn press_points<P: Points<Q>, const Q: usize>(
 /// A node's push at the *end* of the substep, over E [N/Pa]: `f1 = (f0 - K (dt n.v + b n.F - beta dt
 /// n.V)) / (1 + K b)`, with f0 the push where the node is, K its slope, F what else acts on it, b
 /// its displacement per force, V the probe's velocity. A node at rest bears f0, so that statics do
-/// not see it. It never pulls.
+/// not see it. It never pulls. Besides, the share `1 / (1 + K b)` of other motions that is left
+/// to the node (1).
 #[inline(always)]
-fn implicit(node: &Node, step: f32, tuned: &Tuned, probe_m_per_s: Vector3<f32>) -> (Vector3<f32>, f32) {
+fn implicit(node: &Node, step: f32, tuned: &Tuned, probe_m_per_s: Vector3<f32>) -> (Vector3<f32>, f32, f32) {
     let push = vector(&node.pass);
     let length = sqrt(push.dot(&push));
     if length == 0.0 {
-        return (ZERO, 0.0);
+        return (ZERO, 0.0, 1.0);
     }
     let normal = push * (1.0 / length);
     let yields = tuned.lumping_s * step;
     let speed =
         tuned.substep_s * tuned.keep * vector(&node.v).dot(&normal) - tuned.contact_damping_s * probe_m_per_s.dot(&normal);
-    let f = (length - node.slope * (speed + yields * vector(&node.f).dot(&normal))) / (1.0 + node.slope * yields);
+    let resists = 1.0 + node.slope * yields;
+    let f = (length - node.slope * (speed + yields * vector(&node.f).dot(&normal))) / resists;
     // NaN is not below zero: it reaches the node, and `integrate` turns it into a fault
     let f = if f < 0.0 { 0.0 } else { f };
-    (normal * f, f)
+    (normal * f, f, 1.0 / resists)
 }
 
 /// Whether a triangle cannot be pressed from where the probe is: the point one radius above the

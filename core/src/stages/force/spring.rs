@@ -126,7 +126,7 @@ mod tests {
             rim_edges: &[],
         };
         let params = Params { limits: Limits::HIGHEST, ..Params::default() };
-        let tuned = params.derive(&mut []);
+        let tuned = params.derive(&mut [], [0.0; 4]);
         let (mut a, mut b) = (nodes, nodes);
         by_rows::<true>(&model, &tuned, &mut a);
         by_groups::<wide::f32x4, 4, true>(springs.as_chunks().0, &tuned, &mut b);

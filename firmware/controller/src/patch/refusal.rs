@@ -11,7 +11,9 @@ impl From<BuildError> for Refusal {
             BuildError::Checksum { .. } => Self::PatchDamaged,
             BuildError::NotAPatch => Self::PatchVersion,
             BuildError::TooLarge { .. } | BuildError::LengthMismatch { .. } => Self::PatchTooLarge,
-            BuildError::OutOfRange { parameter: SUBSTEP | TICK | DASHPOT | step::FLOOR, .. } => Self::PatchStep,
+            BuildError::OutOfRange {
+                parameter: SUBSTEP | TICK | DASHPOT | step::FLOOR | step::SERIES | step::CONTACT, ..
+            } => Self::PatchStep,
             BuildError::OutOfRange { parameter: cost::COST, .. } => Self::PatchCost,
             BuildError::OutOfRange { parameter: site::SITE | site::AXIS | site::AXIS_LENGTH | site::DEPTH, .. } => {
                 Self::PatchSite

@@ -8,11 +8,18 @@ use super::*;
 /// A patch whose press is not along z, on words.
 /// The patch that the image holds by default.
 static BLOCK: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m4f-168.patch"));
+/// One whose mass floor is relative to neighbours.
+static RELATIVE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m7-480.patch"));
 static LIVER: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/liver-m4f-168.patch"));
 
 /// The patch of the image after a change of its file, on words for ever.
 fn changed(change: impl FnOnce(&mut PatchFile<'_>)) -> &'static [u8] {
-    let mut file = PatchFile::open(&BLOCK.0).unwrap();
+    changed_of(&BLOCK.0, change)
+}
+
+/// A patch after a change of its file, on words for ever.
+fn changed_of(bytes: &[u8], change: impl FnOnce(&mut PatchFile<'_>)) -> &'static [u8] {
+    let mut file = PatchFile::open(bytes).unwrap();
     change(&mut file);
     let mut bytes = Vec::new();
     file.write(|part| bytes.extend_from_slice(part));
@@ -55,6 +62,45 @@ fn cost_and_mass_are_the_boards_own_word() {
         file.params.youngs_modulus_pa *= 10.0;
     });
     assert_eq!(opened(&Budget::M4F_168, light), Err(Refusal::PatchStep), "a fifth of its floor");
+}
+
+fn told(bytes: &'static [u8]) -> Result<(), BuildError> {
+    let mut memory = Box::new(Memory::RESERVED);
+    Patch::open_within(&Budget::M7_480, bytes, &mut memory, None).map(|_| ())
+}
+
+#[test]
+fn a_foundation_much_stiffer_than_the_tissue_is_refused() {
+    let times = |factor: f32, more: f32| {
+        let mut points = PatchFile::open(&BLOCK.0).unwrap().model.foundation.to_vec();
+        points.iter_mut().for_each(|point| point.k *= factor);
+        let points = Vec::leak(points);
+        changed(|file| (file.model.foundation, file.model.stiffening_per_m) = (points, more * file.model.stiffening_per_m))
+    };
+    assert_eq!(told(times(1.0, 1.0)), Ok(()));
+    for (factor, more) in [(1e3, 1.0), (1.0, 1e4), (f32::MAX, 1.0)] {
+        let error = told(times(factor, more)).unwrap_err();
+        assert!(matches!(error, BuildError::OutOfRange { parameter: step::CONTACT, .. }), "{factor} {more}: {error:?}");
+        assert_eq!(Refusal::from(error), Refusal::PatchStep);
+    }
+}
+
+/// Springs as weak between some nodes as if they were missing leave a net of two colours: what its
+/// neighbours add turns a node the other way, and the two terms of the inverse are no mass matrix.
+#[test]
+fn neighbours_that_outweigh_a_node_are_refused() {
+    let weaker = |factor: f32| {
+        let mut springs = PatchFile::open(&RELATIVE.0).unwrap().model.springs.to_vec();
+        for spring in springs.iter_mut().filter(|spring| (spring.i ^ spring.j) & 1 == 0) {
+            (spring.k, spring.k_rest) = (factor * spring.k, factor * spring.k_rest);
+        }
+        let springs = Vec::leak(springs);
+        changed_of(&RELATIVE.0, |file| file.model.springs = springs)
+    };
+    assert_eq!(told(weaker(1.0)), Ok(()));
+    let error = told(weaker(1e-4)).unwrap_err();
+    assert!(matches!(error, BuildError::OutOfRange { parameter: step::SERIES, .. }), "{error:?}");
+    assert_eq!(Refusal::from(error), Refusal::PatchStep);
 }
 
 #[test]

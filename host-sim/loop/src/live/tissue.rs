@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use palpate::haptic::cycle::Renderer;
-use palpate::{BuildError, Fault, Held, Node, NodeStep, Output, Params, ProbePose, State, TetShapes, tick};
+use palpate::{BuildError, FIELDS, Fault, Gains, Held, Node, NodeStep, Output, Params, ProbePose, State, TetShapes, tick};
 
 use crate::closed_loop::watch::{RestShape, RestSolid};
 use palpate_tissue::patch::Patch;
@@ -17,6 +17,7 @@ pub struct LiveTissue {
     candidates: Vec<u16>,
     shapes: Vec<TetShapes>,
     node_step: Vec<NodeStep>,
+    gains: Gains,
     held: Held,
     /// The next tick puts the patch to rest, in place of its answer: as on the board, or the two
     /// would differ by that tick.
@@ -40,6 +41,7 @@ impl LiveTissue {
             candidates: vec![0; triangles],
             shapes: vec![TetShapes::ZERO; shapes],
             node_step: vec![NodeStep::ZERO; nodes],
+            gains: [0.0; FIELDS],
             held: Held::default(),
             resting: false,
         };
@@ -79,8 +81,8 @@ impl LiveTissue {
     pub fn retune(&mut self, params: Params) -> Result<(), BuildError> {
         let model = self.patch.wide_model();
         let mut node_step = self.node_step.clone();
-        params.build(&model, &mut node_step)?;
-        (self.params, self.node_step) = (params, node_step);
+        let gains = params.build(&model, &mut node_step)?.gains();
+        (self.params, self.node_step, self.gains) = (params, node_step, gains);
         Ok(())
     }
 
@@ -110,9 +112,9 @@ impl Renderer for LiveTissue {
             self.rest();
             return Output::NONE;
         }
-        let Self { patch, params, nodes, candidates, shapes, node_step, held, .. } = self;
+        let Self { patch, params, nodes, candidates, shapes, node_step, gains, held, .. } = self;
         let model = patch.wide_model();
-        let tuned = params.derive(node_step);
+        let tuned = params.derive(node_step, *gains);
         match State::resume(&model, nodes, candidates, shapes, *held) {
             Ok(mut state) => {
                 let output = tick(&model, &tuned, &mut state, pose);

@@ -1,0 +1,31 @@
+//! Inertia of a node as the tick reads it.
+
+/// How many smooth fields the mass matrix is inverted exactly on: see `smooth.rs`.
+pub const FIELDS: usize = 4;
+
+/// One gain a field, `E dt / mass` [m/s per (N/Pa)]; zero where the field is not used.
+pub type Gains = [f32; FIELDS];
+
+/// Weight of a node's neighbours in its acceleration (1): see `stages/integrate.rs`. From 2.5 on
+/// the approximate mass matrix loses its sign on shipped patches, with 1 a smooth motion feels half
+/// of the floor.
+pub(crate) const NEIGHBOUR: f32 = 2.0;
+
+/// Inertia of a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodeStep {
+    /// `E dt / D` [m/s per (N/Pa)], with D the diagonal of the mass matrix; 0 for anchors.
+    pub step: f32,
+    /// Mass between the node and each neighbour over the stiffness of their spring: this node's
+    /// half, times the factor of `NEIGHBOUR` over `dt` [s].
+    pub added: f32,
+    /// Smooth fields at the node (1): see `smooth.rs`; zero for anchors.
+    pub smooth: [f32; FIELDS],
+    /// Memory of the search for them.
+    pub(crate) next: f32,
+}
+
+impl NodeStep {
+    /// Value to reserve memory with.
+    pub const ZERO: Self = Self { step: 0.0, added: 0.0, smooth: [0.0; FIELDS], next: 0.0 };
+}

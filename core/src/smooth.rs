@@ -1,0 +1,125 @@
+//! Smooth fields: motions of many nodes together, on which the mass matrix is inverted exactly.
+//!
+//! The two terms that [`crate::stages::integrate`] takes of the inverse mass matrix move nodes that
+//! move together as if they still carried a third of the floor, and stiff tissue needs a floor of
+//! ten to a hundred times its mass. Few fields are that smooth, and a hand moves just those: on
+//! `FIELDS` of them the quotient that the series leaves out is added, `a += phi gain (phi . f)`.
+//!
+//! A field starts as 1, x, y or z, and each round every node takes its neighbours' mean, weighed by
+//! the mass between them: the power iteration of `1 - D^-1 A`, whose slowest fields are those of
+//! the smallest eigenvalues l of `D^-1 A`. With l of the field found, the gain is `(1 / l - (3 - 2
+//! l)) / (phi . D phi) = (1 - l) (1 - 2 l) / l / (phi . D phi)`, or nothing from l = 1/2 on. The
+//! sum stays symmetric and positive for *any* field: one that has not converged costs accuracy
+//! alone.
+//!
+//! Contact is implicit in a node's own mass ([`crate::stages::force::foundation`]): what pushes a
+//! pressed node reaches it divided by `1 + K b`. Such a node takes that share of a field's motion
+//! too, or what it gives to the field and what it takes would differ, and patches of 410 nodes rang
+//! under a probe that rests.
+//!
+//! * in: the masses of [`crate::Params::build`]
+//! * out: `NodeStep::smooth` and the gains
+//! * cost: nothing within the tick; 128 passes of the springs when a patch is started, two when its
+//!   modulus changes
+//! * may fail: never; a field that is not finite is left out
+
+use crate::inertia::{FIELDS, Gains, NEIGHBOUR, NodeStep};
+use crate::model::{Model, Spring};
+
+/// Rounds of averaging. On the finest patch that ships a second field converges by 7 % a round.
+const ROUNDS: usize = 32;
+
+/// Least eigenvalue that single precision resolves (1): a field feels at least this share of its
+/// diagonal mass.
+const LEAST: f32 = 0.01;
+
+/// Finds the fields of these masses.
+pub(crate) fn find(model: &Model, node_step: &mut [NodeStep]) {
+    for (node, rest) in node_step.iter_mut().zip(model.nodes) {
+        let [x, y, z] = rest.rest_m;
+        node.smooth = if node.step > 0.0 { [1.0, x, y, z] } else { [0.0; FIELDS] };
+    }
+    for field in 0..FIELDS {
+        // the mean place is taken off x, y, z first: what all have in common would hide them
+        clear_of_earlier(node_step, field);
+        for _ in 0..ROUNDS {
+            scale(node_step, field);
+            average(model, node_step, field);
+        }
+        clear_of_earlier(node_step, field);
+        scale(node_step, field);
+    }
+}
+
+/// Gains of the fields that [`find`] left, under the masses of now.
+pub(crate) fn gains(model: &Model, node_step: &[NodeStep]) -> Gains {
+    let mut between = [0.0; FIELDS];
+    for spring in model.springs {
+        let Some((a, b, mass)) = ends(spring, node_step) else { continue };
+        for (sum, (a, b)) in between.iter_mut().zip(a.smooth.iter().zip(b.smooth)) {
+            *sum += mass * a * b;
+        }
+    }
+    core::array::from_fn(|field| {
+        let all = product(node_step, field, field);
+        let l = 1.0 - 2.0 * between[field] / all;
+        let l = if l < LEAST { LEAST } else { l };
+        let gain = (1.0 - l) * (1.0 - 2.0 * l) / (l * all);
+        if l < 0.5 && gain.is_finite() { gain } else { 0.0 }
+    })
+}
+
+/// Both ends of a spring and the mass between them, as a share of `E dt`.
+fn ends<'a>(spring: &Spring, node_step: &'a [NodeStep]) -> Option<(&'a NodeStep, &'a NodeStep, f32)> {
+    let (a, b) = (node_step.get(usize::from(spring.i))?, node_step.get(usize::from(spring.j))?);
+    Some((a, b, spring.k * (a.added + b.added) * (1.0 / NEIGHBOUR)))
+}
+
+/// One round: every node takes its neighbours' mean.
+fn average(model: &Model, node_step: &mut [NodeStep], field: usize) {
+    for node in node_step.iter_mut() {
+        node.next = 0.0;
+    }
+    for spring in model.springs {
+        let Some((a, b, mass)) = ends(spring, node_step) else { continue };
+        let (to_i, to_j) = (mass * b.smooth[field], mass * a.smooth[field]);
+        for (n, part) in [(spring.i, to_i), (spring.j, to_j)] {
+            if let Some(node) = node_step.get_mut(usize::from(n)) {
+                node.next += part;
+            }
+        }
+    }
+    for node in node_step.iter_mut() {
+        node.smooth[field] = node.next * node.step;
+    }
+}
+
+/// Divides a field by its largest value; one that is zero or not finite becomes zero.
+fn scale(node_step: &mut [NodeStep], field: usize) {
+    let mut largest = 0.0_f32;
+    for node in node_step.iter() {
+        let size = node.smooth[field].abs();
+        // a NaN is kept
+        largest = if size <= largest { largest } else { size };
+    }
+    let share = if largest > 0.0 && largest.is_finite() { 1.0 / largest } else { 0.0 };
+    for node in node_step.iter_mut() {
+        node.smooth[field] = if share > 0.0 { node.smooth[field] * share } else { 0.0 };
+    }
+}
+
+/// Takes the earlier fields' parts off a field.
+fn clear_of_earlier(node_step: &mut [NodeStep], field: usize) {
+    for earlier in 0..field {
+        let own = product(node_step, earlier, earlier);
+        let share = if own > 0.0 { product(node_step, field, earlier) / own } else { 0.0 };
+        for node in node_step.iter_mut() {
+            node.smooth[field] -= share * node.smooth[earlier];
+        }
+    }
+}
+
+/// Product of two fields by the diagonal of the mass matrix, over `E dt`.
+fn product(node_step: &[NodeStep], a: usize, b: usize) -> f32 {
+    node_step.iter().filter(|node| node.step > 0.0).map(|node| node.smooth[a] * node.smooth[b] / node.step).sum()
+}
