@@ -70,6 +70,7 @@ fn drift<const ACCELERATED: bool>(tuned: &Tuned, state: &mut State, moved: &[Row
         if ACCELERATED {
             node.free = 1.0;
         }
+        #[expect(clippy::needless_range_loop, reason = "one axis of several rows")]
         for k in 0..ROW {
             let v = match ACCELERATED {
                 true => {
