@@ -1,6 +1,6 @@
 //! Time of a tick on this machine, next to a plain-spring step of the same edges in the same run.
 //!
-//! `cargo bench -p palpate-tests --bench tick` ends with a table of microseconds and ratios. Times
+//! `cargo bench -p palpate-bench` ends with a table of microseconds and ratios. Times
 //! are of one thread; the machine is named in the table.
 #![allow(missing_docs)] // reason: criterion's macros
 
