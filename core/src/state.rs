@@ -279,7 +279,7 @@ impl<'a> State<'a> {
     }
 }
 
-/// FNV-1a, 64 bits, over the bits of floats.
+/// FNV-1a, 64 bits.
 #[derive(Clone, Copy, Debug)]
 pub struct Fnv(u64);
 
@@ -290,12 +290,18 @@ impl Default for Fnv {
 }
 
 impl Fnv {
-    /// Adds x, y, z.
+    /// Adds the bits of x, y, z.
     pub fn vector(&mut self, v: Vector3<f32>) {
         for c in [v.x, v.y, v.z] {
-            for byte in c.to_bits().to_le_bytes() {
-                self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-            }
+            self.bytes(&c.to_bits().to_le_bytes());
+        }
+    }
+
+    /// Adds bytes.
+    #[inline]
+    pub fn bytes(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
         }
     }
 

@@ -16,7 +16,7 @@ use palpate::haptic::damping::DampingSettings;
 use palpate::haptic::device::{DeviceLimits, Sensed};
 use palpate::haptic::limits::LimitValues;
 use palpate::haptic::passivity::PassivitySettings;
-use palpate::{Params, Vector3};
+use palpate::{Fnv, Params, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::tissue::LiveTissue;
@@ -132,15 +132,14 @@ pub fn digest(told: &Telemetry) -> u32 {
     for c in [o.depth_m, told.energy.given_j, told.energy.created_j, told.energy.total_created_j] {
         bytes.extend(c.to_bits().to_le_bytes());
     }
-    let hash = fnv(FNV, &bytes);
+    let hash = fnv(&bytes);
     (hash ^ (hash >> 32)) as u32
 }
 
-const FNV: u64 = 0xcbf2_9ce4_8422_2325;
-
-/// FNV-1a, 64 bits.
-fn fnv(from: u64, bytes: &[u8]) -> u64 {
-    bytes.iter().fold(from, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
+fn fnv(bytes: &[u8]) -> u64 {
+    let mut hash = Fnv::default();
+    hash.bytes(bytes);
+    hash.finish()
 }
 
 /// Writes a trace, tick by tick.
@@ -206,7 +205,7 @@ impl Recorder {
     pub fn finish(mut self, hash: u64) -> Vec<u8> {
         self.hash(hash);
         let mut end = self.ticks.to_le_bytes().to_vec();
-        end.extend(fnv(FNV, &self.bytes).to_le_bytes());
+        end.extend(fnv(&self.bytes).to_le_bytes());
         self.piece(b'Z', &end);
         self.bytes
     }
@@ -262,7 +261,7 @@ impl Trace {
                 b'Z' => {
                     let (ticks, sum) = (payload.number()?, payload.long()?);
                     let whole = at.0.is_empty() && counted == ticks as usize;
-                    if !whole || sum != fnv(FNV, bytes.get(..before).unwrap_or_default()) {
+                    if !whole || sum != fnv(bytes.get(..before).unwrap_or_default()) {
                         return Err(TraceError::Damaged);
                     }
                     let (head, settings, device) = start.ok_or(TraceError::Damaged)?;
