@@ -1,18 +1,14 @@
 //! `palpate chart`.
 
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 
+use super::progress::Bar;
 use crate::error::Error;
 use palpate_lab::chart::{Moving, MovingPoint, Plan, Reference, Run, Summary, Task, measure, pictures, write};
 use palpate_lab::rivals::{Block, Method};
 use palpate_tissue::output::OutputFolder;
-
-/// A progress bar appears on a terminal when a run takes longer than this.
-const QUIET: Duration = Duration::from_secs(2);
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct ChartArgs {
@@ -46,8 +42,7 @@ impl ChartArgs {
 
 fn run_all(plan: &Plan) -> Result<Vec<Run>, Error> {
     let reference = Reference::block();
-    let started = Instant::now();
-    let mut bar: Option<ProgressBar> = None;
+    let mut bar = Bar::default();
     let mut block: Option<Block> = None;
     let mut runs = Vec::with_capacity(plan.tasks.len());
     let same_but_split =
@@ -55,14 +50,7 @@ fn run_all(plan: &Plan) -> Result<Vec<Run>, Error> {
     let mut done = 0;
     for tasks in plan.tasks.chunk_by(same_but_split) {
         let Some(&task) = tasks.first() else { continue };
-        if started.elapsed() > QUIET {
-            let bar = bar.get_or_insert_with(|| {
-                let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg} {elapsed}");
-                ProgressBar::new(plan.tasks.len() as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-            });
-            bar.set_position(done as u64);
-            bar.set_message(format!("{} {} nodes", task.method.name(), task.nodes));
-        }
+        bar.show(done, plan.tasks.len(), format!("{} {} nodes", task.method.name(), task.nodes));
         done += tasks.len();
         if task.method == Method::Calibrated {
             // its patch brings its own mesh
@@ -78,9 +66,7 @@ fn run_all(plan: &Plan) -> Result<Vec<Run>, Error> {
         };
         runs.extend(measure(tasks, block, &reference, plan.moving)?);
     }
-    if let Some(bar) = bar {
-        bar.finish_and_clear();
-    }
+    bar.clear();
     Ok(runs)
 }
 

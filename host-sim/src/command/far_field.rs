@@ -1,20 +1,15 @@
 //! `palpate far-field`.
 
-use std::time::{Duration, Instant};
-
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Common;
+use super::progress::Bar;
 use crate::error::Error;
 use palpate_lab::far_field::sliding::{Sliding, report};
 use palpate_lab::far_field::table::{Awake, Errors, Kind, Plan, Row, Setting, Summary, Table, awake, pictures, table, write};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
-
-/// A progress bar appears on a terminal when a run takes longer than this.
-const QUIET: Duration = Duration::from_secs(2);
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct FarFieldArgs {
@@ -102,34 +97,6 @@ fn print_sliding(sliding: &Sliding) {
         "region: largest step of the force where the set of moving nodes changed; work: of the tissue on the probe, below zero is lost;"
     );
     println!("leaves: slowest speed at which the force is more than {:.0} % off", sliding.tolerance_pct);
-}
-
-/// Progress of whatever takes long.
-#[derive(Default)]
-struct Bar {
-    began: Option<Instant>,
-    bar: Option<ProgressBar>,
-}
-
-impl Bar {
-    fn show(&mut self, done: usize, total: usize, what: &str) {
-        if self.began.get_or_insert_with(Instant::now).elapsed() < QUIET {
-            return;
-        }
-        let bar = self.bar.get_or_insert_with(|| {
-            let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg} {elapsed}");
-            ProgressBar::new(0).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-        });
-        bar.set_length(total as u64);
-        bar.set_position(done as u64);
-        bar.set_message(what.to_owned());
-    }
-
-    fn clear(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
-    }
 }
 
 fn pct(value: Option<f64>) -> String {

@@ -1,9 +1,9 @@
 //! `palpate press`.
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Common;
+use super::progress::Spinner;
 use crate::error::Error;
 use crate::summary;
 use palpate_tissue::budget::MACHINES;
@@ -15,9 +15,6 @@ use palpate_tissue::reference_values;
 use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::session::Session;
 use palpate_tissue::session::moving::{DEFAULT_ERROR_PCT, MovingReport};
-
-/// A progress bar appears on a terminal when a run takes longer than this [ms].
-const QUIET_MS: u128 = 2000;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct PressArgs {
@@ -54,22 +51,13 @@ impl PressArgs {
 }
 
 pub(super) fn with_progress<T>(run: impl FnOnce(&mut dyn FnMut(usize)) -> T) -> T {
-    let started = std::time::Instant::now();
-    let mut bar: Option<ProgressBar> = None;
+    let mut spinner = Spinner::default();
     let result = run(&mut |ticks| {
-        if ticks % 64 == 0 && started.elapsed().as_millis() > QUIET_MS {
-            let bar = bar.get_or_insert_with(|| {
-                ProgressBar::new_spinner().with_style(
-                    ProgressStyle::with_template("{spinner} {msg}").unwrap_or_else(|_| ProgressStyle::default_spinner()),
-                )
-            });
-            bar.set_message(format!("{:.1} s of tissue time", ticks as f64 * 1e-3));
-            bar.tick();
+        if ticks % 64 == 0 {
+            spinner.show(|| format!("{:.1} s of tissue time", ticks as f64 * 1e-3));
         }
     });
-    if let Some(bar) = bar {
-        bar.finish_and_clear();
-    }
+    spinner.clear();
     result
 }
 

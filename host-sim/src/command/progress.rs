@@ -57,3 +57,64 @@ impl Progress {
         self.bar.finish_and_clear();
     }
 }
+
+/// Work whose length nobody knows; on a terminal only.
+#[derive(Default)]
+pub(super) struct Spinner {
+    began: Option<Instant>,
+    bar: Option<ProgressBar>,
+}
+
+impl Spinner {
+    /// One turn, beside a message.
+    pub(super) fn show(&mut self, message: impl FnOnce() -> String) {
+        if self.began.get_or_insert_with(Instant::now).elapsed() < QUIET {
+            return;
+        }
+        let bar = self.bar.get_or_insert_with(|| {
+            let style = ProgressStyle::with_template("{spinner} {msg}");
+            ProgressBar::new_spinner().with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()))
+        });
+        bar.set_message(message());
+        bar.tick();
+    }
+
+    /// Leaves the terminal clean.
+    pub(super) fn clear(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// Work that names each of its steps; on a terminal only.
+#[cfg(feature = "full")]
+#[derive(Default)]
+pub(super) struct Bar {
+    began: Option<Instant>,
+    bar: Option<ProgressBar>,
+}
+
+#[cfg(feature = "full")]
+impl Bar {
+    /// So many steps of `total` are done; `what` is the next one.
+    pub(super) fn show(&mut self, done: usize, total: usize, what: impl Into<String>) {
+        if self.began.get_or_insert_with(Instant::now).elapsed() < QUIET {
+            return;
+        }
+        let bar = self.bar.get_or_insert_with(|| {
+            let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg} {elapsed}");
+            ProgressBar::new(0).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        });
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+        bar.set_message(what.into());
+    }
+
+    /// Leaves the terminal clean.
+    pub(super) fn clear(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}

@@ -1,10 +1,10 @@
 //! `palpate reference`.
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::Common;
+use super::progress::Spinner;
 use crate::error::Error;
 use palpate_charts::{self as charts, Refinement, RefinementLevel};
 use palpate_fit::reference::shipped::SHIPPED;
@@ -13,9 +13,6 @@ use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::{Answer, AnswerProbe, AnswerTissue, HoldAnswer};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::{Drive, Scene};
-
-/// A progress bar appears on a terminal when a run takes longer than this [ms].
-const QUIET_MS: u128 = 2000;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct ReferenceArgs {
@@ -36,12 +33,11 @@ impl ReferenceArgs {
         }
         let scene = Scene::load(&self.common.scene)?;
         let folder = OutputFolder::open(&self.common.folder("reference"))?;
-        let started = std::time::Instant::now();
-        let mut bar = Bar::new();
+        let mut spinner = Spinner::default();
         let study = study(&scene, self.quick, |level, depth_m| {
-            bar.say(started, || format!("mesh {} of 3, {:.2} mm deep", level + 1, depth_m * 1e3));
+            spinner.show(|| format!("mesh {} of 3, {:.2} mm deep", level + 1, depth_m * 1e3));
         })?;
-        bar.clear();
+        spinner.clear();
         let report = Report::new(&scene, &study);
         report.print();
         write(&folder, &scene, &study, &report)?;
@@ -63,46 +59,18 @@ impl ReferenceArgs {
 
 fn ship(folder: OutputFolder) -> Result<(), Error> {
     for shipped in &SHIPPED {
-        let started = std::time::Instant::now();
-        let mut bar = Bar::new();
+        let mut spinner = Spinner::default();
         let answer = shipped.solve(|place_m, depth_m| {
-            bar.say(started, || {
+            spinner.show(|| {
                 format!("{}: ({:.1}, {:.1}) mm, {:.2} mm deep", shipped.file, place_m[0] * 1e3, place_m[1] * 1e3, depth_m * 1e3)
             });
         })?;
-        bar.clear();
+        spinner.clear();
         answer.save(&folder, shipped.file)?;
         println!("{}: {} holds", shipped.file, answer.holds.len());
     }
     println!("wrote {}", folder.publish()?.display());
     Ok(())
-}
-
-/// A line on the terminal that appears when it takes long.
-struct Bar(Option<ProgressBar>);
-
-impl Bar {
-    fn new() -> Self {
-        Self(None)
-    }
-
-    fn say(&mut self, started: std::time::Instant, message: impl FnOnce() -> String) {
-        if started.elapsed().as_millis() > QUIET_MS {
-            let bar = self.0.get_or_insert_with(|| {
-                ProgressBar::new_spinner().with_style(
-                    ProgressStyle::with_template("{spinner} {msg}").unwrap_or_else(|_| ProgressStyle::default_spinner()),
-                )
-            });
-            bar.set_message(message());
-            bar.tick();
-        }
-    }
-
-    fn clear(self) {
-        if let Some(bar) = self.0 {
-            bar.finish_and_clear();
-        }
-    }
 }
 
 #[derive(Serialize)]
