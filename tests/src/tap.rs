@@ -49,19 +49,6 @@ pub struct Outcome {
     pub residual_m: f64,
 }
 
-/// Another tick with the masses, the foundation and its damping of this one: stable at a tick 15 %
-/// longer is a margin of 1.15 at this one.
-#[must_use]
-pub fn with_tick(params: &Params, tick_s: f32) -> Params {
-    let longer = tick_s / params.tick_s;
-    Params {
-        tick_s,
-        mass_floor: params.mass_floor / (longer * longer),
-        contact_damping: params.contact_damping / longer,
-        ..*params
-    }
-}
-
 impl Tap {
     /// Down, 0.35 s there, out, 0.6 s.
     ///

@@ -5,10 +5,11 @@
 
 use palpate_tests::bench::Bench;
 use palpate_tests::far_patch::FarPatch;
-use palpate_tests::tap::{Outcome, Tap, with_tick};
+use palpate_tests::tap::{Outcome, Tap};
 use palpate_tissue::budget::MACHINES;
 use palpate_tissue::scene::Inclusion;
 use palpate_tissue::session::Session;
+use palpate_tissue::stable_step::with_tick;
 
 const DEEP_M: f32 = 8e-3;
 /// Radius and element size [m]: 68 and 117 nodes.

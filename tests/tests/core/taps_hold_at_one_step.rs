@@ -6,8 +6,8 @@
 use palpate::stages::probe::ProbePose;
 use palpate::{Limiters, Limits, Output, Params, tick};
 use palpate_tests::bench::{Bench, at_depth};
-use palpate_tests::tap::{Outcome, Tap, with_tick};
-use palpate_tissue::stable_step::{StableStep, substeps_for_taps};
+use palpate_tests::tap::{Outcome, Tap};
+use palpate_tissue::stable_step::{StableStep, substeps_for_taps, with_tick};
 
 const SIZES: [usize; 3] = [130, 410, 1020];
 const DEEP_M: f32 = 8e-3;

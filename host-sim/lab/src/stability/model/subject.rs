@@ -12,12 +12,11 @@ use crate::rivals::{BLOCK_M, Block, DEEPEST_M, Method, Rival, calibrated};
 use palpate_loop::closed_loop::fidelity;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::patch::{Material, Memory, Patch};
-use palpate_tissue::stable_step::limits;
+use palpate_tissue::stable_step::{limits, with_tick};
+use palpate_tissue::tissue::DEPTH_MARGIN;
 
 /// Depth of the taps that a loop's substeps are derived from [m].
 const FIDELITY_DEPTH_M: f64 = 4e-3;
-/// A session lets a patch answer this much more than the deepest hold.
-const DEPTH_MARGIN: f64 = 1.25;
 /// Methods without a guard answer down to the bottom.
 const NO_LIMIT_M: f64 = BLOCK_M[2];
 
@@ -136,14 +135,7 @@ impl Subject {
     /// Returns the subject at another tick [s], with the masses and the foundation of this one.
     #[must_use]
     pub fn with_tick(&self, tick_s: f32) -> Self {
-        let params = self.block.params;
-        let longer = tick_s / params.tick_s;
-        let params = Params {
-            tick_s,
-            mass_floor: params.mass_floor / (longer * longer),
-            contact_damping: params.contact_damping / longer,
-            ..params
-        };
+        let params = with_tick(&self.block.params, tick_s);
         Self { block: Block { params, ..self.block.clone() }, ..self.clone() }
     }
 
