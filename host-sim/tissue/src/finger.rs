@@ -4,9 +4,20 @@
 
 use crate::scene::Drive;
 
-/// Mass of a firm fingertip [kg], its damping [N s/m] and stiffness [N/m] (order of Hajian & Howe
-/// 1997, grip scaled up).
-pub const FINGER: (f64, f64, f64) = (0.020, 4.0, 800.0);
+/// Mass that moves with the handle [kg], damping [N s/m] and stiffness [N/m] towards the hand's
+/// target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Impedance {
+    /// [kg]
+    pub mass_kg: f64,
+    /// [N s/m]
+    pub damping_n_s_per_m: f64,
+    /// [N/m]
+    pub stiffness_n_per_m: f64,
+}
+
+/// A firm fingertip (order of Hajian & Howe 1997, grip scaled up).
+pub const FINGER: Impedance = Impedance { mass_kg: 0.020, damping_n_s_per_m: 4.0, stiffness_n_per_m: 800.0 };
 
 /// Motion of the finger in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,7 +105,7 @@ impl Finger {
             }
             Kind::Compliant => {
                 let there = self.approach(leg.target);
-                let (mass, damping, stiffness) = FINGER;
+                let Impedance { mass_kg: mass, damping_n_s_per_m: damping, stiffness_n_per_m: stiffness } = FINGER;
                 let push = stiffness * (self.command - self.depth_m) - damping * self.speed_m_per_s - force_n;
                 self.accelerate(push / mass);
                 there
@@ -107,7 +118,7 @@ impl Finger {
                 there
             }
             Kind::Pushed => {
-                let (mass, damping, _) = FINGER;
+                let Impedance { mass_kg: mass, damping_n_s_per_m: damping, .. } = FINGER;
                 let felt = if self.depth_m > 0.0 { 1.5 * force_n.max(0.0) / self.depth_m } else { 0.0 };
                 let critical = 2.0 * (felt * mass).sqrt();
                 let push = leg.target - force_n - critical.max(damping / 4.0) * self.speed_m_per_s;

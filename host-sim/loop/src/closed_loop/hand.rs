@@ -8,18 +8,7 @@
 //! A single mass and spring says little above 50 Hz: H5 is there for that.
 
 use palpate::Vector3;
-
-/// Mass that moves with the handle [kg], damping [N s/m] and stiffness [N/m] towards the hand's
-/// target.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Impedance {
-    /// [kg]
-    pub mass_kg: f64,
-    /// [N s/m]
-    pub damping_n_s_per_m: f64,
-    /// [N/m]
-    pub stiffness_n_per_m: f64,
-}
+use palpate_tissue::finger::{FINGER, Impedance};
 
 /// How a hand holds on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,7 +43,6 @@ pub struct Hand {
 }
 
 const LIGHT: Impedance = Impedance { mass_kg: 0.006, damping_n_s_per_m: 1.0, stiffness_n_per_m: 200.0 };
-const FIRM: Impedance = Impedance { mass_kg: 0.020, damping_n_s_per_m: 4.0, stiffness_n_per_m: 800.0 };
 const ARM: Impedance = Impedance { mass_kg: 0.554, damping_n_s_per_m: 6.45, stiffness_n_per_m: 135.0 };
 const SOFT_ARM: Impedance = Impedance { mass_kg: 0.8, damping_n_s_per_m: 5.5, stiffness_n_per_m: 30.0 };
 
@@ -62,11 +50,11 @@ const SOFT_ARM: Impedance = Impedance { mass_kg: 0.8, damping_n_s_per_m: 5.5, st
 pub const HANDS: [Hand; 7] = [
     Hand { id: "H0", name: "released", grip: Grip::Released },
     Hand { id: "H1", name: "light fingertip", grip: Grip::Firm(LIGHT) },
-    Hand { id: "H2", name: "firm fingertip", grip: Grip::Firm(FIRM) },
+    Hand { id: "H2", name: "firm fingertip", grip: Grip::Firm(FINGER) },
     Hand { id: "H3", name: "arm on the handle", grip: Grip::Firm(ARM) },
     Hand { id: "H4", name: "soft arm", grip: Grip::Firm(SOFT_ARM) },
     Hand { id: "H5", name: "pad that stiffens", grip: Grip::Pad },
-    Hand { id: "H6", name: "grip that changes", grip: Grip::Changing { one: LIGHT, other: FIRM, hz: 4.0 } },
+    Hand { id: "H6", name: "grip that changes", grip: Grip::Changing { one: LIGHT, other: FINGER, hz: 4.0 } },
 ];
 
 impl Hand {

@@ -9,7 +9,7 @@ use palpate::Vector3;
 
 use crate::rivals::{Block, Rival};
 use palpate_tissue::clock::thread_time;
-use palpate_tissue::finger::FINGER;
+use palpate_tissue::finger::{FINGER, Impedance};
 
 /// The tip is at rest if it goes less than this [m] ..
 pub const STILL_TIP_M: f64 = 1e-6;
@@ -90,7 +90,7 @@ impl Push {
     /// # Errors
     /// [`NoRest::Diverged`], [`NoRest::Sunk`].
     pub fn tick(&mut self, block: &Block, rival: &mut dyn Rival) -> Result<(), NoRest> {
-        let (mass_kg, damping_n_s_per_m, _) = FINGER;
+        let Impedance { mass_kg, damping_n_s_per_m, .. } = FINGER;
         let tick_s = f64::from(block.params.tick_s);
         // the finger's own damping is taken at the new speed: no tick is too long for it
         let pushed = self.speed_m_per_s + (self.force_n - self.felt_n) / mass_kg * tick_s;
