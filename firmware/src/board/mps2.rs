@@ -18,6 +18,7 @@ use defmt_semihosting as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use palpate::Fault;
 use palpate::haptic::device::Sensed;
+use palpate_controller::board::WATCHDOG_US;
 use palpate_controller::force_out::{DacCode, Outputs};
 use palpate_controller::patch::Budget;
 
@@ -45,10 +46,6 @@ const WATCHDOG_LOAD: *mut u32 = 0x4000_8000 as *mut u32;
 const WATCHDOG_CONTROL: *mut u32 = 0x4000_8008 as *mut u32;
 const WATCHDOG_INTCLEAR: *mut u32 = 0x4000_800C as *mut u32;
 const WATCHDOG_ENABLE: u32 = 1;
-/// The loop is dead after this long without a completed tick [us]: under the 5 ms in which the
-/// actuators must be off, over what two late ticks in a row take, which release the force
-/// themselves.
-const WATCHDOG_US: u32 = 4_500;
 /// FPGAIO light-emitting diodes; the first one is the enable line.
 const LEDS: *mut u32 = 0x4002_8000 as *mut u32;
 const ENABLE_LED: u32 = 1;

@@ -51,6 +51,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use palpate::Fault;
 use palpate::haptic::device::{Sensed, SensorStatus};
+use palpate_controller::board::WATCHDOG_US;
 use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
 use palpate_controller::force_out::bridge::{AxisPins, Bridge, Line, Pins, StopCircuit};
 use palpate_controller::force_out::{DacCode, Outputs};
@@ -64,8 +65,6 @@ use palpate_controller::serve::Pace;
 /// Core clock [MHz].
 const CLOCK_MHZ: u32 = 480;
 const TICK_HZ: u32 = 1_000;
-/// As on the emulated boards: under the 5 ms in which the actuators must be off.
-const WATCHDOG_US: u32 = 4_500;
 const ENABLE_PIN: usize = 12;
 const SUPPLY_PIN: usize = 13;
 const OPERATOR_PIN: usize = 14;

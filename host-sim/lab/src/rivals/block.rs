@@ -5,8 +5,7 @@ use palpate::{Params, ProbeShape, Vector3};
 use palpate_tissue::error::Error;
 use palpate_tissue::mesh::{BlockSpec, TetMesh, block};
 use palpate_tissue::scene::{Inclusion, SceneError};
-use palpate_tissue::tissue::Tissue;
-use palpate_tissue::tissue::ratio_of;
+use palpate_tissue::tissue::{DEPTH_MARGIN, Tissue, ratio_of};
 
 /// Sides [m]; the bottom is fixed, the top at z = 0.
 pub const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
@@ -14,8 +13,6 @@ pub const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
 pub const RADIUS_M: f64 = 8e-3;
 /// Deepest press [m].
 pub const DEEPEST_M: f64 = 8e-3;
-/// The patch answers presses this much deeper, so that its own limit does not act.
-const DEPTH_MARGIN: f64 = 1.25;
 
 /// A tissue with the parameters that all methods share.
 #[derive(Clone, Debug)]

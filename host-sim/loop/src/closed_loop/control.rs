@@ -33,7 +33,7 @@ use super::surface::Surface;
 use super::watch::RestShape;
 
 /// The tick [s].
-const TICK_S: f32 = 1e-3;
+const TICK_S: f32 = palpate_tissue::scene::TICK_S as f32;
 
 /// How the loop is kept quiet.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -10,11 +10,10 @@ use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
 
 use super::device::DeviceProfile;
 use super::hand::{Aim, Hand, HandState};
+use palpate_tissue::scene::TICK_S;
 
 /// Steps of the plant in a tick: 50 kHz.
 const STEPS: u32 = 50;
-/// The tick [s].
-const TICK_S: f64 = 1e-3;
 
 /// Energy at the port between device and hand, contact by contact.
 #[derive(Clone, Copy, Debug, Default)]

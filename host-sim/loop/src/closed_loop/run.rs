@@ -13,8 +13,8 @@ use super::surface::Surface;
 use super::verdict::{Hold, largest_turn_deg, rms_above};
 use super::watch::{Broken, Tick, Watch};
 
-/// Ticks for arming and ramping in.
-const ARMING_TICKS: u32 = 700;
+/// Ticks for arming and ramping in, before anything is judged.
+pub const ARMING_TICKS: u32 = 700;
 /// Force below which a direction is not judged [N].
 const TURN_LEAST_N: f64 = 0.05;
 /// Push of a released hand, at most [N].

@@ -15,12 +15,10 @@ use crate::closed_loop::device::DeviceProfile;
 use crate::closed_loop::faulty::{Expected, Faulty, FaultyTissue, Needs, Opening};
 use crate::closed_loop::hand::HANDS;
 use crate::closed_loop::plant::Plant;
-use crate::closed_loop::run::{Setup, Watched, course_of};
+use crate::closed_loop::run::{ARMING_TICKS, Setup, Watched, course_of};
 use crate::closed_loop::stimulus::{CLEAR_M, Course, Stimulus};
 use crate::closed_loop::surface::Surface;
 
-/// Ticks for arming and ramping in.
-const ARMING_TICKS: u32 = 700;
 /// Longest wait for the moment of a fault [ticks].
 const PATIENCE_TICKS: u32 = 1500;
 /// Ticks that are watched after a fault begins, and after the loop gave up.

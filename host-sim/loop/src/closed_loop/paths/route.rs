@@ -2,8 +2,7 @@
 
 use palpate::Vector3;
 
-/// The tick [s].
-const TICK_S: f64 = 1e-3;
+use palpate_tissue::scene::TICK_S;
 
 /// One straight leg, then a stop.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,17 +12,15 @@ use palpate::{BuildError, Fault, Model, Output, Params, Vector3};
 use super::case::PathCase;
 use super::ground::PathGround;
 use crate::closed_loop::device::DeviceProfile;
+use crate::closed_loop::run::ARMING_TICKS;
 use crate::closed_loop::watch::{Broken, Seen, Tick, Watch};
 use palpate_tissue::patch::Memory;
+use palpate_tissue::scene::TICK_S;
 
-/// Ticks for arming and ramping in.
-const ARMING_TICKS: u32 = 700;
 /// Ticks that are still run after a fault.
 const AFTER_FAULT_TICKS: u32 = 20;
 /// Half a side of the workspace: every path stays inside [m].
 const REACH_M: f32 = 0.5;
-/// The tick [s].
-const TICK_S: f64 = 1e-3;
 /// Fastest honest motion that no fault may end [m/s].
 const HONEST_M_PER_S: f64 = 1.5;
 /// Sharpest corner or stop that cannot be taken for an encoder that sticks [m/s^2]: more than this
