@@ -84,7 +84,7 @@ pub enum Crash {
 /// A crash to be made.
 #[derive(Clone, Copy, Debug)]
 pub struct Planned {
-    /// Where.
+    /// Place in the image that it happens at.
     pub place: Place,
     /// At which pass of the place since the start.
     pub pass: u32,

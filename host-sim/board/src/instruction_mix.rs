@@ -93,7 +93,7 @@ impl Cost {
         self.jumps
     }
 
-    /// Instructions.
+    /// Number of instructions of all classes.
     #[must_use]
     pub fn instructions(&self) -> u64 {
         self.counts.iter().sum()

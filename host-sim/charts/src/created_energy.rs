@@ -27,7 +27,7 @@ pub struct EnergyRow {
     pub beside: [String; 2],
 }
 
-/// Bars.
+/// Energy that the loop adds on each device, as bars, a row for each controller.
 #[derive(Clone, Copy, Debug)]
 pub struct CreatedEnergy<'a> {
     /// Title, naming what the chart shows.

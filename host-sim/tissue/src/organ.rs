@@ -69,7 +69,7 @@ pub enum Spec {
     Spacing(f64),
     /// The uniform spacing whose number of tets comes nearest to this.
     Tets(usize),
-    /// Graded.
+    /// Fine around a place, coarser away from it.
     Fine(Fine),
 }
 

@@ -42,11 +42,11 @@ pub struct Scene {
     pub name: String,
     /// Tissue that is pressed.
     pub tissue: TissueScene,
-    /// With what.
+    /// Probe that presses it.
     pub probe: ProbeScene,
-    /// How.
+    /// Motion of the probe.
     pub drive: Drive,
-    /// By which method.
+    /// Method that computes the force.
     #[serde(default)]
     pub solver: Solver,
 }
@@ -203,7 +203,7 @@ impl Default for Solver {
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// Everything.
+    /// The product: all terms of its tick.
     Palpate,
     /// Springs, masses and contact only: the papers' plain model.
     Springs,

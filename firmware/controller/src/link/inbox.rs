@@ -25,7 +25,7 @@ pub enum Change {
 /// Consequence of a message besides the next tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reply {
-    /// Nothing.
+    /// No consequence yet.
     None,
     /// The tick's input is complete.
     Tick,

@@ -62,7 +62,7 @@ impl Unknowns {
         self.springs + self.nodes + self.points_per_triangle * self.triangles.len() + SCALARS
     }
 
-    /// Never.
+    /// Always false: the scalars are unknown in every patch.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         false

@@ -55,7 +55,7 @@ impl Plan {
         Self { fine, radii: vec![1.5, 2.0, 2.5, 3.0, 4.0], directions: 8, awake_nodes: vec![130, 410] }
     }
 
-    /// One.
+    /// One fineness and four radii: under a minute.
     #[must_use]
     pub fn quick() -> Self {
         Self { fine: vec![(0.5, 0.45)], radii: vec![1.5, 2.0, 2.5, 3.0], directions: 4, awake_nodes: vec![130] }

@@ -87,7 +87,7 @@ impl Block {
         Tissue { stiffness_ratio: vec![1.0; self.tissue.mesh.tets.len()], ..self.tissue.clone() }
     }
 
-    /// Counts.
+    /// Counts the nodes, edges and tets.
     #[must_use]
     pub fn size(&self) -> Size {
         let mesh = &self.tissue.mesh;

@@ -10,14 +10,14 @@ use super::{Block, RestTet};
 pub struct LinearElastic {
     /// First row of each node, `None` where it is fixed, shape \[nodes\].
     pub row: Vec<Option<usize>>,
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
     /// (row, column, value) of the lower triangle; what stands at one place is to be summed.
     pub lower: Vec<(usize, usize, f64)>,
 }
 
 impl LinearElastic {
-    /// Assembles.
+    /// Assembles the stiffness matrix of a block.
     #[must_use]
     pub fn of(block: &Block) -> Self {
         let mut rows = 0;

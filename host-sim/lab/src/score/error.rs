@@ -66,11 +66,11 @@ pub enum ScoreError {
         line: u64,
         /// The first row.
         first: u64,
-        /// Who.
+        /// Name of the intern in both rows.
         intern: String,
-        /// Where.
+        /// Group of both rows.
         group: String,
-        /// When.
+        /// Phase of the training in both rows.
         phase: &'static str,
     },
     /// Not a table.

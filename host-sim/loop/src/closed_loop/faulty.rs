@@ -141,7 +141,7 @@ pub enum Opening {
 /// Condition that must hold when the fault begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
-    /// Nothing.
+    /// It may begin at any time.
     Nothing,
     /// A force above 0.3 N acts.
     Force,

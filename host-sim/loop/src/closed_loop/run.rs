@@ -92,8 +92,8 @@ pub trait Beside {
     /// The tissue is to change before the next tick.
     fn change(&mut self, change: Change);
 
-    /// A tick: what the loop's own controller read, was asked, told, and gave the device. What the
-    /// device gets [N]; none is its release.
+    /// Called once per tick with what the loop's own controller read, was asked, reported and
+    /// applied. Returns the force to apply to the device [N], or `None` to release it.
     fn tick(
         &mut self,
         reading: Option<Sensed>,
@@ -103,7 +103,7 @@ pub trait Beside {
     ) -> Option<Vector3<f32>>;
 }
 
-/// Nobody.
+/// No controller beside the loop's own: the device gets its force.
 impl Beside for () {
     fn change(&mut self, _: Change) {}
 

@@ -168,7 +168,7 @@ impl Site {
 pub struct Course {
     /// The stimulus.
     pub stimulus: Stimulus,
-    /// Where.
+    /// Place of the touch.
     pub site: Site,
     /// Depth that a press rests at [m].
     pub depth_m: f64,

@@ -32,7 +32,7 @@ impl Default for Holding {
     }
 }
 
-/// Either.
+/// The pointer as a device, or an emulated device in an emulated hand.
 #[derive(Clone, Debug)]
 pub(super) enum Port {
     Pointer(Pointer),

@@ -29,11 +29,12 @@ pub trait Witness {
     /// force is out.
     fn retuned(&mut self, youngs_modulus_pa: f32);
 
-    /// A tick: what was read and asked, told, and given to the device; none is its release.
+    /// Called once per tick with what was read, asked, reported and applied to the device [N];
+    /// `None` is its release.
     fn tick(&mut self, reading: Sensed, command: Command, told: &Telemetry, got_n: Option<Vector3<f32>>);
 }
 
-/// Nobody.
+/// No controller beside the replayed one.
 impl Witness for () {
     fn retuned(&mut self, _: f32) {}
 

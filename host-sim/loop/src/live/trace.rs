@@ -65,7 +65,7 @@ pub enum Piece {
     Tissue(Vec<u8>),
     /// Young's modulus [Pa], damping of the nodes [1/s].
     Retuned([f32; 2]),
-    /// Ticks.
+    /// Ticks, a row each.
     Rows(Vec<Row>),
     /// Hash of all nodes here.
     Hash(u64),

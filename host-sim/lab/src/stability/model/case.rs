@@ -25,7 +25,7 @@ pub enum Promise {
     /// It refuses the depth, and two radii of the probe beyond it lets the hand through without a
     /// force.
     LetThrough,
-    /// Nothing.
+    /// Nothing is promised.
     None,
 }
 

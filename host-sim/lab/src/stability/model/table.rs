@@ -61,7 +61,7 @@ pub struct Worst {
 }
 
 impl Summary {
-    /// Counts.
+    /// Counts verdicts, promises and margins of a matrix.
     #[must_use]
     pub fn of(matrix: &Matrix) -> Self {
         let rows = matrix.plan.rows.iter().filter_map(|row| {
