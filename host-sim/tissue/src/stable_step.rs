@@ -180,11 +180,11 @@ impl Shape {
             };
             let (mut work, mut power) = (0.0, 0.0);
             for ((p, (f, v)), (g, w)) in self.0.iter_mut().zip(&up).zip(&down) {
-                let pull = [0, 1, 2].map(|k| (g[k] - f[k]) / (2.0 * step));
-                let turn = [0, 1, 2].map(|k| (w[k] - v[k]) / (2.0 * step * f64::from(tuned.substep_s())));
-                work += dot(p, &pull);
-                power += dot(&turn, &pull);
-                *p = turn;
+                let pull = (Vector3::from(*g) - Vector3::from(*f)) / (2.0 * step);
+                let turn = (Vector3::from(*w) - Vector3::from(*v)) / (2.0 * step * f64::from(tuned.substep_s()));
+                work += Vector3::from(*p).dot(&pull);
+                power += turn.dot(&pull);
+                *p = turn.into();
             }
             square = power / work;
         }
@@ -228,8 +228,4 @@ fn extent(model: &Model) -> f64 {
         f64::from(high - low)
     };
     side(0).max(side(1)).max(side(2))
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

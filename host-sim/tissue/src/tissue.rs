@@ -11,6 +11,7 @@ use crate::mesh::{BlockError, BlockSpec, ImportReport, TetMesh, block, surface};
 use crate::scene::{Drive, Inclusion, Scene, SceneError};
 pub use body::{Joint, Tissue};
 pub use material::Layout;
+use nalgebra::Vector3;
 pub use organ::DEFAULT_ORGAN_NODES;
 use shape::Shape;
 
@@ -86,8 +87,8 @@ pub fn place_block(scene: &Scene, tips_m: &[[f32; 3]], mesh: TetMesh) -> Result<
 fn place_imported(scene: &Scene, tips_m: &[[f32; 3]], mesh: TetMesh, report: ImportReport) -> Result<Placed, Error> {
     let site = scene.probe.site.unwrap_or_default();
     let (site_m, axis) = nearest_on_surface(&mesh, site, scene.probe.radius_m);
-    let (away, long) = (sub(site, site_m), report.size_m.into_iter().fold(0.0, f64::max));
-    if dot(away, away) > long * long {
+    let (away, long) = (Vector3::from(site) - Vector3::from(site_m), report.size_m.into_iter().fold(0.0, f64::max));
+    if away.dot(&away) > long * long {
         let why =
             format!("= {site:?} is further from the mesh than that is long ({long:.4} m): give metres, in the mesh's frame");
         return Err(SceneError::value(&scene.file, "probe.site", &why).into());
@@ -127,7 +128,8 @@ fn depth_limit_m(scene: &Scene, tips_m: &[[f32; 3]], site_m: [f64; 3], axis: [f6
         Drive::Force { .. } => DEFAULT_DEPTH_RADII * scene.probe.radius_m,
         Drive::Trace { depth_limit_m: Some(limit_m), .. } => return *limit_m,
         Drive::Trace { .. } => {
-            let depths = tips_m.iter().map(|tip| dot(sub(site_m, tip.map(f64::from)), axis));
+            let depths =
+                tips_m.iter().map(|tip| (Vector3::from(site_m) - Vector3::from(tip.map(f64::from))).dot(&Vector3::from(axis)));
             let deepest = depths.fold(0.0, f64::max);
             if deepest > 0.0 { deepest } else { DEFAULT_DEPTH_RADII * scene.probe.radius_m }
         }
@@ -143,7 +145,7 @@ fn finish(
     site_m: [f64; 3],
     axis: [f64; 3],
 ) -> Result<Tissue, SceneError> {
-    let heights = mesh.nodes_m.iter().map(|x| dot(*x, axis));
+    let heights = mesh.nodes_m.iter().map(|x| Vector3::from(*x).dot(&Vector3::from(axis)));
     let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
     scene.refuse_deeper_than(high - low, "the tissue is thick")?;
     let depth_limit_m = depth_limit_m(scene, tips_m, site_m, axis);
@@ -159,8 +161,8 @@ fn anchored(mesh: &TetMesh, fixed: impl Fn(&[f64; 3]) -> bool) -> Vec<u32> {
 /// Nodes of the surface that faces away from a press along `axis`, ascending.
 pub(crate) fn underside(mesh: &TetMesh, axis: [f64; 3]) -> Vec<u32> {
     let faces_away = |t: &[u32; 3]| {
-        let n = normal(t.map(|n| mesh.nodes_m[n as usize]));
-        dot(n, axis) < UNDERSIDE_COSINE * dot(n, n).sqrt()
+        let n = normal(corners(mesh, t));
+        n.dot(&Vector3::from(axis)) < UNDERSIDE_COSINE * n.dot(&n).sqrt()
     };
     let mut nodes: Vec<u32> = surface::surface(&mesh.tets).into_iter().filter(faces_away).flatten().collect();
     nodes.sort_unstable();
@@ -202,56 +204,51 @@ pub fn blended(mesh: &TetMesh, tet: &[u32; 4], stiffness: impl Fn([f64; 3]) -> f
 /// radius of it.
 fn nearest_on_surface(mesh: &TetMesh, place: [f64; 3], radius_m: f64) -> ([f64; 3], [f64; 3]) {
     let triangles = surface::surface(&mesh.tets);
-    let corners = |t: &[u32; 3]| t.map(|n| mesh.nodes_m[n as usize]);
-    let mut best = (f64::INFINITY, place, [0.0; 3]);
+    let place = Vector3::from(place);
+    let mut best = (f64::INFINITY, place, Vector3::zeros());
     for t in &triangles {
-        let corners = corners(t);
+        let corners = corners(mesh, t);
         let p = nearest_on_triangle(corners, place);
-        let d = sub(p, place);
-        if dot(d, d) < best.0 {
-            best = (dot(d, d), p, normal(corners));
+        let d = p - place;
+        if d.dot(&d) < best.0 {
+            best = (d.dot(&d), p, normal(corners));
         }
     }
     let (_, site, own) = best;
-    let near = triangles.iter().map(corners).filter(|c| {
-        let d = sub(nearest_on_triangle(*c, site), site);
-        dot(d, d) <= radius_m * radius_m
+    let near = triangles.iter().map(|t| corners(mesh, t)).filter(|c| {
+        let d = nearest_on_triangle(*c, site) - site;
+        d.dot(&d) <= radius_m * radius_m
     });
-    let sum = near.map(normal).filter(|n| dot(*n, own) > 0.0).fold([0.0; 3], |s, n| [0, 1, 2].map(|k| s[k] + n[k]));
-    let length = dot(sum, sum).sqrt();
-    (site, sum.map(|c| c / length))
+    let sum = near.map(normal).filter(|n| n.dot(&own) > 0.0).fold(Vector3::zeros(), |s, n| s + n);
+    (site.into(), (sum / sum.dot(&sum).sqrt()).into())
+}
+
+/// Corners of a triangle of the mesh [m].
+fn corners(mesh: &TetMesh, triangle: &[u32; 3]) -> [Vector3<f64>; 3] {
+    triangle.map(|n| mesh.nodes_m[n as usize].into())
 }
 
 /// Twice the area times the outward unit normal [m^2].
-fn normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
-    let (u, v) = (sub(b, a), sub(c, a));
-    [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+fn normal([a, b, c]: [Vector3<f64>; 3]) -> Vector3<f64> {
+    (b - a).cross(&(c - a))
 }
 
 /// Nearest point of a triangle: its plane's point if that is inside, else the nearest point of its
 /// sides.
-fn nearest_on_triangle(corners: [[f64; 3]; 3], p: [f64; 3]) -> [f64; 3] {
+fn nearest_on_triangle(corners: [Vector3<f64>; 3], p: Vector3<f64>) -> Vector3<f64> {
     let n = normal(corners);
-    let height = dot(sub(p, corners[0]), n) / dot(n, n);
-    let foot = [0, 1, 2].map(|k| p[k] - height * n[k]);
-    let inside = (0..3).all(|k| dot(normal([corners[k], corners[(k + 1) % 3], foot]), n) >= 0.0);
+    let height = (p - corners[0]).dot(&n) / n.dot(&n);
+    let foot = p - height * n;
+    let inside = (0..3).all(|k| normal([corners[k], corners[(k + 1) % 3], foot]).dot(&n) >= 0.0);
     if inside {
         return foot;
     }
     let side = |k: usize| {
         let (a, b) = (corners[k], corners[(k + 1) % 3]);
-        let along = sub(b, a);
-        let s = (dot(sub(p, a), along) / dot(along, along)).clamp(0.0, 1.0);
-        [0, 1, 2].map(|k| a[k] + s * along[k])
+        let along = b - a;
+        let s = ((p - a).dot(&along) / along.dot(&along)).clamp(0.0, 1.0);
+        a + s * along
     };
-    let squared = |q: [f64; 3]| dot(sub(p, q), sub(p, q));
+    let squared = |q: Vector3<f64>| (p - q).dot(&(p - q));
     [side(0), side(1), side(2)].into_iter().min_by(|a, b| squared(*a).total_cmp(&squared(*b))).unwrap_or(foot)
-}
-
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

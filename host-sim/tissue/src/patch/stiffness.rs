@@ -1,6 +1,6 @@
 //! Springs, volume stiffness and node data of a mesh, over E.
 
-use palpate::{NodeRest, Tet};
+use palpate::{NodeRest, Tet, Vector3};
 
 use super::{Material, Multipliers};
 use crate::mesh::{TetMesh, surface};
@@ -156,22 +156,17 @@ impl RestSpring {
 /// Six times the volume of a tet [m^3].
 pub(crate) fn six_volume(mesh: &TetMesh, tet: &[u32; 4]) -> f64 {
     let [e1, e2, e3] = tet_edges(mesh, tet);
-    let g = cross(e2, e3);
-    e1[0] * g[0] + e1[1] * g[1] + e1[2] * g[2]
+    e1.dot(&e2.cross(&e3))
 }
 
 /// Gradients of the volume with respect to the four corners [m^2].
-fn volume_gradients(mesh: &TetMesh, tet: &[u32; 4]) -> [[f64; 3]; 4] {
+fn volume_gradients(mesh: &TetMesh, tet: &[u32; 4]) -> [Vector3<f64>; 4] {
     let [e1, e2, e3] = tet_edges(mesh, tet);
-    let [b, c, d] = [cross(e2, e3), cross(e3, e1), cross(e1, e2)].map(|g| g.map(|c| c / 6.0));
-    [[0, 1, 2].map(|k| -(b[k] + c[k] + d[k])), b, c, d]
+    let [b, c, d] = [e2.cross(&e3), e3.cross(&e1), e1.cross(&e2)].map(|g| g / 6.0);
+    [-(b + c + d), b, c, d]
 }
 
-fn tet_edges(mesh: &TetMesh, tet: &[u32; 4]) -> [[f64; 3]; 3] {
-    let [a, b, c, d] = tet.map(|n| mesh.nodes_m[n as usize]);
-    [b, c, d].map(|x| [x[0] - a[0], x[1] - a[1], x[2] - a[2]])
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+fn tet_edges(mesh: &TetMesh, tet: &[u32; 4]) -> [Vector3<f64>; 3] {
+    let [a, b, c, d] = tet.map(|n| Vector3::from(mesh.nodes_m[n as usize]));
+    [b, c, d].map(|x| x - a)
 }
