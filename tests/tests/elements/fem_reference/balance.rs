@@ -9,7 +9,7 @@ use crate::fem_reference::{RADIUS_M, above, standard_block};
 fn the_contact_force_is_the_reaction_of_the_anchors() {
     // a place off both planes of symmetry: the whole block, and a force with all three components
     // in the anchors
-    let mut case = standard_block(300, 0.006);
+    let mut case = standard_block(120, 0.008);
     case.place_m = [0.011, -0.007];
     let block = case.build().expect("meshed");
     assert_eq!(block.body.copies, 1.0);

@@ -110,22 +110,30 @@ fn supports_and_grip_carry_the_weight_and_its_moment() {
 
 #[test]
 fn a_nearly_incompressible_cantilever_converges_with_the_mesh() {
-    for poisson_ratio in [0.45, 0.499] {
-        let tip = |nodes: usize| {
-            let mesh = QuadraticMesh::new(&bar([0.1, 0.03, 0.02], nodes));
-            let tets = mesh.tets.len();
-            let body = body(mesh, poisson_ratio, |x| [x.x <= 1e-9; 3]);
-            let suspension =
-                Suspension::new(body).with_weight(&vec![1060.0; tets], Vector3::new(0.0, 0.0, -9.81), 6000.0).expect("sound");
-            let mut hanging = Hanging::new(&suspension).expect("small");
-            hanging.weigh(1.0).expect("hangs");
-            let mesh = &suspension.body().mesh;
-            let locator = Locator::new(mesh, &Organ::whole(mesh), 0.001);
-            locator.displacement_at(&hanging.displacement_m, &Vector3::new(0.1, 0.015, -0.01)).expect("on the end")
-        };
-        let tips = [80, 160, 400].map(tip);
-        let off = [0, 1].map(|k| (tips[k] - tips[2]).norm() / tips[2].norm());
-        assert!(tips[2].z < -0.03, "bends far: {:?}", tips[2]);
-        assert!(off[0] < 0.05 && off[1] < 0.025 && off[1] < off[0], "nu {poisson_ratio}: {off:?}");
-    }
+    cantilever_converges(0.499);
+}
+
+#[test]
+#[ignore = "long"]
+fn a_cantilever_converges_with_the_mesh() {
+    cantilever_converges(0.45);
+}
+
+fn cantilever_converges(poisson_ratio: f64) {
+    let tip = |nodes: usize| {
+        let mesh = QuadraticMesh::new(&bar([0.1, 0.03, 0.02], nodes));
+        let tets = mesh.tets.len();
+        let body = body(mesh, poisson_ratio, |x| [x.x <= 1e-9; 3]);
+        let suspension =
+            Suspension::new(body).with_weight(&vec![1060.0; tets], Vector3::new(0.0, 0.0, -9.81), 6000.0).expect("sound");
+        let mut hanging = Hanging::new(&suspension).expect("small");
+        hanging.weigh(1.0).expect("hangs");
+        let mesh = &suspension.body().mesh;
+        let locator = Locator::new(mesh, &Organ::whole(mesh), 0.001);
+        locator.displacement_at(&hanging.displacement_m, &Vector3::new(0.1, 0.015, -0.01)).expect("on the end")
+    };
+    let tips = [80, 160, 400].map(tip);
+    let off = [0, 1].map(|k| (tips[k] - tips[2]).norm() / tips[2].norm());
+    assert!(tips[2].z < -0.03, "bends far: {:?}", tips[2]);
+    assert!(off[0] < 0.05 && off[1] < 0.025 && off[1] < off[0], "nu {poisson_ratio}: {off:?}");
 }
