@@ -19,7 +19,7 @@ pub use pictures::pictures;
 pub use presses::{Errors, Presses, Setting};
 pub use write::{Summary, write};
 
-use super::edges::{Edge, Edges};
+use super::rim_treatment::{RimTreatment, RimTreatments};
 use crate::error::Error;
 use palpate_fit::far_field::{FarField, FarFieldError, Sizes, whole};
 use palpate_fit::statics::Statics;
@@ -66,7 +66,7 @@ impl Plan {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// A patch with an edge treatment.
-    Patch(Edge),
+    Patch(RimTreatment),
     /// All of it as springs.
     Whole,
     /// All of it as finite elements.
@@ -191,15 +191,15 @@ fn patch_rows(setting: &Setting, sizes: &Sizes, tissue: &Tissue, far: &FarField,
     let own = setting.press(&Statics::of(&whole.model(), &setting.params)?)?;
     let patch = Patch::build(&far.cut.patch, &setting.material(), None);
     let free = Statics::of(&patch.model(), &setting.params)?;
-    let edges = Edges::of(far, &free, setting.radius_m())?;
-    let dense = setting.press(&edges.statics(&free, Edge::Dense)?)?;
+    let edges = RimTreatments::of(far, &free, setting.radius_m())?;
+    let dense = setting.press(&edges.statics(&free, RimTreatment::Dense)?)?;
     let times = timing::tick_times(setting, &edges, &patch, &whole)?;
     let row = |kind: Kind, size: Size, presses: Presses| Row {
         fine_m: sizes.fine_m,
         radius_m: sizes.radius_m,
         kind,
         size,
-        against_dense: (kind != Kind::Patch(Edge::Dense)).then(|| presses.against(&dense)),
+        against_dense: (kind != Kind::Patch(RimTreatment::Dense)).then(|| presses.against(&dense)),
         against_whole: (kind != Kind::Whole).then(|| presses.against(&own)),
         against_elements: setting.against_elements(&presses).filter(|_| kind != Kind::Elements),
         presses,
@@ -212,9 +212,9 @@ fn patch_rows(setting: &Setting, sizes: &Sizes, tissue: &Tissue, far: &FarField,
         rim_nodes: far.cut.rim.len(),
         rim_edges: far.springs.blocks.len() - far.cut.rim.len(),
     };
-    for edge in Edge::ALL {
+    for edge in RimTreatment::ALL {
         let statics = edges.statics(&free, edge)?;
-        let presses = if edge == Edge::Dense { dense.clone() } else { setting.press(&statics)? };
+        let presses = if edge == RimTreatment::Dense { dense.clone() } else { setting.press(&statics)? };
         let lowest_m = statics.rim.as_ref().and_then(|rim| lowest(&rim.stiffness_m));
         let cost = Some(Cost::of(setting, &patch, edge, size, &times));
         rows.push(Row { lowest_m, cost, ..row(Kind::Patch(edge), size, presses) });
@@ -237,7 +237,7 @@ impl Table {
     /// Rim springs that are further from dense S than promised or not positive, each as a sentence.
     #[must_use]
     pub fn broken(&self, probe_radius_m: f64) -> Vec<String> {
-        let ours = self.rows.iter().filter(|r| r.kind == Kind::Patch(Edge::RimSprings));
+        let ours = self.rows.iter().filter(|r| r.kind == Kind::Patch(RimTreatment::RimSprings));
         let mut broken = Vec::new();
         for row in ours {
             let Some(errors) = &row.against_dense else { continue };

@@ -12,7 +12,7 @@ use palpate::method::Method;
 use palpate::{Model, Params, State, Tuned, Vector3};
 
 use super::on_core::steps;
-use crate::far_field::edges::LowRank;
+use crate::far_field::rim_treatment::LowRank;
 
 /// The rim nodes of a running patch.
 #[derive(Debug)]

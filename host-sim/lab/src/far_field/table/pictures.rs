@@ -4,7 +4,7 @@ use super::presses::Setting;
 use super::{Awake, Held, Kind, PROMISED_PCT, Row, Table};
 use crate::chart::front;
 use crate::error::Error;
-use crate::far_field::edges::Edge;
+use crate::far_field::rim_treatment::RimTreatment;
 use palpate_charts::{
     Level, LineSeries, Lines, MethodPoint, MethodPoints, Scale, ScaledAxis, SpeedAccuracy, lines, speed_accuracy,
 };
@@ -93,15 +93,15 @@ fn drawn(error_pct: f64) -> f64 {
 }
 
 /// Name in a legend, in full.
-fn words(edge: Edge) -> String {
+fn words(edge: RimTreatment) -> String {
     match edge {
-        Edge::Fixed => "fixed edge (papers)".into(),
-        Edge::Winkler => "Winkler springs".into(),
-        Edge::Truncated => "S cut off to rim edges".into(),
-        Edge::RimSprings => "rim springs (ours)".into(),
-        Edge::Modes(q) => format!("{q} modes"),
-        Edge::LowRank(q) => format!("blocks less rank {q}"),
-        Edge::Dense => "dense S".into(),
+        RimTreatment::Fixed => "fixed edge (papers)".into(),
+        RimTreatment::Winkler => "Winkler springs".into(),
+        RimTreatment::Truncated => "S cut off to rim edges".into(),
+        RimTreatment::RimSprings => "rim springs (ours)".into(),
+        RimTreatment::Modes(q) => format!("{q} modes"),
+        RimTreatment::LowRank(q) => format!("blocks less rank {q}"),
+        RimTreatment::Dense => "dense S".into(),
     }
 }
 
@@ -113,8 +113,9 @@ fn over_radius(
     fine_m: f64,
     curve: &Curve,
 ) -> Result<bool, Error> {
-    let rows = |edge: Edge| table.rows.iter().filter(move |r| r.fine_m == fine_m && r.kind == Kind::Patch(edge));
-    let labels: Vec<(Edge, String)> = Edge::ALL.iter().filter(|e| **e != Edge::Dense).map(|e| (*e, words(*e))).collect();
+    let rows = |edge: RimTreatment| table.rows.iter().filter(move |r| r.fine_m == fine_m && r.kind == Kind::Patch(edge));
+    let labels: Vec<(RimTreatment, String)> =
+        RimTreatment::ALL.iter().filter(|e| **e != RimTreatment::Dense).map(|e| (*e, words(*e))).collect();
     let series: Vec<LineSeries> = labels
         .iter()
         .map(|(edge, label)| {
@@ -142,12 +143,12 @@ fn over_radius(
 
 /// Worst error one probe radius off the centre against dense S [%]: what tells edges apart.
 fn worst_pct(row: &Row) -> Option<f64> {
-    if row.kind == Kind::Patch(Edge::Dense) { Some(0.0) } else { row.against_dense?.aside_pct[1] }
+    if row.kind == Kind::Patch(RimTreatment::Dense) { Some(0.0) } else { row.against_dense?.aside_pct[1] }
 }
 
 fn over_cycles(folder: &OutputFolder, name: &str, table: &Table, fine_m: f64, scene: &str) -> Result<bool, Error> {
-    let labels: Vec<String> = Edge::ALL.iter().map(|e| words(*e)).collect();
-    let methods: Vec<MethodPoints> = Edge::ALL
+    let labels: Vec<String> = RimTreatment::ALL.iter().map(|e| words(*e)).collect();
+    let methods: Vec<MethodPoints> = RimTreatment::ALL
         .iter()
         .zip(&labels)
         .map(|(edge, label)| {
@@ -181,7 +182,8 @@ fn over_cycles(folder: &OutputFolder, name: &str, table: &Table, fine_m: f64, sc
 }
 
 fn over_time(folder: &OutputFolder, name: &str, table: &Table, fine_m: f64, title: &str) -> Result<bool, Error> {
-    let labels: Vec<(Edge, String)> = Edge::ALL.iter().filter(|e| **e != Edge::Dense).map(|e| (*e, words(*e))).collect();
+    let labels: Vec<(RimTreatment, String)> =
+        RimTreatment::ALL.iter().filter(|e| **e != RimTreatment::Dense).map(|e| (*e, words(*e))).collect();
     let series: Vec<LineSeries> = labels
         .iter()
         .map(|(edge, label)| {

@@ -11,7 +11,7 @@ use palpate::{Model, Params, State, Terms, Tuned, Vector3};
 use super::Setting;
 use super::presses::CLEAR_M;
 use crate::error::Error;
-use crate::far_field::edges::{Edge, Edges};
+use crate::far_field::rim_treatment::{RimTreatment, RimTreatments};
 use crate::rivals::{DenseRim, LowRankRim, ModeRim, OnCore, Rival};
 use palpate_tissue::clock::thread_time;
 use palpate_tissue::patch::RimSprings;
@@ -29,7 +29,7 @@ const BATCHES: usize = 25;
 /// Ticks in which the press comes to rest before the clock starts.
 const SETTLE_TICKS: usize = 40;
 
-/// Time of a tick with each treatment [us], in the order of [`Edge::ALL`], and of the whole organ.
+/// Time of a tick with each treatment [us], in the order of [`RimTreatment::ALL`], and of the whole organ.
 #[derive(Clone, Debug)]
 pub struct Times {
     by_edge: Vec<Option<f64>>,
@@ -40,15 +40,15 @@ pub struct Times {
 impl Times {
     /// Of one treatment [us]; `None` if its tick failed.
     #[must_use]
-    pub fn of(&self, edge: Edge) -> Option<f64> {
-        let at = Edge::ALL.iter().position(|e| *e == edge)?;
+    pub fn of(&self, edge: RimTreatment) -> Option<f64> {
+        let at = RimTreatment::ALL.iter().position(|e| *e == edge)?;
         self.by_edge.get(at).copied().flatten()
     }
 }
 
 /// A patch whose nodes carry the mass of what is put at its edge.
-fn contestant(setting: &Setting, edges: &Edges, patch: &Patch, edge: Edge) -> Patch {
-    if edge == Edge::Fixed {
+fn contestant(setting: &Setting, edges: &RimTreatments, patch: &Patch, edge: RimTreatment) -> Patch {
+    if edge == RimTreatment::Fixed {
         let mut tissue = edges.far.cut.patch.clone();
         tissue.anchors.extend(&edges.far.cut.rim);
         tissue.anchors.sort_unstable();
@@ -68,8 +68,8 @@ pub fn diagonal(rim: &[u32], stiffness_m: &Mat<f64>) -> RimSprings {
 
 /// Starts a treatment on the core.
 fn rival<'a>(
-    edges: &Edges,
-    edge: Edge,
+    edges: &RimTreatments,
+    edge: RimTreatment,
     params: &Params,
     model: &'a Model<'a>,
     tuned: &'a Tuned<'a>,
@@ -77,16 +77,16 @@ fn rival<'a>(
 ) -> Result<Option<Box<dyn Rival + 'a>>, Error> {
     let rim = edges.rim();
     Ok(match edge {
-        Edge::Modes(q) => {
+        RimTreatment::Modes(q) => {
             let shapes = edges.modes(q);
             let method = ModeRim::new(model, tuned, params, &rim, &shapes, &edges.far.exact_m);
             method.map(|method| Box::new(OnCore { model, tuned, state, method }) as Box<dyn Rival + 'a>)
         }
-        Edge::LowRank(q) => {
+        RimTreatment::LowRank(q) => {
             let method = LowRankRim::new(model, tuned, params, &rim, &edges.low_rank(q)?);
             Some(Box::new(OnCore { model, tuned, state, method }))
         }
-        Edge::Dense => {
+        RimTreatment::Dense => {
             let method = DenseRim::new(model, tuned, params, &rim, &edges.far.exact_m);
             Some(Box::new(OnCore { model, tuned, state, method }))
         }
@@ -95,8 +95,8 @@ fn rival<'a>(
 }
 
 /// Whether the core runs the rim itself.
-fn own_rim(edge: Edge) -> bool {
-    matches!(edge, Edge::Fixed | Edge::Winkler | Edge::Truncated | Edge::RimSprings)
+fn own_rim(edge: RimTreatment) -> bool {
+    matches!(edge, RimTreatment::Fixed | RimTreatment::Winkler | RimTreatment::Truncated | RimTreatment::RimSprings)
 }
 
 /// Runs `work` on ticking patches, one for each treatment and the whole organ last.
@@ -105,12 +105,12 @@ fn own_rim(edge: Edge) -> bool {
 /// Model or parameters that the core rejects, or a matrix that cannot be factored.
 pub fn ticking<T>(
     setting: &Setting,
-    edges: &Edges,
+    edges: &RimTreatments,
     patch: &Patch,
     whole: &Patch,
     work: impl FnOnce(&mut [Option<Box<dyn Rival + '_>>]) -> T,
 ) -> Result<T, Error> {
-    let mut patches: Vec<Patch> = Edge::ALL.iter().map(|edge| contestant(setting, edges, patch, *edge)).collect();
+    let mut patches: Vec<Patch> = RimTreatment::ALL.iter().map(|edge| contestant(setting, edges, patch, *edge)).collect();
     patches.push(whole.clone());
     let params: Vec<Params> = patches
         .iter_mut()
@@ -121,7 +121,7 @@ pub fn ticking<T>(
             Params { limits: limits(p, f64::from(setting.params.tick_s)), terms, ..setting.params }
         })
         .collect();
-    let core_runs = |n: usize| Edge::ALL.get(n).is_none_or(|edge| own_rim(*edge));
+    let core_runs = |n: usize| RimTreatment::ALL.get(n).is_none_or(|edge| own_rim(*edge));
     let models: Vec<Model> = patches
         .iter()
         .enumerate()
@@ -139,7 +139,7 @@ pub fn ticking<T>(
     }
     let mut rivals = Vec::new();
     for (n, state) in states.into_iter().enumerate() {
-        let edge = Edge::ALL.get(n).copied().unwrap_or(Edge::Fixed);
+        let edge = RimTreatment::ALL.get(n).copied().unwrap_or(RimTreatment::Fixed);
         rivals.push(rival(edges, edge, &params[n], &models[n], &tuned[n], state)?);
     }
     Ok(work(&mut rivals))
@@ -149,7 +149,7 @@ pub fn ticking<T>(
 ///
 /// # Errors
 /// As [`ticking`].
-pub fn tick_times(setting: &Setting, edges: &Edges, patch: &Patch, whole: &Patch) -> Result<Times, Error> {
+pub fn tick_times(setting: &Setting, edges: &RimTreatments, patch: &Patch, whole: &Patch) -> Result<Times, Error> {
     let mut fastest = ticking(setting, edges, patch, whole, |rivals| {
         for slot in rivals.iter_mut() {
             if slot.as_mut().is_some_and(|rival| !settle(setting, rival.as_mut())) {
@@ -212,7 +212,7 @@ mod tests {
         let far = FarField::of(&tissue, &sizes, &setting.material(), &setting.params).unwrap();
         let patch = Patch::build(&far.cut.patch, &setting.material(), None);
         let free = Statics::of(&patch.model(), &setting.params).unwrap();
-        let edges = Edges::of(&far, &free, setting.radius_m()).unwrap();
+        let edges = RimTreatments::of(&far, &free, setting.radius_m()).unwrap();
         let whole = Patch::build(&tissue, &setting.material(), None);
         let depth_m = 0.003;
         let forces_n: Vec<f64> = ticking(&setting, &edges, &patch, &whole, |rivals| {
@@ -228,7 +228,7 @@ mod tests {
         .unwrap();
         let solver = |s: &Statics| super::super::presses::solver(s).unwrap();
         let mut seen = Vec::new();
-        for (edge, found) in Edge::ALL.into_iter().zip(forces_n) {
+        for (edge, found) in RimTreatment::ALL.into_iter().zip(forces_n) {
             // the elements are those of the patch that ran
             let own = contestant(&setting, &edges, &patch, edge);
             let statics = edges.statics(&Statics::of(&own.model(), &setting.params).unwrap().without_rim(), edge).unwrap();
