@@ -10,6 +10,7 @@ use std::{
     time::Instant,
 };
 
+use palpate_board::EmulatedBoard;
 use palpate_board::defmt_log;
 use palpate_board::firmware_image::FirmwareImage;
 
@@ -50,20 +51,11 @@ pub enum EmulatorError {
     NoResult(String),
 }
 
-/// An emulated board.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Machine {
-    /// Cortex-M4F, the reference.
-    An386,
-    /// Cortex-M7, running the same image.
-    An500,
-}
-
 /// One run.
 #[derive(Clone, Copy, Debug)]
 pub struct Run<'a> {
     /// Board.
-    pub machine: Machine,
+    pub machine: EmulatedBoard,
     /// Every instruction takes 2^shift ns of virtual time.
     pub shift: u32,
     /// Ticks until the firmware stops.
@@ -175,10 +167,7 @@ fn build_with(
 
 impl Run<'_> {
     fn command(&self, elf: &Path, socket: &Path) -> Command {
-        let (machine, cpu) = match self.machine {
-            Machine::An386 => ("mps2-an386", "cortex-m4"),
-            Machine::An500 => ("mps2-an500", "cortex-m7"),
-        };
+        let (machine, cpu) = self.machine.names();
         let mut command = Command::new("qemu-system-arm");
         command.args(["-machine", machine, "-cpu", cpu, "-nographic", "-monitor", "none", "-serial", "null"]);
         let restart = if self.restart { ",arg=restart" } else { "" };

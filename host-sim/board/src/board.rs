@@ -33,14 +33,14 @@ const PIECE: usize = 192;
 
 /// An emulated board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Machine {
+pub enum EmulatedBoard {
     /// Cortex-M4F (MPS2 with image AN386).
     M4f,
     /// Cortex-M7 (MPS2 with image AN500).
     M7,
 }
 
-impl Machine {
+impl EmulatedBoard {
     /// The emulator's names for machine and core.
     #[must_use]
     pub fn names(self) -> (&'static str, &'static str) {
@@ -72,7 +72,7 @@ impl Machine {
 /// A running image.
 pub struct Board {
     child: Child,
-    machine: Machine,
+    machine: EmulatedBoard,
     folder: TempDir,
     to: File,
     from: File,
@@ -95,7 +95,7 @@ impl Board {
     ///
     /// # Errors
     /// No emulator, or no place for the FIFOs.
-    pub fn start(image: &Path, machine: Machine, log: Option<&Path>) -> Result<Self, EmulateError> {
+    pub fn start(image: &Path, machine: EmulatedBoard, log: Option<&Path>) -> Result<Self, EmulateError> {
         let folder = tempfile::tempdir()?;
         let [to_path, from_path] = ["to", "from"].map(|name| folder.path().join(name));
         for path in [&to_path, &from_path] {
@@ -134,7 +134,7 @@ impl Board {
 
     /// Which board it is.
     #[must_use]
-    pub fn machine(&self) -> Machine {
+    pub fn machine(&self) -> EmulatedBoard {
         self.machine
     }
 

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::{EmulateError, Machine};
+use super::{EmulateError, EmulatedBoard};
 use palpate_tissue::scene::Scene;
 
 /// Patches for the larger board end so.
@@ -89,6 +89,10 @@ pub fn patch_for(scene: &Scene) -> Result<PathBuf, EmulateError> {
 
 /// The board that a patch is for, by its file's name.
 #[must_use]
-pub fn machine_for(patch: &Path) -> Machine {
-    if patch.file_name().is_some_and(|name| name.to_string_lossy().ends_with(LARGE)) { Machine::M7 } else { Machine::M4f }
+pub fn machine_for(patch: &Path) -> EmulatedBoard {
+    if patch.file_name().is_some_and(|name| name.to_string_lossy().ends_with(LARGE)) {
+        EmulatedBoard::M7
+    } else {
+        EmulatedBoard::M4f
+    }
 }

@@ -22,7 +22,7 @@ use palpate_controller::link::message::HostAsk;
 use palpate_controller::link::{FromBoard, Record, Refusal, ToBoard};
 use palpate_controller::patch::{Memory, Patch};
 
-use super::{Board, EmulateError, Machine};
+use super::{Board, EmulateError, EmulatedBoard};
 use palpate_loop::closed_loop::prepared::Prepared;
 use palpate_loop::closed_loop::run::{Beside, Run, Setup, run_beside};
 use palpate_loop::closed_loop::stimulus::{Change, Site, Stimulus};
@@ -37,7 +37,7 @@ const START_UP_TICKS: u32 = 3;
 #[derive(Clone, Debug)]
 pub struct InLoop {
     image: PathBuf,
-    machine: Machine,
+    machine: EmulatedBoard,
     /// On a 4-byte boundary.
     words: Vec<u32>,
     bytes: usize,
@@ -50,7 +50,7 @@ impl InLoop {
     ///
     /// # Errors
     /// A patch that no substep keeps stable.
-    pub fn new(image: PathBuf, machine: Machine, tissue: &Prepared) -> Result<Self, EmulateError> {
+    pub fn new(image: PathBuf, machine: EmulatedBoard, tissue: &Prepared) -> Result<Self, EmulateError> {
         let stable = StableStep::measure(&tissue.patch.wide_model(), &tissue.params, tissue.patch.site_m())?;
         let stable = stable.ok_or(EmulateError::Refused(Refusal::PatchStep))?;
         let packed = tissue.patch.pack(&tissue.params, stable.pressed_s as f32);

@@ -27,7 +27,7 @@ pub mod timed;
 pub mod timing;
 pub mod twin;
 
-pub use board::{Board, Machine};
+pub use board::{Board, EmulatedBoard};
 pub use twin::{Difference, Twin};
 
 use std::path::PathBuf;

@@ -18,7 +18,7 @@ use palpate_controller::config::Profile;
 use palpate_controller::link::Refusal;
 
 use super::in_loop::{There, started};
-use super::{Board, EmulateError, Machine, image};
+use super::{Board, EmulateError, EmulatedBoard, image};
 use palpate_loop::closed_loop::run::Beside;
 use palpate_loop::live::replay::{Replayed, Witness, aligned, replay_beside, unpack};
 use palpate_loop::live::trace::{Piece, Trace};
@@ -33,7 +33,7 @@ const START_UP: [Ask; 2] = [Ask::Booted, Ask::TestPassed];
 ///
 /// # Errors
 /// A trace that the board cannot repeat; a tick in which board and desktop part.
-pub fn replay(trace: &Trace, given: Option<&Path>, machine: Machine) -> Result<Replayed, EmulateError> {
+pub fn replay(trace: &Trace, given: Option<&Path>, machine: EmulatedBoard) -> Result<Replayed, EmulateError> {
     let (patch, params) = packed(trace)?;
     let (_folder, image, upload) = match given {
         Some(_) => (None, image::find(given)?, Some(&patch[..])),

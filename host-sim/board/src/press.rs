@@ -10,7 +10,7 @@ use palpate::{Limiters, Output, Vector3};
 use palpate_controller::link::Record;
 
 use super::twin::Reading;
-use super::{EmulateError, Machine, Twin};
+use super::{EmulateError, EmulatedBoard, Twin};
 use palpate_tissue::finger::Finger;
 use palpate_tissue::press::{Press, SETTLE_S, TickRow, clear_m, hold};
 use palpate_tissue::scene::Scene;
@@ -23,7 +23,7 @@ pub const CYCLES_PER_INSTRUCTION: f64 = 1.45;
 
 /// Estimated time of so many instructions [us].
 #[must_use]
-pub fn estimated_us(instructions: u64, machine: Machine) -> f32 {
+pub fn estimated_us(instructions: u64, machine: EmulatedBoard) -> f32 {
     (instructions as f64 * CYCLES_PER_INSTRUCTION / machine.clock_hz() * 1e6) as f32
 }
 

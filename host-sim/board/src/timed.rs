@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::{EmulateError, Machine, defmt_log};
+use super::{EmulateError, EmulatedBoard, defmt_log};
 
 /// The shift at which a tick fits its period and the clock tells five instructions apart.
 pub const IN_TIME_SHIFT: u32 = 3;
@@ -65,7 +65,7 @@ impl Timed {
 ///
 /// # Errors
 /// No emulator, or an image that does not end.
-pub fn run(image: &Path, machine: Machine, shift: u32, ticks: u32) -> Result<Timed, EmulateError> {
+pub fn run(image: &Path, machine: EmulatedBoard, shift: u32, ticks: u32) -> Result<Timed, EmulateError> {
     let Printed { text, frames } = printed(image, machine, shift, ticks)?;
     let number = |key| value(&text, key).and_then(|word| word.parse::<u64>().ok());
     let instructions = |ns: u64| ns as f64 / f64::from(1_u32 << shift);
@@ -90,7 +90,7 @@ pub fn run(image: &Path, machine: Machine, shift: u32, ticks: u32) -> Result<Tim
 ///
 /// # Errors
 /// As [`run`].
-pub fn overruns(image: &Path, machine: Machine) -> Result<Vec<Timed>, EmulateError> {
+pub fn overruns(image: &Path, machine: EmulatedBoard) -> Result<Vec<Timed>, EmulateError> {
     SLOW_SHIFTS.into_iter().map(|shift| run(image, machine, shift, SLOW_TICKS)).collect()
 }
 
@@ -101,7 +101,7 @@ struct Printed {
     frames: Vec<u8>,
 }
 
-fn printed(image: &Path, machine: Machine, shift: u32, ticks: u32) -> Result<Printed, EmulateError> {
+fn printed(image: &Path, machine: EmulatedBoard, shift: u32, ticks: u32) -> Result<Printed, EmulateError> {
     let folder = tempfile::tempdir()?;
     let [words, frames] = ["words", "frames"].map(|name| folder.path().join(name));
     let (name, cpu) = machine.names();

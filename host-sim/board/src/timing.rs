@@ -14,7 +14,7 @@ use super::exec_log::ExecLog;
 use super::firmware_image::FirmwareImage;
 use super::instruction_mix::calls_of;
 use super::twin::Reading;
-use super::{Board, EmulateError, Machine, Twin};
+use super::{Board, EmulateError, EmulatedBoard, Twin};
 
 /// The core's tick in the image.
 const TICK: &str = "palpate::tick::tick";
@@ -30,7 +30,7 @@ const STEP_M: f32 = 0.23e-3;
 ///
 /// # Errors
 /// The board has crashed, or the image holds no such function.
-pub fn cycles_per_instruction(image: &Path, machine: Machine, patch: &[u8]) -> Result<f64, EmulateError> {
+pub fn cycles_per_instruction(image: &Path, machine: EmulatedBoard, patch: &[u8]) -> Result<f64, EmulateError> {
     let folder = tempfile::tempdir()?;
     let log = folder.path().join("executed");
     let mut memory = Box::new(Memory::RESERVED);

@@ -16,7 +16,7 @@ use palpate_controller::port::Port;
 
 use super::desktop_board::DesktopBoard;
 use super::in_loop::rest_shape;
-use super::{Board, EmulateError, Machine};
+use super::{Board, EmulateError, EmulatedBoard};
 use palpate_loop::closed_loop::watch::{Broken, ByGeometry};
 
 /// Ticks within which a board that nobody disturbs must reach full gain.
@@ -36,7 +36,7 @@ pub struct Difference {
 /// Board and desktop.
 pub struct Twin<'a> {
     board: Board,
-    machine: Machine,
+    machine: EmulatedBoard,
     haptic: HapticLoop<DesktopBoard>,
     patch: Patch<'a>,
     inbox: Inbox,
@@ -125,7 +125,7 @@ impl<'a> Twin<'a> {
 
     /// The emulated board's kind.
     #[must_use]
-    pub fn machine(&self) -> Machine {
+    pub fn machine(&self) -> EmulatedBoard {
         self.machine
     }
 

@@ -1,6 +1,6 @@
 //! `palpate emulate`.
 
-mod tell;
+mod print;
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -8,13 +8,13 @@ use std::time::Instant;
 use clap::Args;
 use palpate_controller::patch::Memory;
 
-use self::tell::{Emulated, print, write_timing};
+use self::print::{Emulated, print, write_timing};
 use super::Common;
 use super::press::{print_holds, with_progress};
 use crate::error::Error;
 use crate::summary;
 use palpate_board::one_core::OneCore;
-use palpate_board::{self, Board, Machine, Twin, campaign, timed, timing};
+use palpate_board::{self, Board, EmulatedBoard, Twin, campaign, timed, timing};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
@@ -44,7 +44,7 @@ pub(super) struct EmulateArgs {
     patch: Option<PathBuf>,
     /// The emulated board [default: m4f, with a patch named *m7-480 m7].
     #[arg(long, value_enum)]
-    board: Option<Machine>,
+    board: Option<EmulatedBoard>,
     /// Ticks of random presses, faults and recovery after the scene's own press [default: 10000].
     #[arg(long, allow_negative_numbers = true, value_name = "N")]
     ticks: Option<u32>,

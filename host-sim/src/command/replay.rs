@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::error::Error;
 #[cfg(feature = "full")]
-use palpate_board::{Machine, live_trace, one_core::OneCore};
+use palpate_board::{EmulatedBoard, live_trace, one_core::OneCore};
 use palpate_loop::closed_loop::watch::Broken;
 use palpate_loop::live::replay::{self, Replayed};
 use palpate_loop::live::trace::{Head, Trace, VERSION};
@@ -32,12 +32,12 @@ pub(super) struct ReplayArgs {
     /// The emulated board.
     #[cfg_attr(feature = "full", arg(long, value_enum, default_value = "m7", requires = "emulated"))]
     #[cfg_attr(not(feature = "full"), arg(long, default_value = "m7", requires = "emulated"))]
-    board: Machine,
+    board: EmulatedBoard,
 }
 
 /// Read by the build that holds the emulated board.
 #[cfg(not(feature = "full"))]
-type Machine = String;
+type EmulatedBoard = String;
 
 /// `summary.json`.
 #[derive(Serialize)]

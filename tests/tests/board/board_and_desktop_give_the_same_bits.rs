@@ -8,11 +8,12 @@ use palpate::haptic::cycle::{Command, Settings};
 use palpate::haptic::device::HapticDevice;
 use palpate::haptic::mode::Mode;
 use palpate::{Fnv, PatchFile};
+use palpate_board::EmulatedBoard;
 use palpate_controller::controller::{Arming, Controller};
 use palpate_controller::patch::{Memory, Patch};
 use palpate_controller::port::Port;
 use palpate_controller::script::{self, LEAD_TICKS};
-use palpate_tests::emulator::{Machine, Run, RunResult, build_firmware, build_firmware_with};
+use palpate_tests::emulator::{Run, RunResult, build_firmware, build_firmware_with};
 use palpate_tests::flash_patch::in_flash;
 use palpate_tests::packed;
 
@@ -43,7 +44,7 @@ fn on_desktop(bytes: &[u8]) -> RunResult {
 }
 
 fn agree(elf: &Path, expected: &RunResult) {
-    for machine in [Machine::An386, Machine::An500] {
+    for machine in [EmulatedBoard::M4f, EmulatedBoard::M7] {
         let outcome =
             Run { machine, shift: 3, ticks: TICKS, lead_ticks: LEAD_TICKS, crash: None, restart: false, exec_log: None }
                 .start(elf)

@@ -8,8 +8,9 @@
 use std::path::Path;
 
 use palpate::{Model, PatchFile};
+use palpate_board::EmulatedBoard;
 use palpate_controller::script::LEAD_TICKS;
-use palpate_tests::emulator::{Machine, Run, build_firmware, build_firmware_with};
+use palpate_tests::emulator::{Run, build_firmware, build_firmware_with};
 use palpate_tests::exec_log::ExecLog;
 use palpate_tests::firmware_image::FirmwareImage;
 use palpate_tests::instruction_mix::{Cost, InstructionMix, calls_of};
@@ -62,9 +63,9 @@ fn target() -> &'static Path {
 }
 
 /// A patch for the M7 is refused on the M4F. Both run the same instructions of the same image.
-fn board_of(elf: &Path) -> Machine {
+fn board_of(elf: &Path) -> EmulatedBoard {
     let large = elf.file_stem().is_some_and(|stem| stem.to_string_lossy().ends_with("m7-480"));
-    if large { Machine::An500 } else { Machine::An386 }
+    if large { EmulatedBoard::M7 } else { EmulatedBoard::M4f }
 }
 
 fn logged(elf: &Path, ticks: u32, shift: u32) -> Logged {

@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use palpate::Fnv;
 use palpate::haptic::cycle::{Command, Settings};
 use palpate::haptic::device::HapticDevice;
+use palpate_board::EmulatedBoard;
 use palpate_controller::controller::{Arming, Controller};
 use palpate_controller::patch::{Memory, Patch};
 use palpate_controller::port::Port;
 use palpate_controller::script::{self, LEAD_TICKS};
-use palpate_tests::emulator::{Machine, Run, RunResult, build_checked_firmware, build_firmware};
+use palpate_tests::emulator::{Run, RunResult, build_checked_firmware, build_firmware};
 use palpate_tests::flash_patch::in_flash;
 
 /// A tap, a hold, a slow way out and a slide.
@@ -23,7 +24,7 @@ fn target() -> PathBuf {
 }
 
 fn run(elf: &Path, ticks: u32) -> palpate_tests::emulator::Outcome {
-    Run { machine: Machine::An386, shift: SHIFT, ticks, lead_ticks: LEAD_TICKS, crash: None, restart: false, exec_log: None }
+    Run { machine: EmulatedBoard::M4f, shift: SHIFT, ticks, lead_ticks: LEAD_TICKS, crash: None, restart: false, exec_log: None }
         .start(elf)
         .unwrap()
 }

@@ -6,8 +6,9 @@
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
+use palpate_board::EmulatedBoard;
 use palpate_tests::crash::{Crash, FILE, Place, Planned, is_of_crash};
-use palpate_tests::emulator::{Machine, Outcome, Run, build_firmware};
+use palpate_tests::emulator::{Outcome, Run, build_firmware};
 use palpate_tests::exec_log::ExecLog;
 use palpate_tests::firmware_image::FirmwareImage;
 
@@ -37,7 +38,7 @@ fn image() -> PathBuf {
 fn run(elf: &Path, crash: (Place, Crash), ticks: u32, restart: bool, log: Option<&Path>) -> Outcome {
     let starts = if restart { STARTS } else { 1 };
     let crash = Some(Planned { place: crash.0, pass: PASSES, crash: crash.1, starts });
-    Run { machine: Machine::An386, shift: 3, ticks, lead_ticks: 5, crash, restart, exec_log: log }.start(elf).unwrap()
+    Run { machine: EmulatedBoard::M4f, shift: 3, ticks, lead_ticks: 5, crash, restart, exec_log: log }.start(elf).unwrap()
 }
 
 /// Instructions after the last one of the crash until control leaves `outputs_off`.

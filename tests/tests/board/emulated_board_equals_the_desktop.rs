@@ -11,7 +11,7 @@ use palpate::haptic::mode::Mode;
 use palpate::{Fault, Vector3};
 use palpate_board::timing::Spread;
 use palpate_board::twin::Reading;
-use palpate_board::{Board, EmulateError, Machine, Twin, campaign};
+use palpate_board::{Board, EmulateError, EmulatedBoard, Twin, campaign};
 use palpate_controller::config::Profile;
 use palpate_controller::link::message::HostAsk;
 use palpate_controller::link::wire_limits::WireLimits;
@@ -24,8 +24,11 @@ use palpate_tests::packed;
 /// makes the longest one more than 3 % longer should know it.
 const GOLDEN: &str = "golden/tick-instructions.csv";
 const GROWTH: f64 = 0.03;
-const SHIPPED: [(&str, Machine); 3] =
-    [("block-m4f-168.patch", Machine::M4f), ("liver-m4f-168.patch", Machine::M7), ("block-m7-480.patch", Machine::M7)];
+const SHIPPED: [(&str, EmulatedBoard); 3] = [
+    ("block-m4f-168.patch", EmulatedBoard::M4f),
+    ("liver-m4f-168.patch", EmulatedBoard::M7),
+    ("block-m7-480.patch", EmulatedBoard::M7),
+];
 const TICKS: u32 = 8_000;
 const OUTSIDE_M: Vector3<f32> = Vector3::new(0.0, 0.0, 2e-3);
 
@@ -33,7 +36,7 @@ fn image() -> PathBuf {
     build_firmware(Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap(), &[]).unwrap()
 }
 
-fn equal_through_faults(patch: &str, machine: Machine) -> Vec<u64> {
+fn equal_through_faults(patch: &str, machine: EmulatedBoard) -> Vec<u64> {
     let mut memory = Box::new(Memory::RESERVED);
     let board = Board::start(&image(), machine, None).unwrap();
     let mut twin = Twin::new(board, packed::on_words(&packed::shipped(patch)), &mut memory).unwrap();
@@ -74,7 +77,7 @@ fn growth(patch: &str, spread: &Spread, text: &str) -> Result<(), String> {
     }
 }
 
-fn keeps_its_ticks((patch, machine): (&str, Machine)) {
+fn keeps_its_ticks((patch, machine): (&str, EmulatedBoard)) {
     let spread = Spread::of(&equal_through_faults(patch, machine));
     println!("{spread:?}");
     growth(patch, &spread, &std::fs::read_to_string(golden_file()).unwrap()).unwrap();
@@ -98,7 +101,7 @@ fn the_larger_block_on_the_other_core() {
 
 #[test]
 fn a_lump_in_the_block() {
-    equal_through_faults("nodule-m7-480.patch", Machine::M7);
+    equal_through_faults("nodule-m7-480.patch", EmulatedBoard::M7);
 }
 
 #[test]
@@ -125,7 +128,7 @@ fn rewrite() {
 #[test]
 fn bad_frames_are_counted_and_the_next_good_one_is_taken() {
     let mut memory = Box::new(Memory::RESERVED);
-    let board = Board::start(&image(), Machine::M4f, None).unwrap();
+    let board = Board::start(&image(), EmulatedBoard::M4f, None).unwrap();
     let mut twin = Twin::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
     twin.arm(OUTSIDE_M).unwrap();
     let rubbish: Vec<u8> = (0..700_u32).map(|n| (n * 89 % 255 + 1) as u8).collect();
@@ -142,7 +145,7 @@ fn bad_frames_are_counted_and_the_next_good_one_is_taken() {
 
 #[test]
 fn bad_patches_and_raised_limits_are_refused_in_words() {
-    let mut board = Board::start(&image(), Machine::M4f, None).unwrap();
+    let mut board = Board::start(&image(), EmulatedBoard::M4f, None).unwrap();
     let good = std::fs::read(packed::shipped("block-m4f-168.patch")).unwrap();
     let refused = |answer: Result<u32, EmulateError>| match answer {
         Err(EmulateError::Refused(refusal)) => refusal,
@@ -219,7 +222,7 @@ fn nodes_of(board: &mut Board) -> u32 {
 fn a_stop_is_not_taken_back_by_what_comes_behind_it() {
     for behind in [HostAsk::Arm, HostAsk::Clear] {
         let mut memory = Box::new(Memory::RESERVED);
-        let board = Board::start(&image(), Machine::M4f, None).unwrap();
+        let board = Board::start(&image(), EmulatedBoard::M4f, None).unwrap();
         let mut twin = Twin::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
         twin.arm(OUTSIDE_M).unwrap();
         twin.ask(HostAsk::Stop).unwrap();
@@ -232,7 +235,7 @@ fn a_stop_is_not_taken_back_by_what_comes_behind_it() {
 #[test]
 fn a_modulus_that_is_refused_leaves_the_one_before() {
     let mut memory = Box::new(Memory::RESERVED);
-    let board = Board::start(&image(), Machine::M4f, None).unwrap();
+    let board = Board::start(&image(), EmulatedBoard::M4f, None).unwrap();
     let mut twin = Twin::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
     let board = twin.board();
     board.send(&ToBoard::YoungsModulus(5e3)).unwrap();
@@ -259,7 +262,7 @@ fn refused_begin(board: &mut Board) -> Refusal {
 #[test]
 fn nothing_in_active_accepts_a_mesh() {
     let mut memory = Box::new(Memory::RESERVED);
-    let board = Board::start(&image(), Machine::M4f, None).unwrap();
+    let board = Board::start(&image(), EmulatedBoard::M4f, None).unwrap();
     let mut twin = Twin::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
     twin.arm(OUTSIDE_M).unwrap();
     assert_eq!(refused_begin(twin.board()), Refusal::NotIdle);
@@ -270,7 +273,7 @@ fn nothing_in_active_accepts_a_mesh() {
 #[test]
 fn a_softer_tissue_comes_at_once_and_a_stiffer_one_when_nothing_touches() {
     let mut memory = Box::new(Memory::RESERVED);
-    let board = Board::start(&image(), Machine::M4f, None).unwrap();
+    let board = Board::start(&image(), EmulatedBoard::M4f, None).unwrap();
     let mut twin = Twin::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
     twin.arm(OUTSIDE_M).unwrap();
     // from outside to 3 mm at 0.05 m/s, and back

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use palpate_board::Machine;
+use palpate_board::EmulatedBoard;
 use palpate_board::in_loop::InLoop;
 use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_loop::closed_loop::hand::Hand;
@@ -20,7 +20,7 @@ fn prepared(scene: &str, patch: &str, device: &DeviceProfile) -> (InLoop, Target
     scene.solver.patch = Some(packed::shipped(patch));
     let tissue = Prepared::as_packed(&scene, device).unwrap();
     let image = build_firmware(Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap(), &[]).unwrap();
-    let board = InLoop::new(image, Machine::M4f, &tissue).unwrap();
+    let board = InLoop::new(image, EmulatedBoard::M4f, &tissue).unwrap();
     (board, Target::Tissue(Box::new(tissue), scene.tissue.youngs_modulus_pa))
 }
 

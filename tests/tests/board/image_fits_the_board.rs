@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use palpate_board::EmulatedBoard;
 use palpate_controller::script::LEAD_TICKS;
 use palpate_tests::disassembly::sections;
-use palpate_tests::emulator::{Machine, Run, build_firmware};
+use palpate_tests::emulator::{Run, build_firmware};
 use palpate_tests::flash_patch::in_flash;
 
 /// Without the patch [bytes].
@@ -42,7 +43,7 @@ fn the_stack_lies_below_the_statics_and_half_of_it_is_free() {
         "statics begin at {lowest:x?}: an overflow would overwrite them"
     );
     let run = Run {
-        machine: Machine::An386,
+        machine: EmulatedBoard::M4f,
         shift: 3,
         ticks: 2_000,
         lead_ticks: LEAD_TICKS,

@@ -3,10 +3,10 @@
 
 use std::path::{Path, PathBuf};
 
-use palpate_board::{self, timed};
+use palpate_board::{EmulatedBoard, timed};
 use palpate_controller::script::LEAD_TICKS;
 use palpate_tests::crash::{Crash, Place, Planned};
-use palpate_tests::emulator::{Machine, Outcome, Run, build_firmware};
+use palpate_tests::emulator::{Outcome, Run, build_firmware};
 
 /// The tick that takes a period too long, and the turns of a loop of two instructions that it takes
 /// longer.
@@ -18,7 +18,7 @@ fn image(features: &[&str]) -> PathBuf {
 }
 
 fn run(shift: u32) -> Outcome {
-    Run { machine: Machine::An386, shift, ticks: 1_000, lead_ticks: LEAD_TICKS, crash: None, restart: false, exec_log: None }
+    Run { machine: EmulatedBoard::M4f, shift, ticks: 1_000, lead_ticks: LEAD_TICKS, crash: None, restart: false, exec_log: None }
         .start(&image(&[]))
         .unwrap()
 }
@@ -48,7 +48,7 @@ fn a_tick_without_end_meets_the_watchdog() {
 #[test]
 fn one_late_tick_is_counted_borne_and_forgotten() {
     let run = Run {
-        machine: Machine::An386,
+        machine: EmulatedBoard::M4f,
         shift: 3,
         ticks: 1_000,
         lead_ticks: LEAD_TICKS,
@@ -67,13 +67,13 @@ fn one_late_tick_is_counted_borne_and_forgotten() {
 #[test]
 fn ticks_start_on_time_and_however_slow_the_core_no_miss_is_uncounted() {
     let elf = image(&[]);
-    let in_time = timed::run(&elf, palpate_board::Machine::M4f, timed::IN_TIME_SHIFT, 2_000).unwrap();
+    let in_time = timed::run(&elf, EmulatedBoard::M4f, timed::IN_TIME_SHIFT, 2_000).unwrap();
     println!("{in_time:?}");
     assert_eq!((in_time.late_ticks, in_time.uncounted()), (Some(0), Some(0)));
     let [first, last] = in_time.start_instructions.unwrap();
     // the log's frames go out once a second with interrupts off
     assert!(first > 50.0 && last < 400.0, "ticks start {first} to {last} instructions after the timer's edge");
-    let slow = timed::overruns(&elf, palpate_board::Machine::M4f).unwrap();
+    let slow = timed::overruns(&elf, EmulatedBoard::M4f).unwrap();
     for run in &slow {
         println!("{run:?}");
         match run.watchdog_us {

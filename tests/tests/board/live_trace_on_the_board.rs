@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use palpate::Vector3;
-use palpate_board::{Machine, live_trace};
+use palpate_board::{EmulatedBoard, live_trace};
 use palpate_loop::live::trace::{Piece, Trace};
 use palpate_loop::live::{Choice, Holding, Live};
 use palpate_tests::emulator::build_firmware;
@@ -43,7 +43,7 @@ fn image() -> PathBuf {
 fn pointer_and_hand_are_repeated_to_the_bit() {
     let image = image();
     let held = Holding { device: Some("touch".into()), hand: "H2".into(), delay_ticks: Some(2) };
-    for (holding, machine) in [(Holding::default(), Machine::M7), (held, Machine::M7)] {
+    for (holding, machine) in [(Holding::default(), EmulatedBoard::M7), (held, EmulatedBoard::M7)] {
         let trace = recorded(&choice(130), &holding, 5000.0);
         let again = live_trace::replay(&trace, Some(&image), machine).unwrap();
         assert_eq!((again.differs, again.told.len()), (None, trace.ticks as usize), "{holding:?}");
@@ -61,7 +61,7 @@ fn another_reading_parts_board_or_trace() {
             rows.iter_mut().filter(|r| r.applied_n.norm() > 0.05).take(1).for_each(|r| r.position_m.z -= 1e-5);
         }
     }
-    let again = live_trace::replay(&trace, Some(&image()), Machine::M7).unwrap();
+    let again = live_trace::replay(&trace, Some(&image()), EmulatedBoard::M7).unwrap();
     assert!(again.differs.is_some(), "a replay that sees no difference proves nothing");
 }
 
@@ -84,14 +84,14 @@ fn what_no_board_does_is_refused_in_a_sentence() {
     };
     // no image is given, and none is built for it
     let larger = recorded(&choice(1020), &pointer, 5000.0);
-    let said = live_trace::replay(&larger, None, Machine::M7).unwrap_err().to_string();
+    let said = live_trace::replay(&larger, None, EmulatedBoard::M7).unwrap_err().to_string();
     assert!(said.contains("more nodes or triangles than the board holds"), "{said}");
     let too_stiff = recorded(&choice(130), &pointer, 10_500.0);
     let large = recorded(&choice(410), &pointer, 5000.0);
     for (trace, says) in
         [(silent, "nobody was heard"), (too_stiff, "3.00 times"), (large, "costs more than"), (aslant, "along z")]
     {
-        let said = live_trace::replay(&trace, Some(&image), Machine::M7).unwrap_err().to_string();
+        let said = live_trace::replay(&trace, Some(&image), EmulatedBoard::M7).unwrap_err().to_string();
         assert!(said.contains(says) && !said.contains('\n'), "{says}: {said}");
     }
 }

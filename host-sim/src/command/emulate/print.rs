@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::error::Error;
 use palpate_board::timed::{IN_TIME_SHIFT, Timed};
-use palpate_board::{self, Machine, campaign, timing};
+use palpate_board::{self, EmulatedBoard, campaign, timing};
 use palpate_charts::{self as charts, TickTimes};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
@@ -44,7 +44,7 @@ pub fn write_timing(
     folder: &OutputFolder,
     scene: &Scene,
     session: &Session,
-    machine: Machine,
+    machine: EmulatedBoard,
     seen: &[u64],
     told: &Emulated,
 ) -> Result<(), Error> {
