@@ -11,6 +11,7 @@ pub mod fit;
 pub mod hausdorff;
 pub mod identifiability;
 pub mod methods;
+mod report;
 pub mod rest;
 pub mod scene;
 pub mod site;
@@ -18,7 +19,6 @@ pub mod steps;
 mod study;
 mod summary;
 pub mod sweep;
-mod tell;
 pub mod truth;
 
 use std::path::Path;
@@ -73,10 +73,10 @@ pub fn run(options: &Options, out: &Path) -> Result<(), Error> {
         names.join(", "),
         if options.quick { "Quick run: few forces, few trials at each temperature, coarse organs. " } else { "" },
     ));
-    tell::pictures(&mut report, &folder, &organs)?;
-    tell::annealing(&mut report, &folder, &block, &organs)?;
-    tell::sweeps(&mut report, &folder, &machine, &block, &organs)?;
-    tell::failures(&mut report, &folder, &block)?;
+    report::pictures(&mut report, &folder, &organs)?;
+    report::annealing(&mut report, &folder, &block, &organs)?;
+    report::sweeps(&mut report, &folder, &machine, &block, &organs)?;
+    report::failures(&mut report, &folder, &block)?;
     summary::write(&folder, &machine, options.quick, &block, &organs, report.claims())?;
     let claims = report.claims().to_vec();
     folder.write("report.md", report.finish().as_bytes())?;

@@ -4,9 +4,9 @@ use serde::Serialize;
 
 use super::failures::region::{Awake, least_awake};
 use super::fit::Found;
+use super::report::REGION_ERROR;
 use super::study::{OnBlock, OnOrgan, named};
 use super::sweep::{Curve, STATIC};
-use super::tell::REGION_ERROR;
 use crate::error::Error;
 use crate::paper::report::Claim;
 use crate::paper_method::region::ContactPressure;
