@@ -84,7 +84,7 @@ pub enum Host {
 
 /// Fault in the tissue.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Tissue {
+pub enum TissueFault {
     /// A node moves with this speed along every axis [m/s].
     NodeSpeed(f32),
     /// A node is at this place along every axis [m].
@@ -122,7 +122,7 @@ pub enum Injection {
     /// The board finds this.
     Found(Fault),
     /// Into the tissue.
-    Tissue(Tissue),
+    Tissue(TissueFault),
 }
 
 /// How a run begins.

@@ -5,7 +5,7 @@ use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::{RngCore, SeedableRng};
 
 use crate::closed_loop::faulty::list::FAULTS;
-use crate::closed_loop::faulty::{FaultType, Injection, Needs, Tissue};
+use crate::closed_loop::faulty::{FaultType, Injection, Needs, TissueFault};
 use crate::closed_loop::hand::{HANDS, Hand};
 use crate::closed_loop::stimulus::Stimulus;
 
@@ -115,8 +115,10 @@ impl Case {
             case.hand = HANDS[0];
         }
         // a wall has no nodes
-        let nodes =
-            matches!(case.kind().injection, Injection::Tissue(Tissue::NodeAt(_) | Tissue::NodeSpeed(_) | Tissue::Denormal(_)));
+        let nodes = matches!(
+            case.kind().injection,
+            Injection::Tissue(TissueFault::NodeAt(_) | TissueFault::NodeSpeed(_) | TissueFault::Denormal(_))
+        );
         case.on_patch |= nodes;
         case
     }

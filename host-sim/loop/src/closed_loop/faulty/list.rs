@@ -3,7 +3,7 @@
 use palpate::Fault;
 use palpate::haptic::cycle::Ask;
 
-use super::{Drive, Expected, FaultType, Host, Injection, Needs, Opening, Reading, Tissue};
+use super::{Drive, Expected, FaultType, Host, Injection, Needs, Opening, Reading, TissueFault};
 
 const FOR_EVER: u32 = u32::MAX;
 const SENSOR: &[Fault] = &[Fault::SensorFault];
@@ -54,7 +54,7 @@ const fn host(id: &'static str, name: &'static str, fault: Host, expected: Expec
     with(id, name, Injection::Host(fault), FOR_EVER, Needs::Nothing, expected)
 }
 
-const fn tissue(id: &'static str, name: &'static str, fault: Tissue, ticks: u32, expected: Expected) -> FaultType {
+const fn tissue(id: &'static str, name: &'static str, fault: TissueFault, ticks: u32, expected: Expected) -> FaultType {
     with(id, name, Injection::Tissue(fault), ticks, Needs::Force, expected)
 }
 
@@ -168,24 +168,24 @@ pub const FAULTS: &[FaultType] = &[
     late("T3-rare", "every fiftieth tick late", 1, 50, FOR_EVER, Expected::Fault(LATE, 201)),
     late("T3-four", "four late ticks in 200", 1, 50, 160, Expected::Ridden),
     // model and numbers
-    tissue("N1", "a node at NaN", Tissue::NodeAt(f32::NAN), 1, Expected::Fault(NODE, 2)),
-    tissue("N1-far", "a node at 1e30 m", Tissue::NodeAt(1e30), 1, Expected::Fault(NODE, 2)),
-    tissue("N2", "a node of infinite speed", Tissue::NodeSpeed(f32::INFINITY), 1, Expected::Fault(NODE, 2)),
-    tissue("N2-nan", "a node whose speed is NaN", Tissue::NodeSpeed(f32::NAN), 1, Expected::Fault(NODE, 2)),
-    tissue("N3", "force 1e30 N", Tissue::Force(1e30), FOR_EVER, Expected::Fault(NAN_FORCE, 1)),
-    tissue("N3-nan", "force NaN", Tissue::Aside(f32::NAN), FOR_EVER, Expected::Fault(NAN_FORCE, 1)),
-    tissue("N3-inf", "force infinite", Tissue::Force(f32::INFINITY), 1, Expected::Fault(NAN_FORCE, 1)),
-    tissue("N3-20", "force 20 N", Tissue::Force(20.0), FOR_EVER, Expected::Fault(LONG_FORCE, 16)),
-    tissue("N3-short", "force 20 N for 9 ticks", Tissue::Force(20.0), 9, Expected::Bounded(WRONG_WAY)),
-    tissue("N3-12", "force 12 N, on and on", Tissue::Force(12.0), FOR_EVER, Expected::Degraded(208)), // a pushed-out probe takes five more
-    tissue("N4", "every speed denormal", Tissue::Denormal(1e-41), 1, Expected::Ridden),
-    tissue("N5", "force turned aside by 2 N", Tissue::Aside(2.0), FOR_EVER, Expected::Bounded(WRONG_WAY)),
-    tissue("C9-x3", "tissue three times as stiff in contact", Tissue::Scaled(3.0), FOR_EVER, Expected::Bounded(WRONG_WAY)),
-    tissue("C9-half", "tissue half as stiff in contact", Tissue::Scaled(0.5), FOR_EVER, Expected::Ridden),
+    tissue("N1", "a node at NaN", TissueFault::NodeAt(f32::NAN), 1, Expected::Fault(NODE, 2)),
+    tissue("N1-far", "a node at 1e30 m", TissueFault::NodeAt(1e30), 1, Expected::Fault(NODE, 2)),
+    tissue("N2", "a node of infinite speed", TissueFault::NodeSpeed(f32::INFINITY), 1, Expected::Fault(NODE, 2)),
+    tissue("N2-nan", "a node whose speed is NaN", TissueFault::NodeSpeed(f32::NAN), 1, Expected::Fault(NODE, 2)),
+    tissue("N3", "force 1e30 N", TissueFault::Force(1e30), FOR_EVER, Expected::Fault(NAN_FORCE, 1)),
+    tissue("N3-nan", "force NaN", TissueFault::Aside(f32::NAN), FOR_EVER, Expected::Fault(NAN_FORCE, 1)),
+    tissue("N3-inf", "force infinite", TissueFault::Force(f32::INFINITY), 1, Expected::Fault(NAN_FORCE, 1)),
+    tissue("N3-20", "force 20 N", TissueFault::Force(20.0), FOR_EVER, Expected::Fault(LONG_FORCE, 16)),
+    tissue("N3-short", "force 20 N for 9 ticks", TissueFault::Force(20.0), 9, Expected::Bounded(WRONG_WAY)),
+    tissue("N3-12", "force 12 N, on and on", TissueFault::Force(12.0), FOR_EVER, Expected::Degraded(208)), // a pushed-out probe takes five more
+    tissue("N4", "every speed denormal", TissueFault::Denormal(1e-41), 1, Expected::Ridden),
+    tissue("N5", "force turned aside by 2 N", TissueFault::Aside(2.0), FOR_EVER, Expected::Bounded(WRONG_WAY)),
+    tissue("C9-x3", "tissue three times as stiff in contact", TissueFault::Scaled(3.0), FOR_EVER, Expected::Bounded(WRONG_WAY)),
+    tissue("C9-half", "tissue half as stiff in contact", TissueFault::Scaled(0.5), FOR_EVER, Expected::Ridden),
     tissue(
         "N6",
         "tissue that makes energy",
-        Tissue::Active(2.0),
+        TissueFault::Active(2.0),
         FOR_EVER,
         Expected::Bounded(&[Fault::EnergyCreated, Fault::OverSpeed]),
     ),

@@ -6,7 +6,7 @@ use palpate::haptic::cycle::Renderer;
 use palpate::stages::probe::ProbePose;
 use palpate::{Output, Vector3};
 
-use super::Tissue;
+use super::TissueFault;
 use crate::closed_loop::stimulus::{Change, Site};
 use crate::closed_loop::surface::Surface;
 use crate::closed_loop::watch::RestShape;
@@ -15,7 +15,7 @@ use crate::closed_loop::watch::RestShape;
 #[derive(Debug)]
 pub struct FaultyTissue<'a, S> {
     surface: &'a mut S,
-    fault: Option<Tissue>,
+    fault: Option<TissueFault>,
     last_m: Vector3<f32>,
 }
 
@@ -26,11 +26,11 @@ impl<'a, S: Surface> FaultyTissue<'a, S> {
     }
 
     /// From the next tick on; what strikes the nodes strikes them once.
-    pub fn break_it(&mut self, fault: Option<Tissue>) {
+    pub fn break_it(&mut self, fault: Option<TissueFault>) {
         match fault {
-            Some(Tissue::NodeSpeed(speed)) => self.surface.strike(None, Some(speed), false),
-            Some(Tissue::NodeAt(at)) => self.surface.strike(Some(at), None, false),
-            Some(Tissue::Denormal(speed)) => self.surface.strike(None, Some(speed), true),
+            Some(TissueFault::NodeSpeed(speed)) => self.surface.strike(None, Some(speed), false),
+            Some(TissueFault::NodeAt(at)) => self.surface.strike(Some(at), None, false),
+            Some(TissueFault::Denormal(speed)) => self.surface.strike(None, Some(speed), true),
             _ => {}
         }
         self.fault = fault;
@@ -43,16 +43,16 @@ impl<S: Surface> Renderer for FaultyTissue<'_, S> {
         let normal: Vector3<f32> = self.surface.site().normal.cast();
         let way_m = pose.tip_m - std::mem::replace(&mut self.last_m, pose.tip_m);
         match self.fault {
-            Some(Tissue::Force(force_n)) => {
+            Some(TissueFault::Force(force_n)) => {
                 output.force_n = normal * force_n;
                 output.normal = normal;
             }
-            Some(Tissue::Aside(force_n)) => {
+            Some(TissueFault::Aside(force_n)) => {
                 output.force_n += self.surface.site().along.cast() * force_n;
                 output.normal = output.force_n.normalize();
             }
-            Some(Tissue::Scaled(ratio)) => output.force_n *= ratio,
-            Some(Tissue::Active(force_n)) if output.depth_m > 0.0 && way_m.dot(&normal) > 0.0 => {
+            Some(TissueFault::Scaled(ratio)) => output.force_n *= ratio,
+            Some(TissueFault::Active(force_n)) if output.depth_m > 0.0 && way_m.dot(&normal) > 0.0 => {
                 output.force_n += normal * force_n;
             }
             _ => {}
