@@ -1,5 +1,8 @@
 //! Calibrated patches with a far field, fitted on the spot, and the same patches in other organs.
 
+use std::collections::BTreeMap;
+use std::sync::{Mutex, OnceLock, PoisonError};
+
 use palpate::Params;
 use palpate_fit::calibrate::{Fit, Settings};
 use palpate_fit::far_field::fitted::{Fitted, Prepared, Recipe, Truth};
@@ -21,12 +24,21 @@ pub struct FarPatch {
 }
 
 impl FarPatch {
-    /// A patch of this radius [m] and element size [m], quickly fitted.
+    /// A patch of this radius [m] and element size [m], quickly fitted: once in a test program,
+    /// whoever asks first.
     ///
     /// # Panics
     /// Sizes that do not fit the default block.
     #[must_use]
-    pub fn quick(radius_m: f64, fine_m: f64) -> Self {
+    pub fn quick(radius_m: f64, fine_m: f64) -> &'static Self {
+        static FITTED: Mutex<BTreeMap<[u64; 2], &'static OnceLock<FarPatch>>> = Mutex::new(BTreeMap::new());
+        let sizes = [radius_m, fine_m].map(f64::to_bits);
+        let own =
+            *FITTED.lock().unwrap_or_else(PoisonError::into_inner).entry(sizes).or_insert_with(|| Box::leak(Box::default()));
+        own.get_or_init(|| Self::fit(radius_m, fine_m))
+    }
+
+    fn fit(radius_m: f64, fine_m: f64) -> Self {
         let scene = Scene::load("block").expect("a preset");
         let mut recipe = Recipe::new(radius_m, fine_m, scene.probe.radius_m);
         recipe.settings = Settings { places: 40, rounds: 8, fit: Fit::GaussNewton };
