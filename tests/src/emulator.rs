@@ -111,7 +111,7 @@ pub fn build_firmware_with(target: &Path, features: &[&str], patch: &Path) -> Re
 
 /// The image with overflow checks and debug assertions, from libraries of its own.
 pub fn build_checked_firmware(target: &Path, features: &[&str]) -> Result<PathBuf, EmulatorError> {
-    build_with(target, "firmware-checked", features, None, "palpate-firmware")
+    build_with(target, None, "firmware-checked", features, None, "palpate-firmware")
 }
 
 /// Links the image that holds a tick and nothing that may panic; with one panic planted it must not
@@ -126,8 +126,10 @@ pub fn link_panic_proof(target: &Path, planted: bool) -> Result<PathBuf, Emulato
 fn variant(target: &Path, features: &[&str], patch: Option<&Path>) -> Result<PathBuf, EmulatorError> {
     static BUILDING: Mutex<()> = Mutex::new(());
     let _one_at_a_time = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
+    let libraries = target;
     let target = target.join("variants");
-    let elf = build(&target, features, patch, "palpate-firmware")?;
+    let own = [&["variant"], features].concat();
+    let elf = build_with(&target, Some(libraries), "firmware", &own, patch, "palpate-firmware")?;
     let patch = patch.and_then(Path::file_stem).map(|stem| stem.display().to_string());
     let named = target.join(features.iter().copied().map(str::to_owned).chain(patch).collect::<Vec<_>>().join("-") + ".elf");
     std::fs::copy(&elf, &named).map_err(|cause| EmulatorError::NotBuilt(format!("{}: {cause}", named.display())))?;
@@ -135,11 +137,14 @@ fn variant(target: &Path, features: &[&str], patch: Option<&Path>) -> Result<Pat
 }
 
 fn build(target: &Path, features: &[&str], patch: Option<&Path>, image: &str) -> Result<PathBuf, EmulatorError> {
-    build_with(target, "firmware", features, patch, image)
+    build_with(target, None, "firmware", features, patch, image)
 }
 
+/// Builds an image below `target`; its libraries are kept there too, or in another target
+/// directory.
 fn build_with(
     target: &Path,
+    libraries: Option<&Path>,
     profile: &str,
     features: &[&str],
     patch: Option<&Path>,
@@ -151,6 +156,9 @@ fn build_with(
         Some(patch) => command.env("PALPATE_PATCH", patch),
         None => command.env_remove("PALPATE_PATCH"),
     };
+    if let Some(libraries) = libraries {
+        command.env("CARGO_BUILD_BUILD_DIR", libraries);
+    }
     let output = command
         .args(["build", "--package", "palpate-firmware", "--profile", profile, "--target", TARGET])
         .args(["--bin", image, "--features", &[&["mps2"], features].concat().join(","), "--target-dir"])
