@@ -1,10 +1,12 @@
 //! From a sensed pose to a force on the hand, the same on board and desktop.
 //!
 //! ```text
-//! sense ─ pose ─ tick ─ apart ─ damping ─ gains ─ limits ─ actuate  mode: who may feel a force at all
-//!         fresh,  the    at the  tangent,  ramp-in, norm,           passivity: energy given to the hand, always watched
+//! sense ─ pose ─ tick ─ apart ─ damping ─ gains ─ limits ─ actuate
+//!         fresh,  the    at the  tangent,  ramp-in, norm,
 //!         likely  patch  tissue? in        relief   slew
 //!                                contact
+//! mode: who may feel a force at all
+//! passivity: energy given to the hand, always watched
 //! ```
 //!
 //! [`cycle::Cycle::run`] is that line. Everything here allocates nothing, cannot panic, and on any

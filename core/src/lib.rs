@@ -17,7 +17,7 @@
 //! | anchor | a fixed node |
 //! | compensation | what resists over-compression |
 //! | far field | what stands in for the rest of the organ: rim springs |
-//! | device, hand | what the probe is fixed to on either side; the haptic loop stands between device and patch |
+//! | device, hand | what the probe is fixed to on either side of the haptic loop |
 //! | tick, substep | 1 ms of the device's time, one integration step |
 //!
 //! # Example

@@ -31,7 +31,10 @@ use crate::state::State;
 /// # #[repr(C, align(4))]
 /// # struct Words<B: ?Sized>(B);
 /// # static BYTES: &Words<[u8]> =
-/// #     &Words(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/patches/block-m4f-168.patch")));
+/// #     &Words(*include_bytes!(concat!(
+/// #         env!("CARGO_MANIFEST_DIR"),
+/// #         "/../firmware/patches/block-m4f-168.patch"
+/// #     )));
 ///
 /// let PatchFile { model, params, site_m, .. } = PatchFile::open(&BYTES.0)?;
 /// let mut memory = Memory::<64, 128>::RESERVED;
@@ -40,7 +43,8 @@ use crate::state::State;
 /// let mut force_n = 0.0;
 /// for n in 0..400_u16 {
 ///     let depth_m = (4e-5 * f32::from(n) - 1e-3).min(2e-3);
-///     let output = tick(&model, &tuned, &mut state, ProbePose { tip_m: site_m - params.probe.axis * depth_m });
+///     let tip_m = site_m - params.probe.axis * depth_m;
+///     let output = tick(&model, &tuned, &mut state, ProbePose { tip_m });
 ///     assert_eq!(output.fault, None);
 ///     force_n = output.force_n.z;
 /// }

@@ -51,7 +51,8 @@ use crate::stages::probe::ProbePose;
 /// impl HapticDevice for Still {
 ///     fn limits(&self) -> DeviceLimits {
 ///         let (workspace_low_m, workspace_high_m) = (Vector3::repeat(-0.1), Vector3::repeat(0.1));
-///         DeviceLimits { max_force_n: 3.0, workspace_low_m, workspace_high_m, count_m: 0.0, delay_ticks: 1, lag_s: 0.0 }
+///         let (max_force_n, count_m, delay_ticks, lag_s) = (3.0, 0.0, 1, 0.0);
+///         DeviceLimits { max_force_n, workspace_low_m, workspace_high_m, count_m, delay_ticks, lag_s }
 ///     }
 ///     fn sense(&mut self) -> Sensed {
 ///         self.0 += 1;

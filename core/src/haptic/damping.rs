@@ -7,7 +7,8 @@
 //! contact and would double the force of a tap on soft tissue; the tangent vanishes at first touch.
 //!
 //! ```text
-//! b = min(tau K + b0 min(1, F / 0.1 N), 20 N s/m)       K = 3/2 F / max(depth, 0.3 mm)   (Hertz), or what the model knows
+//! K = 3/2 F / max(depth, 0.3 mm)                        (Hertz), or what the model knows
+//! b = min(tau K + b0 min(1, F / 0.1 N), 20 N s/m)
 //! F_n = max(0, F + b u)                                 u = low-passed speed into the tissue
 //! ```
 //!

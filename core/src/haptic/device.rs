@@ -100,8 +100,16 @@ pub struct Sensed {
 ///
 /// impl HapticDevice for Slider {
 ///     fn limits(&self) -> DeviceLimits {
-///         let (workspace_low_m, workspace_high_m) = (Vector3::repeat(-0.05), Vector3::repeat(0.05));
-///         DeviceLimits { max_force_n: 3.0, workspace_low_m, workspace_high_m, count_m: 20e-6, delay_ticks: 1, lag_s: 0.0 }
+///         let [workspace_low_m, workspace_high_m] = [-0.05, 0.05].map(Vector3::repeat);
+///         let (max_force_n, count_m, delay_ticks, lag_s) = (3.0, 20e-6, 1, 0.0);
+///         DeviceLimits {
+///             max_force_n,
+///             workspace_low_m,
+///             workspace_high_m,
+///             count_m,
+///             delay_ticks,
+///             lag_s,
+///         }
 ///     }
 ///     fn sense(&mut self) -> Sensed {
 ///         self.readings += 1;

@@ -8,9 +8,9 @@ use crate::config::Flash;
 use crate::force_out::Outputs;
 use crate::patch::Budget;
 
-/// The watchdog of every board acts after this long without a completed tick [us]: under the 5 ms in
-/// which the actuators must be off, over what two late ticks in a row take, which release the force
-/// themselves.
+/// The watchdog of every board acts after this long without a completed tick [us]: under the 5 ms
+/// in which the actuators must be off, over what two late ticks in a row take, which release the
+/// force themselves.
 pub const WATCHDOG_US: u32 = 4_500;
 
 /// Clock, pins, watchdog and link of a board. None of it waits, but for [`Board::next_period`] and

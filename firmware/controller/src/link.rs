@@ -6,7 +6,8 @@
 //! begins a new one.
 //!
 //! ```text
-//! host -> board   pose (ends a lock-step tick), heartbeat, ask, lower limits, modulus, patch begin / part / end, supply low, report
+//! host -> board   pose (ends a lock-step tick), heartbeat, ask, lower limits, modulus,
+//!                 patch begin / part / end, supply low, report
 //! board -> host   record of a tick, refusal, patch taken, state
 //! ```
 

@@ -1,8 +1,9 @@
 //! From a scene to a calibrated patch: the finite-element reference, and the fit to it.
 //!
 //! ```text
-//! reference ─ targets ─ calibrate (statics) ─ patch          whole organ ─ far_field ─ rim springs of the patch
-//!                                    plan: the smallest patch that keeps a tolerance
+//! reference ─ targets ─ calibrate (statics) ─ patch
+//! whole organ ─ far_field ─ rim springs of the patch
+//! plan: the smallest patch that keeps a tolerance
 //! ```
 //!
 //! [`reference`](mod@reference) solves the press by finite elements, [`statics`] the patch's own

@@ -2,8 +2,10 @@
 //! two papers.
 //!
 //! ```text
-//! rivals ─ chart (speed against accuracy)      rivals ─ stability (where methods and loops fail)
-//! far_field (edge treatments, sliding)         paper (figures and tables of the two papers), score (equation 14)
+//! rivals ─ chart (speed against accuracy)
+//! rivals ─ stability (where methods and loops fail)
+//! far_field (treatments of the rim, sliding)
+//! paper (figures and tables of the two papers), score (equation 14)
 //! paper_method (the models of the two papers on the core's tick)
 //! ```
 //!

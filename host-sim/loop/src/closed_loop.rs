@@ -1,7 +1,8 @@
 //! The loop closed over an emulated hand and device: what a person would feel.
 //!
 //! ```text
-//! stimulus ─ hand ─ plant ─ sense ─ core::haptic::cycle ─ actuate ─ plant      every tick watched against the invariants
+//! stimulus ─ hand ─ plant ─ sense ─ core::haptic::cycle ─ actuate ─ plant
+//!                             every tick is watched against the invariants
 //! ```
 //!
 //! [`run::run`] is that line; [`campaign`] runs it with the faults of [`faulty`]. A [`device`]

@@ -2,7 +2,7 @@
 //! or over the pointer.
 //!
 //! ```text
-//! hand ─ device ─ reading ─ core::haptic::Cycle ─ force ─ device          watched from outside, tick by tick
+//! hand ─ device ─ reading ─ core::haptic::Cycle ─ force ─ device     watched from outside
 //! ```
 //!
 //! [`closed_loop`] closes it over emulated hands, devices and faults; [`live`] is the same loop,

@@ -2,8 +2,11 @@
 //! the core's edge and repeated bit for bit.
 //!
 //! ```text
-//! aim ─ hand and device ─ reading ─┬─ Cycle ─ force on the device           window, page: `host-sim/live`
-//!       (emulated, or the pointer) └─ trace: readings, requests, forces     `palpate replay`: trace ─ Cycle ─ same bits?
+//! window, page (`host-sim/live`):
+//! aim ─ hand and device ─ reading ─┬─ Cycle ─ force on the device
+//!       (emulated, or the pointer) └─ trace: readings, requests, forces
+//! `palpate replay`:
+//! trace ─ Cycle ─ same bits?
 //! ```
 //!
 //! No clock, file or thread here: the same code runs in a browser.

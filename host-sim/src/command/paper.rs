@@ -13,8 +13,8 @@ pub(super) enum PaperCommand {
     /// 3.4, and where its formulas fail.
     ///
     /// Writes report.md, summary.json, tables as CSV and pictures as SVG and PNG. Fails (exit
-    /// code 1) if the product's own promise at full resolution does not hold: landmarks within 1 mm and
-    /// 2 mm of finite elements.
+    /// code 1) if the product's own promise at full resolution does not hold: landmarks within 1 mm
+    /// and 2 mm of finite elements.
     VolumePreserved(PaperArgs),
     /// Paper 004: a finger presses an abdomen and a foot. Figs. 5 to 9, and where its formulas
     /// fail.

@@ -44,8 +44,8 @@ pub fn limits(patch: &Patch, tick_s: f64) -> Limits {
     Limits { max_sink_m_per_s, ..Limits::HIGHEST }
 }
 
-/// Another tick with the masses, the foundation and its damping of this one: a patch that holds at a
-/// tick 15 % longer has a margin of 1.15 at this one.
+/// Another tick with the masses, the foundation and its damping of this one: a patch that holds at
+/// a tick 15 % longer has a margin of 1.15 at this one.
 #[must_use]
 pub fn with_tick(params: &Params, tick_s: f32) -> Params {
     let longer = tick_s / params.tick_s;
@@ -193,8 +193,8 @@ impl Shape {
 }
 
 /// Force [N] on each node with the shape added to the state, and its velocity [m/s] one substep
-/// later, from rest; the probe is out of reach. Forces on anchors are zero. `None` when a node is too
-/// fast to be tissue.
+/// later, from rest; the probe is out of reach. Forces on anchors are zero. `None` when a node is
+/// too fast to be tissue.
 fn response(
     model: &Model,
     tuned: &Tuned,

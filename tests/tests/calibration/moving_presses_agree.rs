@@ -95,7 +95,8 @@ fn a_hundred_and_thirty_nodes() {
     );
 }
 
-/// The board's patch is uncalibrated; off the centre that alone is 18 % ([`crate::calibrated_patches`]).
+/// The board's patch is uncalibrated; off the centre that alone is 18 %
+/// ([`crate::calibrated_patches`]).
 #[test]
 fn the_boards_own_patch() {
     judged(

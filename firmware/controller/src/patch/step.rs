@@ -24,8 +24,8 @@ use palpate::{BuildError, Model, Params, Tuned, Vector3};
 /// Smallest mass over `E D dt^2` (1): twice the 1/4 at which a single node between fixed ones
 /// diverges. The shipped patches, which come to rest after taps, have more.
 pub const LEAST_FLOOR: f32 = 0.5;
-/// Largest mass over `E D dt^2` (1): far beyond that of the softest tissue, far below that of a node
-/// which never moves.
+/// Largest mass over `E D dt^2` (1): far beyond that of the softest tissue, far below that of a
+/// node which never moves.
 const MOST_MASS: f32 = 1e4;
 /// Relative difference between a constant and the rest shape that rounding explains (1).
 const ROUNDED: f32 = 1e-2;

@@ -1,5 +1,5 @@
-//! Treatments of the rim that can stand at the cut in place of the outside: ours and its rivals, all made
-//! from the same condensed stiffness S.
+//! Treatments of the rim that can stand at the cut in place of the outside: ours and its rivals,
+//! all made from the same condensed stiffness S.
 //!
 //! Written as matrices between the rim nodes, every one of them can be pressed in
 //! [`palpate_fit::statics`]; how a tick runs those that are no springs is in [`crate::rivals`].

@@ -3,8 +3,9 @@
 //!
 //! ```text
 //! "PALPLIVE" version  ( kind length payload )*        little-endian
-//!   S  scene, device, hand; settings of loop and device     T  patch file, parameters in it     E  Young's modulus, damping
-//!   R  rows: reading, request, force, digest of the rest    H  hash of all nodes                Z  ticks, FNV-1a of all before
+//!   S  scene, device, hand; settings of loop and device     T  patch file, parameters in it
+//!   R  rows: reading, request, force, digest of the rest    E  Young's modulus, damping
+//!   H  hash of all nodes                                    Z  ticks, FNV-1a of all before
 //! ```
 //!
 //! The patch itself is in it: made anew on another machine, it could differ in its last bits.

@@ -81,8 +81,8 @@ mod tests {
 
     use super::*;
 
-    /// A silent client is kept for longer than any test lasts, so that one which holds up the others
-    /// ends the test at [`get`]'s own limit.
+    /// A silent client is kept for longer than any test lasts, so that one which holds up the
+    /// others ends the test at [`get`]'s own limit.
     const KEPT: Duration = Duration::from_secs(3600);
 
     /// Serves a folder for as long as the tests run.

@@ -29,7 +29,8 @@ const BATCHES: usize = 25;
 /// Ticks in which the press comes to rest before the clock starts.
 const SETTLE_TICKS: usize = 40;
 
-/// Time of a tick with each treatment [us], in the order of [`RimTreatment::ALL`], and of the whole organ.
+/// Time of a tick with each treatment [us], in the order of [`RimTreatment::ALL`], and of the whole
+/// organ.
 #[derive(Clone, Debug)]
 pub struct Times {
     by_edge: Vec<Option<f64>>,
