@@ -1,7 +1,7 @@
 //! Substeps for a probe that moves: the fewest that keep the moving error a scene allows.
 //!
-//! What the patch needs to be stable is known before; here it is given shorter substeps, and with
-//! them lighter floored masses, until a ramp of the scene's speed is answered well enough.
+//! A patch that is stable with its substeps is given shorter ones, and with them lighter floored
+//! masses, until it answers a ramp of the scene's speed well enough.
 
 use serde::Serialize;
 
@@ -22,7 +22,7 @@ const TRIED: [u16; 5] = [1, 2, 3, 4, 6];
 /// A force drive ends at this share of the patch's depth limit.
 const DEPTH_MARGIN: f64 = 1.25;
 
-/// What is known of the error while the probe moves as the scene says.
+/// Error while the probe moves as the scene says.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MovingReport {
     /// Speed of the ramp that was tried [m/s].
