@@ -16,6 +16,7 @@
 //! | patch | tets, springs and surface of a piece of tissue |
 //! | anchor | a fixed node |
 //! | compensation | what resists over-compression |
+//! | relaxation | the fading of forces in tissue that is held |
 //! | far field | what stands in for the rest of the organ: rim springs |
 //! | device, hand | what the probe is fixed to on either side of the haptic loop |
 //! | tick, substep | 1 ms of the device's time, one integration step |
@@ -53,10 +54,10 @@ pub use inertia::{FIELDS, Gains, NodeStep};
 pub use memory::Memory;
 pub use model::{FoundationPoint, Model, NodeRest, RimEdge, RimNode, Spring, Tet, Triangle};
 pub use nalgebra::Vector3;
-pub use params::{Limits, Params, Probe, ProbeShape, Terms, Tuned};
+pub use params::{Limits, MOST_TERMS, Params, Probe, ProbeShape, PronyTerm, Terms, Tuned};
 pub use patch_file::PatchFile;
 pub use placement::Placement;
 pub use stages::output::Output;
 pub use stages::probe::ProbePose;
-pub use state::{Fnv, Held, Node, State, TetShapes};
+pub use state::{Faded, Fnv, Held, Node, State, TetShapes};
 pub use tick::{tick, tick_with};

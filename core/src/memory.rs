@@ -20,27 +20,33 @@ use crate::fault::BuildError;
 use crate::inertia::NodeStep;
 use crate::model::Model;
 use crate::params::{Params, Tuned};
-use crate::state::{Node, State, TetShapes};
+use crate::state::{Faded, Node, State, TetShapes};
 
 /// Arrays of a patch of at most `NODES` nodes and `TRIANGLES` surface triangles; on a desktop also
-/// of at most four tets per node.
+/// of at most four tets per node. A patch that relaxes has at most `RELAXING` nodes: 36 bytes each
+/// on a board, zero where none does.
 #[derive(Debug)]
-pub struct Memory<const NODES: usize, const TRIANGLES: usize> {
+pub struct Memory<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize> {
     nodes: Vec<Node, NODES>,
     node_step: Vec<NodeStep, NODES>,
     candidates: Vec<u16, TRIANGLES>,
+    faded: Vec<Faded, RELAXING>,
+    /// On the board a patch is judged in the memory of its nodes.
+    #[cfg(not(target_os = "none"))]
     scratch: [Vec<f32, NODES>; 2],
     /// The desktop keeps what the board computes twice.
     #[cfg(not(target_os = "none"))]
     shapes: Vec<TetShapes, NODES>,
 }
 
-impl<const NODES: usize, const TRIANGLES: usize> Memory<NODES, TRIANGLES> {
+impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize> Memory<NODES, TRIANGLES, RELAXING> {
     /// Memory without a patch: the value of a `static`.
     pub const RESERVED: Self = Self {
         nodes: Vec::new(),
         node_step: Vec::new(),
         candidates: Vec::new(),
+        faded: Vec::new(),
+        #[cfg(not(target_os = "none"))]
         scratch: [Vec::new(), Vec::new()],
         #[cfg(not(target_os = "none"))]
         shapes: Vec::new(),
@@ -63,6 +69,11 @@ impl<const NODES: usize, const TRIANGLES: usize> Memory<NODES, TRIANGLES> {
         };
         let tuned = params.build(model, &mut self.node_step)?;
         let state = State::new(model, &mut self.nodes, &mut self.candidates, shapes)?;
+        if !tuned.relaxes() {
+            return Ok((tuned, state));
+        }
+        fill("nodes that relax", &mut self.faded, model.nodes.len(), Faded::ZERO)?;
+        let state = state.with_relaxation(&mut self.faded)?;
         Ok((tuned, state))
     }
 
@@ -73,10 +84,22 @@ impl<const NODES: usize, const TRIANGLES: usize> Memory<NODES, TRIANGLES> {
     /// As [`Params::build`]; [`BuildError::TooLarge`] names the memory that is too small.
     pub fn judge(&mut self, model: &Model, params: &Params) -> Result<(Tuned<'_>, [&mut [f32]; 2]), BuildError> {
         fill("nodes", &mut self.node_step, model.nodes.len(), NodeStep::ZERO)?;
-        let [a, b] = &mut self.scratch;
-        fill("nodes", a, model.nodes.len(), 0.0)?;
-        fill("nodes", b, model.nodes.len(), 0.0)?;
-        Ok((params.build(model, &mut self.node_step)?, [a, b]))
+        let nodes = model.nodes.len();
+        #[cfg(target_os = "none")]
+        let scratch = {
+            fill("nodes", &mut self.nodes, nodes, Node::ZERO)?;
+            // a node is fourteen floats
+            let (a, others) = bytemuck::cast_slice_mut(&mut self.nodes).split_at_mut(nodes);
+            [a, others.get_mut(..nodes).unwrap_or_default()]
+        };
+        #[cfg(not(target_os = "none"))]
+        let scratch = {
+            let [a, b] = &mut self.scratch;
+            fill("nodes", a, nodes, 0.0)?;
+            fill("nodes", b, nodes, 0.0)?;
+            [&mut a[..], &mut b[..]]
+        };
+        Ok((params.build(model, &mut self.node_step)?, scratch))
     }
 }
 

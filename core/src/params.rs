@@ -1,12 +1,16 @@
 //! Parameters in SI, as a user sets them ([`Params`]), and what the tick needs of them, derived
 //! once ([`Tuned`]).
 
+mod prony;
+
 use nalgebra::Vector3;
 
 use crate::fault::BuildError;
 use crate::inertia::{Gains, NEIGHBOUR, NodeStep};
 use crate::model::{Model, Spring};
 use crate::smooth;
+pub(crate) use prony::Prony;
+pub use prony::{MOST_TERMS, PronyTerm};
 
 /// Shape of the rigid, frictionless probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,13 +46,16 @@ pub struct Terms {
     /// The mass floor acts on the motion of neighbours relative to each other. Off, it acts on each
     /// node by itself.
     pub relative_mass: bool,
+    /// Forces fade by [`Params::relaxation`]. Without shares there the term costs nothing.
+    pub relaxation: bool,
 }
 
 impl Terms {
     /// Every term.
-    pub const ALL: Self = Self { volume: true, compensation: true, rim: true, relative_mass: true };
+    pub const ALL: Self = Self { volume: true, compensation: true, rim: true, relative_mass: true, relaxation: true };
     /// Springs, masses, contact: the papers' plain mass-spring model.
-    pub const SPRINGS_ONLY: Self = Self { volume: false, compensation: false, rim: false, relative_mass: false };
+    pub const SPRINGS_ONLY: Self =
+        Self { volume: false, compensation: false, rim: false, relative_mass: false, relaxation: false };
 }
 
 /// Limits at the patch's edge. They can be lowered, never switched off.
@@ -83,7 +90,7 @@ impl Limits {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Params {
-    /// Young's modulus [Pa].
+    /// Young's modulus [Pa]; with relaxation the instantaneous one.
     pub youngs_modulus_pa: f32,
     /// Poisson's ratio (1), 0.25 (what springs alone have) up to below 0.5.
     pub poisson_ratio: f32,
@@ -104,6 +111,10 @@ pub struct Params {
     /// (beta). With 1 the force is that of the probe's place at the end of the substep plus its
     /// speed, with 0 it lags by a substep.
     pub contact_damping: f32,
+    /// How forces fade while the tissue is held, terms with a share of zero left out. Tissue data:
+    /// a patch serves any.
+    // a named length breaks the compiler (1.95) where a closure borrows the field
+    pub relaxation: [PronyTerm; 3],
     /// Steps per tick.
     pub substeps: u16,
     /// The tick [s].
@@ -129,6 +140,7 @@ impl Default for Params {
             compensation_threshold: 0.073,
             mass_floor: 5.0,
             contact_damping: 0.5,
+            relaxation: [PronyTerm::NONE; MOST_TERMS],
             substeps: 1,
             tick_s: 1e-3,
             probe: Probe { shape: ProbeShape::Hemisphere, radius_m: 8e-3, axis: Vector3::new(0.0, 0.0, 1.0) },
@@ -179,6 +191,8 @@ pub struct Tuned<'a> {
     pub(crate) contact_damping_s: f32,
     /// Displacement of a substep over the velocity that it adds, with the safety of lumping [s].
     pub(crate) lumping_s: f32,
+    /// How forces fade.
+    pub(crate) prony: Prony,
     /// Some node has added mass relative to its neighbours.
     pub(crate) relative_mass: bool,
     /// Gains of the smooth fields.
@@ -198,6 +212,13 @@ impl Tuned<'_> {
     #[must_use]
     pub fn youngs_modulus_pa(&self) -> f32 {
         self.youngs_modulus_pa
+    }
+
+    /// Whether forces fade while the tissue is held: the state then needs
+    /// [`crate::State::with_relaxation`].
+    #[must_use]
+    pub fn relaxes(&self) -> bool {
+        self.prony.terms > 0
     }
 
     /// Substeps per tick.
@@ -239,6 +260,17 @@ impl Tuned<'_> {
 }
 
 impl Params {
+    /// Young's modulus after a hold without end [Pa]: the instantaneous one less what relaxes.
+    #[must_use]
+    pub fn long_term_modulus_pa(&self) -> f32 {
+        self.youngs_modulus_pa * (1.0 - prony::faded_share(self.relaxes()))
+    }
+
+    /// The terms that act.
+    fn relaxes(&self) -> &[PronyTerm; MOST_TERMS] {
+        if self.terms.relaxation { &self.relaxation } else { &[PronyTerm::NONE; MOST_TERMS] }
+    }
+
     /// Validates and derives. `node_step` is the caller's memory, at least one entry per
     /// node.
     ///
@@ -349,6 +381,7 @@ impl Params {
             compensation: self.compensation,
             contact_damping_s: self.contact_damping * dt,
             lumping_s: CONTACT_LUMPING * dt,
+            prony: Prony::of(self.relaxes(), dt),
             relative_mass: node_step.iter().any(|node| node.added > 0.0),
             gains,
             node_step,
@@ -389,6 +422,6 @@ impl Params {
                 return Err(BuildError::OutOfRange { parameter, value, min, max });
             }
         }
-        Ok(())
+        prony::check(self.relaxes(), self.tick_s, dt)
     }
 }

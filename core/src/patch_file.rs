@@ -4,6 +4,9 @@
 //! `sections`, each padded to 4 bytes. A patch in flash is used where it lies; nothing is copied
 //! but the header. Elastic constants are per pascal, so the header's parameters are defaults that a
 //! caller may change before [`Params::build`], Poisson's ratio and the probe's place excepted.
+//!
+//! A tissue that relaxes has shares and times after the arrays, and a bit in `terms` that says so:
+//! other files are what they were, and a reader that does not know relaxation refuses these.
 
 use bytemuck::{Pod, Zeroable};
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -11,7 +14,7 @@ use nalgebra::Vector3;
 
 use crate::fault::BuildError;
 use crate::model::Model;
-use crate::params::{Limits, Params, Probe, ProbeShape, Terms};
+use crate::params::{Limits, MOST_TERMS, Params, Probe, ProbeShape, PronyTerm, Terms};
 
 const MAGIC: [u8; 8] = *b"PALPATE\n";
 const VERSION: u32 = 4;
@@ -50,13 +53,17 @@ struct Header {
     max_speed_m_per_s: f32,
     max_sink_m_per_s: f32,
     max_force_n: f32,
-    /// Bit 0 volume, 1 compensation, 2 rim, 3 relative mass; the others are zero.
+    /// Bit 0 volume, 1 compensation, 2 rim, 3 relative mass, 4 relaxation: shares and times end the
+    /// file. The others are zero.
     terms: u32,
     /// Places that the constants were fitted over; 0 if they come from formulas alone.
     fitted_places: u32,
 }
 
 const HEADER: usize = size_of::<Header>();
+/// Share and time of each term of the relaxation.
+type Relaxation = [[f32; 2]; MOST_TERMS];
+const RELAXES: u32 = 1 << 4;
 /// Where the checksummed part begins: after magic, version and checksum.
 const CHECKED_FROM: usize = 16;
 
@@ -109,7 +116,7 @@ impl<'a> PatchFile<'a> {
         if found != header.crc {
             return Err(BuildError::Checksum { expected: header.crc, found });
         }
-        if header.terms & !15 != 0 {
+        if header.terms & !(15 | RELAXES) != 0 {
             return Err(BuildError::NotAPatch);
         }
         if header.reserved != 0 {
@@ -133,6 +140,14 @@ impl<'a> PatchFile<'a> {
             anchors: section(&mut body, anchors)?,
             spring_rows: section(&mut body, rows)?,
         };
+        let relaxation: Relaxation = match header.terms & RELAXES {
+            0 => Relaxation::default(),
+            _ => {
+                let (taken, rest) = body.split_at_checked(size_of::<Relaxation>()).ok_or(BuildError::NotAPatch)?;
+                body = rest;
+                bytemuck::pod_read_unaligned(taken)
+            }
+        };
         if !body.is_empty() {
             return Err(BuildError::NotAPatch);
         }
@@ -152,6 +167,7 @@ impl<'a> PatchFile<'a> {
             compensation_threshold: header.compensation_threshold,
             mass_floor: header.mass_floor,
             contact_damping: header.contact_damping,
+            relaxation: relaxation.map(|[share, time_s]| PronyTerm { share, time_s }),
             substeps: u16::try_from(header.substeps).unwrap_or(u16::MAX),
             tick_s: header.tick_s,
             probe: Probe { shape, radius_m: header.probe_radius_m, axis: header.probe_axis.into() },
@@ -160,6 +176,7 @@ impl<'a> PatchFile<'a> {
                 compensation: header.terms & 2 != 0,
                 rim: header.terms & 4 != 0,
                 relative_mass: header.terms & 8 != 0,
+                relaxation: true,
             },
             limits: Limits {
                 max_speed_m_per_s: header.max_speed_m_per_s,
@@ -179,6 +196,9 @@ impl<'a> PatchFile<'a> {
     /// Writes a patch, piece by piece. The model's springs must be in rows.
     pub fn write(&self, mut sink: impl FnMut(&[u8])) {
         let (model, params) = (&self.model, &self.params);
+        let relaxes = params.terms.relaxation && params.relaxation.iter().any(|term| term.share != 0.0);
+        let relaxation: Relaxation = params.relaxation.map(|term| [term.share, term.time_s]);
+        let relaxation = if relaxes { bytemuck::bytes_of(&relaxation) } else { &[] };
         let mut header = Header {
             magic: MAGIC,
             version: VERSION,
@@ -213,7 +233,8 @@ impl<'a> PatchFile<'a> {
             terms: u32::from(params.terms.volume)
                 | u32::from(params.terms.compensation) << 1
                 | u32::from(params.terms.rim) << 2
-                | u32::from(params.terms.relative_mass) << 3,
+                | u32::from(params.terms.relative_mass) << 3
+                | if relaxes { RELAXES } else { 0 },
             fitted_places: self.fitted_places,
         };
         let mut digest = CRC.digest();
@@ -222,12 +243,14 @@ impl<'a> PatchFile<'a> {
             digest.update(bytes);
             digest.update(padding(bytes.len()));
         }
+        digest.update(relaxation);
         header.crc = digest.finalize();
         sink(bytemuck::bytes_of(&header));
         for (bytes, _) in sections(model) {
             sink(bytes);
             sink(padding(bytes.len()));
         }
+        sink(relaxation);
     }
 }
 

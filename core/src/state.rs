@@ -6,11 +6,12 @@ use nalgebra::Vector3;
 use crate::fault::{BuildError, Fault};
 use crate::lanes::{ROW, Row, add, row, vector};
 use crate::model::Model;
+use crate::params::MOST_TERMS;
 
 /// A node in motion.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(not(target_os = "none"), repr(C, align(16)))]
-#[cfg_attr(target_os = "none", repr(C))]
+#[cfg_attr(target_os = "none", repr(C), derive(bytemuck::Pod, bytemuck::Zeroable))]
 pub struct Node {
     pub(crate) x: Row,
     pub(crate) v: Row,
@@ -43,7 +44,7 @@ impl Node {
     }
 
     /// Force of the last substep divided by Young's modulus [N/Pa]. At an anchor: what the tissue
-    /// pulls the support with.
+    /// pulls the support with, in tissue that relaxes before it fades.
     #[must_use]
     pub fn force_over_modulus(&self) -> Vector3<f32> {
         vector(&self.f)
@@ -85,6 +86,23 @@ pub struct Held {
     fault: Option<Fault>,
 }
 
+/// Forces that have faded at a node, over E and with their sign turned, term by term [N/Pa]
+/// (`stages/force/relaxation.rs`).
+#[derive(Clone, Copy, Debug)]
+pub struct Faded(pub(crate) [Row; MOST_TERMS]);
+
+impl Faded {
+    /// Nothing: what memory is reserved with.
+    pub const ZERO: Self = Self([[0.0; ROW]; MOST_TERMS]);
+
+    /// x, y, z of all terms together [N/Pa].
+    #[inline(always)]
+    pub(crate) fn sum(&self) -> Vector3<f32> {
+        let [a, b, c] = &self.0;
+        vector(a) + vector(b) + vector(c)
+    }
+}
+
 /// The mutable half of a patch.
 #[derive(Debug)]
 pub struct State<'a> {
@@ -92,6 +110,8 @@ pub struct State<'a> {
     /// Memory of the volume stage between its passes.
     #[cfg_attr(target_os = "none", expect(dead_code, reason = "the board computes it twice"))]
     pub(crate) shapes: &'a mut [TetShapes],
+    /// Memory of the relaxation, shape \[nodes\]; may be empty where nothing relaxes.
+    pub(crate) faded: &'a mut [Faded],
     /// Surface triangles near the probe in this tick.
     pub(crate) candidates: &'a mut [u16],
     /// How many of `candidates` are valid.
@@ -161,6 +181,7 @@ impl<'a> State<'a> {
             held;
         Ok(Self {
             shapes: &mut shapes[..TetShapes::count(model)],
+            faded: &mut [],
             nodes: &mut nodes[..model.nodes.len()],
             candidates: &mut candidates[..model.triangles.len()],
             near,
@@ -179,6 +200,18 @@ impl<'a> State<'a> {
         })
     }
 
+    /// Gives the state memory for a relaxing tissue, at least one entry per node: zero in a patch at
+    /// rest, or what it held when the state was let go of. Without it a relaxing patch is
+    /// [`Fault::SizeMismatch`].
+    ///
+    /// # Errors
+    /// [`BuildError::TooLarge`]: an entry per node does not fit.
+    pub fn with_relaxation(mut self, faded: &'a mut [Faded]) -> Result<Self, BuildError> {
+        let (need, have) = (self.nodes.len(), faded.len());
+        self.faded = faded.get_mut(..need).ok_or(BuildError::TooLarge { item: "nodes that relax", need, have })?;
+        Ok(self)
+    }
+
     /// The part of the state that is not in the borrowed arrays.
     #[must_use]
     pub fn held(&self) -> Held {
@@ -193,6 +226,7 @@ impl<'a> State<'a> {
         for (node, rest) in self.nodes.iter_mut().zip(model.nodes) {
             *node = Node { x: row(rest.rest_m.into()), ..Node::ZERO };
         }
+        self.faded.fill(Faded::ZERO);
         self.near = 0;
         self.tip_m = None;
         self.touch = None;
@@ -214,6 +248,9 @@ impl<'a> State<'a> {
             *to = *from;
         }
         for (to, from) in self.candidates.iter_mut().zip(other.candidates.iter()) {
+            *to = *from;
+        }
+        for (to, from) in self.faded.iter_mut().zip(other.faded.iter()) {
             *to = *from;
         }
         self.near = other.near;

@@ -7,6 +7,7 @@
 //!        presence,can reach │  foundation         mass floor  │
 //!        speed, depth       └─────── once per substep ────────┘
 //! ```
+//! In tissue that relaxes, the last of the force terms fades what the others left at each node.
 //!
 //! A tick answers one sensed pose with one force. It runs every millisecond from the device's timer
 //! and must end before the next one. It allocates nothing, cannot panic, and whatever goes wrong
@@ -37,7 +38,7 @@ use crate::state::State;
 /// #     )));
 ///
 /// let PatchFile { model, params, site_m, .. } = PatchFile::open(&BYTES.0)?;
-/// let mut memory = Memory::<64, 128>::RESERVED;
+/// let mut memory = Memory::<64, 128, 0>::RESERVED;
 /// let (tuned, mut state) = memory.start(&model, &params)?;
 /// // from 1 mm above the tissue to 2 mm below its surface at 40 mm/s, and a rest there
 /// let mut force_n = 0.0;
@@ -72,6 +73,9 @@ pub fn tick_with(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePos
 
 fn run(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, method: &mut impl Method) -> Result<Output, Fault> {
     if state.nodes.len() != model.nodes.len() || tuned.node_step.len() != model.nodes.len() {
+        return Err(Fault::SizeMismatch);
+    }
+    if tuned.relaxes() && state.faded.len() != model.nodes.len() {
         return Err(Fault::SizeMismatch);
     }
     let mut motion = probe::admit(model, tuned, state, pose)?;

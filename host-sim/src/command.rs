@@ -3,6 +3,8 @@
 #[cfg(not(feature = "full"))]
 mod absent;
 #[cfg(feature = "full")]
+mod accept;
+#[cfg(feature = "full")]
 mod calibrate;
 #[cfg(feature = "full")]
 mod chart;
@@ -45,12 +47,13 @@ use crate::error::Error;
 
 #[cfg(not(feature = "full"))]
 use self::absent::{
-    CalibrateArgs, ChartArgs, CutArgs, EmulateArgs, FarFieldArgs, PaperCommand, PlanArgs, ReferenceArgs, ScoreArgs, StabilityArgs,
+    AcceptArgs, CalibrateArgs, ChartArgs, CutArgs, EmulateArgs, FarFieldArgs, PaperCommand, PlanArgs, ReferenceArgs, ScoreArgs,
+    StabilityArgs,
 };
 #[cfg(feature = "full")]
 use self::{
-    calibrate::CalibrateArgs, chart::ChartArgs, cut::CutArgs, emulate::EmulateArgs, far_field::FarFieldArgs, paper::PaperCommand,
-    plan::PlanArgs, reference::ReferenceArgs, score::ScoreArgs, stability::StabilityArgs,
+    accept::AcceptArgs, calibrate::CalibrateArgs, chart::ChartArgs, cut::CutArgs, emulate::EmulateArgs, far_field::FarFieldArgs,
+    paper::PaperCommand, plan::PlanArgs, reference::ReferenceArgs, score::ScoreArgs, stability::StabilityArgs,
 };
 
 /// Soft tissue for haptic devices: press it, measure it, pack it for a board.
@@ -171,6 +174,14 @@ enum Command {
     /// Writes summary.json and trace.csv (one row a tick). Fails (exit code 1) at the first bit
     /// that differs.
     Replay(replay::ReplayArgs),
+    /// Hold the model against raw measurements of real tissue: what is fitted, what is predicted, and
+    /// what it would be without the term.
+    ///
+    /// Writes summary.json, accept.csv (one row a figure), <data set>.csv and a picture of every data
+    /// set as SVG and PNG. Fails (exit code 1) if a figure lies outside what was measured, or if all
+    /// of a row would be accepted without the term that it tests.
+    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
+    Accept(AcceptArgs),
     /// Score a training: what three physicians' marks say of interns before and after it (paper
     /// 004, equation 14).
     ///
@@ -191,8 +202,8 @@ enum Command {
 }
 
 const AFTER_HELP: &str = "\
-Built when first used, which takes some minutes: reference, calibrate, cut, plan, emulate, chart, far-field, stability, paper, score, and the
-options --emulated.
+Built when first used, which takes some minutes: reference, calibrate, cut, plan, emulate, accept, chart, far-field, stability, paper, score, and
+the options --emulated.
 
 Exit code: 0 if what the command promises held, 1 if a check failed, 2 on bad input.
 
@@ -230,6 +241,7 @@ impl Cli {
             None => press::PressArgs::default().run(),
             Some(Command::Press(args)) => args.run(),
             Some(Command::Reference(args)) => args.run(),
+            Some(Command::Accept(args)) => args.run(),
             Some(Command::Calibrate(args)) => args.run(),
             Some(Command::Mesh(command)) => command.run(),
             Some(Command::Pack(args)) => args.run(),

@@ -8,6 +8,7 @@
 pub mod compensation;
 pub mod foundation;
 pub mod gravity;
+pub mod relaxation;
 pub mod rim;
 pub mod spring;
 pub mod volume;
@@ -21,7 +22,7 @@ use crate::state::State;
 use foundation::Load;
 
 /// Clears last substep's forces and adds every term that is on: contact last, for it needs to know
-/// what else acts on a node.
+/// what else acts on a node. In tissue that relaxes, contact ends with [`relaxation`].
 #[cfg_attr(not(feature = "stage-cost"), inline(always))]
 pub fn accumulate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> Load {
     accumulate_inner(model, tuned, state);

@@ -2,7 +2,9 @@
 //! force leaves it.
 
 use palpate::stages::probe;
-use palpate::{Fault, Limiters, Node, NodeStep, Output, Params, PatchFile, ProbePose, State, TetShapes, Tuned, Vector3, tick};
+use palpate::{
+    Faded, Fault, Limiters, Node, NodeStep, Output, Params, PatchFile, ProbePose, State, TetShapes, Tuned, Vector3, tick,
+};
 
 /// Bytes of a patch on a word boundary.
 #[repr(align(4))]
@@ -47,6 +49,7 @@ impl Tissue {
         let tuned = file.params.build(&file.model, vec![NodeStep::ZERO; nodes].leak()).unwrap();
         let shapes = vec![TetShapes::ZERO; TetShapes::count(&file.model)].leak();
         let state = State::new(&file.model, vec![Node::ZERO; nodes].leak(), vec![0; triangles].leak(), shapes).unwrap();
+        let state = state.with_relaxation(vec![Faded::ZERO; nodes].leak()).unwrap();
         Self { file, tuned, state }
     }
 

@@ -20,6 +20,7 @@ mod output;
 mod patch;
 mod plane;
 mod presence;
+mod relaxation;
 mod relief;
 mod runaway;
 mod settings;

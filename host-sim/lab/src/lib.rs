@@ -7,10 +7,12 @@
 //! far_field (treatments of the rim, sliding)
 //! paper (figures and tables of the two papers), score (equation 14)
 //! paper_method (the models of the two papers on the core's tick)
+//! accept (the model against raw measurements of tissue)
 //! ```
 //!
 //! No product code stands on this crate.
 
+pub mod accept;
 pub mod chart;
 pub mod error;
 pub mod far_field;

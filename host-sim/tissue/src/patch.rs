@@ -14,7 +14,7 @@ mod stiffness;
 use std::collections::BTreeMap;
 
 use palpate::{
-    FoundationPoint, Model, Node, NodeRest, NodeStep, Params, PatchFile, RimEdge, RimNode, Spring, State, Tet, TetShapes,
+    Faded, FoundationPoint, Model, Node, NodeRest, NodeStep, Params, PatchFile, RimEdge, RimNode, Spring, State, Tet, TetShapes,
     Triangle, Tuned, Vector3,
 };
 
@@ -341,6 +341,7 @@ pub struct Memory {
     candidates: Vec<u16>,
     shapes: Vec<TetShapes>,
     node_step: Vec<NodeStep>,
+    faded: Vec<Faded>,
 }
 
 impl Memory {
@@ -353,6 +354,7 @@ impl Memory {
             candidates: vec![0; triangles],
             shapes: vec![TetShapes::ZERO; TetShapes::count(model)],
             node_step: vec![NodeStep::ZERO; nodes],
+            faded: Vec::new(),
         }
     }
 
@@ -363,6 +365,12 @@ impl Memory {
     pub fn start(&mut self, model: &Model, params: &Params) -> Result<(Tuned<'_>, State<'_>), palpate::BuildError> {
         let tuned = params.build(model, &mut self.node_step)?;
         let state = State::new(model, &mut self.nodes, &mut self.candidates, &mut self.shapes)?;
+        if !tuned.relaxes() {
+            return Ok((tuned, state));
+        }
+        self.faded.clear();
+        self.faded.resize(model.nodes.len(), Faded::ZERO);
+        let state = state.with_relaxation(&mut self.faded)?;
         Ok((tuned, state))
     }
 }

@@ -5,6 +5,7 @@ mod check;
 mod drive;
 mod error;
 mod params;
+mod relaxation;
 
 use std::path::{Path, PathBuf};
 
@@ -12,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 pub use drive::Drive;
 pub use error::{CHARTED_METHODS, SceneError};
+pub use relaxation::RelaxationScene;
 
 /// The device's tick [s].
 pub const TICK_S: f64 = 1e-3;
@@ -70,8 +72,12 @@ pub struct TissueScene {
     /// Unit of the mesh file's coordinates.
     pub length_unit: Option<LengthUnit>,
     /// Young's modulus [Pa]. Contact follows from it: of an organ in layers, give that of the
-    /// tissue touched.
+    /// tissue touched. With relaxation it is the instantaneous one, and may be left out where the
+    /// long-term one is given.
+    #[serde(default = "relaxation::not_given")]
     pub youngs_modulus_pa: f64,
+    /// Young's modulus after a hold without end [Pa], in place of the instantaneous one.
+    pub long_term_modulus_pa: Option<f64>,
     /// Poisson's ratio (1).
     pub poisson_ratio: f64,
     /// Density [kg/m^3].
@@ -85,6 +91,9 @@ pub struct TissueScene {
     /// Stiffer or softer balls inside.
     #[serde(default)]
     pub inclusion: Vec<Inclusion>,
+    /// How forces fade while the tissue is held: up to three terms.
+    #[serde(default)]
+    pub relaxation: Vec<RelaxationScene>,
 }
 
 fn default_damping() -> f64 {
@@ -149,7 +158,7 @@ impl Inclusion {
 pub struct RegionScene {
     /// As the organ calls it.
     pub name: String,
-    /// Young's modulus [Pa].
+    /// Young's modulus [Pa]: the long-term one where the tissue's is given so.
     pub youngs_modulus_pa: f64,
 }
 
@@ -249,6 +258,7 @@ impl Scene {
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
         let mut scene: Self = toml::from_str(text).map_err(|e| SceneError::of_toml(file, text, &e))?;
         scene.file = file.into();
+        scene.take_modulus(file, text)?;
         scene.check()?;
         Ok(scene)
     }

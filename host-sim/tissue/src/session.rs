@@ -167,6 +167,8 @@ fn fitted(scene: &Scene, packed: &Params) -> Params {
         compensation: own.terms.compensation && packed.terms.compensation,
         rim: own.terms.rim && packed.terms.rim,
         relative_mass: own.terms.relative_mass && packed.terms.relative_mass,
+        // no fit knows of it: it is the scene's tissue
+        relaxation: own.terms.relaxation,
     };
     Params {
         compensation: packed.compensation,

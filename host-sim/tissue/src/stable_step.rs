@@ -3,12 +3,12 @@
 //! Tissue stiffens under the probe: the limit there is well below the limit at rest. So the patch
 //! is pressed to its depth limit with safely small substeps, and on the way the highest frequency
 //! of its tangent stiffness is found by power iteration. Symplectic Euler is stable while `dt w <
-//! 2`. Contact is implicit and takes no share of it. A tap squeezes
+//! 2`. Relaxation is left out: what answers at once is the elastic stiffness. Contact is implicit and takes no share of it. A tap squeezes
 //! harder for a few milliseconds, so the substeps that this bound asks for are then tried on a tap,
 //! and one is added until the patch comes to rest in it and after it.
 
 use palpate::stages::{force, integrate};
-use palpate::{BuildError, Limits, Model, Params, ProbePose, State, Tuned, Vector3, tick};
+use palpate::{BuildError, Limits, Model, Params, ProbePose, State, Terms, Tuned, Vector3, tick};
 
 use crate::patch::{Memory, Patch};
 
@@ -78,7 +78,8 @@ impl StableStep {
     /// # Errors
     /// Parameters or a model that [`Params::build`] refuses.
     pub fn measure(model: &Model, params: &Params, site_m: Vector3<f32>) -> Result<Option<Self>, BuildError> {
-        let careful = Params { substeps: CAREFUL_SUBSTEPS.max(params.substeps), limits: unbounded_but_sink(params), ..*params };
+        let careful =
+            Params { substeps: CAREFUL_SUBSTEPS.max(params.substeps), limits: unbounded_but_sink(params), ..elastic(params) };
         let mut memory = Memory::for_model(model);
         let mut scratch = Memory::for_model(model);
         let (tuned, mut state) = memory.start(model, &careful)?;
@@ -109,7 +110,7 @@ impl StableStep {
 pub fn substeps_for_taps(model: &Model, params: &Params, site_m: Vector3<f32>, least: u16) -> Result<Option<u16>, BuildError> {
     let mut without_fault = None;
     for substeps in least..=least.saturating_add(MOST_ADDED) {
-        let params = Params { substeps, limits: unbounded_but_sink(params), ..*params };
+        let params = Params { substeps, limits: unbounded_but_sink(params), ..elastic(params) };
         let mut memory = Memory::for_model(model);
         let (tuned, mut state) = memory.start(model, &params)?;
         let hold = std::iter::repeat_n(model.depth_limit_m, REST_TICKS);
@@ -140,6 +141,11 @@ fn way_down(model: &Model, params: &Params, speed_m_per_s: f32) -> impl Iterator
     let (start_m, end_m) = (-2.0 * step_m, model.depth_limit_m);
     let ticks = ((end_m - start_m) / step_m).ceil() as usize;
     (0..=ticks).map(move |n| (start_m + n as f32 * step_m).min(end_m))
+}
+
+/// The parameters without relaxation: nothing else keeps a patch from its rest after a tap.
+fn elastic(params: &Params) -> Params {
+    Params { terms: Terms { relaxation: false, ..params.terms }, ..*params }
 }
 
 /// Returns limits at their highest, except for the sink speed: what the patch bears is measured

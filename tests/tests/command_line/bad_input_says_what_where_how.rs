@@ -214,6 +214,30 @@ fn an_inclusion_without_size_or_stiffness() {
 }
 
 #[test]
+fn a_relaxation_that_cannot_be() {
+    let term = |share: &str, time: &str| format!("[[tissue.relaxation]]\nshare = {share}\ntime_s = {time}\n");
+    let refused = |terms: &str, says: &[&str]| refused_edit("[probe]", &format!("{terms}[probe]"), says);
+    for share in ["0.0", "-0.2", "nan"] {
+        refused(&term(share, "1.0"), &["tissue.relaxation[0].share", "above zero", "remove the term"]);
+    }
+    refused(&(term("0.5", "1.0") + &term("0.5", "2.0")), &["tissue.relaxation", "sum to 1.000", "at most 0.99 may fade"]);
+    for time in ["0.0", "-1.0", "nan", "0.0009", "1e3"] {
+        refused(&term("0.5", time), &["tissue.relaxation[0].time_s", "outside 0.001 .. 200"]);
+    }
+    refused(&term("0.1", "1.0").repeat(4), &["tissue.relaxation has 4 terms", "3 fit", "smallest shares"]);
+    refused(&term("0.5", "1.0").replace("time_s", "tau_s"), &["scene.toml:10: ", "\"tau_s\"", "did you mean \"time_s\"?"]);
+    refused_edit(
+        NODES,
+        "nodes = 129\nlong_term_modulus_pa = 2e3",
+        &["has both youngs_modulus_pa", "long_term_modulus_pa", "keep one"],
+    );
+    for value in ["0.0", "-3.5", "nan", "inf"] {
+        let long = format!("long_term_modulus_pa = {value}");
+        refused_edit("youngs_modulus_pa = 3500.0", &long, &["tissue.long_term_modulus_pa", "out of range"]);
+    }
+}
+
+#[test]
 fn holds_that_cannot_be() {
     for (holds, says) in [
         ("[]", ["drive.holds_m", "is empty", "give at least one"]),

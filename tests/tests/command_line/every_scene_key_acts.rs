@@ -117,6 +117,23 @@ fn tissue_sags_under_gravity_by_its_weight() {
 }
 
 #[test]
+fn relaxation_fades_holds_and_the_long_term_modulus_is_what_stays() {
+    let relaxing = |modulus: &str| {
+        let terms = "[[tissue.relaxation]]\nshare = 0.4\ntime_s = 0.02\n[[tissue.relaxation]]\nshare = 0.1\ntime_s = 200.0\n";
+        edited(&edited(SMALL_BLOCK, "[probe]", &format!("{terms}[probe]")), "youngs_modulus_pa = 3500.0", modulus)
+    };
+    let plain = small();
+    // 15 times of the fast term, nothing of the slow one
+    for ratio in ratios(&press(SCRATCH, &relaxing("youngs_modulus_pa = 3500.0")), &plain) {
+        assert!((ratio / 0.6 - 1.0).abs() < 0.01, "{ratio}");
+    }
+    // half of a modulus of 7 kPa stays
+    for ratio in ratios(&press(SCRATCH, &relaxing("long_term_modulus_pa = 3500.0")), &plain) {
+        assert!((ratio / 1.2 - 1.0).abs() < 0.01, "{ratio}");
+    }
+}
+
+#[test]
 fn inclusion_acts_where_it_is() {
     let ball = |center: &str, radius: &str, ratio: &str| {
         let table = format!("[[tissue.inclusion]]\ncenter_m = {center}\nradius_m = {radius}\nstiffness_ratio = {ratio}\n[probe]");

@@ -8,6 +8,7 @@ mod imports_run_down;
 mod momentum_is_balanced;
 mod oracle_agrees;
 mod reaction_equals_anchor_force;
+mod relaxation;
 mod rest_stays_at_rest;
 mod rigid_motion_gives_no_force;
 mod stable_step_holds_when_pressed;

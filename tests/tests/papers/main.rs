@@ -1,5 +1,6 @@
 //! The two papers, and the methods that the product is compared with.
 
+mod accepted;
 mod paper_formulas;
 mod paper_local_compression;
 mod paper_pictures;

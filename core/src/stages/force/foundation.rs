@@ -11,6 +11,11 @@
 //! (`implicit`): contact neither sets the step nor needs a mass of its own. Its dashpot acts between
 //! probe and node, and it never pulls.
 //!
+//! In tissue that relaxes the foundation fades with the tissue below it. It stands in series with
+//! the node, so both have borne the same force and share one memory ([`super::relaxation`]): a push
+//! is the elastic one less what has faded at its node, and a point whose push has faded away has
+//! lost the probe, which is how a dent lags behind a probe that leaves.
+//!
 //! * in: candidates of `contact`, positions, velocities, the probe
 //! * out: adds to `node.f`; the load on the probe
 //! * cost (M4F, estimated): about 300 cycles a touched triangle with four points
@@ -18,10 +23,11 @@
 
 use nalgebra::Vector3;
 
+use super::relaxation;
 use crate::lanes::{ROW, add, row, sqrt, vector};
 use crate::model::Model;
 use crate::params::{Probe, ProbeShape, Tuned};
-use crate::state::{Node, State, node};
+use crate::state::{Faded, Node, State, node};
 
 /// Barycentric weights of the four points, corner by corner: the centroid last, before it the
 /// middles between it and the corners.
@@ -100,25 +106,36 @@ const ZERO: Vector3<f32> = Vector3::new(0.0, 0.0, 0.0);
 /// Pushes the surface out of the probe.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> Load {
+    let centre = centre_m(&tuned.probe, tip_m);
+    let mut load = Load::NONE;
     match model.points_per_triangle() == NINE.len() {
-        true => press_points::<Nine, 9>(model, tuned, state, tip_m, velocity_m_per_s),
-        false => press_points::<Four, 4>(model, tuned, state, tip_m, velocity_m_per_s),
+        true => press_points::<Nine, 9>(model, tuned, state, tip_m, centre, &mut load),
+        false => press_points::<Four, 4>(model, tuned, state, tip_m, centre, &mut load),
     }
+    if tuned.relaxes() {
+        settle::<true>(model, tuned, state, centre, velocity_m_per_s, &mut load);
+        relaxation::fade(tuned, state);
+    } else {
+        settle::<false>(model, tuned, state, centre, velocity_m_per_s, &mut load);
+    }
+    // points were summed relative to the probe's centre
+    load.point += centre * load.push;
+    load
 }
 
+/// Sums pushes and slopes of all points at the nodes.
 #[inline(always)]
 fn press_points<P: Points<Q>, const Q: usize>(
     model: &Model,
     tuned: &Tuned,
     state: &mut State,
     tip_m: Vector3<f32>,
-    velocity_m_per_s: Vector3<f32>,
-) -> Load {
+    centre: Vector3<f32>,
+    load: &mut Load,
+) {
     let laws = model.foundation.as_chunks::<Q>().0;
     let (probe, shaft, over) = (&tuned.probe, state.shaft, state.over);
-    let centre = centre_m(probe, tip_m);
     let lift = tip_m + probe.axis * probe.radius_m - centre;
-    let mut load = Load::NONE;
     for &index in state.candidates.iter().take(state.near) {
         let index = usize::from(index);
         let (Some(triangle), Some(points_law)) = (model.triangles.get(index), laws.get(index)) else { continue };
@@ -151,6 +168,19 @@ fn press_points<P: Points<Q>, const Q: usize>(
             }
         }
     }
+}
+
+/// Takes the push at every touched node at the end of the substep. If `RELAXING`, it is left in
+/// `node.pass` for [`relaxation::fade`]: what fades is the elastic force alone.
+#[inline(always)]
+fn settle<const RELAXING: bool>(
+    model: &Model,
+    tuned: &Tuned,
+    state: &mut State,
+    centre: Vector3<f32>,
+    velocity_m_per_s: Vector3<f32>,
+    load: &mut Load,
+) {
     for &index in state.candidates.iter().take(state.near) {
         let Some(triangle) = model.triangles.get(usize::from(index)) else { continue };
         for &n in &triangle.node {
@@ -160,12 +190,21 @@ fn press_points<P: Points<Q>, const Q: usize>(
                 continue;
             };
             if node.slope > 0.0 {
-                let (f, push, free) = implicit(node, inertia.step, tuned, velocity_m_per_s);
-                (node.pass, node.slope) = ([0.0; ROW], 0.0);
+                let faded = if RELAXING { state.faded.get(n) } else { None };
+                let (f, push, free) = match faded {
+                    Some(faded) => implicit_relaxing(node, faded, inertia.step, tuned, velocity_m_per_s),
+                    None => implicit(node, inertia.step, tuned, velocity_m_per_s),
+                };
+                node.slope = 0.0;
                 if tuned.relative_mass {
                     node.free = free;
                 }
-                add(&mut node.f, &row(f));
+                if RELAXING {
+                    node.pass = row(f);
+                } else {
+                    node.pass = [0.0; ROW];
+                    add(&mut node.f, &row(f));
+                }
                 load.force += f;
                 load.push += push;
                 load.point += (vector(&node.x) - centre) * push;
@@ -173,9 +212,6 @@ fn press_points<P: Points<Q>, const Q: usize>(
             }
         }
     }
-    // points were summed relative to the probe's centre
-    load.point += centre * load.push;
-    load
 }
 
 /// A node's push at the *end* of the substep, over E [N/Pa]: `f1 = (f0 - K (dt n.v + b n.F - beta dt
@@ -197,6 +233,35 @@ fn implicit(node: &Node, step: f32, tuned: &Tuned, probe_m_per_s: Vector3<f32>) 
     let resists = 1.0 + node.slope * yields;
     let f = (length - node.slope * (speed + yields * vector(&node.f).dot(&normal))) / resists;
     // NaN is not below zero: it reaches the node, and `integrate` turns it into a fault
+    let f = if f < 0.0 { 0.0 } else { f };
+    (normal * f, f, 1.0 / resists)
+}
+
+/// As `implicit`, with the push `q = C p - n.s` of an elastic push p at the end of the substep, C
+/// its answer at once and s what has faded at the node, and with C F + s in place of F. A node at
+/// rest bears `C f0 - n.s`.
+#[inline(always)]
+fn implicit_relaxing(
+    node: &Node,
+    faded: &Faded,
+    step: f32,
+    tuned: &Tuned,
+    probe_m_per_s: Vector3<f32>,
+) -> (Vector3<f32>, f32, f32) {
+    let push = vector(&node.pass);
+    let length = sqrt(push.dot(&push));
+    if length == 0.0 {
+        return (ZERO, 0.0, 1.0);
+    }
+    let normal = push * (1.0 / length);
+    let (at_once, faded) = (tuned.prony.at_once, faded.sum().dot(&normal));
+    let yields = tuned.lumping_s * step;
+    let speed =
+        tuned.substep_s * tuned.keep * vector(&node.v).dot(&normal) - tuned.contact_damping_s * probe_m_per_s.dot(&normal);
+    let others = at_once * vector(&node.f).dot(&normal) + faded;
+    let elastic = length - node.slope * (speed + yields * others);
+    let resists = 1.0 + at_once * node.slope * yields;
+    let f = (at_once * elastic - faded) / resists;
     let f = if f < 0.0 { 0.0 } else { f };
     (normal * f, f, 1.0 / resists)
 }

@@ -17,6 +17,9 @@ const SPRING: f32 = 95.0;
 const NEIGHBOUR: f32 = 70.0;
 const TET: f32 = 291.0;
 const NODE: f32 = 130.0;
+/// A node whose forces fade, and each term of its relaxation.
+const RELAXING: f32 = 50.0;
+const TERM: f32 = 30.0;
 const RIM_NODE: f32 = 75.0;
 const RIM_EDGE: f32 = 99.0;
 /// A triangle that the probe presses, with four foundation points.
@@ -62,9 +65,11 @@ pub fn cycles(file: &PatchFile<'_>, touched: usize) -> f32 {
     let of = |count: usize, each: f32| count as f32 * each;
     let points = model.points_per_triangle().saturating_sub(4);
     let spring = if file.params.terms.relative_mass { SPRING + NEIGHBOUR } else { SPRING };
+    let terms = file.params.relaxation.iter().filter(|term| term.share > 0.0).count();
+    let node = NODE + if terms > 0 { RELAXING + of(terms, TERM) } else { 0.0 };
     let substep = of(model.springs.len(), spring)
         + of(model.tets.len(), TET)
-        + of(model.nodes.len(), NODE)
+        + of(model.nodes.len(), node)
         + of(model.rim_nodes.len(), RIM_NODE)
         + of(model.rim_edges.len(), RIM_EDGE)
         + of(touched, TOUCHED + of(points, EXTRA_POINT));

@@ -9,7 +9,7 @@ use super::{Drive, Scene, SceneError};
 const SIDE_M: std::ops::RangeInclusive<f64> = 1e-3..=2.0;
 /// Nodes that an organ's mesh may be asked for, and Young's modulus [Pa] of its regions.
 const ORGAN_NODES: std::ops::RangeInclusive<usize> = 100..=5000;
-const MODULUS_PA: std::ops::RangeInclusive<f64> = 1.0..=1e9;
+pub(super) const MODULUS_PA: std::ops::RangeInclusive<f64> = 1.0..=1e9;
 /// Longest run, in tissue time [s].
 const LONGEST_S: f64 = 1000.0;
 
@@ -23,6 +23,7 @@ impl Scene {
         self.check_source()?;
         self.check_block()?;
         self.check_inclusions()?;
+        self.check_relaxation()?;
         let up = [0.0, 0.0, 1.0];
         self.params(up).check().map_err(|cause| SceneError::parameter(&self.file, cause))?;
         self.check_solver()?;

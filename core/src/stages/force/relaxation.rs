@@ -1,0 +1,56 @@
+//! Relaxation: the force that holds tissue in a shape fades, and the tissue keeps a memory of it.
+//!
+//! Nodal quasi-linear viscoelasticity: the elastic force f at each node, whatever terms it came
+//! from, becomes `f - sum g (what f has been lately)` with up to three fading times. The filter is
+//! linear and the same everywhere. So a step to any depth that is held fades as `1 - sum g (1 -
+//! exp(-t / tau))`, and the shape in a hold is the elastic one. The memory lies in the tissue: a
+//! probe that slides on meets fresh tissue, and a dent recovers as what has faded comes back.
+//!
+//! One memory serves a node and the foundation above it. Between them runs one force: the node's
+//! elastic force and the push balance but for inertia, whose lasting part is nothing. So the push
+//! fades by the memory of the node ([`super::foundation`]), and a held node's equilibrium does not
+//! move.
+//!
+//! Weight is filtered with the rest: a tissue that hangs does not creep further.
+//!
+//! * in: `node.f`, the elastic forces; `node.pass`, the push of the probe, faded already
+//! * out: `node.f` of free nodes, the forces that act (an anchor keeps the elastic one: nothing moves
+//!   by it); the memory; `node.pass` zero
+//! * cost (M4F, estimated): 75 cycles a node, 30 more with three terms
+//! * may fail: never
+
+use crate::lanes::ROW;
+use crate::params::Tuned;
+use crate::state::State;
+
+/// Fades the elastic forces over E [N/Pa] by one substep and adds the pushes.
+#[cfg_attr(not(feature = "stage-cost"), inline(always))]
+pub(crate) fn fade(tuned: &Tuned, state: &mut State) {
+    match tuned.prony.terms {
+        // a term whose constants are zero leaves every bit
+        1 | 2 => by_terms::<2>(tuned, state),
+        _ => by_terms::<3>(tuned, state),
+    }
+}
+
+#[cfg_attr(feature = "stage-cost", inline(never))]
+fn by_terms<const TERMS: usize>(tuned: &Tuned, state: &mut State) {
+    let prony = tuned.prony;
+    for ((node, faded), inertia) in state.nodes.iter_mut().zip(state.faded.iter_mut()).zip(tuned.node_step.iter()) {
+        if inertia.step == 0.0 {
+            continue;
+        }
+        let (elastic, mut acts) = (node.f, node.pass);
+        for (f, e) in acts.iter_mut().zip(elastic) {
+            *f += prony.stays * e;
+        }
+        for ((faded, rises), fades) in faded.0.iter_mut().zip(prony.rises).zip(prony.fades).take(TERMS) {
+            for ((f, s), e) in acts.iter_mut().zip(faded).zip(elastic) {
+                let h = *s + rises * e;
+                *s -= fades * h;
+                *f += h;
+            }
+        }
+        (node.f, node.pass) = (acts, [0.0; ROW]);
+    }
+}

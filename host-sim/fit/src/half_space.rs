@@ -1,0 +1,176 @@
+//! A relaxing half-space under a ball, in closed form: what a patch that relaxes is held against.
+//!
+//! The method of dimensionality reduction (Popov, Willert, Hess, Handbook of Contact Mechanics,
+//! 2018) maps a paraboloid on a viscoelastic half-space, *exactly*, to a row of independent Maxwell
+//! chains: element x is pressed by `d - x^2 / R`, loses the probe where its force would pull, and
+//! goes on relaxing alone. Loading and hold are Lee and Radok's solution (1960), the way out is
+//! Ting's (1966); both are here as integrals besides, to check the row.
+//!
+//! Double precision, nothing of the patch's code.
+
+/// A ball that presses a half-space which relaxes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HalfSpace {
+    /// Radius of the ball [m].
+    pub radius_m: f64,
+    /// Instantaneous modulus, `E / (1 - nu^2)` [Pa].
+    pub plane_modulus_pa: f64,
+    /// Share (1) and time [s] of each term.
+    pub terms: Vec<(f64, f64)>,
+}
+
+/// Elements on half of the row.
+const ELEMENTS: usize = 400;
+
+/// A Maxwell chain beside a spring.
+#[derive(Clone, Debug, Default)]
+struct Chain {
+    /// Stretch in the last step, the probe's or its own [m].
+    before_m: f64,
+    /// Part of the stretch that each term still bears [m].
+    borne_m: Vec<f64>,
+}
+
+impl HalfSpace {
+    /// Share of a step that is left after `t_s` seconds.
+    #[must_use]
+    pub fn left(&self, t_s: f64) -> f64 {
+        self.terms.iter().fold(1.0, |left, (share, time_s)| left - share * (1.0 - (-t_s / time_s).exp()))
+    }
+
+    /// Force of the row [N] at each of these depths [m], `dt_s` apart, from rest: any motion.
+    #[must_use]
+    pub fn forces_n(&self, depths_m: &[f64], dt_s: f64) -> Vec<f64> {
+        let deepest_m = depths_m.iter().copied().fold(0.0, f64::max);
+        let dx_m = (self.radius_m * deepest_m).sqrt() / ELEMENTS as f64;
+        let chain = Chain { before_m: 0.0, borne_m: vec![0.0; self.terms.len()] };
+        let mut row = vec![chain; ELEMENTS];
+        let mut force_n = |depth_m: &f64| {
+            let pushes_m = row.iter_mut().enumerate().map(|(n, chain)| {
+                let x_m = (n as f64 + 0.5) * dx_m;
+                chain.step(&self.terms, depth_m - x_m * x_m / self.radius_m, dt_s)
+            });
+            2.0 * self.plane_modulus_pa * dx_m * pushes_m.sum::<f64>()
+        };
+        depths_m.iter().map(&mut force_n).collect()
+    }
+
+    /// Lee and Radok's force [N] at the end of a motion that never turned back.
+    #[must_use]
+    pub fn loaded_n(&self, depths_m: &[f64], dt_s: f64) -> f64 {
+        self.history(depths_m, dt_s, depths_m.len())
+    }
+
+    /// Ting's force [N] at the end of a motion that turned back once: the history up to the time at
+    /// which the contact was as wide on the way in.
+    #[must_use]
+    pub fn retreating_n(&self, depths_m: &[f64], dt_s: f64) -> f64 {
+        let mut relaxed_m = 0.0;
+        let end = depths_m.len();
+        for n in (1..end).rev() {
+            relaxed_m += self.left(((end - n) as f64 - 0.5) * dt_s) * (depths_m[n] - depths_m[n - 1]);
+            if relaxed_m >= 0.0 {
+                return self.history(depths_m, dt_s, n);
+            }
+        }
+        0.0
+    }
+
+    /// Depth [m] at which a retreating ball loses the half-space: the first at which the relaxed
+    /// depth, `int G(t - s) d'(s) ds`, is zero again. `None` if it never is.
+    #[must_use]
+    pub fn lifts_off_m(&self, depths_m: &[f64], dt_s: f64) -> Option<f64> {
+        let mut chain = Chain { before_m: 0.0, borne_m: vec![0.0; self.terms.len()] };
+        let mut loaded = false;
+        depths_m.iter().copied().find(|depth_m| {
+            let push_m = chain.step(&self.terms, *depth_m, dt_s);
+            loaded |= push_m > 0.0;
+            loaded && push_m <= 0.0
+        })
+    }
+
+    /// `4/3 E* sqrt(R) int G(t - s) d(d^1.5)` over the first `until` depths.
+    fn history(&self, depths_m: &[f64], dt_s: f64, until: usize) -> f64 {
+        let end = depths_m.len();
+        let sum: f64 = (1..until)
+            .map(|n| {
+                let [a, b] = [depths_m[n - 1], depths_m[n]].map(|d| d.max(0.0).powf(1.5));
+                self.left(((end - n) as f64 - 0.5) * dt_s) * (b - a)
+            })
+            .sum();
+        4.0 / 3.0 * self.plane_modulus_pa * self.radius_m.sqrt() * sum
+    }
+}
+
+impl Chain {
+    /// One step with the probe at `probe_m` inside; returns the push over the stiffness [m].
+    fn step(&mut self, terms: &[(f64, f64)], probe_m: f64, dt_s: f64) -> f64 {
+        let steps = |time_s: f64| {
+            let kept = (-dt_s / time_s).exp();
+            (kept, (1.0 - kept) * time_s / dt_s)
+        };
+        // push = at_once * stretch + memory
+        let (mut at_once, mut memory_m) = (1.0, 0.0);
+        for ((share, time_s), borne_m) in terms.iter().zip(&self.borne_m) {
+            let (kept, rise) = steps(*time_s);
+            at_once += share * (rise - 1.0);
+            memory_m += kept * borne_m - share * rise * self.before_m;
+        }
+        let free_m = -memory_m / at_once;
+        let stretch_m = probe_m.max(free_m);
+        for ((share, time_s), borne_m) in terms.iter().zip(&mut self.borne_m) {
+            let (kept, rise) = steps(*time_s);
+            *borne_m = kept * *borne_m + share * rise * (stretch_m - self.before_m);
+        }
+        self.before_m = stretch_m;
+        at_once * (stretch_m - free_m)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT_S: f64 = 1e-3;
+
+    fn meat() -> HalfSpace {
+        HalfSpace { radius_m: 8e-3, plane_modulus_pa: 4e3, terms: vec![(0.26, 0.4), (0.31, 4.4)] }
+    }
+
+    /// To 4 mm in 0.4 s, held for 2 s, out in 0.4 s.
+    fn motion() -> Vec<f64> {
+        (0..2900).map(|n| 1e-5 * f64::from(n.min(400)).min(f64::from(2800 - n)).max(-50.0)).collect()
+    }
+
+    #[test]
+    fn the_row_loads_and_holds_as_lee_and_radok_and_retreats_as_ting() {
+        let (space, depths_m) = (meat(), motion());
+        let row_n = space.forces_n(&depths_m, DT_S);
+        let peak_n = row_n.iter().copied().fold(0.0, f64::max);
+        for (until, integral) in [(200, true), (401, true), (2000, true), (2450, false), (2500, false), (2600, false)] {
+            let past = &depths_m[..until];
+            let expected_n = if integral { space.loaded_n(past, DT_S) } else { space.retreating_n(past, DT_S) };
+            let found_n = row_n[until - 1];
+            assert!((found_n - expected_n).abs() < 3e-3 * peak_n, "tick {until}: {found_n} N for {expected_n} N");
+        }
+    }
+
+    #[test]
+    fn it_lifts_off_where_the_row_has_no_force_left() {
+        let (space, depths_m) = (meat(), motion());
+        let off_m = space.lifts_off_m(&depths_m, DT_S).unwrap();
+        let last = space.forces_n(&depths_m, DT_S).iter().rposition(|n| *n > 0.0).unwrap();
+        assert!((depths_m[last] - off_m).abs() < 3e-5, "{} and {off_m}", depths_m[last]);
+        assert!((1e-3..3e-3).contains(&off_m), "{off_m} m of 4 mm");
+    }
+
+    #[test]
+    fn without_terms_it_is_hertz_in_and_out() {
+        let space = HalfSpace { terms: Vec::new(), ..meat() };
+        let depths_m = motion();
+        for (n, force_n) in space.forces_n(&depths_m, DT_S).iter().enumerate().step_by(100) {
+            let hertz_n = 4.0 / 3.0 * 4e3 * 8e-3_f64.sqrt() * depths_m[n].max(0.0).powf(1.5);
+            assert!((force_n - hertz_n).abs() < 1e-6 + 1e-3 * hertz_n, "{force_n} {hertz_n}");
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! The model against raw measurements that others made: for each data set what is fitted, what is
+//! predicted, and what the same prediction is without the term that it tests.
+//!
+//! A row is accepted if every figure lies where it was measured and if at least one of them does
+//! not without the term: a test that passes either way says nothing of it.
+
+mod beef;
+mod prony_fit;
+
+use serde::Serialize;
+
+use crate::Error;
+pub use prony_fit::{PronyFit, fit as fit_prony};
+
+/// One figure of a row.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Figure {
+    /// Quantity and unit.
+    pub what: String,
+    /// Smallest and largest value that is accepted.
+    pub accepted: [f64; 2],
+    /// Of the product.
+    pub ours: f64,
+    /// Of the product without the term.
+    pub without_term: f64,
+}
+
+impl Figure {
+    /// Whether the product's is accepted.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        self.accepts(self.ours)
+    }
+
+    /// Whether it is not accepted without the term.
+    #[must_use]
+    pub fn needs_term(&self) -> bool {
+        !self.accepts(self.without_term)
+    }
+
+    // NaN is not accepted
+    fn accepts(&self, value: f64) -> bool {
+        self.accepted[0] <= value && value <= self.accepted[1]
+    }
+}
+
+/// One row of the table "against reality".
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// Short name.
+    pub test: &'static str,
+    /// Data set.
+    pub data: String,
+    /// Where it comes from.
+    pub source: &'static str,
+    /// Term that is tested.
+    pub term: &'static str,
+    /// Quantities that were fitted, and to what.
+    pub fitted: String,
+    /// Quantities that were predicted.
+    pub predicted: String,
+    /// Figures that decide.
+    pub figures: Vec<Figure>,
+}
+
+impl Row {
+    /// Every figure holds, and not every one would without the term.
+    #[must_use]
+    pub fn accepted(&self) -> bool {
+        self.figures.iter().all(Figure::holds) && self.figures.iter().any(Figure::needs_term)
+    }
+}
+
+/// A curve of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// Name in the legend and in the CSV.
+    pub name: String,
+    /// Points in the units of the axes.
+    pub points: Vec<(f64, f64)>,
+    /// Measured, not computed.
+    pub measured: bool,
+}
+
+/// The picture of a data set.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// File name without ending.
+    pub name: String,
+    /// First line.
+    pub title: String,
+    /// Second line.
+    pub below: String,
+    /// Quantity and unit of each axis.
+    pub axes: [&'static str; 2],
+    /// Measured, ours, ours without the term.
+    pub curves: Vec<Curve>,
+}
+
+/// Result of a test.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// Rows of the table.
+    pub rows: Vec<Row>,
+    /// A picture of each data set.
+    pub pictures: Vec<Picture>,
+}
+
+/// A test: its short name, one sentence for a progress line, and what runs it.
+pub type Test = (&'static str, &'static str, fn() -> Result<Outcome, Error>);
+
+/// Every test, in the order of the table.
+pub const TESTS: [Test; 1] = [("T1", "beef, indented and held", beef::run)];

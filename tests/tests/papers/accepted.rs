@@ -1,0 +1,56 @@
+//! `palpate accept`: every row of the table "against reality" is accepted, and none without its
+//! term.
+
+use palpate_lab::accept::{Figure, Row, TESTS};
+use palpate_tests::palpate_command::{Desk, palpate};
+
+const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
+
+#[test]
+fn every_row_is_accepted_and_needs_its_term() {
+    for (name, what, test) in TESTS {
+        let found = test().unwrap();
+        assert!(!found.rows.is_empty() && !found.pictures.is_empty(), "{name}: {what}");
+        for row in found.rows {
+            println!("{name}: {}: {}", row.data, row.fitted);
+            for figure in &row.figures {
+                println!("  {}: {:.4} in {:?}, {:.4} without", figure.what, figure.ours, figure.accepted, figure.without_term);
+                assert!(figure.holds() && figure.needs_term(), "{name}, {}: {figure:?}", row.data);
+            }
+            assert!(row.accepted());
+        }
+    }
+}
+
+#[test]
+fn a_row_that_holds_without_its_term_shows_nothing() {
+    let figure = |ours, without_term| Figure { what: String::new(), accepted: [0.4, 0.5], ours, without_term };
+    let row = |figures: &[Figure]| Row {
+        test: "T0",
+        data: String::new(),
+        source: "",
+        term: "",
+        fitted: String::new(),
+        predicted: String::new(),
+        figures: figures.to_vec(),
+    };
+    assert!(row(&[figure(0.45, 1.0), figure(0.5, 0.45)]).accepted());
+    assert!(!row(&[figure(0.45, 0.45)]).accepted(), "needs no term");
+    assert!(!row(&[figure(0.45, 1.0), figure(0.51, 1.0)]).accepted(), "outside");
+    assert!(!row(&[figure(f64::NAN, 1.0)]).accepted(), "no number");
+}
+
+#[test]
+fn the_command_writes_table_curves_and_pictures() {
+    let desk = Desk::default();
+    let outcome = palpate(SCRATCH, desk.folder(), &["accept", "T1", "--out", "out"]);
+    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""), "{outcome:?}");
+    for words in ["against", "fitted", "predicted", "without relaxation", "topside"] {
+        assert!(outcome.stdout.contains(words), "{words}: {outcome:?}");
+    }
+    for file in ["summary.json", "accept.csv", "beef_topside.csv", "beef_topside.svg", "beef_topside.png"] {
+        assert!(desk.folder().join("out").join(file).is_file(), "{file}");
+    }
+    let unknown = palpate(SCRATCH, desk.folder(), &["accept", "T9"]);
+    assert_eq!(unknown.code, Some(2), "{unknown:?}");
+}
