@@ -2,8 +2,8 @@
 
 use super::message::Refusal;
 
-/// Words for an uploaded patch: 64 KB, some 220 nodes.
-pub const UPLOAD_WORDS: usize = 16 * 1024;
+/// Words for an uploaded patch: 52 KB, some 180 nodes.
+pub const UPLOAD_WORDS: usize = 13 * 1024;
 
 /// The memory, and how much of it has come.
 pub struct Upload {
@@ -94,7 +94,7 @@ mod tests {
     #[test]
     fn a_patch_longer_than_the_memory_is_refused() {
         let mut upload = Box::new(Upload::RESERVED);
-        assert_eq!(upload.begin(64 * 1024), Ok(()));
-        assert_eq!(upload.begin(64 * 1024 + 1), Err(Refusal::PatchTooLong));
+        assert_eq!(upload.begin(52 * 1024), Ok(()));
+        assert_eq!(upload.begin(52 * 1024 + 1), Err(Refusal::PatchTooLong));
     }
 }
