@@ -422,6 +422,6 @@ impl Params {
                 return Err(BuildError::OutOfRange { parameter, value, min, max });
             }
         }
-        prony::check(self.relaxes(), self.tick_s, dt)
+        prony::check(self.relaxes(), self.tick_s)
     }
 }

@@ -11,9 +11,10 @@ use crate::fault::BuildError;
 pub const MOST_TERMS: usize = 3;
 /// Largest sum of the shares (1): some elastic force must stay.
 const MOST_SHARE: f32 = 0.99;
-/// Longest time, in substeps. What fades in one substep must stay well above the rounding of what
-/// has faded already: with this many, the end of a hold may be off by 1.2 % of the term's share.
-const MOST_SUBSTEPS: f32 = 2e5;
+/// Longest time, in ticks. What fades in one substep must stay well above the rounding of what has
+/// faded already: with so many ticks of one substep, the end of a hold may be off by 1.2 % of the
+/// term's share, and with n substeps n times as far.
+const MOST_TICKS: f32 = 2e5;
 
 /// One term of the relaxation function (Prony series).
 ///
@@ -45,7 +46,7 @@ pub(super) fn faded_share(terms: &[PronyTerm; MOST_TERMS]) -> f32 {
 }
 
 /// Checks shares and times of the terms that act.
-pub(super) fn check(terms: &[PronyTerm; MOST_TERMS], tick_s: f32, substep_s: f32) -> Result<(), BuildError> {
+pub(super) fn check(terms: &[PronyTerm; MOST_TERMS], tick_s: f32) -> Result<(), BuildError> {
     const SHARE: [&str; MOST_TERMS] = ["relaxation[0].share", "relaxation[1].share", "relaxation[2].share"];
     const TIME: [&str; MOST_TERMS] = ["relaxation[0].time_s", "relaxation[1].time_s", "relaxation[2].time_s"];
     // NaN is outside every range
@@ -56,7 +57,7 @@ pub(super) fn check(terms: &[PronyTerm; MOST_TERMS], tick_s: f32, substep_s: f32
     for ((term, share), time) in terms.iter().zip(SHARE).zip(TIME) {
         within(share, term.share, 0.0, MOST_SHARE)?;
         if term.share > 0.0 {
-            within(time, term.time_s, tick_s, MOST_SUBSTEPS * substep_s)?;
+            within(time, term.time_s, tick_s, MOST_TICKS * tick_s)?;
         }
     }
     within("relaxation shares in all", faded_share(terms), 0.0, MOST_SHARE)
