@@ -109,6 +109,7 @@ fn faded_after(x: f32) -> f32 {
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_types, reason = "the oracle is in double precision")]
 mod tests {
     use super::*;
 
