@@ -20,6 +20,8 @@ pub struct Machine {
     compensation: f64,
     /// Part of a spring's cost where the mass floor is relative to neighbours.
     neighbour: f64,
+    /// Part of a node's cost there: its share of the smooth fields.
+    smooth: f64,
     tet: f64,
     node: f64,
     /// A surface triangle that the probe presses, with four foundation points.
@@ -71,6 +73,7 @@ const M4F_168: Machine = Machine {
     spring: 95.0,
     compensation: 9.0,
     neighbour: 70.0,
+    smooth: 110.0,
     tet: 291.0,
     node: 130.0,
     touched: 840.0,
@@ -94,6 +97,7 @@ pub const MACHINES: [Machine; 3] = [
         spring: 2.0,
         compensation: 0.2,
         neighbour: 1.6,
+        smooth: 1.5,
         tet: 4.0,
         node: 4.0,
         touched: 60.0,
@@ -203,7 +207,7 @@ impl Machine {
             counts.springs,
             self.spring - on(!terms.compensation) * self.compensation + on(terms.relative_mass) * self.neighbour,
         ) + on(terms.volume) * of(counts.tets, self.tet)
-            + of(counts.nodes, self.node)
+            + of(counts.nodes, self.node + on(terms.relative_mass) * self.smooth)
             + on(terms.rim) * self.rim(counts.rim_nodes, counts.rim_edges)
             + of(counts.touched, self.touched + of(counts.points.saturating_sub(4), self.extra_point));
         let units = self.tick + of(counts.triangles, self.passed) + f64::from(substeps) * step;

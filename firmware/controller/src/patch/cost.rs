@@ -15,6 +15,8 @@ pub const COST: &str = "cycles per tick of the patch";
 const SPRING: f32 = 95.0;
 /// A spring's part of the mass floor where that is relative to neighbours.
 const NEIGHBOUR: f32 = 70.0;
+/// A node's share of the smooth fields there.
+const SMOOTH: f32 = 110.0;
 const TET: f32 = 291.0;
 const NODE: f32 = 130.0;
 /// A node whose forces fade, and each term of its relaxation.
@@ -64,9 +66,12 @@ pub fn cycles(file: &PatchFile<'_>, touched: usize) -> f32 {
     let model = &file.model;
     let of = |count: usize, each: f32| count as f32 * each;
     let points = model.points_per_triangle().saturating_sub(4);
-    let spring = if file.params.terms.relative_mass { SPRING + NEIGHBOUR } else { SPRING };
+    let (spring, node) = match file.params.terms.relative_mass {
+        true => (SPRING + NEIGHBOUR, NODE + SMOOTH),
+        false => (SPRING, NODE),
+    };
     let terms = file.params.relaxation.iter().filter(|term| term.share > 0.0).count();
-    let node = NODE + if terms > 0 { RELAXING + of(terms, TERM) } else { 0.0 };
+    let node = node + if terms > 0 { RELAXING + of(terms, TERM) } else { 0.0 };
     let substep = of(model.springs.len(), spring)
         + of(model.tets.len(), TET)
         + of(model.nodes.len(), node)

@@ -47,7 +47,7 @@ impl LiveTissue {
             held: Held::default(),
             resting: false,
         };
-        tissue.retune(params)?;
+        tissue.gains = params.build(&tissue.patch.wide_model(), &mut tissue.node_step)?.gains();
         tissue.rest();
         Ok(tissue)
     }
@@ -76,15 +76,17 @@ impl LiveTissue {
         &self.nodes
     }
 
-    /// Other parameters; what moves, goes on.
+    /// Other stiffness or damping; what moves, goes on. The smooth fields stay those that the patch
+    /// was made with, as on a board.
     ///
     /// # Errors
-    /// Propagates errors from [`Params::build`]; nothing changes then.
+    /// Parameters out of range; nothing changes then.
     pub fn retune(&mut self, params: Params) -> Result<(), BuildError> {
+        params.check()?;
         let model = self.patch.wide_model();
-        let mut node_step = self.node_step.clone();
-        let gains = params.build(&model, &mut node_step)?.gains();
-        (self.params, self.node_step, self.gains) = (params, node_step, gains);
+        let mut tuned = self.params.derive(&mut self.node_step, self.gains);
+        params.retune(&model, &mut tuned);
+        (self.gains, self.params) = (tuned.gains(), params);
         Ok(())
     }
 

@@ -60,8 +60,10 @@ fn momentum_comes_from_the_probe_and_the_rim_alone() {
         let gained = momentum(&state) - before;
         let given = -(output.force_n.cast::<f64>() + rim) * 1e-3;
         largest = largest.max(rim.norm());
-        // rounding: single precision of the sums of all inner forces, a few N over the nodes
-        assert!((gained - given).norm() < 2e-8, "tick {n}: gained {gained:?}, given {given:?}");
+        // 2e-8 of it is rounding: single precision of the sums of all inner forces, a few N over the
+        // nodes. The rest is the smooth fields' motion that contact takes from pressed nodes
+        // (`core/src/smooth.rs`) and that no force accounts for: 5e-5 N of 0.15 N
+        assert!((gained - given).norm() < 8e-8, "tick {n}: gained {gained:?}, given {given:?}");
     }
     assert!(largest > 0.05, "the rim must pull for this to say anything: {largest} N");
 }
