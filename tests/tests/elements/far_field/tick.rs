@@ -35,37 +35,44 @@ fn rim_force(model: &Model, state: &State) -> Vector {
 }
 
 /// Momentum that a tick adds is what the probe and the rim give: nothing inside the patch pushes it
-/// along.
+/// along. The one exception is the smooth fields' motion that contact takes from pressed nodes
+/// (`core/src/smooth.rs`): no force accounts for it, and it is a small share of the probe's.
 #[test]
 fn momentum_comes_from_the_probe_and_the_rim_alone() {
-    let bench = Bench::far_field(200, 0.018).with(|p| p.node_damping_per_s = 0.0);
-    let model = bench.patch.wide_model();
-    assert!(model.anchors.is_empty());
-    let mut memory = bench.memory();
-    let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
-    let e = f64::from(bench.params.youngs_modulus_pa);
-    let momenta = Oracle::new(model, bench.params).momenta();
-    let momentum = |state: &State| -> Vector {
-        let speeds: Vec<Vector> = state.nodes().iter().map(|node| node.velocity_m_per_s().cast()).collect();
-        momenta(&speeds).iter().sum()
-    };
-    let mut largest = 0.0_f64;
-    for n in 0..200_u8 {
-        // 40 mm/s to 4 mm, tilted, then a hold in which it swings
-        let depth_m = (-0.5e-3 + 40e-6 * f32::from(n)).min(4e-3);
-        let pose = ProbePose { tip_m: at_depth(depth_m) + Vector::new(0.1, 0.05, 0.0).cast::<f32>() * depth_m };
-        let (before, rim) = (momentum(&state), rim_force(&model, &state) * e);
-        let output = tick(&model, &tuned, &mut state, pose);
-        assert_eq!(output.fault, None);
-        let gained = momentum(&state) - before;
-        let given = -(output.force_n.cast::<f64>() + rim) * 1e-3;
-        largest = largest.max(rim.norm());
-        // 2e-8 of it is rounding: single precision of the sums of all inner forces, a few N over the
-        // nodes. The rest is the smooth fields' motion that contact takes from pressed nodes
-        // (`core/src/smooth.rs`) and that no force accounts for: 5e-5 N of 0.15 N
-        assert!((gained - given).norm() < 8e-8, "tick {n}: gained {gained:?}, given {given:?}");
+    for (youngs_modulus_pa, most_share) in [(3.5e3, 1e-3), (20e3, 1e-3), (100e3, 1e-3)] {
+        let change = |p: &mut Params| (p.node_damping_per_s, p.youngs_modulus_pa) = (0.0, youngs_modulus_pa);
+        let bench = Bench::far_field(200, 0.018).with(change);
+        let model = bench.patch.wide_model();
+        assert!(model.anchors.is_empty());
+        let mut memory = bench.memory();
+        let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
+        let e = f64::from(bench.params.youngs_modulus_pa);
+        // single precision of the sums of all inner forces, a few N over the nodes at 3.5 kPa
+        let rounding = 2e-8 * e / 3.5e3;
+        let momenta = Oracle::new(model, bench.params).momenta();
+        let momentum = |state: &State| -> Vector {
+            let speeds: Vec<Vector> = state.nodes().iter().map(|node| node.velocity_m_per_s().cast()).collect();
+            momenta(&speeds).iter().sum()
+        };
+        let (mut pulled_n, mut strongest_n, mut unaccounted) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for n in 0..200_u8 {
+            // 40 mm/s to 4 mm, tilted, then a hold in which it swings
+            let depth_m = (-0.5e-3 + 40e-6 * f32::from(n)).min(4e-3);
+            let pose = ProbePose { tip_m: at_depth(depth_m) + Vector::new(0.1, 0.05, 0.0).cast::<f32>() * depth_m };
+            let (before, rim) = (momentum(&state), rim_force(&model, &state) * e);
+            let output = tick(&model, &tuned, &mut state, pose);
+            assert_eq!(output.fault, None);
+            let gained = momentum(&state) - before;
+            let given = -(output.force_n.cast::<f64>() + rim) * 1e-3;
+            pulled_n = pulled_n.max(rim.norm());
+            strongest_n = strongest_n.max(f64::from(output.force_n.norm()));
+            unaccounted = unaccounted.max((gained - given).norm() - rounding);
+        }
+        let share = unaccounted / (strongest_n * 1e-3);
+        println!("{youngs_modulus_pa} Pa: {share:.2e} of the force of {strongest_n:.3} N is not accounted for");
+        assert!(share < most_share, "{youngs_modulus_pa} Pa: {share} of {strongest_n} N");
+        assert!(pulled_n > 0.05, "the rim must pull for this to say anything: {pulled_n} N");
     }
-    assert!(largest > 0.05, "the rim must pull for this to say anything: {largest} N");
 }
 
 #[test]
