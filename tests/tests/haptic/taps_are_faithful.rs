@@ -31,5 +31,5 @@ fn one_step_is_not_faithful_on_stiff_tissue() {
     let mut bench = Bench::calibrated(130).with(|p| p.youngs_modulus_pa = 100e3);
     bench.patch.set_depth_limit_m(8e-3);
     let derived = derive(&bench.patch, &Params { substeps: 1, ..bench.params }, DEPTH_M).unwrap();
-    assert!(derived.params.substeps > 2, "{derived:?}");
+    assert!(derived.params.substeps > 1, "{derived:?}");
 }
