@@ -88,7 +88,7 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize> Memory<N
         #[cfg(target_os = "none")]
         let scratch = {
             fill("nodes", &mut self.nodes, nodes, Node::ZERO)?;
-            // a node is fourteen floats
+            // a node is fifteen floats: room for both arrays
             let (a, others) = bytemuck::cast_slice_mut(&mut self.nodes).split_at_mut(nodes);
             [a, others.get_mut(..nodes).unwrap_or_default()]
         };

@@ -106,7 +106,8 @@ fn scale(node_step: &mut [NodeStep], field: usize) {
         // a NaN is kept
         largest = if size <= largest { largest } else { size };
     }
-    let share = if largest > 0.0 && largest.is_finite() { 1.0 / largest } else { 0.0 };
+    let share = 1.0 / largest;
+    let share = if share > 0.0 && share.is_finite() { share } else { 0.0 };
     for node in node_step.iter_mut() {
         node.smooth[field] = if share > 0.0 { node.smooth[field] * share } else { 0.0 };
     }

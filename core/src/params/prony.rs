@@ -21,11 +21,11 @@ const MOST_TICKS: f32 = 2e5;
 /// ```
 /// use palpate::{Params, PronyTerm};
 ///
-/// // topside of beef, held at one depth: 45 % of the force fades within half a minute
-/// let relaxation = [PronyTerm { share: 0.3, time_s: 0.3 }, PronyTerm { share: 0.27, time_s: 4.7 }, PronyTerm::NONE];
-/// let meat = Params { relaxation, ..Params::default() };
-/// assert_eq!(meat.check(), Ok(()));
-/// assert!((meat.long_term_modulus_pa() / meat.youngs_modulus_pa - 0.43).abs() < 1e-6);
+/// // of the force at first contact, 57 % fades in a hold of half a minute
+/// let (fast, slow) = (PronyTerm { share: 0.3, time_s: 0.3 }, PronyTerm { share: 0.27, time_s: 4.7 });
+/// let tissue = Params { relaxation: [fast, slow, PronyTerm::NONE], ..Params::default() };
+/// assert_eq!(tissue.check(), Ok(()));
+/// assert!((tissue.long_term_modulus_pa() / tissue.youngs_modulus_pa - 0.43).abs() < 1e-6);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PronyTerm {

@@ -23,7 +23,7 @@ pub struct WordAligned<Bytes: ?Sized>(pub Bytes);
 
 /// Everything that the tick writes, and what it reads besides the flash: 512 nodes and 1024 surface
 /// triangles, 128 nodes where the tissue relaxes. The largest patch that a board has the time for
-/// has 126.
+/// has 121.
 pub type Memory = palpate::Memory<512, 1024, 128>;
 
 #[cfg(target_os = "none")]
@@ -87,7 +87,7 @@ impl<'a> Patch<'a> {
         within(SUBSTEP, params.tick_s / f32::from(params.substeps.max(1)), 0.0, file.stable_dt_s)?;
         within(DASHPOT, params.contact_damping, LEAST_DASHPOT, 1.0)?;
         let packed_pa = params.youngs_modulus_pa;
-        memory.judge(&model, &params)?;
+        let (mut tuned, scratch) = memory.judge(&model, &params)?;
         if model.spring_rows.is_empty() {
             // the board passes springs by rows: without them it would pass none
             return Err(BuildError::LengthMismatch { item: "spring rows", need: model.nodes.len(), have: 0 });
@@ -95,7 +95,8 @@ impl<'a> Patch<'a> {
         budget.check(&file, site::check(&file)?)?;
         // twice the packed modulus may be asked for later
         let stiffest = Params { youngs_modulus_pa: 2.0 * packed_pa, ..params };
-        let (tuned, scratch) = memory.judge(&model, &stiffest)?;
+        // as the board runs it then: the fields stay, their gains are taken anew
+        stiffest.retune(&model, &mut tuned);
         step::check(&model, &stiffest, &tuned, scratch)?;
         if let Some(asked) = youngs_modulus_pa {
             within(MODULUS, asked, 0.5 * packed_pa, 2.0 * packed_pa)?;

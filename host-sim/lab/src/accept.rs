@@ -2,7 +2,7 @@
 //! predicted, and what the same prediction is without the term that it tests.
 //!
 //! A row is accepted if every figure lies where it was measured and if at least one of them does
-//! not without the term: a test that passes either way says nothing of it.
+//! not without the term: a test that passes either way says nothing about the term.
 
 mod beef;
 mod prony_fit;

@@ -26,6 +26,9 @@ pub(super) struct AcceptArgs {
 #[derive(Serialize)]
 struct Summary<'a> {
     accepted: bool,
+    machine: String,
+    build: String,
+    command: Vec<String>,
     rows: Vec<RowSummary<'a>>,
 }
 
@@ -54,6 +57,9 @@ impl AcceptArgs {
         rows.iter().for_each(print);
         let summary = Summary {
             accepted: rows.iter().all(Row::accepted),
+            machine: palpate_tissue::machine::processor(),
+            build: palpate_tissue::machine::build(),
+            command: std::env::args().collect(),
             rows: rows.iter().map(|row| RowSummary { accepted: row.accepted(), row }).collect(),
         };
         folder.write_json("summary.json", &summary)?;

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::progress::Bar;
 use crate::error::Error;
-use palpate_lab::chart::{Moving, MovingPoint, Plan, Reference, Run, Summary, Task, measure, pictures, write};
+use palpate_lab::chart::{MovingPoint, Plan, Reference, Run, Summary, Task, measure, pictures, write};
 use palpate_lab::rivals::{Block, Method};
 use palpate_tissue::output::OutputFolder;
 
@@ -99,7 +99,10 @@ fn print_table(runs: &[Run]) {
         let errors = m.accuracy.force_error_pct.map(signed).join(" ");
         let (us, springs, rms) = (m.time.min_us, m.time.times_springs, or_dash(m.accuracy.rms_pct(), 1));
         print!(" {:>5} {us:>9.1} {springs:>8.1} {errors:>30} {rms:>6}", m.substeps);
-        let moving = or_dash(m.moving.as_ref().map(Moving::rms_pct), 1);
+        let moving = match m.moving {
+            Some(Err(_)) => "diverges".into(),
+            _ => or_dash(m.moving_rms_pct(), 1),
+        };
         print!(" {:>8} {:>8} {:>6.2} {moving:>8}", or_dash(u2, 3), or_dash(u4, 3), m.trial.min_j);
         println!("{}", m.trial.failure.map_or(String::new(), |f| format!("  {f}")));
     }

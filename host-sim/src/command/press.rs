@@ -136,7 +136,7 @@ fn print_moving(errors: &[RampError]) {
     }
     if errors.iter().any(|e| e.rms_pct > DEFAULT_ERROR_PCT) {
         println!(
-            "{:>10} a scene whose drive is that fast takes the substeps that it needs, as moving_error_pct under [solver] says",
+            "{:>10} these ramps ran with this scene's substeps; a scene with a faster drive takes more (moving_error_pct under [solver])",
             ""
         );
     }

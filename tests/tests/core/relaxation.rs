@@ -1,10 +1,10 @@
-//! Tissue that relaxes: a hold fades as the closed form says, at any depth and place, a slow press
-//! is the elastic one relaxed in one dimension; a probe that
-//! leaves loses the tissue where Ting's solution says; a dent recovers; random motions never gain
-//! energy; without memory for it the tick is a fault.
+//! Tissue that relaxes: a hold fades as the closed form says, at any depth and place; a slow press
+//! is the elastic one relaxed in one dimension; a probe that leaves loses the tissue where Ting's
+//! solution says; a dent recovers; random motions never gain energy; an anchor under the probe
+//! bears its push once; without memory for it the tick is a fault.
 
 use palpate::stages::probe::ProbePose;
-use palpate::{Fault, MOST_TERMS, Node, NodeStep, Params, PronyTerm, State, TetShapes, Vector3, tick};
+use palpate::{Fault, MOST_TERMS, Model, Node, NodeStep, Params, PronyTerm, State, TetShapes, Vector3, tick};
 use palpate_fit::half_space::HalfSpace;
 use palpate_tests::bench::{Bench, Noise, at_depth};
 use palpate_tissue::measure;
@@ -55,6 +55,39 @@ fn off_pct(bench: &Bench, terms: [PronyTerm; MOST_TERMS], place: [f32; 2], depth
         }
     }
     worst
+}
+
+/// Anchors at the surface, as the boards' patches have them at their edge, where the mass floor is
+/// each node's own: what one tick pushed must not be pushed again by the next.
+#[test]
+fn an_anchor_under_the_probe_bears_its_push_once() {
+    let held_n = |relaxation: [PronyTerm; MOST_TERMS]| {
+        let bench = Bench::block(129).with(|p| (p.relaxation, p.terms.relative_mass) = (relaxation, false));
+        let whole = bench.patch.wide_model();
+        let under = |n: &u16| {
+            let [x, y, z] = whole.nodes[usize::from(*n)].rest_m;
+            z.abs() < 1e-6 && x.hypot(y) < 5e-3
+        };
+        let mut anchors: Vec<u16> = (0..whole.nodes.len() as u16).filter(under).collect();
+        assert!(!anchors.is_empty());
+        anchors.extend(whole.anchors);
+        anchors.sort_unstable();
+        anchors.dedup();
+        let model = Model { anchors: &anchors, ..whole };
+        let mut memory = bench.memory();
+        let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
+        let mut force_n = 0.0;
+        for n in 0..1000_u16 {
+            let depth_m = (-2e-4 + 2e-4 * f32::from(n)).min(1e-3);
+            let output = tick(&model, &tuned, &mut state, ProbePose { tip_m: Vector3::new(0.0, 0.0, -depth_m) });
+            assert_eq!(output.fault, None, "tick {n}");
+            force_n = f64::from(output.force_n.norm());
+        }
+        force_n
+    };
+    let (elastic, relaxing) = (held_n([PronyTerm::NONE; MOST_TERMS]), held_n(MEAT));
+    println!("{elastic} N elastic, {relaxing} N relaxing");
+    assert!(elastic > 0.01 && relaxing > 0.0 && relaxing < 1.05 * elastic, "{relaxing} N beside {elastic} N");
 }
 
 #[test]

@@ -38,6 +38,11 @@ fn by_terms<const TERMS: usize>(tuned: &Tuned, state: &mut State) {
     let prony = tuned.prony;
     for ((node, faded), inertia) in state.nodes.iter_mut().zip(state.faded.iter_mut()).zip(tuned.node_step.iter()) {
         if inertia.step == 0.0 {
+            // an anchor bears its push as in elastic tissue: nothing of it fades
+            for (f, push) in node.f.iter_mut().zip(node.pass) {
+                *f += push;
+            }
+            node.pass = [0.0; ROW];
             continue;
         }
         let (elastic, mut acts) = (node.f, node.pass);

@@ -3,11 +3,10 @@
 //!
 //! The tick floors the diagonal of its mass matrix at about `f E D T^2`, with D the mean diagonal
 //! stiffness *that the file gives for each node*. Here D is computed anew from springs, tets and
-//! rim, the rest shape is
-//! compared with what the constants were derived from, and every mass must be at least
-//! [`LEAST_FLOOR`] times `E D dt^2`. D is taken as stiff as tissue gets under load: with the
-//! compensation of every spring and the barrier of every tet. The mass is what a node feels that
-//! moves by itself, the smooth fields of the mass matrix included.
+//! rim, the rest shape is compared with what the constants were derived from, and every mass must
+//! be at least [`LEAST_FLOOR`] times `E D dt^2`. D is taken as stiff as tissue gets under load: with
+//! the compensation of every spring and the barrier of every tet. The mass is the effective mass of
+//! a node that moves alone, including the contribution of the smooth fields.
 //!
 //! Two more things that a file could ask for are bounded. The tick's two terms of the inverse mass
 //! matrix are a mass matrix while `I + N` is positive, with N what neighbours add to a node's

@@ -2,7 +2,7 @@
 //! and a tap of 500 mm/s, each from rest.
 
 use palpate::Fault;
-use palpate_tissue::moving::{Ramp, RampError};
+use palpate_tissue::moving::{Ramp, RampError, TruthError};
 
 use crate::error::Error;
 use crate::rivals::{Block, Method};
@@ -32,7 +32,10 @@ impl Moving {
         let mut errors = Vec::new();
         for speed in SPEEDS_MM_PER_S {
             // the truths are of 3.5, 20 and 100 kPa
-            let Ok(ramp) = Ramp::named(&format!("centre-{kpa}kpa-{speed}")) else { return Ok(None) };
+            let ramp = match Ramp::named(&format!("centre-{kpa}kpa-{speed}")) {
+                Err(TruthError::Unknown { .. }) => return Ok(None),
+                other => other.map_err(palpate_tissue::Error::from)?,
+            };
             let along = |force: palpate::Vector3<f32>| f64::from(force.dot(&block.params.probe.axis));
             let judged =
                 method.run(block, substeps, |rival| ramp.judge(|depth_m| rival.tick(block.tip_m(depth_m)).map(along)))?;

@@ -76,7 +76,7 @@ fn moving_pictures(folder: &OutputFolder, runs: &[Run], below: &str) -> Result<V
     for modulus_pa in moduli {
         let errors = |m: &Measured| {
             let within = m.time.min_us <= COST_WORDS[0].1;
-            within.then_some((m.accuracy.rms_pct()?, m.moving?.rms_pct()))
+            within.then_some((m.accuracy.rms_pct()?, m.moving_rms_pct()?))
         };
         let methods = methods(runs, modulus_pa, errors);
         if methods.iter().all(|m| m.points.is_empty()) {

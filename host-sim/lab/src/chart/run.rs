@@ -1,6 +1,8 @@
 //! One row of the chart.
 
 use super::accuracy::Accuracy;
+use palpate::Fault;
+
 use super::cycles::m4f_cycles;
 use super::moving::Moving;
 use super::plan::Task;
@@ -30,12 +32,22 @@ pub struct Measured {
     pub trial: Trial,
     /// Errors.
     pub accuracy: Accuracy,
-    /// Errors while the probe moves, where they were asked for and a truth is known.
-    pub moving: Option<Moving>,
+    /// Errors while the probe moves, where they were asked for and a truth is known; the fault of a
+    /// method that diverges in a ramp or a tap.
+    pub moving: Option<Result<Moving, Fault>>,
     /// Time of a tick.
     pub time: TickTime,
     /// Estimated cycles of a tick on a Cortex-M4F.
     pub m4f_cycles: f64,
+}
+
+impl Measured {
+    /// Root of the mean square error while the probe moves [%], where it was measured and the method
+    /// did not diverge.
+    #[must_use]
+    pub fn moving_rms_pct(&self) -> Option<f64> {
+        self.moving?.ok().map(|moving| moving.rms_pct())
+    }
 }
 
 impl Run {
@@ -90,11 +102,7 @@ fn of_task(
         _ => task.method.run(block, substeps, |rival| try_press(block, rival))?,
     };
     let Some(trial) = trial else { return Ok(None) };
-    let moving = match if moving { Moving::measure(task.method, block, substeps)? } else { None } {
-        Some(Err(_)) => return Ok(Some(Err("diverges in a ramp or a tap".into()))),
-        Some(Ok(moving)) => Some(moving),
-        None => None,
-    };
+    let moving = if moving { Moving::measure(task.method, block, substeps)? } else { None };
     let accuracy = task.method.run(block, substeps, |rival| Accuracy::measure(block, rival, reference))?;
     let time = tick_time(task.method, block, substeps)?;
     let all = substeps.saturating_mul(task.refinement);

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::accuracy::{DEPTHS_M, SURFACE_DEPTHS_M};
 use super::front::{front, front_of_three};
-use super::moving::{Moving, SPEEDS_MM_PER_S};
+use super::moving::SPEEDS_MM_PER_S;
 use super::run::{Measured, Run};
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
@@ -95,7 +95,7 @@ pub const COSTS: [(&str, Quantity); 2] = [("tick_us", |m| Some(m.time.min_us)), 
 pub const ERRORS: [(&str, Quantity); 3] = [
     ("force_rms_pct", |m| m.accuracy.rms_pct()),
     ("surface_mm", |m| m.accuracy.surface_mm()),
-    ("moving_rms_pct", |m| m.moving.as_ref().map(Moving::rms_pct)),
+    ("moving_rms_pct", Measured::moving_rms_pct),
 ];
 
 impl Summary {
@@ -162,7 +162,7 @@ pub(super) fn moving_points(runs: &[Run], youngs_modulus_pa: f64) -> Vec<MovingP
             substeps: m.substeps,
             tick_us: m.time.min_us,
             held_rms_pct: m.accuracy.rms_pct()?,
-            moving_rms_pct: m.moving?.rms_pct(),
+            moving_rms_pct: m.moving_rms_pct()?,
         })
     };
     runs.iter().filter(|r| r.task.youngs_modulus_pa == youngs_modulus_pa).filter_map(of_run).collect()
@@ -232,9 +232,9 @@ fn values(m: &Measured) -> String {
     }
     cells.push(or_empty(a.rms_pct(), 2));
     cells.extend(a.surface_error_mm.map(|s| or_empty(s, 4)));
-    cells.push(or_empty(m.moving.as_ref().map(Moving::rms_pct), 2));
+    cells.push(or_empty(m.moving_rms_pct(), 2));
     for n in 0..SPEEDS_MM_PER_S.len() {
-        let ramp = m.moving.map(|moving| moving.0[n]);
+        let ramp = m.moving.and_then(Result::ok).map(|moving| moving.0[n]);
         cells.push(or_empty(ramp.map(|r| r.rms_pct), 2));
         cells.push(or_empty(ramp.map(|r| r.peak_pct), 2));
     }

@@ -19,7 +19,8 @@ pub const DEFAULT_ERROR_PCT: f64 = 5.0;
 const LEAST_SPEED_M_PER_S: f64 = 0.02;
 /// Multiples of the stable substeps that are tried.
 const TRIED: [u16; 5] = [1, 2, 3, 4, 6];
-/// A force drive ends at this share of the patch's depth limit.
+/// Depth limit of the patch over the depth of the ramp that is tried, where the drive names no depth
+/// (1).
 const DEPTH_MARGIN: f64 = 1.25;
 
 /// Error while the probe moves as the scene says.
@@ -71,10 +72,17 @@ impl Session {
     /// An error that the scene names and that cannot be kept: with the substeps or the nodes that
     /// would.
     pub fn for_motion(self, machine: &Machine, scene: &Scene) -> Result<Self, Error> {
-        let Some((approach, tried)) = self.tried(machine, scene)? else { return Ok(self) };
+        let unjudged = |session: Self| match scene.solver.moving_error_pct {
+            None => Ok(session),
+            Some(pct) => Err(Error::TooSlow(format!(
+                "{}: solver.moving_error_pct = {pct} cannot be judged: the patch does not survive the scene's ramp within the budget: move more slowly, press less deep, or leave the key out",
+                scene.file
+            ))),
+        };
+        let Some((approach, tried)) = self.tried(machine, scene)? else { return unjudged(self) };
         let allowed_pct = allowed_pct(scene);
         let within = tried.iter().filter(|t| t.cost.units <= t.cost.budget);
-        let Some(best) = within.min_by(|a, b| a.rms_pct.total_cmp(&b.rms_pct)) else { return Ok(self) };
+        let Some(best) = within.min_by(|a, b| a.rms_pct.total_cmp(&b.rms_pct)) else { return unjudged(self) };
         if best.rms_pct > allowed_pct && scene.solver.moving_error_pct.is_some() {
             return Err(self.cannot_keep(scene, approach, best, &tried));
         }
@@ -124,7 +132,8 @@ impl Session {
         Ok(Some((approach, tried)))
     }
 
-    /// The scene's own ramp. `None` for a recorded trace that never approaches.
+    /// The scene's own ramp; a trace is tried at its fastest approach. `None` where the deepest hold
+    /// is not below the surface.
     fn approach(&self, scene: &Scene) -> Option<Approach> {
         let axis = self.params.probe.axis;
         let along = |pair: &[[f32; 3]]| {
@@ -179,7 +188,7 @@ impl Session {
             }
         };
         Error::TooSlow(format!(
-            "{}: solver.moving_error_pct = {allowed_pct}: at {:.0} mm/s the {nodes} nodes are {:.1} % off with the {} substep(s) that fit a tick; {would}: take fewer nodes, move more slowly, or allow more",
+            "{}: solver.moving_error_pct = {allowed_pct}: at {:.0} mm/s the {nodes} nodes are {:.1} % off with the {} substep(s) that fit a tick; {would}. Take fewer nodes, move more slowly, or allow more",
             scene.file,
             approach.speed_m_per_s * 1e3,
             best.rms_pct,

@@ -36,7 +36,7 @@ fn shorter_substeps_take_the_floored_masses_out_of_a_moving_probe() {
     assert_eq!(split.substeps, 2 * whole.substeps);
     let [held, held_split] = [whole, split].map(|m| m.accuracy.rms_pct().unwrap());
     assert!((held / held_split - 1.0).abs() < 0.02, "{held} % and {held_split} % held");
-    let [moving, moving_split] = [whole, split].map(|m| m.moving.unwrap().rms_pct());
+    let [moving, moving_split] = [whole, split].map(|m| m.moving_rms_pct().unwrap());
     println!("held {held:.2} and {held_split:.2} %, moving {moving:.2} and {moving_split:.2} %");
     assert!(moving_split < 0.6 * moving, "{moving_split} % beside {moving} %");
     assert!(rows(5000.0, true).iter().all(|r| r.survived().unwrap().moving.is_none()));
