@@ -313,9 +313,9 @@ impl Params {
         // substeps give n times the margin.
         let tick_squared = self.tick_s * self.tick_s;
         let per_volume = self.density_kg_per_m3 / (e * tick_squared);
-        // Relative to its neighbours a node's added mass B acts through its springs, with w = k (B_i
-        // / S_i + B_j / S_j) / 2 and S the sum of the node's k. Until the last loop `step` holds
-        // the rim's stiffness and then the mass, `added` first S and then B / 2 S.
+        // Relative to its neighbours a node's added mass B acts through its springs, with w = k
+        // (B_i / S_i + B_j / S_j) / 2 and S the sum of the node's k. Until the last loop `step`
+        // holds the rim's stiffness and then the mass, `added` first S and then B / 2 S.
         for node in node_step.iter_mut() {
             (node.step, node.added) = (0.0, 0.0);
         }

@@ -174,12 +174,12 @@ enum Command {
     /// Writes summary.json and trace.csv (one row a tick). Fails (exit code 1) at the first bit
     /// that differs.
     Replay(replay::ReplayArgs),
-    /// Hold the model against raw measurements of real tissue: what is fitted, what is predicted, and
-    /// what it would be without the term.
+    /// Hold the model against raw measurements of real tissue: what is fitted, what is predicted,
+    /// and what it would be without the term.
     ///
-    /// Writes summary.json, accept.csv (one row a figure), <data set>.csv and a picture of every data
-    /// set as SVG and PNG. Fails (exit code 1) if a figure lies outside what was measured, or if all
-    /// of a row would be accepted without the term that it tests.
+    /// Writes summary.json, accept.csv (one row a figure), <data set>.csv and a picture of every
+    /// data set as SVG and PNG. Fails (exit code 1) if a figure lies outside what was measured, or
+    /// if all of a row would be accepted without the term that it tests.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Accept(AcceptArgs),
     /// Score a training: what three physicians' marks say of interns before and after it (paper

@@ -65,10 +65,11 @@ pub(super) fn check(terms: &[PronyTerm; MOST_TERMS], tick_s: f32) -> Result<(), 
 
 /// A relaxation function for steps of one substep, exact for forces that are linear within each.
 ///
-/// Per term, with what has faded kept as the negative part s: `h = s + rises f`, `s -= fades h`, and
-/// the force that acts is `stays f + sum h`. That is `h <- a h + g b (f - f_prev)`, `a = exp(-dt /
-/// tau)`, `b = (1 - a) tau / dt`, with `s = a h - g b f` kept in place of h and `f_prev`: 12 bytes
-/// instead of 24 with one term, and nothing that decays into denormal numbers in a long hold.
+/// Per term, with what has faded kept as the negative part s: `h = s + rises f`, `s -= fades h`,
+/// and the force that acts is `stays f + sum h`. That is `h <- a h + g b (f - f_prev)`, `a =
+/// exp(-dt / tau)`, `b = (1 - a) tau / dt`, with `s = a h - g b f` kept in place of h and `f_prev`:
+/// 12 bytes instead of 24 with one term, and nothing that decays into denormal numbers in a long
+/// hold.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Prony {
     /// How many terms act; zero without relaxation.
@@ -101,8 +102,8 @@ impl Prony {
     }
 }
 
-/// `1 - exp(-x)` for x from 0 to 1 by its series: rounding alone is lost, also where x is small, and
-/// every target has the same bits. A thirtieth of the code of `libm::expm1f`.
+/// `1 - exp(-x)` for x from 0 to 1 by its series: rounding alone is lost, also where x is small,
+/// and every target has the same bits. A thirtieth of the code of `libm::expm1f`.
 fn faded_after(x: f32) -> f32 {
     let nested = (2..=11_u8).rev().fold(1.0, |sum, n| 1.0 - sum * x / f32::from(n));
     x * nested

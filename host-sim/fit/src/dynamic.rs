@@ -33,10 +33,11 @@
 //! | | 500, as stored | 3.5 mm | 2 ms | 1.48 | 5.43 | 14.75 | 26.70 | 40.72 |
 //!
 //! The stored forces are thus within 0.5 % from 2 mm on, within 1 % at 1 mm and within 3 % at
-//! 0.4 mm, where the edge of the contact crosses only a few elements. A place 7.85 mm off the centre
-//! (200 mm/s), computed on half the block and, turned about the centre, on the whole of it, gives
-//! forces that differ by 0.7 % at most from 0.8 mm on. The force across a frictionless drag is
-//! smaller than the mesh resolves: 0.05 mm^2 against the motion on average, and a ripple of as much.
+//! 0.4 mm, where the edge of the contact crosses only a few elements. A place 7.85 mm off the
+//! centre (200 mm/s), computed on half the block and, turned about the centre, on the whole of it,
+//! gives forces that differ by 0.7 % at most from 0.8 mm on. The force across a frictionless drag
+//! is smaller than the mesh resolves: 0.05 mm^2 against the motion on average, and a ripple of as
+//! much.
 
 pub mod error;
 pub mod history;

@@ -161,9 +161,9 @@ impl Method {
         self != Self::Compliance
     }
 
-    /// Builds the method for a block and hands it to `work`; of its `substeps`, each is split as the
-    /// block's refinement says. `None` where it cannot be had: no
-    /// calibrated patch of this size.
+    /// Builds the method for a block and hands it to `work`; of its `substeps`, each is split as
+    /// the block's refinement says. `None` where it cannot be had: no calibrated patch of this
+    /// size.
     ///
     /// # Errors
     /// Model or parameters that the core rejects, or a stiffness matrix that cannot be factored.

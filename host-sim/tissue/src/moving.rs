@@ -1,8 +1,8 @@
 //! How right the force on a moving probe is.
 //!
 //! A press that is held tells nothing about it: floored masses push against a probe that moves, and
-//! let go of one that rests. Where a dynamic truth is stored ([`truth`], [`table`]) a ramp is judged
-//! against it ([`ramp`]); elsewhere against the same patch with much shorter substeps
+//! let go of one that rests. Where a dynamic truth is stored ([`truth`], [`table`]) a ramp is
+//! judged against it ([`ramp`]); elsewhere against the same patch with much shorter substeps
 //! ([`self_check`]), which carry almost the true masses.
 
 pub mod error;

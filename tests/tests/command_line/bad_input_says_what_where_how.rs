@@ -38,14 +38,14 @@ fn refused(desk: &Desk, arguments: &[&str], says: &[&str]) {
 
 /// Presses a scene that must be refused.
 #[track_caller]
-fn refused_scene(desk: &Desk, scene: &str, says: &[&str]) {
+pub(crate) fn refused_scene(desk: &Desk, scene: &str, says: &[&str]) {
     desk.put("scene.toml", scene);
     refused(desk, &["press", "--scene", "scene.toml", "--out", "out"], says);
 }
 
 /// The small block with one edit, refused at a place of the scene file.
 #[track_caller]
-fn refused_edit(from: &str, to: &str, says: &[&str]) {
+pub(crate) fn refused_edit(from: &str, to: &str, says: &[&str]) {
     refused_scene(&Desk::default(), &edited(SMALL_BLOCK, from, to), &[&["scene.toml:"], says].concat());
 }
 
@@ -211,30 +211,6 @@ fn an_inclusion_without_size_or_stiffness() {
         ball("-0.012", "0.006", ratio, &["tissue.inclusion[0].stiffness_ratio", "above zero and finite"]);
     }
     ball("nan", "0.006", "10.0", &["tissue.inclusion[0].center_m", "not finite", "metres"]);
-}
-
-#[test]
-fn a_relaxation_that_cannot_be() {
-    let term = |share: &str, time: &str| format!("[[tissue.relaxation]]\nshare = {share}\ntime_s = {time}\n");
-    let refused = |terms: &str, says: &[&str]| refused_edit("[probe]", &format!("{terms}[probe]"), says);
-    for share in ["0.0", "-0.2", "nan"] {
-        refused(&term(share, "1.0"), &["tissue.relaxation[0].share", "above zero", "remove the term"]);
-    }
-    refused(&(term("0.5", "1.0") + &term("0.5", "2.0")), &["tissue.relaxation", "sum to 1.000", "at most 0.99 may fade"]);
-    for time in ["0.0", "-1.0", "nan", "0.0009", "1e3"] {
-        refused(&term("0.5", time), &["tissue.relaxation[0].time_s", "outside 0.001 .. 200"]);
-    }
-    refused(&term("0.1", "1.0").repeat(4), &["tissue.relaxation has 4 terms", "3 fit", "smallest shares"]);
-    refused(&term("0.5", "1.0").replace("time_s", "tau_s"), &["scene.toml:10: ", "\"tau_s\"", "did you mean \"time_s\"?"]);
-    refused_edit(
-        NODES,
-        "nodes = 129\nlong_term_modulus_pa = 2e3",
-        &["has both youngs_modulus_pa", "long_term_modulus_pa", "keep one"],
-    );
-    for value in ["0.0", "-3.5", "nan", "inf"] {
-        let long = format!("long_term_modulus_pa = {value}");
-        refused_edit("youngs_modulus_pa = 3500.0", &long, &["tissue.long_term_modulus_pa", "out of range"]);
-    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The command line, as a stranger runs it.
 
 mod bad_input_says_what_where_how;
+mod bad_terms_say_what_where_how;
 mod drives_reach_their_targets;
 mod every_preset_presses;
 mod every_scene_key_acts;

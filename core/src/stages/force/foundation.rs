@@ -8,8 +8,8 @@
 //! this 2-6 %).
 //!
 //! The pushes are summed at the nodes, and there the sum is taken at the *end* of the substep
-//! (`implicit`): contact neither sets the step nor needs a mass of its own. Its dashpot acts between
-//! probe and node, and it never pulls.
+//! (`implicit`): contact neither sets the step nor needs a mass of its own. Its dashpot acts
+//! between probe and node, and it never pulls.
 //!
 //! In tissue that relaxes the foundation fades with the tissue below it. It stands in series with
 //! the node, so both have borne the same force and share one memory ([`super::relaxation`]): a push
@@ -214,10 +214,10 @@ fn settle<const RELAXING: bool>(
     }
 }
 
-/// A node's push at the *end* of the substep, over E [N/Pa]: `f1 = (f0 - K (dt n.v + b n.F - beta dt
-/// n.V)) / (1 + K b)`, with f0 the push where the node is, K its slope, F what else acts on it, b
-/// its displacement per force, V the probe's velocity. A node at rest bears f0, so that statics do
-/// not see it. It never pulls. Besides, the share `1 / (1 + K b)` of other motions that is left
+/// A node's push at the *end* of the substep, over E [N/Pa]: `f1 = (f0 - K (dt n.v + b n.F - beta
+/// dt n.V)) / (1 + K b)`, with f0 the push where the node is, K its slope, F what else acts on it,
+/// b its displacement per force, V the probe's velocity. A node at rest bears f0, so that statics
+/// do not see it. It never pulls. Besides, the share `1 / (1 + K b)` of other motions that is left
 /// to the node (1).
 #[inline(always)]
 fn implicit(node: &Node, step: f32, tuned: &Tuned, probe_m_per_s: Vector3<f32>) -> (Vector3<f32>, f32, f32) {

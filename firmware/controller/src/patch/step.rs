@@ -4,15 +4,15 @@
 //! The tick floors the diagonal of its mass matrix at about `f E D T^2`, with D the mean diagonal
 //! stiffness *that the file gives for each node*. Here D is computed anew from springs, tets and
 //! rim, the rest shape is compared with what the constants were derived from, and every mass must
-//! be at least [`LEAST_FLOOR`] times `E D dt^2`. D is taken as stiff as tissue gets under load: with
-//! the compensation of every spring and the barrier of every tet. The mass is the effective mass of
-//! a node that moves alone, including the contribution of the smooth fields.
+//! be at least [`LEAST_FLOOR`] times `E D dt^2`. D is taken as stiff as tissue gets under load:
+//! with the compensation of every spring and the barrier of every tet. The mass is the effective
+//! mass of a node that moves alone, including the contribution of the smooth fields.
 //!
 //! Two more things that a file could ask for are bounded. The tick's two terms of the inverse mass
 //! matrix are a mass matrix while `I + N` is positive, with N what neighbours add to a node's
-//! acceleration: the least eigenvalue of N is found by power iteration ([`series`]). And the
+//! acceleration: the least eigenvalue of N is found by power iteration (`series`). And the
 //! foundation, which is implicit at each node but not between nodes, is at most [`MOST_CONTACT`]
-//! times as stiff as the tissue under it ([`contact`]).
+//! times as stiff as the tissue under it (`contact`).
 //!
 //! That does not prove that the whole patch is stable: one that diverges all the same is a fault in
 //! the tick that finds it.
@@ -48,8 +48,8 @@ pub const MOST_CONTACT: f32 = 20.0;
 ///
 /// # Errors
 /// [`BuildError::Degenerate`] names the first item that contradicts the rest shape;
-/// [`BuildError::OutOfRange`] with [`FLOOR`]: a node is too light for its stiffness; with [`SERIES`]
-/// and [`CONTACT`]: see the module.
+/// [`BuildError::OutOfRange`] with [`FLOOR`]: a node is too light for its stiffness; with
+/// [`SERIES`] and [`CONTACT`]: see the module.
 pub fn check(
     model: &Model<'_>,
     params: &Params,

@@ -42,8 +42,8 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Root of the mean square error while the probe moves [%], where it was measured and the method
-    /// did not diverge.
+    /// Root of the mean square error while the probe moves [%], where it was measured and the
+    /// method did not diverge.
     #[must_use]
     pub fn moving_rms_pct(&self) -> Option<f64> {
         self.moving?.ok().map(|moving| moving.rms_pct())

@@ -19,8 +19,8 @@ pub const DEFAULT_ERROR_PCT: f64 = 5.0;
 const LEAST_SPEED_M_PER_S: f64 = 0.02;
 /// Multiples of the stable substeps that are tried.
 const TRIED: [u16; 5] = [1, 2, 3, 4, 6];
-/// Depth limit of the patch over the depth of the ramp that is tried, where the drive names no depth
-/// (1).
+/// Depth limit of the patch over the depth of the ramp that is tried, where the drive names no
+/// depth (1).
 const DEPTH_MARGIN: f64 = 1.25;
 
 /// Error while the probe moves as the scene says.
@@ -132,8 +132,8 @@ impl Session {
         Ok(Some((approach, tried)))
     }
 
-    /// The scene's own ramp; a trace is tried at its fastest approach. `None` where the deepest hold
-    /// is not below the surface.
+    /// The scene's own ramp; a trace is tried at its fastest approach. `None` where the deepest
+    /// hold is not below the surface.
     fn approach(&self, scene: &Scene) -> Option<Approach> {
         let axis = self.params.probe.axis;
         let along = |pair: &[[f32; 3]]| {

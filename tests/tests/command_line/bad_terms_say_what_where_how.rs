@@ -1,0 +1,51 @@
+//! Relaxation and moving errors that cannot be: exit code 2, one line that names the item and the
+//! remedy.
+
+use palpate_tests::palpate_command::Desk;
+use palpate_tests::press_run::{SMALL_BLOCK, edited};
+
+use crate::bad_input_says_what_where_how::{refused_edit, refused_scene};
+
+#[test]
+fn a_relaxation_that_cannot_be() {
+    let term = |share: &str, time: &str| format!("[[tissue.relaxation]]\nshare = {share}\ntime_s = {time}\n");
+    let refused = |terms: &str, says: &[&str]| refused_edit("[probe]", &format!("{terms}[probe]"), says);
+    for share in ["0.0", "-0.2", "nan"] {
+        refused(&term(share, "1.0"), &["tissue.relaxation[0].share", "above zero", "remove the term"]);
+    }
+    refused(&(term("0.5", "1.0") + &term("0.5", "2.0")), &["tissue.relaxation", "sum to 1.000", "at most 0.99 may fade"]);
+    for time in ["0.0", "-1.0", "nan", "0.0009", "1e3"] {
+        refused(&term("0.5", time), &["tissue.relaxation[0].time_s", "outside 0.001 .. 200"]);
+    }
+    refused(&term("0.1", "1.0").repeat(4), &["tissue.relaxation has 4 terms", "3 fit", "smallest shares"]);
+    refused(&term("0.5", "1.0").replace("time_s", "tau_s"), &["scene.toml:10: ", "\"tau_s\"", "did you mean \"time_s\"?"]);
+    refused_edit(
+        "nodes = 129",
+        "nodes = 129\nlong_term_modulus_pa = 2e3",
+        &["has both youngs_modulus_pa", "long_term_modulus_pa", "keep one"],
+    );
+    for value in ["0.0", "-3.5", "nan", "inf"] {
+        let long = format!("long_term_modulus_pa = {value}");
+        refused_edit("youngs_modulus_pa = 3500.0", &long, &["tissue.long_term_modulus_pa", "out of range"]);
+    }
+}
+
+#[test]
+fn a_moving_error_that_cannot_be_kept() {
+    let solver = |pct: &str| format!("[solver]\nmoving_error_pct = {pct}\n[probe]");
+    for pct in ["0.0", "-1.0", "nan", "100.5"] {
+        refused_edit("[probe]", &solver(pct), &["solver.moving_error_pct", "above 0, at most 100"]);
+    }
+    refused_edit("[probe]", "[solver]\nmoving_error = 5\n[probe]", &["did you mean \"moving_error_pct\"?"]);
+    let fast = edited(&edited(SMALL_BLOCK, "[probe]", &solver("0.001")), "ramp_m_per_s = 0.04", "ramp_m_per_s = 0.8");
+    refused_scene(
+        &Desk::default(),
+        &fast,
+        &[
+            "scene.toml: solver.moving_error_pct = 0.001",
+            "at 800 mm/s the 129 nodes are",
+            "least that was reached",
+            "move more slowly",
+        ],
+    );
+}
