@@ -117,6 +117,11 @@ struct Packed {
 impl Packed {
     fn of(scene: &Scene, machine: &Machine) -> Result<Self, Error> {
         let session = Session::prepare_on(machine, scene)?;
+        // only on request: shorter substeps take nodes from a board
+        let session = match scene.solver.moving_error_pct {
+            Some(_) => session.for_motion(machine, scene)?,
+            None => session,
+        };
         let model = session.patch.model();
         let touched = triangles_in_reach(&model, session.patch.site_m().into(), session.params.probe.radius_m);
         let cost = machine.cost(&model, touched, session.params.substeps);

@@ -196,9 +196,10 @@ pub struct Solver {
     pub method: Method,
     /// Packed patch to press instead of building one; "none" keeps even a shipped one away.
     pub patch: Option<PathBuf>,
-    /// Largest force error while the probe moves at the drive's speed: root mean square over the
-    /// ramp, of its largest force [%]. It decides the substeps; without this key 5 is aimed at, and
-    /// a scene that cannot keep it runs with a warning.
+    /// Largest force error by floored masses while the probe moves at the drive's speed: root mean
+    /// square over the ramp, of its largest force [%]; the mesh's own error comes on top. `press`,
+    /// `pack` and `plan` choose their substeps by it. Without this key `press` and `plan` aim at 5,
+    /// and a press that cannot keep it runs with a warning. `loop` chooses by taps of its own.
     pub moving_error_pct: Option<f64>,
 }
 

@@ -17,8 +17,8 @@ const ROUNDS: usize = 32;
 /// Least eigenvalue, as documented.
 const LEAST: f64 = 0.01;
 
-/// The fields of a mass matrix, given by its diagonal and what it has between the ends of springs.
-/// None where it has nothing there.
+/// Returns the fields of a mass matrix, given by its diagonal and the masses between the ends of
+/// springs; an empty list where all of these are zero.
 #[must_use]
 pub fn fields(model: &Model, mass_kg: &[f64], between_kg: &[f64], anchored: &[bool]) -> Vec<Field> {
     if between_kg.iter().all(|kg| *kg == 0.0) {

@@ -192,7 +192,7 @@ fn substeps_are_as_many_as_the_motion_needs() {
     fast.file = "fast.toml".into();
     let refused = Session::prepare(&fast).unwrap().for_motion(&MACHINES[0], &fast).unwrap_err().to_string();
     println!("{refused}");
-    assert!(refused.starts_with("fast.toml: solver.moving_error_pct = 0.01: at 1000 mm/s"), "{refused}");
+    assert!(refused.starts_with("fast.toml: solver.moving_error_pct = 0.01: at 1000 mm/s floored masses"), "{refused}");
     assert!(refused.contains("least that was reached"), "{refused}");
 }
 

@@ -43,7 +43,7 @@ fn a_moving_error_that_cannot_be_kept() {
         &fast,
         &[
             "scene.toml: solver.moving_error_pct = 0.001",
-            "at 800 mm/s the 129 nodes are",
+            "at 800 mm/s floored masses put the 129 nodes",
             "least that was reached",
             "move more slowly",
         ],

@@ -190,6 +190,28 @@ fn springs_alone_press_less() {
     assert!(ratios(&springs, &all).iter().all(|r| (0.3..0.85).contains(r)));
 }
 
+/// A smaller error takes more substeps, and on a board with no time for them fewer nodes.
+#[test]
+fn moving_error_takes_substeps_or_nodes() {
+    let stiff = edited(&edited(SMALL_BLOCK, "3500.0", "20000.0"), "ramp_m_per_s = 0.04", "ramp_m_per_s = 0.2");
+    let asked = |pct: &str| format!("{stiff}[solver]\nmoving_error_pct = {pct}\n");
+    let [loose, tight] = ["50.0", "2.0"].map(|pct| press(SCRATCH, &asked(pct)));
+    assert!(tight.number("/substeps") > loose.number("/substeps"));
+    assert!(tight.number("/report/moving/rms_pct") <= 2.0);
+    assert!(loose.number("/report/moving/rms_pct") > 2.0);
+    let nodes = |pct: &str| {
+        let desk = Desk::default();
+        desk.put("scene.toml", &asked(pct));
+        let packed = palpate(SCRATCH, desk.folder(), &["pack", "--scene", "scene.toml", "--board", "m4f-168", "--out", "packed"]);
+        assert_eq!(packed.code, Some(0), "{}", packed.stderr);
+        let (before, _) = packed.stdout.split_once(" nodes,").expect("the number of nodes");
+        before.rsplit(' ').next().and_then(|n| n.parse::<u32>().ok()).expect("a number")
+    };
+    let (many, few) = (nodes("50.0"), nodes("5.0"));
+    println!("{many} nodes, {few} for 5 %");
+    assert!(few < many);
+}
+
 #[test]
 fn packed_patch_presses_like_the_scene_it_came_from() {
     let desk = Desk::default();

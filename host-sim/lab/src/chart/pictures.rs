@@ -33,7 +33,7 @@ pub fn pictures(folder: &OutputFolder, runs: &[Run]) -> Result<Vec<String>, Erro
         palpate_tissue::machine::build()
     );
     let below = match runs.iter().any(|r| r.task.refinement > 1) {
-        true => format!("{below}; a line joins the meshes of one split of the substeps"),
+        true => format!("{below}; lines: one split"),
         false => below,
     };
     let mut names = Vec::new();

@@ -153,7 +153,7 @@ fn front_of(runs: &[Run], youngs_modulus_pa: f64, cost: Quantity, error: Quantit
 }
 
 /// Rows that survive with all of tick time, held and moving error.
-pub(super) fn moving_points(runs: &[Run], youngs_modulus_pa: f64) -> Vec<MovingPoint> {
+fn moving_points(runs: &[Run], youngs_modulus_pa: f64) -> Vec<MovingPoint> {
     let of_run = |run: &Run| {
         let m = run.survived()?;
         Some(MovingPoint {

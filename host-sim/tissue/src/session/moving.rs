@@ -12,7 +12,7 @@ use crate::moving::{Approach, SelfCheck, with_substeps};
 use crate::scene::{Drive, Scene, TICK_S};
 use crate::stable_step::{StableStep, substeps_for_taps};
 
-/// Moving error that is kept where a scene does not say [%].
+/// Moving error that is aimed at where a scene does not say [%].
 pub const DEFAULT_ERROR_PCT: f64 = 5.0;
 /// Slower probes are checked at this speed [m/s]: no hand palpates more slowly, and floored masses
 /// are hardly felt there.
@@ -188,7 +188,7 @@ impl Session {
             }
         };
         Error::TooSlow(format!(
-            "{}: solver.moving_error_pct = {allowed_pct}: at {:.0} mm/s the {nodes} nodes are {:.1} % off with the {} substep(s) that fit a tick; {would}. Take fewer nodes, move more slowly, or allow more",
+            "{}: solver.moving_error_pct = {allowed_pct}: at {:.0} mm/s floored masses put the {nodes} nodes {:.1} % off with the {} substep(s) that fit a tick; {would}. Take fewer nodes, move more slowly, or allow more",
             scene.file,
             approach.speed_m_per_s * 1e3,
             best.rms_pct,
