@@ -57,6 +57,19 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize> Memory<N
     /// # Errors
     /// As [`Params::build`]; [`BuildError::TooLarge`] names the memory that is too small.
     pub fn start(&mut self, model: &Model, params: &Params) -> Result<(Tuned<'_>, State<'_>), BuildError> {
+        self.start_in_rounds(model, params, &mut || {})
+    }
+
+    /// [`Memory::start`] with [`Params::build_in_rounds`].
+    ///
+    /// # Errors
+    /// As [`Memory::start`].
+    pub fn start_in_rounds(
+        &mut self,
+        model: &Model,
+        params: &Params,
+        after_round: &mut dyn FnMut(),
+    ) -> Result<(Tuned<'_>, State<'_>), BuildError> {
         fill("nodes", &mut self.nodes, model.nodes.len(), Node::ZERO)?;
         fill("surface triangles", &mut self.candidates, model.triangles.len(), 0)?;
         fill("nodes", &mut self.node_step, model.nodes.len(), NodeStep::ZERO)?;
@@ -67,7 +80,7 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize> Memory<N
             fill("tet shapes", &mut self.shapes, TetShapes::count(model), TetShapes::ZERO)?;
             &mut self.shapes[..]
         };
-        let tuned = params.build(model, &mut self.node_step)?;
+        let tuned = params.build_in_rounds(model, &mut self.node_step, after_round)?;
         let state = State::new(model, &mut self.nodes, &mut self.candidates, shapes)?;
         if !tuned.relaxes() {
             return Ok((tuned, state));
@@ -78,11 +91,17 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize> Memory<N
     }
 
     /// Masses for `params`, and two arrays with a zero for each node: what a patch is judged with
-    /// before it is started. The patch in this memory is gone.
+    /// before it is started. The patch in this memory is gone. `after_round` is that of
+    /// [`Params::build_in_rounds`].
     ///
     /// # Errors
     /// As [`Params::build`]; [`BuildError::TooLarge`] names the memory that is too small.
-    pub fn judge(&mut self, model: &Model, params: &Params) -> Result<(Tuned<'_>, [&mut [f32]; 2]), BuildError> {
+    pub fn judge(
+        &mut self,
+        model: &Model,
+        params: &Params,
+        after_round: &mut dyn FnMut(),
+    ) -> Result<(Tuned<'_>, [&mut [f32]; 2]), BuildError> {
         fill("nodes", &mut self.node_step, model.nodes.len(), NodeStep::ZERO)?;
         let nodes = model.nodes.len();
         #[cfg(target_os = "none")]
@@ -99,7 +118,7 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize> Memory<N
             fill("nodes", b, nodes, 0.0)?;
             [&mut a[..], &mut b[..]]
         };
-        Ok((params.build(model, &mut self.node_step)?, scratch))
+        Ok((params.build_in_rounds(model, &mut self.node_step, after_round)?, scratch))
     }
 }
 

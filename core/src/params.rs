@@ -278,6 +278,20 @@ impl Params {
     /// The first parameter out of range, the first bad item of the model, or memory that is too
     /// small.
     pub fn build<'a>(&self, model: &Model, node_step: &'a mut [NodeStep]) -> Result<Tuned<'a>, BuildError> {
+        self.build_in_rounds(model, node_step, &mut || {})
+    }
+
+    /// [`Params::build`] for a controller that has to stay awake meanwhile: `after_round` is called
+    /// after each of the rounds in which the smooth fields are found, 128 passes of the springs.
+    ///
+    /// # Errors
+    /// As [`Params::build`].
+    pub fn build_in_rounds<'a>(
+        &self,
+        model: &Model,
+        node_step: &'a mut [NodeStep],
+        after_round: &mut dyn FnMut(),
+    ) -> Result<Tuned<'a>, BuildError> {
         self.check()?;
         model.check()?;
         if self.poisson_ratio != model.poisson_ratio {
@@ -287,7 +301,7 @@ impl Params {
         let node_step = node_step.get_mut(..need).ok_or(BuildError::TooLarge { item: "nodes", need, have })?;
         self.weigh(model, node_step);
         if node_step.iter().any(|node| node.added > 0.0) {
-            smooth::find(model, node_step);
+            smooth::find(model, node_step, after_round);
         }
         let gains = smooth::gains(model, node_step);
         Ok(self.derive(node_step, gains))

@@ -35,8 +35,8 @@ const ROUNDS: usize = 32;
 /// diagonal mass.
 const LEAST: f32 = 0.01;
 
-/// Finds the fields of these masses.
-pub(crate) fn find(model: &Model, node_step: &mut [NodeStep]) {
+/// Finds the fields of these masses; `after_round` is called after every round.
+pub(crate) fn find(model: &Model, node_step: &mut [NodeStep], after_round: &mut dyn FnMut()) {
     for (node, rest) in node_step.iter_mut().zip(model.nodes) {
         let [x, y, z] = rest.rest_m;
         node.smooth = if node.step > 0.0 { [1.0, x, y, z] } else { [0.0; FIELDS] };
@@ -47,6 +47,7 @@ pub(crate) fn find(model: &Model, node_step: &mut [NodeStep]) {
         for _ in 0..ROUNDS {
             scale(node_step, field);
             average(model, node_step, field);
+            after_round();
         }
         clear_of_earlier(node_step, field);
         scale(node_step, field);

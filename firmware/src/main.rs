@@ -46,7 +46,7 @@ fn main() -> ! {
     match duty {
         Duty::Script(script) => {
             let patch = or_stop(
-                Patch::open_within(&board::budget(), flash_patch::in_flash(), memory, None).map_err(Refusal::from),
+                Patch::open_within(&board::budget(), flash_patch::in_flash(), memory, None, &mut || {}).map_err(Refusal::from),
                 "no patch",
             );
             background.spawn(or_stop(telemetry::report(), "telemetry"));

@@ -64,12 +64,13 @@ impl<'a> Patch<'a> {
     /// # Errors
     /// As [`Patch::open_within`].
     pub fn open(bytes: &'a [u8], memory: &'a mut Memory, youngs_modulus_pa: Option<f32>) -> Result<Self, BuildError> {
-        Self::open_within(&Budget::M7_480, bytes, memory, youngs_modulus_pa)
+        Self::open_within(&Budget::M7_480, bytes, memory, youngs_modulus_pa, &mut || {})
     }
 
     /// Checks a packed patch and puts it at rest. The bytes start on a 4-byte boundary.
     /// `youngs_modulus_pa`, between half and twice the packed one, takes its place. Tick, cost and
     /// step are held to this board's own bounds, not to what the file says about itself.
+    /// `after_round` is called again and again meanwhile: opening a large patch lasts many ticks.
     ///
     /// # Errors
     /// When the patch is refused, does not fit the memory, costs more than the budget, or cannot be
@@ -79,31 +80,35 @@ impl<'a> Patch<'a> {
         bytes: &'a [u8],
         memory: &'a mut Memory,
         youngs_modulus_pa: Option<f32>,
+        after_round: &mut dyn FnMut(),
     ) -> Result<Self, BuildError> {
         let file = PatchFile::open(bytes)?;
+        after_round();
         let (model, mut params) = (file.model, file.params);
         // speeds and masses are told per tick: with another one the guard would admit other speeds
         within(TICK, params.tick_s, TICK_S, TICK_S)?;
         within(SUBSTEP, params.tick_s / f32::from(params.substeps.max(1)), 0.0, file.stable_dt_s)?;
         within(DASHPOT, params.contact_damping, LEAST_DASHPOT, 1.0)?;
         let packed_pa = params.youngs_modulus_pa;
-        let (mut tuned, scratch) = memory.judge(&model, &params)?;
+        let (mut tuned, scratch) = memory.judge(&model, &params, after_round)?;
         if model.spring_rows.is_empty() {
             // the board passes springs by rows: without them it would pass none
             return Err(BuildError::LengthMismatch { item: "spring rows", need: model.nodes.len(), have: 0 });
         }
         budget.check(&file, site::check(&file)?)?;
+        after_round();
         // twice the packed modulus may be asked for later
         let stiffest = Params { youngs_modulus_pa: 2.0 * packed_pa, ..params };
         // as the board runs it then: the fields stay, their gains are taken anew
         stiffest.retune(&model, &mut tuned);
         step::check(&model, &stiffest, &tuned, scratch)?;
+        after_round();
         if let Some(asked) = youngs_modulus_pa {
             within(MODULUS, asked, 0.5 * packed_pa, 2.0 * packed_pa)?;
             params.youngs_modulus_pa = asked;
         }
         let placement = Placement::new(file.site_m, params.probe.axis);
-        let (tuned, state) = memory.start(&model, &params)?;
+        let (tuned, state) = memory.start_in_rounds(&model, &params, after_round)?;
         Ok(Self { model, params, tuned, packed_pa, asked_pa: None, state, placement, resting: false })
     }
 

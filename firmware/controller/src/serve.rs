@@ -11,10 +11,12 @@ use crate::link::frame::FRAME_BYTES;
 use crate::link::inbox::Reply;
 use crate::link::{Change, FromBoard, Inbox, Receiver, Refusal, ToBoard, Upload, encode};
 use crate::patch::{Memory, Patch, PatchSlot};
+use palpate::BuildError;
 use palpate::haptic::device::{Sensed, SensorStatus};
 
 use crate::board::Board;
 use crate::config;
+use crate::force_out::Outputs;
 use crate::haptic_loop::HapticLoop;
 
 /// Timed, every so many ticks a record goes out: 50 a second, half of what a link of 115 200 baud
@@ -87,7 +89,7 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
         };
         let change = match bytes {
             Ok(None) => Ok(serve(haptic, &mut PatchSlot(None), Some(&mut *upload), &mut inbox, &mut line, pace).await),
-            Ok(Some(bytes)) => match Patch::open_within(&haptic.board.budget(), bytes, memory, modulus_pa) {
+            Ok(Some(bytes)) => match open(&mut haptic.board, bytes, memory, modulus_pa) {
                 Ok(patch) => {
                     let mut tissue = PatchSlot(Some(patch));
                     if asked_for {
@@ -131,6 +133,21 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
         };
         line.send(&mut haptic.board, &FromBoard::Refused(refusal));
     }
+}
+
+/// Opens a patch between two ticks. That may last longer than the watchdog waits, so it is fed
+/// meanwhile, but only as long as the pins say that the outputs are off.
+fn open<'a>(
+    board: &mut impl Board,
+    bytes: &'a [u8],
+    memory: &'a mut Memory,
+    modulus_pa: Option<f32>,
+) -> Result<Patch<'a>, BuildError> {
+    Patch::open_within(&board.budget(), bytes, memory, modulus_pa, &mut || {
+        if board.outputs() == Outputs::OFF {
+            board.feed_watchdog();
+        }
+    })
 }
 
 /// Ticks with one patch until the host wants another.

@@ -171,7 +171,7 @@ fn run(name: &str, mutants: usize, seed: u64) -> Seen {
             upload.part(at, piece).unwrap();
         }
         let whole = upload.whole().unwrap();
-        match Patch::open_within(&Budget::M7_480, whole, &mut memory, None) {
+        match Patch::open_within(&Budget::M7_480, whole, &mut memory, None, &mut || {}) {
             Err(error) => *seen.refused.entry(format!("{:?}", Refusal::from(error))).or_default() += 1,
             Ok(mut patch) => {
                 // counted by the host's figures, not by the board's own
@@ -187,7 +187,7 @@ fn run(name: &str, mutants: usize, seed: u64) -> Seen {
                 seen.pressed += 1;
                 seen.faulted += usize::from(press(&mut patch, file.model.depth_limit_m));
                 if n % ONE_IN == 0 {
-                    let patch = Patch::open_within(&Budget::M7_480, whole, &mut memory, None).unwrap();
+                    let patch = Patch::open_within(&Budget::M7_480, whole, &mut memory, None, &mut || {}).unwrap();
                     press_by_controller(patch);
                     seen.by_controller += 1;
                 }
@@ -243,7 +243,7 @@ fn upload_by_frames(bytes: &[u8], memory: &mut Memory) -> Result<usize, Refusal>
             }
         }
     }
-    let patch = Patch::open_within(&Budget::M7_480, upload.whole()?, memory, None)?;
+    let patch = Patch::open_within(&Budget::M7_480, upload.whole()?, memory, None, &mut || {})?;
     Ok(patch.model().nodes.len())
 }
 
@@ -280,5 +280,8 @@ fn another_tick_more_substeps_and_lighter_masses_are_refused_with_their_reason()
     assert_eq!(upload_by_frames(&many, &mut memory), Err(Refusal::PatchCost), "a thousand substeps");
     let board = Budget::M4F_168;
     let large = packed::on_words(&packed::shipped("block-m7-480.patch"));
-    assert_eq!(Patch::open_within(&board, large, &mut memory, None).map(|_| ()).map_err(Refusal::from), Err(Refusal::PatchCost));
+    assert_eq!(
+        Patch::open_within(&board, large, &mut memory, None, &mut || {}).map(|_| ()).map_err(Refusal::from),
+        Err(Refusal::PatchCost)
+    );
 }

@@ -31,7 +31,7 @@ fn changed_of(bytes: &[u8], change: impl FnOnce(&mut PatchFile<'_>)) -> &'static
 
 fn opened(budget: &Budget, bytes: &[u8]) -> Result<(), Refusal> {
     let mut memory = Box::new(Memory::RESERVED);
-    Patch::open_within(budget, bytes, &mut memory, None).map(|_| ()).map_err(Refusal::from)
+    Patch::open_within(budget, bytes, &mut memory, None, &mut || {}).map(|_| ()).map_err(Refusal::from)
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn cost_and_mass_are_the_boards_own_word() {
 
 fn told(bytes: &'static [u8]) -> Result<(), BuildError> {
     let mut memory = Box::new(Memory::RESERVED);
-    Patch::open_within(&Budget::M7_480, bytes, &mut memory, None).map(|_| ())
+    Patch::open_within(&Budget::M7_480, bytes, &mut memory, None, &mut || {}).map(|_| ())
 }
 
 #[test]

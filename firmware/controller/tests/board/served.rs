@@ -6,6 +6,8 @@ use std::task::{Context, Poll, Waker};
 
 use palpate::haptic::mode::Mode;
 use palpate_controller::controller::Arming;
+use palpate_controller::force_out::Outputs;
+use palpate_controller::haptic_loop::HapticLoop;
 use palpate_controller::link::frame::decode;
 use palpate_controller::link::message::HostAsk;
 use palpate_controller::link::{FromBoard, Refusal, ToBoard, Upload, encode};
@@ -14,12 +16,17 @@ use palpate_controller::serve::{Pace, run};
 
 use super::mock::{Mock, haptic_loop};
 
+/// Its masses are relative to neighbours, so that opening it takes 128 passes of its springs, twice.
+static RELATIVE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m7-480.patch"));
 static BLOCK: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m4f-168.patch"));
 
 /// Runs the service on the messages of a host that then goes away; returns the answers and the
 /// board.
 fn answers(messages: &[ToBoard<'_>]) -> (Vec<Vec<u8>>, Mock) {
-    let mut haptic = haptic_loop(Arming::OnRequest);
+    answers_of(haptic_loop(Arming::OnRequest), messages)
+}
+
+fn answers_of(mut haptic: HapticLoop<Mock>, messages: &[ToBoard<'_>]) -> (Vec<Vec<u8>>, Mock) {
     for (n, message) in messages.iter().enumerate() {
         let mut out = [0; palpate_controller::link::FRAME_BYTES];
         let frame = encode(n as u16 + 1, message, &mut out).unwrap();
@@ -102,4 +109,32 @@ fn damaged_bytes_are_counted_and_the_next_frame_is_taken() {
     }
     let state = haptic.board.to_host.pop().unwrap();
     decoded(state, |message| assert!(matches!(message, FromBoard::State { bad_frames: 1, .. }), "{message:?}"));
+}
+
+/// Messages that bring a patch over the link, after three ticks in which the board starts up.
+fn upload(bytes: &[u8]) -> Vec<ToBoard<'_>> {
+    let started = (1..=9).map(|n| pose(n, 2e-3));
+    let begin = ToBoard::PatchBegin(bytes.len() as u32);
+    let parts = bytes.chunks(192).zip((0..).step_by(192)).map(|(bytes, at)| ToBoard::PatchPart { at, bytes });
+    started.chain([begin]).chain(parts).chain([ToBoard::PatchEnd, pose(10, 2e-3)]).collect()
+}
+
+/// At 480 MHz the whole search lasts longer than the watchdog waits, one pass of the springs 0.1 ms.
+#[test]
+fn opening_a_large_patch_feeds_the_watchdog_while_the_outputs_are_off() {
+    let (frames, board) = answers(&upload(&RELATIVE.0));
+    let taken = frames.into_iter().find_map(|frame| {
+        decoded(frame, |message| match message {
+            FromBoard::PatchTaken(nodes) => Some(nodes),
+            FromBoard::Refused(refusal) => panic!("{refusal:?}"),
+            _ => None,
+        })
+    });
+    assert_eq!(taken, Some(121));
+    assert!(board.fed >= 10 + 2 * 128, "fed {} times", board.fed);
+    // pins that never went off: nothing vouches for the outputs, so the watchdog has to act
+    let mut stuck = haptic_loop(Arming::OnRequest);
+    stuck.board.stuck = Some(Outputs { enabled: true, ..Outputs::OFF });
+    let (_, board) = answers_of(stuck, &upload(&RELATIVE.0));
+    assert_eq!(board.fed, 0);
 }
