@@ -209,7 +209,7 @@ fn a_patch_that_only_its_packed_modulus_keeps_stable_is_refused() {
         let stable = |share: f32| {
             let params = Params { youngs_modulus_pa: share * file.params.youngs_modulus_pa, ..file.params };
             let mut memory = Box::new(Memory::RESERVED);
-            let (tuned, scratch) = memory.judge(&file.model, &params).unwrap();
+            let (tuned, scratch) = memory.judge(&file.model, &params, &mut || {}).unwrap();
             step::check(&file.model, &params, &tuned, scratch).is_ok()
         };
         assert_eq!(opened(&Budget::M4F_168, bytes).is_ok(), stable(2.0), "{} Pa", file.params.youngs_modulus_pa);
