@@ -1,7 +1,7 @@
 //! Limits between a model and a hand: how far a pose is believed, and which force may leave.
 //!
-//! There is no switch: a limit is a number that has to be in its range, and a [`LoopLimits`] can only
-//! be made from another by lowering. "Lower" is "stricter" for every one of them.
+//! There is no switch: a limit is a number that has to be in its range, and a [`LoopLimits`] can
+//! only be made from another by lowering. "Lower" is "stricter" for every one of them.
 
 mod force;
 mod freeze;

@@ -21,6 +21,9 @@ pub use glued::Glued;
 pub use rim::Rim;
 pub use sensitivity::Gradient;
 
+/// Where the tip stands above the surface before a press begins [m].
+pub const CLEAR_M: f64 = 1e-4;
+
 /// A point or a vector.
 pub type Vector = Vector3<f64>;
 

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::progress::Bar;
 use crate::error::Error;
-use palpate_lab::chart::{MovingPoint, Plan, Reference, Run, Summary, Task, measure, pictures, write};
+use palpate_lab::chart::{MovingPoint, Reference, Run, Scope, Summary, Task, measure, pictures, write};
 use palpate_lab::rivals::{Block, Method};
 use palpate_tissue::output::OutputFolder;
 
@@ -28,8 +28,8 @@ pub(super) struct ChartArgs {
 impl ChartArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let folder = OutputFolder::open(&self.out)?;
-        let plan = if self.quick { Plan::quick(self.moving) } else { Plan::full(self.moving) };
-        let runs = run_all(&plan)?;
+        let scope = if self.quick { Scope::quick(self.moving) } else { Scope::full(self.moving) };
+        let runs = run_all(&scope)?;
         let summary = Summary::of(&runs);
         write(&folder, &runs, &summary)?;
         pictures(&folder, &runs)?;
@@ -40,22 +40,22 @@ impl ChartArgs {
     }
 }
 
-fn run_all(plan: &Plan) -> Result<Vec<Run>, Error> {
+fn run_all(scope: &Scope) -> Result<Vec<Run>, Error> {
     let reference = Reference::block();
     let mut bar = Bar::default();
     let mut block: Option<Block> = None;
-    let mut runs = Vec::with_capacity(plan.tasks.len());
+    let mut runs = Vec::with_capacity(scope.tasks.len());
     let same_but_split =
         |a: &Task, b: &Task| (a.method, a.nodes, a.youngs_modulus_pa) == (b.method, b.nodes, b.youngs_modulus_pa);
     let mut done = 0;
-    for tasks in plan.tasks.chunk_by(same_but_split) {
+    for tasks in scope.tasks.chunk_by(same_but_split) {
         let Some(&task) = tasks.first() else { continue };
-        bar.show(done, plan.tasks.len(), format!("{} {} nodes", task.method.name(), task.nodes));
+        bar.show(done, scope.tasks.len(), format!("{} {} nodes", task.method.name(), task.nodes));
         done += tasks.len();
         if task.method == Method::Calibrated {
             // its patch brings its own mesh
             if let Some(own) = Block::calibrated(task.nodes, task.youngs_modulus_pa) {
-                runs.extend(measure(tasks, &own, &reference, plan.moving)?);
+                runs.extend(measure(tasks, &own, &reference, scope.moving)?);
             }
             continue;
         }
@@ -64,7 +64,7 @@ fn run_all(plan: &Plan) -> Result<Vec<Run>, Error> {
             Some(kept) => block.insert(kept),
             None => block.insert(Block::standard(task.nodes, task.youngs_modulus_pa)?),
         };
-        runs.extend(measure(tasks, block, &reference, plan.moving)?);
+        runs.extend(measure(tasks, block, &reference, scope.moving)?);
     }
     bar.clear();
     Ok(runs)

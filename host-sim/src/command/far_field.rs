@@ -6,7 +6,7 @@ use super::Common;
 use super::progress::Bar;
 use crate::error::Error;
 use palpate_lab::far_field::sliding::{Sliding, report};
-use palpate_lab::far_field::table::{Awake, Errors, Kind, Plan, Row, Setting, Summary, Table, awake, pictures, table, write};
+use palpate_lab::far_field::table::{Awake, Errors, Kind, Row, Scope, Setting, Summary, Table, awake, pictures, table, write};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
@@ -30,12 +30,12 @@ impl FarFieldArgs {
             return self.slide();
         }
         let scene = Scene::load(&self.common.scene)?;
-        let plan = if self.quick { Plan::quick() } else { Plan::full() };
-        let setting = Setting::of(&scene, plan.directions)?;
+        let scope = if self.quick { Scope::quick() } else { Scope::full() };
+        let setting = Setting::of(&scene, scope.directions)?;
         let folder = OutputFolder::open(&self.common.folder("far-field"))?;
         let mut bar = Bar::default();
-        let table = table(&scene, &plan, &mut |done, total, what| bar.show(done, total, what))?;
-        let awake = awake(&scene, &plan, &mut |done, total, what| bar.show(done, total, what))?;
+        let table = table(&scene, &scope, &mut |done, total, what| bar.show(done, total, what))?;
+        let awake = awake(&scene, &scope, &mut |done, total, what| bar.show(done, total, what))?;
         bar.clear();
         let summary = Summary::of(&scene.name, &setting, &table, &awake);
         write(&folder, &summary, &awake)?;

@@ -66,9 +66,9 @@ impl StabilityArgs {
     }
 
     fn methods(&self, folder: &OutputFolder) -> Result<model::Summary, Error> {
-        let plan = if self.quick { model::Plan::quick() } else { model::Plan::full() };
-        let progress = Progress::new(plan.steps() as u64, "presses and margins");
-        let matrix = model::run(&plan, &|| progress.inc(1));
+        let scope = if self.quick { model::Scope::quick() } else { model::Scope::full() };
+        let progress = Progress::new(scope.steps() as u64, "presses and margins");
+        let matrix = model::run(&scope, &|| progress.inc(1));
         progress.finish();
         let matrix = matrix?;
         let summary = model::Summary::of(&matrix);
@@ -80,8 +80,8 @@ impl StabilityArgs {
 }
 
 fn print_model(matrix: &model::Matrix, summary: &model::Summary) {
-    let moduli: Vec<String> = matrix.plan.moduli_pa.iter().map(|pa| (pa * 1e-3).to_string()).collect();
-    println!("{}; verdicts of {} cells a row", summary.scene, matrix.plan.moduli_pa.len() * matrix.plan.cases.len());
+    let moduli: Vec<String> = matrix.scope.moduli_pa.iter().map(|pa| (pa * 1e-3).to_string()).collect();
+    println!("{}; verdicts of {} cells a row", summary.scene, matrix.scope.moduli_pa.len() * matrix.scope.cases.len());
     println!("{:<28} {:<18} verdicts", "method", format!("steps {} kPa", moduli.join("/")));
     for row in &summary.rows {
         let substeps: Vec<String> = row.substeps.iter().map(u16::to_string).collect();

@@ -6,7 +6,7 @@
 use palpate::Limiters;
 use palpate_lab::rivals::Method;
 use palpate_lab::stability::model::{
-    Axis, Build, CASES, Case, Figures, Loading, Matrix, Plan, Promise, ROWS, Row, Stimulus, Subject, Trace, Verdict, judge,
+    Axis, Build, CASES, Case, Figures, Loading, Matrix, Promise, ROWS, Row, Scope, Stimulus, Subject, Trace, Verdict, judge,
     largest, margin, pictures, promises, run, write,
 };
 use palpate_tissue::output::OutputFolder;
@@ -132,14 +132,14 @@ fn methods_fail_where_they_are_known_to() {
 
 /// The whole column set, so that every promise is asked for.
 fn promised() -> Matrix {
-    let plan = Plan {
+    let scope = Scope {
         nodes: NODES,
         rows: vec![PALPATE, Row { method: Method::Calibrated, build: Build::Derived }],
         moduli_pa: vec![3.5e3, 100e3],
         cases: CASES.into_iter().filter(|c| c.promise != Promise::None).collect(),
         margins_at_pa: vec![],
     };
-    run(&plan, &|| ()).expect("built")
+    run(&scope, &|| ()).expect("built")
 }
 
 #[test]

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::places::random;
 use super::targets::Reference;
-use crate::statics::{Balance, Solver, Statics, Unbalanced, Vector};
+use crate::statics::{Balance, CLEAR_M, Solver, Statics, Unbalanced, Vector};
 use palpate_tissue::patch::Patch;
 
 /// Centred depths, fitted and held out, and depths over the disc [probe radii]: 0.5, 1, .. mm for a
@@ -23,7 +23,6 @@ const SEED: u64 = 2026;
 /// Dents are compared at these depths, this far around [probe radii].
 const DENTS_RADII: [f64; 2] = [0.25, 0.5];
 const DENT_AROUND: f64 = 2.5;
-const CLEAR_M: f64 = 1e-4;
 
 /// Error at one depth.
 #[derive(Clone, Copy, Debug, Serialize)]

@@ -7,10 +7,7 @@ use rayon::prelude::*;
 
 use super::targets::{GluedTarget, PlaceTarget, Targets};
 use super::{Measurement, Round, Unknowns};
-use crate::statics::{Balance, Solver, Statics, Unbalanced, Vector};
-
-/// The probe starts this far above the surface [m].
-const CLEAR_M: f64 = 1e-4;
+use crate::statics::{Balance, CLEAR_M, Solver, Statics, Unbalanced, Vector};
 
 /// Errors in units of their tolerance, one a measured number, and their slopes along the unknowns,
 /// row by row.

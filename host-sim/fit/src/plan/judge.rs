@@ -8,10 +8,11 @@ use serde::Serialize;
 use crate::calibrate::places::random;
 use crate::calibrate::targets::Reference;
 use crate::far_field::fitted::{JUDGED_PLACES, JUDGED_RADII, deepest_hold_m};
-use crate::statics::{Balance, Solver, Statics, Unbalanced, Vector};
+use crate::statics::{Balance, CLEAR_M, Solver, Statics, Unbalanced, Vector};
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::{Drive, Scene};
+use palpate_tissue::tissue::DEPTH_MARGIN;
 
 /// The worst place may be this many times the tolerance off.
 pub const WORST_RATIO: f64 = 2.5;
@@ -20,9 +21,6 @@ pub const WORST_RATIO: f64 = 2.5;
 const DEPTHS_RADII: [f64; 8] = [0.125, 0.1875, 0.25, 0.375, 0.5, 0.75, 1.0, 1.25];
 /// Depths this share apart are one.
 const SAME: f64 = 0.02;
-const CLEAR_M: f64 = 1e-4;
-/// A force drive without a limit presses this share of what the patch answers at most.
-const DEPTH_MARGIN: f64 = 1.25;
 
 /// Depths at which a patch of a scene is judged.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,8 +5,8 @@ use palpate::Fault;
 
 use super::cycles::m4f_cycles;
 use super::moving::Moving;
-use super::plan::Task;
 use super::reference::Reference;
+use super::scope::Task;
 use super::survive::{Failure, Survival, Trial, least_substeps, try_press};
 use super::timing::{TickTime, tick_time};
 use crate::error::Error;

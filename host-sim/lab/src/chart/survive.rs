@@ -14,7 +14,7 @@ pub const MOST_SUBSTEPS: u16 = 64;
 /// Speed of the press [m/s].
 const SPEED_M_PER_S: f64 = 0.1;
 /// Where the tip starts and ends above the surface [m].
-pub(super) const CLEAR_M: f64 = 5e-4;
+pub const CLEAR_M: f64 = 5e-4;
 /// Ticks in the hold and after the release.
 const WAIT_TICKS: usize = 400;
 /// Ticks over which it must stand still.

@@ -33,9 +33,9 @@ pub const PROMISED_PCT: f64 = 0.5;
 /// Smallest patch that is held to it [probe radii].
 pub const PROMISED_RADII: f64 = 2.0;
 
-/// Plan of a run: meshes, patch radii and directions.
+/// Scope of a run: meshes, patch radii and directions.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct Scope {
     /// Edge length under the probe [probe radii] and its growth per distance (1), for each
     /// fineness.
     pub fine: Vec<(f64, f64)>,
@@ -47,7 +47,7 @@ pub struct Plan {
     pub awake_nodes: Vec<usize>,
 }
 
-impl Plan {
+impl Scope {
     /// Two finenesses: a patch of two probe radii has about 75 nodes, or 165.
     #[must_use]
     pub fn full() -> Self {
@@ -136,10 +136,10 @@ pub struct Table {
 ///
 /// # Errors
 /// A scene that is no block, a patch that is not stiff at rest, or no patch at all.
-pub fn table(scene: &Scene, plan: &Plan, progress: &mut dyn FnMut(usize, usize, &str)) -> Result<Table, Error> {
-    let setting = Setting::of(scene, plan.directions)?;
+pub fn table(scene: &Scene, scope: &Scope, progress: &mut dyn FnMut(usize, usize, &str)) -> Result<Table, Error> {
+    let setting = Setting::of(scene, scope.directions)?;
     let mut table = Table::default();
-    let tasks: Vec<_> = plan.fine.iter().flat_map(|fine| plan.radii.iter().map(move |radii| (*fine, *radii))).collect();
+    let tasks: Vec<_> = scope.fine.iter().flat_map(|fine| scope.radii.iter().map(move |radii| (*fine, *radii))).collect();
     for (done, &((fine, growth), radii)) in tasks.iter().enumerate() {
         let r = setting.radius_m();
         let sizes = Sizes { radius_m: radii * r, fine_m: fine * r, fine_radius_m: r, growth, stroke_m: [0.0; 3] };

@@ -76,19 +76,19 @@ pub struct Cell {
     pub held: Trial,
 }
 
-/// Plan of the measurements: loop cases and encoder ceilings.
+/// Scope of the measurements: loop cases and encoder ceilings.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct Scope {
     /// Every device under every control; the shipped ones at delays 0, 1 and 2, then, if asked for,
     /// all at their own.
     cases: Vec<(String, DeviceProfile)>,
-    ceilings: ceiling::Plan,
+    ceilings: ceiling::Scope,
 }
 
 /// Devices that run at every delay.
 const SWEPT: [&str; 2] = ["touch", "frictionless"];
 
-impl Plan {
+impl Scope {
     /// `quick`: the Touch alone; `full`: every shipped profile too, at its own delay.
     ///
     /// # Errors
@@ -106,7 +106,7 @@ impl Plan {
                 cases.push(((*name).to_owned(), DeviceProfile::load(name)?));
             }
         }
-        Ok(Self { cases, ceilings: ceiling::Plan::new(quick, full)? })
+        Ok(Self { cases, ceilings: ceiling::Scope::new(quick, full)? })
     }
 
     /// Steps that [`LoopSummary::measure`] reports one by one.
@@ -136,8 +136,8 @@ impl LoopSummary {
     ///
     /// # Errors
     /// A device or a patch that the loop refuses.
-    pub fn measure(plan: &Plan, done: &(impl Fn() + Sync)) -> Result<Self, Error> {
-        let cases: Vec<_> = plan
+    pub fn measure(scope: &Scope, done: &(impl Fn() + Sync)) -> Result<Self, Error> {
+        let cases: Vec<_> = scope
             .cases
             .iter()
             .flat_map(|(name, device)| CONTROLS.iter().flat_map(move |c| HANDS.map(|hand| (name, device, hand, *c))))
@@ -157,7 +157,7 @@ impl LoopSummary {
             Ok(cell)
         };
         let cells: Vec<Cell> = cases.par_iter().map(measure).collect::<Result<_, BuildError>>()?;
-        let ceilings = plan.ceilings.measure(done)?;
+        let ceilings = scope.ceilings.measure(done)?;
         let broken = broken(&cells);
         let stiffest_tried_n_per_m = walls_n_per_m().last().unwrap_or(SOFTEST_N_PER_M);
         Ok(Self { step: STEP, stiffest_tried_n_per_m, cells, ceilings, broken })

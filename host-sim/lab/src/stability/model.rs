@@ -22,7 +22,7 @@ mod verdict;
 
 pub use case::{CASES, Case, Promise, QUICK_CASES, Stimulus};
 pub use margin::{Axis, Margin, largest, margin};
-pub use matrix::{Cell, MarginCell, Matrix, Plan, run};
+pub use matrix::{Cell, MarginCell, Matrix, Scope, run};
 pub use pictures::pictures;
 pub use press::{Loading, Trace, press};
 pub use promise::promises;

@@ -9,12 +9,11 @@ use super::choice::{Choice, axis};
 use super::device::{Holding, Port};
 use super::tissue::LiveTissue;
 use super::trace::{Head, Recorder};
+pub use crate::closed_loop::stimulus::CLEAR_M;
 use crate::closed_loop::watch::{Broken, Tick, Watch};
 use palpate_tissue::error::Error;
 use palpate_tissue::scene::TICK_S;
 
-/// Where the tip waits above the surface [m].
-pub const CLEAR_M: f64 = 5e-3;
 /// A pointer comes in jumps of a frame; the hand follows with this time constant [s] ...
 const FOLLOW_S: f64 = 8e-3;
 /// ... and no faster [m/s].

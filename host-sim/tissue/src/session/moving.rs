@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::moving::{Approach, SelfCheck, with_substeps};
 use crate::scene::{Drive, Scene, TICK_S};
 use crate::stable_step::{StableStep, substeps_for_taps};
+use crate::tissue::DEPTH_MARGIN;
 
 /// Moving error that is aimed at where a scene does not say [%].
 pub const DEFAULT_ERROR_PCT: f64 = 5.0;
@@ -19,9 +20,6 @@ pub const DEFAULT_ERROR_PCT: f64 = 5.0;
 const LEAST_SPEED_M_PER_S: f64 = 0.02;
 /// Multiples of the stable substeps that are tried.
 const TRIED: [u16; 5] = [1, 2, 3, 4, 6];
-/// Depth limit of the patch over the depth of the ramp that is tried, where the drive names no
-/// depth (1).
-const DEPTH_MARGIN: f64 = 1.25;
 
 /// Error while the probe moves as the scene says.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -1,6 +1,6 @@
 //! The front, and what `palpate chart` leaves behind.
 
-use palpate_lab::chart::{Plan, Reference, Task, front, front_of_three, measure};
+use palpate_lab::chart::{Reference, Scope, Task, front, front_of_three, measure};
 use palpate_lab::rivals::{Block, Method};
 use palpate_tests::palpate_command::{Desk, palpate};
 
@@ -41,8 +41,8 @@ fn shorter_substeps_take_the_floored_masses_out_of_a_moving_probe() {
     assert!(moving_split < 0.6 * moving, "{moving_split} % beside {moving} %");
     assert!(rows(5000.0, true).iter().all(|r| r.survived().unwrap().moving.is_none()));
     assert!(rows(20_000.0, false).iter().all(|r| r.survived().unwrap().moving.is_none()));
-    let splits = |plan: Plan| plan.tasks.iter().map(|t| t.refinement).max();
-    assert_eq!((splits(Plan::quick(false)), splits(Plan::quick(true))), (Some(1), Some(4)));
+    let splits = |scope: Scope| scope.tasks.iter().map(|t| t.refinement).max();
+    assert_eq!((splits(Scope::quick(false)), splits(Scope::quick(true))), (Some(1), Some(4)));
 }
 
 /// Cells of a line; none of the chart's texts has a comma.

@@ -9,12 +9,10 @@ use super::course::Course;
 use super::run::{Awake, Figures, Slide, largest, slide};
 use crate::error::Error;
 use palpate_fit::calibrate::targets::Reference;
-use palpate_fit::statics::{Solver, Statics, Unbalanced, Vector};
+use palpate_fit::statics::{CLEAR_M, Solver, Statics, Unbalanced, Vector};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::{MACHINES, Machine, triangles_in_reach};
 
-/// The probe comes from this far above the surface [m].
-const CLEAR_M: f64 = 1e-4;
 /// Spacing of the presses at rest along the way [m].
 const SPACING_M: f64 = 5e-4;
 /// Force error up to which a method counts as right [%].

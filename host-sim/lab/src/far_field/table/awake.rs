@@ -14,7 +14,7 @@ use faer::linalg::solvers::DenseSolveCore;
 use rayon::prelude::*;
 
 use super::presses::solver;
-use super::{Plan, Setting, graded};
+use super::{Scope, Setting, graded};
 use crate::error::Error;
 use palpate_fit::far_field::springs::rim_answers;
 use palpate_fit::far_field::{FarField, Sizes, springs};
@@ -147,11 +147,11 @@ struct Site<'a> {
     all: Vec<Option<f64>>,
 }
 
-/// Presses every mesh of the plan at every place with ever more nodes awake.
+/// Presses every mesh of the scope at every place with ever more nodes awake.
 ///
 /// # Errors
 /// A scene that is no block, or one that cannot be meshed.
-pub fn awake(scene: &Scene, plan: &Plan, progress: &mut dyn FnMut(usize, usize, &str)) -> Result<Awake, Error> {
+pub fn awake(scene: &Scene, scope: &Scope, progress: &mut dyn FnMut(usize, usize, &str)) -> Result<Awake, Error> {
     let setting = Setting::of(scene, 0)?;
     faer::set_global_parallelism(faer::Par::Seq);
     let half = scene.tissue.block_m.map_or(0.0, |size| 0.5 * size[0]);
@@ -159,10 +159,10 @@ pub fn awake(scene: &Scene, plan: &Plan, progress: &mut dyn FnMut(usize, usize, 
     let fits = |aside: &&f64| setting.site_m.x + (**aside + 1.0) * setting.radius_m() <= half;
     let places: Vec<f64> = PLACES_RADII.iter().filter(fits).map(|p| p * setting.radius_m()).collect();
     let mut found = Awake::default();
-    for (m, &nodes) in plan.awake_nodes.iter().enumerate() {
+    for (m, &nodes) in scope.awake_nodes.iter().enumerate() {
         let tissue = graded(scene, nodes)?;
         for (p, &aside_m) in places.iter().enumerate() {
-            progress(m * places.len() + p, plan.awake_nodes.len() * places.len(), &format!("{nodes} nodes, awake shares"));
+            progress(m * places.len() + p, scope.awake_nodes.len() * places.len(), &format!("{nodes} nodes, awake shares"));
             let site = Site::of(&setting, tissue.clone(), aside_m)?;
             let frozen: Vec<Frozen> =
                 SHARES.into_par_iter().map(|s| site.frozen(site.radius_m(s))).collect::<Result<_, Error>>()?;

@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::error::Error;
 use palpate_fit::calibrate::reference_map::ReferenceMap;
 use palpate_fit::calibrate::targets::Reference;
-use palpate_fit::statics::{Solver, Statics, Vector};
+use palpate_fit::statics::{CLEAR_M, Solver, Statics, Vector};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::Answer;
 use palpate_tissue::scene::Scene;
@@ -24,8 +24,6 @@ pub const ASIDE_RADII: [f64; ASIDES] = [0.5, 1.0];
 pub const ASIDES: usize = 2;
 /// Ways of the glued disc: pressed, sheared.
 const GLUED: [[f64; 3]; 2] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]];
-/// The probe starts this far above the surface [m].
-pub const CLEAR_M: f64 = 1e-4;
 
 /// Setting that all rows share.
 #[derive(Clone, Debug)]

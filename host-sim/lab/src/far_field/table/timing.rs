@@ -9,10 +9,10 @@ use palpate::method::Product;
 use palpate::{Model, Params, State, Terms, Tuned, Vector3};
 
 use super::Setting;
-use super::presses::CLEAR_M;
 use crate::error::Error;
 use crate::far_field::rim_treatment::{RimTreatment, RimTreatments};
 use crate::rivals::{DenseRim, LowRankRim, ModeRim, OnCore, Rival};
+use palpate_fit::statics::CLEAR_M;
 use palpate_tissue::clock::thread_time;
 use palpate_tissue::patch::RimSprings;
 use palpate_tissue::patch::{Memory, Patch};

@@ -80,9 +80,9 @@ pub fn felt_n_per_m(device: &DeviceProfile) -> f64 {
     (2.0 * device.friction_n).max(2.0 * FELT_N) / device.count_m
 }
 
-/// Plan of the measurement: devices, and the tissues of the climb.
+/// Scope of the measurement: devices, and the tissues of the climb.
 #[derive(Clone, Debug)]
-pub(super) struct Plan {
+pub(super) struct Scope {
     devices: Vec<(&'static str, DeviceProfile)>,
     climb_pa: Vec<f64>,
 }
@@ -96,7 +96,7 @@ struct Ready {
     curve: Vec<(f64, f64)>,
 }
 
-impl Plan {
+impl Scope {
     /// `quick`: the Touch on every other tissue of the climb.
     pub(super) fn new(quick: bool, full: bool) -> Result<Self, Error> {
         let swept = if quick { &super::SWEPT[..1] } else { &super::SWEPT[..] };

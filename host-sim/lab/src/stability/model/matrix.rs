@@ -8,9 +8,9 @@ use super::subject::{ROWS, Row, Subject};
 use super::verdict::Figures;
 use crate::error::Error;
 
-/// Plan of a run: rows, stiffnesses and columns, and where margins are searched.
+/// Scope of a run: rows, stiffnesses and columns, and where margins are searched.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct Scope {
     /// Nodes of the block.
     pub nodes: usize,
     /// Rows.
@@ -53,18 +53,18 @@ pub struct MarginCell {
     pub margin: Margin,
 }
 
-/// Everything that came out, in the plan's order: rows, stiffnesses, columns.
+/// Everything that came out, in the scope's order: rows, stiffnesses, columns.
 #[derive(Clone, Debug)]
 pub struct Matrix {
-    /// The plan.
-    pub plan: Plan,
+    /// The scope.
+    pub scope: Scope,
     /// Verdicts.
     pub cells: Vec<Cell>,
     /// Margins.
     pub margins: Vec<MarginCell>,
 }
 
-impl Plan {
+impl Scope {
     /// The whole matrix on the block of 410 nodes.
     #[must_use]
     pub fn full() -> Self {
@@ -102,20 +102,20 @@ impl Plan {
     }
 }
 
-/// Runs a plan; `done` is told of every step.
+/// Runs a scope; `done` is told of every step.
 ///
 /// # Errors
 /// A method that cannot be built.
-pub fn run(plan: &Plan, done: &(dyn Fn() + Sync)) -> Result<Matrix, Error> {
-    let tissues = plan.tissues();
+pub fn run(scope: &Scope, done: &(dyn Fn() + Sync)) -> Result<Matrix, Error> {
+    let tissues = scope.tissues();
     let mut places = Vec::new();
-    for &row in &plan.rows {
-        for &youngs_modulus_pa in &plan.moduli_pa {
+    for &row in &scope.rows {
+        for &youngs_modulus_pa in &scope.moduli_pa {
             places.extend(tissues.iter().map(|&inclusion| (row, youngs_modulus_pa, inclusion)));
         }
     }
     let set_up = |&(row, youngs_modulus_pa, inclusion): &(Row, f64, bool)| {
-        let subject = Subject::new(row, plan.nodes, youngs_modulus_pa, inclusion);
+        let subject = Subject::new(row, scope.nodes, youngs_modulus_pa, inclusion);
         done();
         Ok(subject?.map(|s| (youngs_modulus_pa, inclusion, s)))
     };
@@ -126,8 +126,8 @@ pub fn run(plan: &Plan, done: &(dyn Fn() + Sync)) -> Result<Matrix, Error> {
     let mut trials: Vec<(&(f64, bool, Subject), &Case)> = Vec::new();
     let mut searches = Vec::new();
     for subject in &subjects {
-        trials.extend(plan.cases.iter().filter(|c| of_case(c, subject)).map(|c| (subject, c)));
-        if !subject.1 && plan.margins_at_pa.contains(&subject.0) {
+        trials.extend(scope.cases.iter().filter(|c| of_case(c, subject)).map(|c| (subject, c)));
+        if !subject.1 && scope.margins_at_pa.contains(&subject.0) {
             searches.extend(Axis::ALL.map(|axis| (subject, axis)));
         }
     }
@@ -145,5 +145,5 @@ pub fn run(plan: &Plan, done: &(dyn Fn() + Sync)) -> Result<Matrix, Error> {
     };
     let cells = trials.par_iter().map(try_one).collect::<Result<_, Error>>()?;
     let margins = searches.par_iter().map(search_one).collect::<Result<_, Error>>()?;
-    Ok(Matrix { plan: plan.clone(), cells, margins })
+    Ok(Matrix { scope: scope.clone(), cells, margins })
 }

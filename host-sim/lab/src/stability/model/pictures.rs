@@ -70,7 +70,7 @@ fn rows(matrix: &Matrix, cells: impl Fn(&Row) -> Vec<HeatCell>) -> Vec<HeatRow> 
         let apart = last.replace(group(row)).is_some_and(|before| before != group(row));
         HeatRow { name: format!("{}, {}", row.name(), steps(matrix, row)), apart, cells: cells(row) }
     };
-    matrix.plan.rows.iter().filter(run).map(with_gap).collect()
+    matrix.scope.rows.iter().filter(run).map(with_gap).collect()
 }
 
 /// "1 step", "1–8 steps".
@@ -85,18 +85,18 @@ fn steps(matrix: &Matrix, row: &Row) -> String {
 }
 
 fn verdicts(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
-    let plan = &matrix.plan;
+    let scope = &matrix.scope;
     let kpa = |pa: &f64| (pa * 1e-3).to_string();
     // there is room for the first and the last of many
-    let ends = [0, plan.moduli_pa.len().saturating_sub(1)];
+    let ends = [0, scope.moduli_pa.len().saturating_sub(1)];
     let foot = |(n, pa): (usize, &f64)| if ends.contains(&n) { kpa(pa) } else { String::new() };
     let group = |case: &super::Case| HeatGroup {
         label: case.label.map(String::from),
-        feet: plan.moduli_pa.iter().enumerate().map(foot).collect(),
+        feet: scope.moduli_pa.iter().enumerate().map(foot).collect(),
     };
-    let groups: Vec<HeatGroup> = plan.cases.iter().map(group).collect();
+    let groups: Vec<HeatGroup> = scope.cases.iter().map(group).collect();
     let of_row = |row: &Row| {
-        let places = plan.cases.iter().flat_map(|case| plan.moduli_pa.iter().map(move |pa| (case.name, *pa)));
+        let places = scope.cases.iter().flat_map(|case| scope.moduli_pa.iter().map(move |pa| (case.name, *pa)));
         let cell = |(case, pa)| {
             let found = matrix.cells.iter().find(|c| c.row == *row && c.case.name == case && c.youngs_modulus_pa == pa);
             found.map_or_else(empty, |c| cell_look(&c.figures))
@@ -106,10 +106,10 @@ fn verdicts(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
     let rows = rows(matrix, of_row);
     let mut key: Vec<(HeatCell, &str)> = Verdict::ALL.map(|v| (look(v), meaning(v))).into();
     key.insert(1, (squeezed(), "J < 0.2"));
-    let moduli: Vec<String> = plan.moduli_pa.iter().map(kpa).collect();
+    let moduli: Vec<String> = scope.moduli_pa.iter().map(kpa).collect();
     let below = format!(
         "Block of {} nodes, 40 mm high, hemisphere R = 8 mm; presses at 40 mm/s; 8 mm if not said; from left {} kPa",
-        plan.nodes,
+        scope.nodes,
         moduli.join(", "),
     );
     let drawn = HeatMatrix {
@@ -124,7 +124,7 @@ fn verdicts(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
 }
 
 fn margins(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
-    let moduli = &matrix.plan.margins_at_pa;
+    let moduli = &matrix.scope.margins_at_pa;
     let label = |axis: Axis| match axis {
         Axis::Tick => ["longest tick [ms]", "press and tap"],
         Axis::Depth => ["deepest press [mm]", "at 40 mm/s"],

@@ -5,10 +5,9 @@ use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::{RngCore, SeedableRng};
 
 use super::case::Stimulus;
+use crate::chart::CLEAR_M;
 use crate::rivals::{Block, Rival};
 
-/// The tip starts and ends this far above the surface [m].
-const CLEAR_M: f64 = 5e-4;
 /// Hold, and time to come to rest after the release [s].
 const HOLD_S: f64 = 0.35;
 const REST_S: f64 = 0.5;

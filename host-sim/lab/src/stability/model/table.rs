@@ -64,16 +64,16 @@ impl Summary {
     /// Counts verdicts, promises and margins of a matrix.
     #[must_use]
     pub fn of(matrix: &Matrix) -> Self {
-        let rows = matrix.plan.rows.iter().filter_map(|row| {
+        let rows = matrix.scope.rows.iter().filter_map(|row| {
             let own: Vec<&Cell> = matrix.cells.iter().filter(|c| c.row == *row).collect();
             let of = |pa: &f64| own.iter().find(|c| c.youngs_modulus_pa == *pa && !c.case.inclusion).map(|c| c.substeps);
-            let substeps = matrix.plan.moduli_pa.iter().filter_map(of).collect();
+            let substeps = matrix.scope.moduli_pa.iter().filter_map(of).collect();
             let count = |verdict: Verdict| own.iter().filter(|c| c.figures.verdict == verdict).count();
             let verdicts = Verdict::ALL.map(|v| (v, count(v))).into_iter().filter(|(_, n)| *n > 0).collect();
             (!own.is_empty()).then(|| Counts { row: row.name(), substeps, verdicts })
         });
         Self {
-            scene: format!("block 80 x 80 x 40 mm of {} nodes, nu 0.45, hemisphere R = 8 mm", matrix.plan.nodes),
+            scene: format!("block 80 x 80 x 40 mm of {} nodes, nu 0.45, hemisphere R = 8 mm", matrix.scope.nodes),
             machine: palpate_tissue::machine::processor(),
             build: palpate_tissue::machine::build(),
             terms: [

@@ -1,4 +1,4 @@
-//! Plan of the chart: methods, sizes, stiffnesses.
+//! Scope of the chart: methods, sizes, stiffnesses.
 
 use crate::rivals::Method;
 
@@ -17,7 +17,7 @@ pub struct Task {
 
 /// Rows, mesh by mesh.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct Scope {
     /// Rows in the order of running: those of one mesh and stiffness together.
     pub tasks: Vec<Task>,
     /// Whether the moving error is measured too.
@@ -28,7 +28,7 @@ pub struct Plan {
 /// what more nodes gain.
 const REFINEMENTS: [u16; 3] = [1, 2, 4];
 
-impl Plan {
+impl Scope {
     /// Everything: 4 sizes, 3.5 and 20 kPa; 100 kPa as well where the probe moves.
     #[must_use]
     pub fn full(moving: bool) -> Self {
