@@ -247,8 +247,8 @@ impl<'a> Oracle<'a> {
         (0..x.len()).map(at_end).collect()
     }
 
-    /// Accelerations [m/s^2] by the documented approximation of the mass matrix; contact leaves each
-    /// node a share of the smooth fields' motion.
+    /// Accelerations [m/s^2] by the documented approximation of the mass matrix; contact leaves
+    /// each node a share of the smooth fields' motion.
     fn accelerations(&self, force_n: &[Vector], left: &[f64]) -> Vec<Vector> {
         let alone: Vec<Vector> =
             (0..force_n.len()).map(|n| if self.anchored[n] { Vector::zeros() } else { force_n[n] / self.mass_kg[n] }).collect();

@@ -12,8 +12,8 @@
 //! the patches' below 1.5, that is the factor `3 - 2 l` in place of `1 / l`: positive, so that the
 //! approximate matrix is a mass matrix too and adds no energy; 1 for a node between fixed ones,
 //! which sets the longest stable step; 3 for smooth motion, which therefore feels a third of the
-//! floor. What that factor lacks to `1 / l` on the smoothest fields is added (`core/src/smooth.rs`),
-//! so that they feel the matrix itself. Statics see no mass at all.
+//! floor. What that factor lacks to `1 / l` on the smoothest fields is added
+//! (`core/src/smooth.rs`), so that they feel the matrix itself. Statics see no mass at all.
 //!
 //! * in: `node.f`
 //! * out: `node.v`, `node.x`

@@ -3,9 +3,10 @@
 //! Tissue stiffens under the probe: the limit there is well below the limit at rest. So the patch
 //! is pressed to its depth limit with safely small substeps, and on the way the highest frequency
 //! of its tangent stiffness is found by power iteration. Symplectic Euler is stable while `dt w <
-//! 2`. Relaxation is left out: what answers at once is the elastic stiffness. Contact is implicit and takes no share of it. A tap squeezes
-//! harder for a few milliseconds, so the substeps that this bound asks for are then tried on a tap,
-//! and one is added until the patch comes to rest in it and after it.
+//! 2`. Relaxation is left out: what answers at once is the elastic stiffness. Contact is implicit
+//! and takes no share of it. A tap squeezes harder for a few milliseconds, so the substeps that
+//! this bound asks for are then tried on a tap, and one is added until the patch comes to rest in
+//! it and after it.
 
 use palpate::stages::{force, integrate};
 use palpate::{BuildError, GuardLimits, Model, Params, ProbePose, State, Terms, Tuned, Vector3, tick};

@@ -126,8 +126,8 @@ fn a_floor_on_every_node_is_seen() {
 }
 
 /// Without a truth, a patch is judged against itself with much shorter substeps. Up to 200 mm/s, at
-/// any stiffness and substep, the truth is never 3 % of the peak beyond what that tells, and what it
-/// tells is at most half as much again as the truth, and 2 %.
+/// any stiffness and substep, the truth is never 3 % of the peak beyond what that tells, and what
+/// it tells is at most half as much again as the truth, and 2 %.
 #[test]
 fn a_patch_knows_its_own_moving_error() {
     for nodes in [130, 410] {

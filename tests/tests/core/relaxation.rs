@@ -125,8 +125,8 @@ fn a_hold_fades_as_the_closed_form_everywhere() {
 struct Retreat {
     /// Depths at which it loses the tissue [m].
     off_m: [f64; 2],
-    /// Root mean square difference of the two forces on the way out, each over its own at the end of
-    /// the hold (1).
+    /// Root mean square difference of the two forces on the way out, each over its own at the end
+    /// of the hold (1).
     rms: f64,
 }
 
@@ -161,9 +161,9 @@ fn retreat(bench: &Bench, depth_m: f64, hold: usize, out_m_per_s: f64) -> Retrea
     }
 }
 
-/// Checks how far a patch is off: the depth at which the probe loses it, as a share of the depth pressed,
-/// and the force on the way out. A node's memory is as wide as its elements, so the edge of the
-/// contact is lost too early on coarse ones.
+/// Checks how far a patch is off: the depth at which the probe loses it, as a share of the depth
+/// pressed, and the force on the way out. A node's memory is as wide as its elements, so the edge
+/// of the contact is lost too early on coarse ones.
 fn leaves_as_ting_says(bench: &Bench, most_off: f64, most_rms: f64) {
     let nodes = bench.patch.wide_model().nodes.len();
     let bench = bench.clone().with(|p| p.relaxation = MEAT);

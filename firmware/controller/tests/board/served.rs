@@ -16,7 +16,8 @@ use palpate_controller::serve::{Pace, run};
 
 use super::mock::{Mock, haptic_loop};
 
-/// Its masses are relative to neighbours, so that opening it takes 128 passes of its springs, twice.
+/// Its masses are relative to neighbours, so that opening it takes 128 passes of its springs,
+/// twice.
 static RELATIVE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m7-480.patch"));
 static BLOCK: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m4f-168.patch"));
 
@@ -119,7 +120,8 @@ fn upload(bytes: &[u8]) -> Vec<ToBoard<'_>> {
     started.chain([begin]).chain(parts).chain([ToBoard::PatchEnd, pose(10, 2e-3)]).collect()
 }
 
-/// At 480 MHz the whole search lasts longer than the watchdog waits, one pass of the springs 0.1 ms.
+/// At 480 MHz the whole search lasts longer than the watchdog waits, one pass of the springs 0.1
+/// ms.
 #[test]
 fn opening_a_large_patch_feeds_the_watchdog_while_the_outputs_are_off() {
     let (frames, board) = answers(&upload(&RELATIVE.0));
