@@ -10,7 +10,7 @@ use palpate::{PatchFile, Vector3};
 use palpate_tests::bench::Bench;
 use palpate_tests::packed;
 use palpate_tissue::budget::MACHINES;
-use palpate_tissue::moving::{Approach, Ramp, RampError, SelfCheck, Site, with_substeps};
+use palpate_tissue::moving::{Approach, CourseError, Ramp, RampError, SelfCheck, Site, Truth, with_substeps};
 use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::session::Session;
@@ -20,6 +20,39 @@ fn shipped(name: &str) -> Bench {
     let file = PatchFile::open(packed::on_words(&packed::shipped(name))).unwrap();
     Bench { patch: Patch::of_file(&file), params: file.params }
 }
+
+/// Truth, and the most for: rms, peak [%].
+type CourseBound = (&'static str, f64, f64);
+
+const COURSES_OF_410: &[CourseBound] = &[
+    ("tap-3.5kpa-200", 3.5, 2.5),
+    ("tap-20kpa-200", 6.0, 6.0),
+    ("tap-aside-20kpa-100", 2.5, 1.5),
+    ("tap-100kpa-200", 7.0, 7.5),
+    ("swing-3.5kpa-10hz", 1.5, 0.5),
+    ("swing-20kpa-10hz", 1.5, 0.5),
+    ("swing-100kpa-10hz", 1.5, 1.0),
+    ("drag-3.5kpa-60", 1.5, 3.0),
+];
+const COURSES_OF_130: &[CourseBound] = &[
+    ("tap-3.5kpa-200", 3.0, 4.0),
+    ("tap-20kpa-200", 4.0, 2.0),
+    ("tap-aside-20kpa-100", 2.0, 1.0),
+    ("tap-100kpa-200", 5.0, 5.0),
+    ("swing-3.5kpa-10hz", 2.5, 3.5),
+    ("swing-20kpa-10hz", 1.0, 1.0),
+    ("swing-100kpa-10hz", 1.5, 0.5),
+    ("drag-3.5kpa-60", 1.5, 1.0),
+];
+const COURSES_OF_THE_BOARD: &[CourseBound] = &[
+    ("tap-3.5kpa-200", 2.0, 2.5),
+    ("tap-20kpa-200", 7.0, 7.5),
+    ("tap-100kpa-200", 9.5, 9.5),
+    ("swing-3.5kpa-10hz", 1.5, 0.5),
+    ("swing-20kpa-10hz", 2.5, 3.0),
+    ("swing-100kpa-10hz", 3.5, 4.5),
+    ("drag-3.5kpa-60", 4.0, 6.0),
+];
 
 /// Presses as the truth did, tick by tick.
 fn errors(bench: &Bench, truth: &str) -> RampError {
@@ -113,6 +146,35 @@ fn the_boards_own_patch() {
             ("centre-100kpa-200", 72.0, 12.0, 10.0),
         ],
     );
+}
+
+/// Motions that no constant was chosen by: taps that come back, swings, a drag.
+#[test]
+fn taps_swings_and_drags() {
+    let mut beyond = Vec::new();
+    for (name, bench, bounds) in [
+        ("410 nodes", Bench::calibrated(410), COURSES_OF_410),
+        ("130 nodes", Bench::calibrated(130), COURSES_OF_130),
+        ("board", shipped("block-m4f-168.patch"), COURSES_OF_THE_BOARD),
+    ] {
+        for (truth, most_rms, most_peak) in bounds {
+            let truth = Truth::named(truth).unwrap();
+            let aside_m = if truth.site == Site::Aside { 0.00785 } else { 0.0 };
+            let site_m = bench.patch.site_m() + Vector3::x() * aside_m;
+            let e = CourseError::of(&truth, &bench.patch, &bench.params, site_m)
+                .unwrap()
+                .unwrap_or_else(|fault| panic!("{}: {fault}", truth.name));
+            let told = format!(
+                "{name:>9} {:<20} {:5.1} % rms, across {:5.1} %, peak {:+5.1} %",
+                truth.name, e.rms_pct, e.across_rms_pct, e.peak_pct
+            );
+            println!("{told}");
+            if e.rms_pct > *most_rms || e.peak_pct.abs() > *most_peak {
+                beyond.push(told);
+            }
+        }
+    }
+    assert!(beyond.is_empty(), "beyond what is promised:\n{}", beyond.join("\n"));
 }
 
 /// The yardstick sees what it is for: with the floor on each node by itself the same patch is

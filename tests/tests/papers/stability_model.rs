@@ -209,6 +209,19 @@ fn jitter_moves_the_poses_and_keeps_their_order() {
     assert!((0.0..1e-5).contains(&least) && (7e-5..8e-5).contains(&most), "{least} to {most} m a tick");
 }
 
+/// A margin below one is searched on ticks down to a third of a millisecond.
+#[test]
+fn every_tick_of_the_search_can_be_built() {
+    for method in [Method::Palpate, Method::Calibrated] {
+        let subject = subject(method, 20e3);
+        for value in Axis::Tick.range() {
+            let shallow = Stimulus { depth_m: 1e-3, ..case("press-20").stimulus };
+            let stood = subject.with_tick((value * 1e-3) as f32).stand(&shallow);
+            assert!(stood.is_ok(), "{value} ms: {stood:?}");
+        }
+    }
+}
+
 /// The product's margins against what bounds them independently: its depth limit, and the highest
 /// frequency of its pressed stiffness.
 #[test]

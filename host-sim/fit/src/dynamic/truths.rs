@@ -39,6 +39,11 @@ impl Computed for Truth {
         let speed = |mm_per_s: u32| f64::from(mm_per_s) / 1000.0;
         match self.course {
             Course::Ramp { speed_mm_per_s, hold_ms } => Motion::ramp(speed(speed_mm_per_s), 0.004, f64::from(hold_ms) / 1000.0),
+            Course::Tap { speed_mm_per_s } => Motion::tap(speed(speed_mm_per_s), 0.004, 0.02),
+            Course::Swing { frequency_hz } => {
+                let [mean_m, amplitude_m] = Course::SWING_M;
+                Motion::sinusoid([0.04, 0.05], mean_m, amplitude_m, f64::from(frequency_hz), 2.0)
+            }
             Course::Drag { speed_mm_per_s } => Motion::drag([0.04, 0.05], 0.003, speed(speed_mm_per_s), 0.012),
         }
     }
@@ -46,7 +51,8 @@ impl Computed for Truth {
     fn spacing_s(&self) -> f64 {
         match self.course {
             Course::Ramp { speed_mm_per_s, .. } if speed_mm_per_s >= 200 => 5e-4,
-            Course::Ramp { .. } | Course::Drag { .. } => 1e-3,
+            Course::Tap { .. } => 5e-4,
+            Course::Ramp { .. } | Course::Swing { .. } | Course::Drag { .. } => 1e-3,
         }
     }
 
@@ -59,8 +65,8 @@ impl Computed for Truth {
             (Site::Aside, _) => (500, 0.004),
             (Site::Askew, _) => (700, 0.004),
         };
-        let (Course::Ramp { speed_mm_per_s, .. } | Course::Drag { speed_mm_per_s }) = self.course;
-        let step_s = if speed_mm_per_s < 100 { 2e-3 } else { 1e-3 };
+        let slow = !matches!(self.course, Course::Swing { .. }) && self.course.speed_mm_per_s() < 100;
+        let step_s = if slow { 2e-3 } else { 1e-3 };
         Settings { corner_nodes, fine_radius_m: Some(fine_radius_m), step_s, ..Settings::default() }
     }
 

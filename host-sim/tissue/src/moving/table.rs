@@ -35,14 +35,26 @@ impl Table {
     /// Force on the probe over Young's modulus at a time [m^2], straight between rows.
     #[must_use]
     pub fn force_over_e_m2(&self, t_s: f64) -> [f64; 3] {
+        self.at(t_s).force_over_e_m2
+    }
+
+    /// The instant at a time, straight between rows; beyond them the nearest row.
+    #[must_use]
+    pub fn at(&self, t_s: f64) -> Row {
         let next = self.rows.partition_point(|row| row.t_s < t_s);
         match (next.checked_sub(1).and_then(|n| self.rows.get(n)), self.rows.get(next)) {
             (Some(low), Some(high)) => {
                 let share = (t_s - low.t_s) / (high.t_s - low.t_s);
-                [0, 1, 2].map(|k| low.force_over_e_m2[k] + (high.force_over_e_m2[k] - low.force_over_e_m2[k]) * share)
+                let between = |low: f64, high: f64| low + (high - low) * share;
+                Row {
+                    t_s,
+                    depth_m: between(low.depth_m, high.depth_m),
+                    across_m: between(low.across_m, high.across_m),
+                    force_over_e_m2: [0, 1, 2].map(|k| between(low.force_over_e_m2[k], high.force_over_e_m2[k])),
+                }
             }
-            (None, Some(only)) | (Some(only), None) => only.force_over_e_m2,
-            (None, None) => [0.0; 3],
+            (None, Some(only)) | (Some(only), None) => *only,
+            (None, None) => Row { t_s, depth_m: 0.0, across_m: 0.0, force_over_e_m2: [0.0; 3] },
         }
     }
 

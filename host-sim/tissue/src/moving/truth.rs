@@ -31,6 +31,16 @@ pub enum Course {
         /// Time held [ms].
         hold_ms: u32,
     },
+    /// Ramp to 4 mm, 20 ms there, back to the rest surface at the same speed, and 20 ms there.
+    Tap {
+        /// Speed [mm/s].
+        speed_mm_per_s: u32,
+    },
+    /// Two swings by 1.5 mm about a depth of 2.5 mm, after a ramp at 40 mm/s and 50 ms of rest.
+    Swing {
+        /// Frequency [Hz].
+        frequency_hz: u32,
+    },
     /// Drag of 12 mm at 3 mm depth, after a ramp at 40 mm/s and 50 ms of rest.
     Drag {
         /// Speed across [mm/s].
@@ -39,13 +49,17 @@ pub enum Course {
 }
 
 impl Course {
-    /// Speed of its main part [mm/s].
+    /// Largest speed of its main part [mm/s], rounded down.
     #[must_use]
     pub fn speed_mm_per_s(self) -> u32 {
         match self {
-            Self::Ramp { speed_mm_per_s, .. } | Self::Drag { speed_mm_per_s } => speed_mm_per_s,
+            Self::Ramp { speed_mm_per_s, .. } | Self::Tap { speed_mm_per_s } | Self::Drag { speed_mm_per_s } => speed_mm_per_s,
+            Self::Swing { frequency_hz } => (std::f64::consts::TAU * f64::from(frequency_hz) * Self::SWING_M[1] * 1e3) as u32,
         }
     }
+
+    /// Mean depth and amplitude of a swing [m].
+    pub const SWING_M: [f64; 2] = [0.0025, 0.0015];
 }
 
 /// A stored truth.
@@ -76,7 +90,7 @@ macro_rules! truth {
 }
 
 /// Every stored truth.
-pub const TRUTHS: [Truth; 22] = [
+pub const TRUTHS: [Truth; 29] = [
     truth!("centre-3.5kpa-40", Centre, 3.5, Ramp { speed_mm_per_s: 40, hold_ms: 100 }),
     truth!("centre-3.5kpa-100", Centre, 3.5, Ramp { speed_mm_per_s: 100, hold_ms: 100 }),
     truth!("centre-3.5kpa-200", Centre, 3.5, Ramp { speed_mm_per_s: 200, hold_ms: 100 }),
@@ -98,6 +112,13 @@ pub const TRUTHS: [Truth; 22] = [
     truth!("aside-100kpa-40", Aside, 100.0, Ramp { speed_mm_per_s: 40, hold_ms: 40 }),
     truth!("aside-100kpa-200", Aside, 100.0, Ramp { speed_mm_per_s: 200, hold_ms: 40 }),
     truth!("askew-3.5kpa-200", Askew, 3.5, Ramp { speed_mm_per_s: 200, hold_ms: 40 }),
+    truth!("tap-3.5kpa-200", Centre, 3.5, Tap { speed_mm_per_s: 200 }),
+    truth!("swing-3.5kpa-10hz", Centre, 3.5, Swing { frequency_hz: 10 }),
+    truth!("tap-20kpa-200", Centre, 20.0, Tap { speed_mm_per_s: 200 }),
+    truth!("swing-20kpa-10hz", Centre, 20.0, Swing { frequency_hz: 10 }),
+    truth!("tap-100kpa-200", Centre, 100.0, Tap { speed_mm_per_s: 200 }),
+    truth!("swing-100kpa-10hz", Centre, 100.0, Swing { frequency_hz: 10 }),
+    truth!("tap-aside-20kpa-100", Aside, 20.0, Tap { speed_mm_per_s: 100 }),
     truth!("drag-3.5kpa-60", Centre, 3.5, Drag { speed_mm_per_s: 60 }),
 ];
 

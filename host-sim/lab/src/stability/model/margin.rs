@@ -37,8 +37,7 @@ impl Axis {
         }
     }
 
-    /// From where to where it is searched. The core refuses a tick over 2 ms or under 0.3 ms with
-    /// the foundation of 1 ms.
+    /// From where to where it is searched. The core refuses a tick over 2 ms.
     #[must_use]
     pub fn range(self) -> [f64; 2] {
         match self {
