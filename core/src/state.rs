@@ -7,6 +7,7 @@ use crate::fault::{BuildError, Fault};
 use crate::lanes::{ROW, Row, add, row, vector};
 use crate::model::Model;
 use crate::params::MOST_TERMS;
+use crate::stages::force::friction::{Bristle, Rubbed};
 
 /// A node in motion.
 #[derive(Clone, Copy, Debug)]
@@ -83,6 +84,7 @@ pub struct Held {
     shaft: bool,
     seat: Seat,
     body: Seat,
+    substep: u32,
     fault: Option<Fault>,
 }
 
@@ -112,6 +114,8 @@ pub struct State<'a> {
     pub(crate) shapes: &'a mut [TetShapes],
     /// Memory of the relaxation, shape \[nodes\]; may be empty where nothing relaxes.
     pub(crate) faded: &'a mut [Faded],
+    /// Bristles of the friction, shape \[nodes\]; may be empty where nothing rubs.
+    pub(crate) bristles: &'a mut [Bristle],
     /// Surface triangles near the probe in this tick.
     pub(crate) candidates: &'a mut [u16],
     /// How many of `candidates` are valid.
@@ -139,6 +143,11 @@ pub struct State<'a> {
     pub(crate) seat: Seat,
     /// Tet at which the probe's body was located last.
     pub(crate) body: Seat,
+    /// Counts the substeps of a probe that rubs, wrapping: a bristle that is not of the last one
+    /// has lost it.
+    pub(crate) substep: u32,
+    /// Friction of this tick; nothing where nothing rubs.
+    pub(crate) rubbed: Rubbed,
     pub(crate) fault: Option<Fault>,
 }
 
@@ -177,11 +186,12 @@ impl<'a> State<'a> {
         fits("nodes", model.nodes.len(), nodes.len())?;
         fits("surface triangles", model.triangles.len(), candidates.len())?;
         fits("tet shapes", TetShapes::count(model), shapes.len())?;
-        let Held { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, fault } =
+        let Held { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, substep, fault } =
             held;
         Ok(Self {
             shapes: &mut shapes[..TetShapes::count(model)],
             faded: &mut [],
+            bristles: &mut [],
             nodes: &mut nodes[..model.nodes.len()],
             candidates: &mut candidates[..model.triangles.len()],
             near,
@@ -196,6 +206,8 @@ impl<'a> State<'a> {
             shaft,
             seat,
             body,
+            substep,
+            rubbed: Rubbed::NONE,
             fault,
         })
     }
@@ -212,13 +224,24 @@ impl<'a> State<'a> {
         Ok(self)
     }
 
+    /// Gives the state memory for a probe that rubs, as [`Self::with_relaxation`] does for tissue
+    /// that relaxes.
+    ///
+    /// # Errors
+    /// [`BuildError::TooLarge`]: an entry per node does not fit.
+    pub fn with_friction(mut self, bristles: &'a mut [Bristle]) -> Result<Self, BuildError> {
+        let (need, have) = (self.nodes.len(), bristles.len());
+        self.bristles = bristles.get_mut(..need).ok_or(BuildError::TooLarge { item: "nodes with friction", need, have })?;
+        Ok(self)
+    }
+
     /// The part of the state that is not in the borrowed arrays.
     #[must_use]
     pub fn held(&self) -> Held {
         let Self {
-            near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, fault, ..
+            near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, substep, fault, ..
         } = *self;
-        Held { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, fault }
+        Held { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, substep, fault }
     }
 
     /// Back to rest; clears a latched fault.
@@ -227,6 +250,7 @@ impl<'a> State<'a> {
             *node = Node { x: row(rest.rest_m.into()), ..Node::ZERO };
         }
         self.faded.fill(Faded::ZERO);
+        self.bristles.fill(Bristle::ZERO);
         self.near = 0;
         self.tip_m = None;
         self.touch = None;
@@ -239,6 +263,7 @@ impl<'a> State<'a> {
         self.shaft = false;
         self.seat = Seat::default();
         self.body = Seat::default();
+        (self.substep, self.rubbed) = (0, Rubbed::NONE);
         self.fault = None;
     }
 
@@ -253,6 +278,9 @@ impl<'a> State<'a> {
         for (to, from) in self.faded.iter_mut().zip(other.faded.iter()) {
             *to = *from;
         }
+        for (to, from) in self.bristles.iter_mut().zip(other.bristles.iter()) {
+            *to = *from;
+        }
         self.near = other.near;
         self.tip_m = other.tip_m;
         self.touch = other.touch;
@@ -265,6 +293,7 @@ impl<'a> State<'a> {
         self.shaft = other.shaft;
         self.seat = other.seat;
         self.body = other.body;
+        (self.substep, self.rubbed) = (other.substep, other.rubbed);
         self.fault = other.fault;
     }
 

@@ -23,6 +23,7 @@
 
 use nalgebra::Vector3;
 
+use super::friction::{self, Touch};
 use super::relaxation;
 use crate::lanes::{ROW, add, row, sqrt, vector};
 use crate::model::Model;
@@ -112,11 +113,10 @@ pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32
         true => press_points::<Nine, 9>(model, tuned, state, tip_m, centre, &mut load),
         false => press_points::<Four, 4>(model, tuned, state, tip_m, centre, &mut load),
     }
-    if tuned.relaxes() {
-        settle::<true>(model, tuned, state, centre, velocity_m_per_s, &mut load);
-        relaxation::fade(tuned, state);
+    if tuned.remembers {
+        settle_remembering(model, tuned, state, centre, velocity_m_per_s, &mut load);
     } else {
-        settle::<false>(model, tuned, state, centre, velocity_m_per_s, &mut load);
+        settle::<false, false>(model, tuned, state, centre, velocity_m_per_s, &mut load);
     }
     // points were summed relative to the probe's centre
     load.point += centre * load.push;
@@ -170,10 +170,9 @@ fn press_points<P: Points<Q>, const Q: usize>(
     }
 }
 
-/// Takes the push at every touched node at the end of the substep. If `RELAXING`, it is left in
-/// `node.pass` for [`relaxation::fade`]: what fades is the elastic force alone.
-#[inline(always)]
-fn settle<const RELAXING: bool>(
+/// [`settle`] where the tissue relaxes or the probe rubs.
+#[inline(never)]
+fn settle_remembering(
     model: &Model,
     tuned: &Tuned,
     state: &mut State,
@@ -181,6 +180,31 @@ fn settle<const RELAXING: bool>(
     velocity_m_per_s: Vector3<f32>,
     load: &mut Load,
 ) {
+    match (tuned.relaxes(), tuned.rubs()) {
+        (true, true) => settle::<true, true>(model, tuned, state, centre, velocity_m_per_s, load),
+        (true, false) => settle::<true, false>(model, tuned, state, centre, velocity_m_per_s, load),
+        (false, _) => settle::<false, true>(model, tuned, state, centre, velocity_m_per_s, load),
+    }
+    if tuned.relaxes() {
+        relaxation::fade(tuned, state);
+    }
+}
+
+/// Takes the push at every touched node at the end of the substep. If `RELAXING`, it is left in
+/// `node.pass` for [`relaxation::fade`]: what fades is the elastic force alone. If `RUBBING`, the
+/// force along the surface goes the same way; the load on the probe has the push alone.
+#[inline(always)]
+fn settle<const RELAXING: bool, const RUBBING: bool>(
+    model: &Model,
+    tuned: &Tuned,
+    state: &mut State,
+    centre: Vector3<f32>,
+    velocity_m_per_s: Vector3<f32>,
+    load: &mut Load,
+) {
+    if RUBBING {
+        state.substep = state.substep.wrapping_add(1);
+    }
     for &index in state.candidates.iter().take(state.near) {
         let Some(triangle) = model.triangles.get(usize::from(index)) else { continue };
         for &n in &triangle.node {
@@ -195,15 +219,32 @@ fn settle<const RELAXING: bool>(
                     Some(faded) => implicit_relaxing(node, faded, inertia.step, tuned, velocity_m_per_s),
                     None => implicit(node, inertia.step, tuned, velocity_m_per_s),
                 };
+                let mut on_node = f;
+                if RUBBING && let Some(bristle) = state.bristles.get_mut(n) {
+                    let touch = Touch {
+                        from_centre_m: vector(&node.x) - centre,
+                        push: f,
+                        length: push,
+                        slope: node.slope,
+                        yields: tuned.lumping_s * inertia.step,
+                        moves_m: vector(&node.v) * (tuned.substep_s * tuned.keep) - velocity_m_per_s * tuned.contact_damping_s,
+                        others: vector(&node.f),
+                        faded: faded.map_or(ZERO, Faded::sum),
+                    };
+                    let along = friction::rub(bristle, &touch, tuned, state.substep);
+                    on_node += along;
+                    state.rubbed.force += along;
+                    state.rubbed.most += tuned.friction * push;
+                }
                 node.slope = 0.0;
                 if tuned.relative_mass {
                     node.free = free;
                 }
                 if RELAXING {
-                    node.pass = row(f);
+                    node.pass = row(on_node);
                 } else {
                     node.pass = [0.0; ROW];
-                    add(&mut node.f, &row(f));
+                    add(&mut node.f, &row(on_node));
                 }
                 load.force += f;
                 load.push += push;
