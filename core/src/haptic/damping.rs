@@ -234,6 +234,23 @@ mod tests {
     }
 
     #[test]
+    fn a_probe_that_sticks_is_damped_along_the_surface_too_and_one_that_slips_feels_friction_alone() {
+        let velocity = Vector3::new(0.02, 0.0, 0.0);
+        let damping = moving(&DampingSettings::safe(1e-3, 1e-3), velocity);
+        let held = |along_n: f32, grip_n: f32| {
+            let output = Output { grip_n, ..contact(Vector3::new(along_n, 0.0, 1.0), Vector3::z(), 2e-3) };
+            damping.damp(&output, 400.0)
+        };
+        let added_n = (3e-3 * 400.0 + 0.3) * 0.02;
+        assert!((held(-0.1, 0.5).x - (-0.1 - added_n)).abs() < 1e-6, "it sticks");
+        assert!((held(0.1, 0.5).x - (0.1 - added_n)).abs() < 1e-6, "what springs back is damped as well");
+        assert!((held(-0.49, 0.5).x + 0.5).abs() < 1e-6, "no more than friction bears");
+        assert!((held(-0.5, 0.5).x + 0.5).abs() < 1e-6, "it slips");
+        assert_eq!(held(-0.3, 0.0), Vector3::new(-0.3, 0.0, 1.0), "no friction: passed on as it is");
+        assert!((held(-0.1, 0.5).z - 1.0).abs() < 1e-6, "nothing along the normal");
+    }
+
+    #[test]
     fn the_hertz_slope_is_that_of_a_power_of_three_halves() {
         let force_at = |d: f32| 30.0 * d * crate::lanes::sqrt(d);
         let (d, h) = (4e-3_f32, 1e-5_f32);

@@ -39,7 +39,7 @@ impl Bristle {
     pub const ZERO: Self = Self { root_m: Vector3::new(0.0, 0.0, 0.0), slope: 0.0, substep: 0 };
 }
 
-/// What friction has done in this tick.
+/// Friction of a tick.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rubbed {
     /// Sum over the substeps of the force on the tissue over E [N/Pa].
@@ -66,9 +66,9 @@ pub(super) struct Touch {
     pub yields: f32,
     /// Displacement in the substep by the velocities of node and probe [m].
     pub moves_m: Vector3<f32>,
-    /// What else acts on the node over E [N/Pa].
+    /// Sum of all else that acts on the node over E [N/Pa].
     pub others: Vector3<f32>,
-    /// What has faded there over E [N/Pa].
+    /// Forces that have faded there over E [N/Pa].
     pub faded: Vector3<f32>,
 }
 
