@@ -84,7 +84,7 @@ pub struct Held {
     shaft: bool,
     seat: Seat,
     body: Seat,
-    substep: u32,
+    rubbing: usize,
     fault: Option<Fault>,
 }
 
@@ -114,7 +114,7 @@ pub struct State<'a> {
     pub(crate) shapes: &'a mut [TetShapes],
     /// Memory of the relaxation, shape \[nodes\]; may be empty where nothing relaxes.
     pub(crate) faded: &'a mut [Faded],
-    /// Bristles of the friction, shape \[nodes\]; may be empty where nothing rubs.
+    /// Bristles of nodes that touch; may be empty where nothing rubs.
     pub(crate) bristles: &'a mut [Bristle],
     /// Surface triangles near the probe in this tick.
     pub(crate) candidates: &'a mut [u16],
@@ -143,9 +143,8 @@ pub struct State<'a> {
     pub(crate) seat: Seat,
     /// Tet at which the probe's body was located last.
     pub(crate) body: Seat,
-    /// Counts the substeps of a probe that rubs, wrapping: a bristle that is not of the last one
-    /// has lost it.
-    pub(crate) substep: u32,
+    /// How many of `bristles` touched in the last substep.
+    pub(crate) rubbing: usize,
     /// Friction of this tick; nothing where nothing rubs.
     pub(crate) rubbed: Rubbed,
     pub(crate) fault: Option<Fault>,
@@ -186,7 +185,7 @@ impl<'a> State<'a> {
         fits("nodes", model.nodes.len(), nodes.len())?;
         fits("surface triangles", model.triangles.len(), candidates.len())?;
         fits("tet shapes", TetShapes::count(model), shapes.len())?;
-        let Held { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, substep, fault } =
+        let Held { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, rubbing, fault } =
             held;
         Ok(Self {
             shapes: &mut shapes[..TetShapes::count(model)],
@@ -206,7 +205,7 @@ impl<'a> State<'a> {
             shaft,
             seat,
             body,
-            substep,
+            rubbing,
             rubbed: Rubbed::NONE,
             fault,
         })
@@ -224,24 +223,21 @@ impl<'a> State<'a> {
         Ok(self)
     }
 
-    /// Gives the state memory for a probe that rubs, as [`Self::with_relaxation`] does for tissue
-    /// that relaxes.
-    ///
-    /// # Errors
-    /// [`BuildError::TooLarge`]: an entry per node does not fit.
-    pub fn with_friction(mut self, bristles: &'a mut [Bristle]) -> Result<Self, BuildError> {
-        let (need, have) = (self.nodes.len(), bristles.len());
-        self.bristles = bristles.get_mut(..need).ok_or(BuildError::TooLarge { item: "nodes with friction", need, have })?;
-        Ok(self)
+    /// Gives the state memory for a probe that rubs, an entry per node that may touch at once;
+    /// nodes beyond them slide freely. Without it a patch with friction is [`Fault::SizeMismatch`].
+    #[must_use]
+    pub fn with_friction(mut self, bristles: &'a mut [Bristle]) -> Self {
+        self.bristles = bristles;
+        self
     }
 
     /// The part of the state that is not in the borrowed arrays.
     #[must_use]
     pub fn held(&self) -> Held {
         let Self {
-            near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, substep, fault, ..
+            near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, rubbing, fault, ..
         } = *self;
-        Held { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, substep, fault }
+        Held { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, rubbing, fault }
     }
 
     /// Back to rest; clears a latched fault.
@@ -250,7 +246,6 @@ impl<'a> State<'a> {
             *node = Node { x: row(rest.rest_m.into()), ..Node::ZERO };
         }
         self.faded.fill(Faded::ZERO);
-        self.bristles.fill(Bristle::ZERO);
         self.near = 0;
         self.tip_m = None;
         self.touch = None;
@@ -263,7 +258,7 @@ impl<'a> State<'a> {
         self.shaft = false;
         self.seat = Seat::default();
         self.body = Seat::default();
-        (self.substep, self.rubbed) = (0, Rubbed::NONE);
+        (self.rubbing, self.rubbed) = (0, Rubbed::NONE);
         self.fault = None;
     }
 
@@ -293,7 +288,7 @@ impl<'a> State<'a> {
         self.shaft = other.shaft;
         self.seat = other.seat;
         self.body = other.body;
-        (self.substep, self.rubbed) = (other.substep, other.rubbed);
+        (self.rubbing, self.rubbed) = (other.rubbing, other.rubbed);
         self.fault = other.fault;
     }
 

@@ -77,8 +77,8 @@ fn run(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, method:
         return Err(Fault::SizeMismatch);
     }
     if tuned.remembers {
-        let short = |needed: bool, length: usize| needed && length != model.nodes.len();
-        if short(tuned.relaxes(), state.faded.len()) || short(tuned.rubs(), state.bristles.len()) {
+        let no_memory = tuned.relaxes() && state.faded.len() != model.nodes.len();
+        if no_memory || tuned.rubs() && state.bristles.is_empty() {
             return Err(Fault::SizeMismatch);
         }
         state.rubbed = Rubbed::NONE;

@@ -50,7 +50,7 @@ impl Tissue {
         let shapes = vec![TetShapes::ZERO; TetShapes::count(&file.model)].leak();
         let state = State::new(&file.model, vec![Node::ZERO; nodes].leak(), vec![0; triangles].leak(), shapes).unwrap();
         let state = state.with_relaxation(vec![Faded::ZERO; nodes].leak()).unwrap();
-        let state = state.with_friction(vec![Bristle::ZERO; nodes].leak()).unwrap();
+        let state = state.with_friction(vec![Bristle::ZERO; nodes].leak());
         Self { file, tuned, state }
     }
 

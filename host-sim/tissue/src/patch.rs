@@ -375,7 +375,7 @@ impl Memory {
         if tuned.rubs() {
             self.bristles.clear();
             self.bristles.resize(model.nodes.len(), Bristle::ZERO);
-            state = state.with_friction(&mut self.bristles)?;
+            state = state.with_friction(&mut self.bristles);
         }
         Ok((tuned, state))
     }

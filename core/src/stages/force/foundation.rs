@@ -202,9 +202,7 @@ fn settle<const RELAXING: bool, const RUBBING: bool>(
     velocity_m_per_s: Vector3<f32>,
     load: &mut Load,
 ) {
-    if RUBBING {
-        state.substep = state.substep.wrapping_add(1);
-    }
+    let mut met = 0;
     for &index in state.candidates.iter().take(state.near) {
         let Some(triangle) = model.triangles.get(usize::from(index)) else { continue };
         for &n in &triangle.node {
@@ -220,7 +218,11 @@ fn settle<const RELAXING: bool, const RUBBING: bool>(
                     None => implicit(node, inertia.step, tuned, velocity_m_per_s),
                 };
                 let mut on_node = f;
-                if RUBBING && let Some(bristle) = state.bristles.get_mut(n) {
+                if RUBBING
+                    && push > 0.0
+                    && let Some(bristle) = friction::claim(state.bristles, &mut state.rubbing, met, n as u16)
+                {
+                    met += 1;
                     let touch = Touch {
                         from_centre_m: vector(&node.x) - centre,
                         push: f,
@@ -231,7 +233,7 @@ fn settle<const RELAXING: bool, const RUBBING: bool>(
                         others: vector(&node.f),
                         faded: faded.map_or(ZERO, Faded::sum),
                     };
-                    let along = friction::rub(bristle, &touch, tuned, state.substep);
+                    let along = friction::rub(bristle, &touch, tuned);
                     on_node += along;
                     state.rubbed.force += along;
                     state.rubbed.most += tuned.friction * push;
@@ -252,6 +254,9 @@ fn settle<const RELAXING: bool, const RUBBING: bool>(
                 load.rest += Vector3::from(rest.rest_m) * push;
             }
         }
+    }
+    if RUBBING {
+        state.rubbing = met;
     }
 }
 

@@ -28,15 +28,44 @@ use crate::params::Tuned;
 pub struct Bristle {
     /// Where on the probe it is rooted, from the probe's centre [m].
     root_m: Vector3<f32>,
-    /// Its stiffness over E in the last substep [m].
+    /// Its stiffness over E in the last substep [m]; zero at the touch.
     slope: f32,
-    /// The substep in which it last touched.
-    substep: u32,
+    /// Its node.
+    node: u16,
 }
 
 impl Bristle {
     /// Never touched: what memory is reserved with.
-    pub const ZERO: Self = Self { root_m: Vector3::new(0.0, 0.0, 0.0), slope: 0.0, substep: 0 };
+    pub const ZERO: Self = Self { root_m: Vector3::new(0.0, 0.0, 0.0), slope: 0.0, node: 0 };
+}
+
+/// The bristle of a node that touches, the `met`-th of this substep; a new one if it did not touch
+/// in the last substep. `live` bristles are of that one or already of this, the latter in front, so
+/// that a node is nearly always found where the one before it was. `None` where there is no memory
+/// for so many: the node then slides freely.
+#[inline(always)]
+pub(super) fn claim<'b>(bristles: &'b mut [Bristle], live: &mut usize, met: usize, node: u16) -> Option<&'b mut Bristle> {
+    let front = *bristles.get(met)?;
+    let found = bristles.iter().take(*live).skip(met).position(|bristle| bristle.node == node);
+    let claimed = match found {
+        Some(behind) => {
+            let slot = bristles.get_mut(met + behind)?;
+            core::mem::replace(slot, front)
+        }
+        None => {
+            if met < *live {
+                // without room behind, one that has not been met yet is lost
+                if let Some(end) = bristles.get_mut(*live) {
+                    *end = front;
+                    *live += 1;
+                }
+            }
+            Bristle { node, ..Bristle::ZERO }
+        }
+    };
+    let slot = bristles.get_mut(met)?;
+    *slot = claimed;
+    Some(slot)
 }
 
 /// Friction of a tick.
@@ -72,26 +101,22 @@ pub(super) struct Touch {
     pub faded: Vector3<f32>,
 }
 
-/// Force along the surface on a touched node over E [N/Pa], at the end of substep `substep`: with K
-/// the slope, s the bristle, d the displacement to come by velocities, F what else acts and b its
+/// Force along the surface on a touched node over E [N/Pa], at the end of the substep: with K the
+/// slope, s the bristle, d the displacement to come by velocities, F what else acts and b its
 /// displacement per force, `q = -K P (s + d + b F) / (1 + K b)`, P the projection on the surface, no
 /// longer than mu times the push. In tissue that relaxes as the push is (`implicit_relaxing`).
 #[inline(always)]
-pub(super) fn rub(bristle: &mut Bristle, touch: &Touch, tuned: &Tuned, substep: u32) -> Vector3<f32> {
-    if touch.length <= 0.0 {
-        // gone at the next touch, for this substep is left out
-        return Vector3::new(0.0, 0.0, 0.0);
-    }
+pub(super) fn rub(bristle: &mut Bristle, touch: &Touch, tuned: &Tuned) -> Vector3<f32> {
     let normal = touch.push * (1.0 / touch.length);
     let along = |v: Vector3<f32>| v - normal * v.dot(&normal);
     let (slope, at_once) = (tuned.along * touch.slope, tuned.prony.at_once);
     let faded = along(touch.faded);
-    let goes_on = bristle.substep == substep.wrapping_sub(1) && bristle.slope > 0.0;
-    let stretched = match goes_on {
-        true if slope > bristle.slope => along(touch.from_centre_m - bristle.root_m) * (bristle.slope / slope),
-        true => along(touch.from_centre_m - bristle.root_m),
+    let stretched = if bristle.slope == 0.0 {
         // no force at the touch, whatever has faded
-        false => faded * (-1.0 / (at_once * slope)),
+        faded * (-1.0 / (at_once * slope))
+    } else {
+        let stretched = along(touch.from_centre_m - bristle.root_m);
+        if slope > bristle.slope { stretched * (bristle.slope / slope) } else { stretched }
     };
     let resists = 1.0 + at_once * slope * touch.yields;
     let moves = along(touch.moves_m + touch.others * (at_once * touch.yields)) + faded * touch.yields;
@@ -102,7 +127,7 @@ pub(super) fn rub(bristle: &mut Bristle, touch: &Touch, tuned: &Tuned, substep: 
         force *= most / sqrt(square);
         left = (force + faded) * (-1.0 / (at_once * slope)) - (moves + force * touch.yields);
     }
-    *bristle = Bristle { root_m: touch.from_centre_m - left, slope, substep };
+    (bristle.root_m, bristle.slope) = (touch.from_centre_m - left, slope);
     force
 }
 
@@ -130,7 +155,7 @@ mod tests {
             let length = slope * (DEPTH_M - x * x / RADIUS_M);
             let mut bristle = Bristle::ZERO;
             let mut last = 0.0;
-            for (step, at_m) in (1_u32..).zip(way_m) {
+            for at_m in way_m {
                 let touch = Touch {
                     from_centre_m: Vector3::new(-at_m, 0.0, 0.0),
                     push: Vector3::new(0.0, 0.0, -length),
@@ -141,7 +166,7 @@ mod tests {
                     others: Vector3::zeros(),
                     faded: Vector3::zeros(),
                 };
-                last = rub(&mut bristle, &touch, &tuned, step).x;
+                last = rub(&mut bristle, &touch, &tuned).x;
             }
             force += last;
             push += length;
@@ -196,12 +221,40 @@ mod tests {
             faded: Vector3::zeros(),
         };
         let mut bristle = Bristle::ZERO;
-        let mut at = |step, at_m, slope| rub(&mut bristle, &touch(at_m, slope), &tuned, step).x;
-        assert_eq!(at(1, 0.0, 1.0), 0.0);
-        let pulled = at(2, 1e-3, 1.0);
+        let mut at = |at_m, slope| rub(&mut bristle, &touch(at_m, slope), &tuned).x;
+        assert_eq!(at(0.0, 1.0), 0.0);
+        let pulled = at(1e-3, 1.0);
         assert!((pulled + 1e-3 * tuned.along).abs() < 1e-9);
-        assert!((at(3, 1e-3, 4.0) - pulled).abs() < 1e-9, "more points touch, none of them stretched");
-        assert!((at(4, 1e-3, 1.0) - 0.25 * pulled).abs() < 1e-9, "they leave and take their share");
-        assert_eq!(at(6, 2e-3, 1.0), 0.0, "the probe was lost for a substep");
+        assert!((at(1e-3, 4.0) - pulled).abs() < 1e-9, "more points touch, none of them stretched");
+        assert!((at(1e-3, 1.0) - 0.25 * pulled).abs() < 1e-9, "they leave and take their share");
+    }
+
+    /// Nodes that have a bristle, in order, each with its slope, after they touched in this order.
+    fn met(bristles: &mut [Bristle], live: &mut usize, nodes: &[u16]) -> usize {
+        let mut met = 0;
+        for &node in nodes {
+            if let Some(bristle) = claim(bristles, live, met, node) {
+                assert_eq!(bristle.node, node);
+                bristle.slope += 1.0;
+                met += 1;
+            }
+        }
+        *live = met;
+        met
+    }
+
+    #[test]
+    fn a_bristle_lives_as_long_as_its_node_touches() {
+        let (mut bristles, mut live) = ([Bristle::ZERO; 4], 0);
+        let mut touch = |nodes: &[u16]| -> [(u16, f32); 4] {
+            let met = met(&mut bristles, &mut live, nodes);
+            core::array::from_fn(|n| if n < met { (bristles[n].node, bristles[n].slope) } else { (0, 0.0) })
+        };
+        assert_eq!(touch(&[7, 3, 5]), [(7, 1.0), (3, 1.0), (5, 1.0), (0, 0.0)]);
+        assert_eq!(touch(&[5, 7, 3]), [(5, 2.0), (7, 2.0), (3, 2.0), (0, 0.0)], "in any order");
+        assert_eq!(touch(&[9, 3]), [(9, 1.0), (3, 3.0), (0, 0.0), (0, 0.0)], "one is new, two are gone");
+        assert_eq!(touch(&[5, 9, 3, 7, 8]), [(5, 1.0), (9, 2.0), (3, 4.0), (7, 1.0)], "no room for a fifth");
+        assert_eq!(touch(&[1, 2, 3, 9]), [(1, 1.0), (2, 1.0), (3, 5.0), (9, 1.0)], "nor for those not met yet");
+        assert_eq!(touch(&[]), [(0, 0.0); 4]);
     }
 }

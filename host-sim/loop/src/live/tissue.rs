@@ -109,7 +109,7 @@ impl LiveTissue {
         let model = self.patch.wide_model();
         let mut state = State::resume(&model, &mut self.nodes, &mut self.candidates, &mut self.shapes, self.held)?
             .with_relaxation(&mut self.faded)?
-            .with_friction(&mut self.bristles)?;
+            .with_friction(&mut self.bristles);
         let done = work(&model, &mut state);
         self.held = state.held();
         Ok(done)
@@ -127,7 +127,7 @@ impl Renderer for LiveTissue {
         let tuned = params.derive(node_step, *gains);
         let state = State::resume(&model, nodes, candidates, shapes, *held)
             .and_then(|state| state.with_relaxation(faded))
-            .and_then(|state| state.with_friction(bristles));
+            .map(|state| state.with_friction(bristles));
         match state {
             Ok(mut state) => {
                 let output = tick(&model, &tuned, &mut state, pose);
