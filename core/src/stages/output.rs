@@ -92,7 +92,13 @@ pub fn read(tuned: &Tuned, state: &mut State, motion: &Motion, load: &Load, acti
     let length = sqrt(square);
     let normal = force_n * (1.0 / length);
     if tuned.remembers && tuned.rubs() {
-        force_n = rub(tuned, &state.rubbed, force_n, &mut out);
+        (force_n, out.grip_n) = rub(tuned, &state.rubbed, force_n);
+        let square = force_n.dot(&force_n);
+        if square > tuned.limits.max_force_n * tuned.limits.max_force_n {
+            // push and friction as one
+            force_n *= tuned.limits.max_force_n / sqrt(square);
+            out.limiters.set(Limiters::FORCE);
+        }
     } else if length > tuned.limits.max_force_n {
         force_n = normal * tuned.limits.max_force_n;
         out.limiters.set(Limiters::FORCE);
@@ -108,16 +114,9 @@ pub fn read(tuned: &Tuned, state: &mut State, motion: &Motion, load: &Load, acti
     Ok(out)
 }
 
-/// Adds friction to the push [N]; both are clamped as one.
+/// Force with friction [N], and the most that friction could be [N].
 #[inline(never)]
-fn rub(tuned: &Tuned, rubbed: &Rubbed, push_n: Vector3<f32>, out: &mut Output) -> Vector3<f32> {
+fn rub(tuned: &Tuned, rubbed: &Rubbed, push_n: Vector3<f32>) -> (Vector3<f32>, f32) {
     let newtons = tuned.youngs_modulus_pa * tuned.substep_share;
-    let force_n = push_n - rubbed.force * newtons;
-    out.grip_n = rubbed.most * newtons;
-    let length = sqrt(force_n.dot(&force_n));
-    if length > tuned.limits.max_force_n {
-        out.limiters.set(Limiters::FORCE);
-        return force_n * (tuned.limits.max_force_n / length);
-    }
-    force_n
+    (push_n - rubbed.force * newtons, rubbed.most * newtons)
 }

@@ -114,7 +114,8 @@ pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32
         false => press_points::<Four, 4>(model, tuned, state, tip_m, centre, &mut load),
     }
     if tuned.remembers {
-        settle_remembering(model, tuned, state, centre, velocity_m_per_s, &mut load);
+        // by value: a load whose address is known elsewhere is kept in memory, 3.5 % of the tick
+        load.add(&settle_remembering(model, tuned, state, centre, velocity_m_per_s));
     } else {
         settle::<false, false>(model, tuned, state, centre, velocity_m_per_s, &mut load);
     }
@@ -178,16 +179,17 @@ fn settle_remembering(
     state: &mut State,
     centre: Vector3<f32>,
     velocity_m_per_s: Vector3<f32>,
-    load: &mut Load,
-) {
+) -> Load {
+    let mut load = Load::NONE;
     match (tuned.relaxes(), tuned.rubs()) {
-        (true, true) => settle::<true, true>(model, tuned, state, centre, velocity_m_per_s, load),
-        (true, false) => settle::<true, false>(model, tuned, state, centre, velocity_m_per_s, load),
-        (false, _) => settle::<false, true>(model, tuned, state, centre, velocity_m_per_s, load),
+        (true, true) => settle::<true, true>(model, tuned, state, centre, velocity_m_per_s, &mut load),
+        (true, false) => settle::<true, false>(model, tuned, state, centre, velocity_m_per_s, &mut load),
+        (false, _) => settle::<false, true>(model, tuned, state, centre, velocity_m_per_s, &mut load),
     }
     if tuned.relaxes() {
         relaxation::fade(tuned, state);
     }
+    load
 }
 
 /// Takes the push at every touched node at the end of the substep. If `RELAXING`, it is left in
