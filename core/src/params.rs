@@ -12,7 +12,7 @@ use crate::smooth;
 pub(crate) use prony::Prony;
 pub use prony::{MOST_TERMS, PronyTerm};
 
-/// Shape of the rigid, frictionless probe.
+/// Shape of the rigid probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProbeShape {
     /// A cylinder with a half-sphere at its tip: what a fingertip or a rounded tool is.

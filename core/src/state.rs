@@ -185,8 +185,22 @@ impl<'a> State<'a> {
         fits("nodes", model.nodes.len(), nodes.len())?;
         fits("surface triangles", model.triangles.len(), candidates.len())?;
         fits("tet shapes", TetShapes::count(model), shapes.len())?;
-        let Held { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, rubbing, fault } =
-            held;
+        let Held {
+            near,
+            tip_m,
+            touch,
+            pressed,
+            been_outside,
+            apart,
+            offset_m,
+            limit_from_m,
+            over,
+            shaft,
+            seat,
+            body,
+            rubbing,
+            fault,
+        } = held;
         Ok(Self {
             shapes: &mut shapes[..TetShapes::count(model)],
             faded: &mut [],
@@ -235,7 +249,21 @@ impl<'a> State<'a> {
     #[must_use]
     pub fn held(&self) -> Held {
         let Self {
-            near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, rubbing, fault, ..
+            near,
+            tip_m,
+            touch,
+            pressed,
+            been_outside,
+            apart,
+            offset_m,
+            limit_from_m,
+            over,
+            shaft,
+            seat,
+            body,
+            rubbing,
+            fault,
+            ..
         } = *self;
         Held { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, rubbing, fault }
     }

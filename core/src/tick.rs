@@ -7,7 +7,8 @@
 //!        presence,can reach │  foundation         mass floor  │
 //!        speed, depth       └─────── once per substep ────────┘
 //! ```
-//! In tissue that relaxes, the last of the force terms fades what the others left at each node.
+//! Under a probe with friction the foundation holds what it touches along the surface as well. In
+//! tissue that relaxes, the last of the force terms fades what the others left at each node.
 //!
 //! A tick answers one sensed pose with one force. It runs every millisecond from the device's timer
 //! and must end before the next one. It allocates nothing, cannot panic, and whatever goes wrong

@@ -9,7 +9,11 @@ use crate::scene::Scene;
 #[must_use]
 pub fn of(scene: &Scene) -> Vec<(f64, f64)> {
     let answer = Answer::block();
-    if !scene.tissue.relaxation.is_empty() || scene.probe.friction > 0.0 || !answer.is_for(scene) || scene.probe.position_m.unwrap_or_default() != [0.0, 0.0] {
+    if !scene.tissue.relaxation.is_empty()
+        || scene.probe.friction > 0.0
+        || !answer.is_for(scene)
+        || scene.probe.position_m.unwrap_or_default() != [0.0, 0.0]
+    {
         return Vec::new();
     }
     let centred = answer.holds.iter().filter(|h| h.place_m == [0.0; 3]);

@@ -43,9 +43,12 @@ fn board_and_desktop_rub_to_the_same_bits_at_the_cost_that_is_counted() {
     let patches = [with(0.0, NONE), with(0.5, NONE), with(0.0, MEAT), with(0.5, MEAT)];
     let [none, rubs, relaxes, both] = patches.map(run);
     let cycles = patches.map(|patch| cost::cycles(&PatchFile::open(patch).unwrap(), 17));
-    for (name, spread, cycles) in
-        [("none", &none, cycles[0]), ("friction", &rubs, cycles[1]), ("relaxation", &relaxes, cycles[2]), ("both", &both, cycles[3])]
-    {
+    for (name, spread, cycles) in [
+        ("none", &none, cycles[0]),
+        ("friction", &rubs, cycles[1]),
+        ("relaxation", &relaxes, cycles[2]),
+        ("both", &both, cycles[3]),
+    ] {
         println!("{name}: {} instructions at most, {} median; {cycles:.0} cycles are counted", spread.max, spread.median);
     }
     // the target of the term: 5 % of the longest tick

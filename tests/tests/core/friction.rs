@@ -3,7 +3,9 @@
 //! energy; without it every bit stays.
 
 use palpate::stages::probe::ProbePose;
-use palpate::{Fault, Model, MOST_TERMS, Node, NodeStep, Output, Params, ProbeShape, PronyTerm, State, TetShapes, Tuned, Vector3, tick};
+use palpate::{
+    Fault, MOST_TERMS, Model, Node, NodeStep, Output, Params, ProbeShape, PronyTerm, State, TetShapes, Tuned, Vector3, tick,
+};
 use palpate_tests::bench::{Bench, Noise, at_depth};
 use palpate_tissue::answer::Answer;
 use palpate_tissue::patch::Memory;
@@ -243,7 +245,9 @@ const MEAT: [PronyTerm; MOST_TERMS] =
     [PronyTerm { share: 0.26, time_s: 0.4 }, PronyTerm { share: 0.31, time_s: 4.4 }, PronyTerm::NONE];
 
 fn motions_take_energy(seeds: std::ops::Range<u64>, ticks: u32) {
-    for (nodes, mu, relaxation) in [(60, 0.3, [PronyTerm::NONE; MOST_TERMS]), (129, 1.0, [PronyTerm::NONE; MOST_TERMS]), (60, 0.5, MEAT)] {
+    for (nodes, mu, relaxation) in
+        [(60, 0.3, [PronyTerm::NONE; MOST_TERMS]), (129, 1.0, [PronyTerm::NONE; MOST_TERMS]), (60, 0.5, MEAT)]
+    {
         let bench = Bench::block(nodes).with(|p| (p.friction, p.relaxation) = (mu, relaxation));
         for seed in seeds.clone() {
             let [least_j, most_j] = work_j(&bench, seed, ticks);

@@ -23,7 +23,7 @@ const NODE: f32 = 130.0;
 const RELAXING: f32 = 50.0;
 const TERM: f32 = 30.0;
 /// A triangle that the probe rubs, besides.
-const RUBBED: f32 = 100.0;
+const RUBBED: f32 = 240.0;
 const RIM_NODE: f32 = 75.0;
 const RIM_EDGE: f32 = 99.0;
 /// A triangle that the probe presses, with four foundation points.
