@@ -9,6 +9,7 @@ use palpate::{
 use palpate_tests::bench::{Bench, Noise, at_depth};
 use palpate_tissue::answer::Answer;
 use palpate_tissue::patch::Memory;
+use palpate_tissue::stable_step::with_tick;
 
 /// A patch under a probe that is moved by hand.
 struct Rig<'a> {
@@ -239,6 +240,33 @@ fn work_j(bench: &Bench, seed: u64, ticks: u32) -> [f64; 2] {
         range = [range[0].min(work_j - touched_j), range[1].max(work_j)];
     }
     range
+}
+
+/// Friction lowers no stable step: pressed to half the radius, dragged there and back, a patch rests
+/// in one step of a tick that is 15 % longer, stuck or sliding.
+#[test]
+fn a_dragged_patch_rests_at_a_longer_tick() {
+    for (nodes, modulus_pa) in [(130, 3500.0), (130, 100e3), (410, 20e3)] {
+        for mu in [0.5, 5.0] {
+            let bench = Bench::calibrated(nodes).with(|p| {
+                *p = with_tick(&Params { youngs_modulus_pa: modulus_pa, friction: mu, ..*p }, 1.15e-3);
+            });
+            let model = bench.patch.wide_model();
+            let mut memory = bench.memory();
+            let mut rig = Rig::new(&model, &bench.params, &mut memory);
+            rig.pressed(4e-3);
+            for n in 0..130 {
+                rig.at(Vector3::new(6e-5 * f64::from(n), 0.0, -4e-3));
+            }
+            for n in 0..260 {
+                rig.at(Vector3::new(7.8e-3 - 6e-5 * f64::from(n), 0.0, -4e-3));
+            }
+            (0..500).for_each(|_| _ = rig.at(Vector3::new(-7.8e-3, 0.0, -4e-3)));
+            let fastest = rig.state.nodes().iter().map(|n| n.velocity_m_per_s().norm()).fold(0.0, f32::max);
+            println!("{nodes} nodes, {modulus_pa} Pa, mu {mu}: fastest node {fastest} m/s");
+            assert!(fastest < 1e-4, "{nodes} nodes, {modulus_pa} Pa, mu {mu}: {fastest} m/s");
+        }
+    }
 }
 
 const MEAT: [PronyTerm; MOST_TERMS] =
