@@ -25,8 +25,8 @@ use crate::state::{Faded, Node, State, TetShapes};
 
 /// Arrays of a patch of at most `NODES` nodes and `TRIANGLES` surface triangles; on a desktop also
 /// of at most four tets per node. A patch that relaxes has at most `RELAXING` nodes: 36 bytes each
-/// on a board, zero where none does. A probe with friction holds at most `RUBBING` nodes at once: 20
-/// bytes each, zero where nothing rubs.
+/// on a board, zero where none does. A probe with friction holds at most `RUBBING` nodes at once:
+/// 20 bytes each, zero where nothing rubs.
 #[derive(Debug)]
 pub struct Memory<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize, const RUBBING: usize> {
     nodes: Vec<Node, NODES>,

@@ -118,8 +118,8 @@ pub struct Params {
     /// a patch serves any.
     // a named length breaks the compiler (1.95) where a closure borrows the field
     pub relaxation: [PronyTerm; 3],
-    /// Coulomb's coefficient between probe and tissue (1), 0 .. 5: the force along the surface is at
-    /// most this times the push. Zero leaves friction out.
+    /// Coulomb's coefficient between probe and tissue (1), 0 .. 5: the force along the surface is
+    /// at most this times the push. Zero leaves friction out.
     pub friction: f32,
     /// Steps per tick.
     pub substeps: u16,

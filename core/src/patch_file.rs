@@ -5,9 +5,9 @@
 //! but the header. Elastic constants are per pascal, so the header's parameters are defaults that a
 //! caller may change before [`Params::build`], Poisson's ratio and the probe's place excepted.
 //!
-//! A tissue that relaxes has shares and times after the arrays, and a bit in `terms` that says so; a
-//! probe that rubs has its coefficient after those, and a bit of its own. Other files are what they
-//! were, and a reader that does not know the term refuses these.
+//! A tissue that relaxes has shares and times after the arrays, and a bit in `terms` that says so;
+//! a probe that rubs has its coefficient after those, and a bit of its own. Other files are what
+//! they were, and a reader that does not know the term refuses these.
 
 use bytemuck::{Pod, Zeroable};
 use crc::{CRC_32_ISO_HDLC, Crc};

@@ -19,16 +19,16 @@ use crate::state::{State, TouchPlane};
 /// Output of a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Output {
-    /// Force on the probe [N], patch frame: it points out of the tissue, and with friction along its
-    /// surface as well. Zero on any fault.
+    /// Force on the probe [N], patch frame: it points out of the tissue, and with friction along
+    /// its surface as well. Zero on any fault.
     pub force_n: Vector3<f32>,
     /// How deep the tip is below the undeformed surface, along the contact normal [m]; zero without
     /// contact.
     pub depth_m: f32,
     /// Centre of the contact on the deformed surface [m]; the tip without contact.
     pub point_m: Vector3<f32>,
-    /// Outward unit normal of the contact, the direction of the force but for friction; zero without
-    /// contact.
+    /// Outward unit normal of the contact, the direction of the force but for friction; zero
+    /// without contact.
     pub normal: Vector3<f32>,
     /// Largest force along the surface that the contact can bear [N]; zero without friction.
     pub grip_n: f32,

@@ -242,8 +242,8 @@ fn work_j(bench: &Bench, seed: u64, ticks: u32) -> [f64; 2] {
     range
 }
 
-/// Friction lowers no stable step: pressed to half the radius, dragged there and back, a patch rests
-/// in one step of a tick that is 15 % longer, stuck or sliding.
+/// Friction lowers no stable step: pressed to half the radius, dragged there and back, a patch
+/// rests in one step of a tick that is 15 % longer, stuck or sliding.
 #[test]
 fn a_dragged_patch_rests_at_a_longer_tick() {
     for (nodes, modulus_pa) in [(130, 3500.0), (130, 100e3), (410, 20e3)] {

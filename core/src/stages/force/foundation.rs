@@ -115,7 +115,8 @@ pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32
         false => press_points::<Four, 4>(model, tuned, state, tip_m, centre, &mut load),
     }
     if tuned.remembers {
-        // by value: a load whose address is known elsewhere is kept in memory, 2 % more instructions
+        // by value: a load whose address is known elsewhere is kept in memory, 2 % more
+        // instructions
         load.add(&settle_remembering(model, tuned, state, centre, velocity_m_per_s));
     } else {
         settle::<false, false>(model, tuned, state, centre, velocity_m_per_s, &mut load);

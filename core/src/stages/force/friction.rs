@@ -1,21 +1,22 @@
-//! Friction: a bristle between the probe and every touched node, which gives way at Coulomb's limit.
+//! Friction: a bristle between the probe and every touched node, which gives way at Coulomb's
+//! limit.
 //!
 //! The node is held to the probe by a spring along the surface, and that spring bears at most mu
-//! times the node's own push. What it cannot bear, it slips. Its stiffness is that of the foundation
-//! there, times how much softer a half-space is along its surface than across it, `2 (1 - nu) / (2 -
-//! nu)`: with it a probe that sticks meets the stiffness of a glued disc. The bristle's root is a
-//! *place on the probe*, so that a hold neither drifts nor relaxes (Hayward and Armstrong, A new
-//! computational model of friction applied to haptic rendering, Experimental Robotics VI, 2000), and
-//! partial slip is what the nodes at the edge of a contact do before those in its middle.
+//! times the node's own push. What it cannot bear, it slips. It is softer than the foundation there
+//! by what a half-space is softer along its surface than across it, `2 (1 - nu) / (2 - nu)`: with
+//! that a probe that sticks meets the stiffness of a glued disc. The bristle's root is a *place on
+//! the probe*, so that a hold neither drifts nor relaxes (Hayward, Armstrong, A new computational
+//! model of friction applied to haptic rendering, Experimental Robotics VI, 2000). Partial slip is
+//! what the nodes at the edge of a contact do before those in its middle.
 //!
-//! Taken at the *end* of the substep as the push is ([`super::foundation`]), with the same slope, so
-//! that friction asks for no shorter step. It gives no energy: a bristle that slips gets shorter;
-//! one whose slope grows, because more points touch, keeps its force; one whose slope falls keeps
-//! its length; one that loses the probe is gone.
+//! Taken at the *end* of the substep as the push is ([`super::foundation`]), with the same slope,
+//! so that friction asks for no shorter step. It gives no energy: a bristle that slips gets
+//! shorter; one whose slope grows, because more points touch, keeps its force; one whose slope
+//! falls keeps its length; one that loses the probe is gone.
 //!
 //! * in: the push of a node with its slope and normal, its motion and that of the probe
 //! * out: the force along the surface on that node; the bristle
-//! * cost (M4F, estimated): about 90 cycles a touched node
+//! * cost (M4F, estimated): about 250 cycles a touched node
 //! * may fail: never
 
 use nalgebra::Vector3;
@@ -103,8 +104,8 @@ pub(super) struct Touch {
 
 /// Force along the surface on a touched node over E [N/Pa], at the end of the substep: with K the
 /// slope, s the bristle, d the displacement to come by velocities, F what else acts and b its
-/// displacement per force, `q = -K P (s + d + b F) / (1 + K b)`, P the projection on the surface, no
-/// longer than mu times the push. In tissue that relaxes as the push is (`implicit_relaxing`).
+/// displacement per force, `q = -K P (s + d + b F) / (1 + K b)`, P the projection on the surface,
+/// no longer than mu times the push. In tissue that relaxes as the push is (`implicit_relaxing`).
 #[inline(always)]
 pub(super) fn rub(bristle: &mut Bristle, touch: &Touch, tuned: &Tuned) -> Vector3<f32> {
     let normal = touch.push * (1.0 / touch.length);
@@ -174,7 +175,8 @@ mod tests {
         (force, push)
     }
 
-    /// Cattaneo and Mindlin: share of the full friction at a way in units of the one that slips all.
+    /// Cattaneo and Mindlin: share of the full friction at a way in units of the one that slips
+    /// all.
     fn partial(way: f32) -> f32 {
         if way < 1.0 { 1.0 - libm::powf(1.0 - way, 1.5) } else { 1.0 }
     }
