@@ -14,14 +14,14 @@ fn friction_opposes_the_way_and_ends_with_the_contact() {
         let push_n = last.force_n.dot(&last.normal);
         assert!((last.grip_n / push_n - 0.5).abs() < 0.05, "{last:?}");
         let mut aside_m = 0.0;
-        for (way_m, ticks) in [(1e-5_f32, 400), (-1e-5, 800)] {
+        for (displacement_m, ticks) in [(1e-5_f32, 400), (-1e-5, 800)] {
             for _ in 0..ticks {
-                aside_m += way_m;
+                aside_m += displacement_m;
                 last = tissue.at(Vector3::new(aside_m, 0.0, -3e-3));
             }
             let push_n = last.force_n.dot(&last.normal);
             let along_n = last.force_n - last.normal * push_n;
-            assert!(along_n.x * way_m < 0.0 && along_n.norm() > 0.45 * push_n, "by {way_m}: {last:?}");
+            assert!(along_n.x * displacement_m < 0.0 && along_n.norm() > 0.45 * push_n, "by {displacement_m}: {last:?}");
             assert!(along_n.norm() <= last.grip_n * 1.0001, "{last:?}");
         }
         let away = tissue.high(2e-2);

@@ -154,8 +154,8 @@ fn stuck_over_glued(nodes: usize) -> f64 {
         let [before, _] = parts(&rig.pressed(2e-4), &along);
         let mut last = before;
         for n in 1..=1000 {
-            let way_m = (2e-7 * f64::from(n)).min(2e-5);
-            [last, _] = parts(&rig.at(along * way_m - Vector3::z() * 2e-4), &along);
+            let displacement_m = (2e-7 * f64::from(n)).min(2e-5);
+            [last, _] = parts(&rig.at(along * displacement_m - Vector3::z() * 2e-4), &along);
         }
         (last - before) / 2e-5
     };

@@ -145,7 +145,7 @@ mod tests {
 
     /// Force along the surface and push of the row after the probe moved there and back, step by
     /// step [N/Pa].
-    fn row(mu: f32, way_m: &[f32]) -> (f32, f32) {
+    fn row(mu: f32, displacement_m: &[f32]) -> (f32, f32) {
         let params = Params { friction: mu, ..Params::default() };
         let tuned = params.derive(&mut [], [0.0; 4]);
         let half_m = sqrt(RADIUS_M * DEPTH_M);
@@ -156,7 +156,7 @@ mod tests {
             let length = slope * (DEPTH_M - x * x / RADIUS_M);
             let mut bristle = Bristle::ZERO;
             let mut last = 0.0;
-            for at_m in way_m {
+            for at_m in displacement_m {
                 let touch = Touch {
                     from_centre_m: Vector3::new(-at_m, 0.0, 0.0),
                     push: Vector3::new(0.0, 0.0, -length),
@@ -202,8 +202,8 @@ mod tests {
         let nu = Params::default().poisson_ratio;
         let slips_m = 0.3 * DEPTH_M * (2.0 - nu) / (2.0 * (1.0 - nu));
         for back in [0.2, 0.5, 1.0, 1.5] {
-            let way_m = [0.0, 0.4 * slips_m, 0.8 * slips_m, (0.8 - 0.5 * back) * slips_m, (0.8 - back) * slips_m];
-            let (force, push) = row(0.3, &way_m);
+            let displacement_m = [0.0, 0.4 * slips_m, 0.8 * slips_m, (0.8 - 0.5 * back) * slips_m, (0.8 - back) * slips_m];
+            let (force, push) = row(0.3, &displacement_m);
             let expected = 0.3 * push * (partial(0.8) - 2.0 * partial(0.5 * back));
             assert!((force - expected).abs() < 1e-3 * 0.3 * push, "back {back}: {force} for {expected}");
         }

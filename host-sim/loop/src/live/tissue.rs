@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use palpate::haptic::cycle::Renderer;
 use palpate::{
-    Bristle, BuildError, FIELDS, Faded, Fault, Gains, Held, Node, NodeStep, Output, Params, ProbePose, State, TetShapes, tick,
+    Bristle, BuildError, FIELDS, Faded, Fault, Gains, Node, NodeStep, Output, Params, Parked, ProbePose, State, TetShapes, tick,
 };
 
 use crate::closed_loop::watch::{RestShape, RestSolid};
@@ -22,7 +22,7 @@ pub struct LiveTissue {
     gains: Gains,
     faded: Vec<Faded>,
     bristles: Vec<Bristle>,
-    held: Held,
+    held: Parked,
     /// The next tick puts the patch to rest, in place of its answer: as on the board, or the two
     /// would differ by that tick.
     resting: bool,
@@ -48,7 +48,7 @@ impl LiveTissue {
             gains: [0.0; FIELDS],
             faded: vec![Faded::ZERO; nodes],
             bristles: vec![Bristle::ZERO; nodes],
-            held: Held::default(),
+            held: Parked::default(),
             resting: false,
         };
         tissue.gains = params.build(&tissue.patch.wide_model(), &mut tissue.node_step)?.gains();
