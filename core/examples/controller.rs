@@ -39,7 +39,7 @@ impl HapticDevice for Handle {
 fn main() -> Result<(), BuildError> {
     let PatchFile { model, params, site_m, .. } = PatchFile::open(&PATCH.0)?;
     // all memory of the patch; on a board this is a static
-    let mut memory = Memory::<64, 128, 0>::RESERVED;
+    let mut memory = Memory::<64, 128, 0, 0>::RESERVED;
     let (tuned, mut state) = memory.start(&model, &params)?;
     let mut handle = Handle { tick: 0, site_m, force_n: Vector3::zeros() };
     let mut cycle = Cycle::build(&Settings::safe(&handle.limits()), &handle.limits())?;

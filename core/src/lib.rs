@@ -57,6 +57,7 @@ pub use nalgebra::Vector3;
 pub use params::{GuardLimits, MOST_TERMS, Params, Probe, ProbeShape, PronyTerm, Terms, Tuned};
 pub use patch_file::PatchFile;
 pub use placement::Placement;
+pub use stages::force::friction::Bristle;
 pub use stages::output::Output;
 pub use stages::probe::ProbePose;
 pub use state::{Faded, Fnv, Node, Parked, State, TetShapes};

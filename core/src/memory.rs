@@ -20,17 +20,20 @@ use crate::fault::BuildError;
 use crate::inertia::NodeStep;
 use crate::model::Model;
 use crate::params::{Params, Tuned};
+use crate::stages::force::friction::Bristle;
 use crate::state::{Faded, Node, State, TetShapes};
 
 /// Arrays of a patch of at most `NODES` nodes and `TRIANGLES` surface triangles; on a desktop also
 /// of at most four tets per node. A patch that relaxes has at most `RELAXING` nodes: 36 bytes each
-/// on a board, zero where none does.
+/// on a board, zero where none does. A probe with friction holds at most `RUBBING` nodes at once:
+/// 20 bytes each, zero where nothing rubs.
 #[derive(Debug)]
-pub struct Memory<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize> {
+pub struct Memory<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize, const RUBBING: usize> {
     nodes: Vec<Node, NODES>,
     node_step: Vec<NodeStep, NODES>,
     candidates: Vec<u16, TRIANGLES>,
     faded: Vec<Faded, RELAXING>,
+    bristles: Vec<Bristle, RUBBING>,
     /// On the board a patch is judged in the memory of its nodes.
     #[cfg(not(target_os = "none"))]
     scratch: [Vec<f32, NODES>; 2],
@@ -39,13 +42,16 @@ pub struct Memory<const NODES: usize, const TRIANGLES: usize, const RELAXING: us
     shapes: Vec<TetShapes, NODES>,
 }
 
-impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize> Memory<NODES, TRIANGLES, RELAXING> {
+impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize, const RUBBING: usize>
+    Memory<NODES, TRIANGLES, RELAXING, RUBBING>
+{
     /// Memory without a patch: the value of a `static`.
     pub const RESERVED: Self = Self {
         nodes: Vec::new(),
         node_step: Vec::new(),
         candidates: Vec::new(),
         faded: Vec::new(),
+        bristles: Vec::new(),
         #[cfg(not(target_os = "none"))]
         scratch: [Vec::new(), Vec::new()],
         #[cfg(not(target_os = "none"))]
@@ -81,12 +87,15 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize> Memory<N
             &mut self.shapes[..]
         };
         let tuned = params.build_in_rounds(model, &mut self.node_step, after_round)?;
-        let state = State::new(model, &mut self.nodes, &mut self.candidates, shapes)?;
-        if !tuned.relaxes() {
-            return Ok((tuned, state));
+        let mut state = State::new(model, &mut self.nodes, &mut self.candidates, shapes)?;
+        if tuned.relaxes() {
+            fill("nodes that relax", &mut self.faded, model.nodes.len(), Faded::ZERO)?;
+            state = state.with_relaxation(&mut self.faded)?;
         }
-        fill("nodes that relax", &mut self.faded, model.nodes.len(), Faded::ZERO)?;
-        let state = state.with_relaxation(&mut self.faded)?;
+        if tuned.rubs() {
+            fill("nodes that a probe with friction holds", &mut self.bristles, RUBBING.max(1), Bristle::ZERO)?;
+            state = state.with_friction(&mut self.bristles);
+        }
         Ok((tuned, state))
     }
 

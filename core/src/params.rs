@@ -12,7 +12,7 @@ use crate::smooth;
 pub(crate) use prony::Prony;
 pub use prony::{MOST_TERMS, PronyTerm};
 
-/// Shape of the rigid, frictionless probe.
+/// Shape of the rigid probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProbeShape {
     /// A cylinder with a half-sphere at its tip: what a fingertip or a rounded tool is.
@@ -48,14 +48,17 @@ pub struct Terms {
     pub relative_mass: bool,
     /// Forces fade by [`Params::relaxation`]. Without shares there the term costs nothing.
     pub relaxation: bool,
+    /// The probe rubs by [`Params::friction`]. With zero there the term costs nothing.
+    pub friction: bool,
 }
 
 impl Terms {
     /// Every term.
-    pub const ALL: Self = Self { volume: true, compensation: true, rim: true, relative_mass: true, relaxation: true };
+    pub const ALL: Self =
+        Self { volume: true, compensation: true, rim: true, relative_mass: true, relaxation: true, friction: true };
     /// Springs, masses, contact: the papers' plain mass-spring model.
     pub const SPRINGS_ONLY: Self =
-        Self { volume: false, compensation: false, rim: false, relative_mass: false, relaxation: false };
+        Self { volume: false, compensation: false, rim: false, relative_mass: false, relaxation: false, friction: false };
 }
 
 /// Limits at the patch's edge. They can be lowered, never switched off.
@@ -115,6 +118,9 @@ pub struct Params {
     /// a patch serves any.
     // a named length breaks the compiler (1.95) where a closure borrows the field
     pub relaxation: [PronyTerm; 3],
+    /// Coulomb's coefficient between probe and tissue (1), 0 .. 5: the force along the surface is
+    /// at most this times the push. Zero leaves friction out.
+    pub friction: f32,
     /// Steps per tick.
     pub substeps: u16,
     /// The tick [s].
@@ -141,6 +147,7 @@ impl Default for Params {
             mass_floor: 5.0,
             contact_damping: 0.5,
             relaxation: [PronyTerm::NONE; MOST_TERMS],
+            friction: 0.0,
             substeps: 1,
             tick_s: 1e-3,
             probe: Probe { shape: ProbeShape::Hemisphere, radius_m: 8e-3, axis: Vector3::new(0.0, 0.0, 1.0) },
@@ -153,6 +160,9 @@ impl Default for Params {
 /// Safety of lumping the foundation's slopes to nodes: the points of a triangle couple its corners.
 /// With 1 the longest stable tick falls by a fifth; from 1.5 on it stays.
 const CONTACT_LUMPING: f32 = 1.5;
+
+/// Largest coefficient of friction (1): wet skin reaches 2.
+const MOST_FRICTION: f32 = 5.0;
 
 /// Visits both ends of every spring, with the inertia of the other end.
 fn each_end(model: &Model, node_step: &mut [NodeStep], visit: impl Fn(&Spring, &mut NodeStep, NodeStep)) {
@@ -193,6 +203,12 @@ pub struct Tuned<'a> {
     pub(crate) lumping_s: f32,
     /// How forces fade.
     pub(crate) prony: Prony,
+    /// Coulomb's coefficient (1); zero where nothing rubs.
+    pub(crate) friction: f32,
+    /// Stiffness of a half-space along its surface over that across it (1).
+    pub(crate) along: f32,
+    /// The tissue relaxes or the probe rubs.
+    pub(crate) remembers: bool,
     /// Some node has added mass relative to its neighbours.
     pub(crate) relative_mass: bool,
     /// Gains of the smooth fields.
@@ -219,6 +235,12 @@ impl Tuned<'_> {
     #[must_use]
     pub fn relaxes(&self) -> bool {
         self.prony.terms > 0
+    }
+
+    /// Whether the probe rubs: the state then needs [`crate::State::with_friction`].
+    #[must_use]
+    pub fn rubs(&self) -> bool {
+        self.friction > 0.0
     }
 
     /// Substeps per tick.
@@ -380,6 +402,8 @@ impl Params {
     pub fn derive<'a>(&self, node_step: &'a mut [NodeStep], gains: Gains) -> Tuned<'a> {
         let e = self.youngs_modulus_pa;
         let dt = self.tick_s / f32::from(self.substeps);
+        let prony = Prony::of(self.relaxes(), dt);
+        let friction = if self.terms.friction { self.friction } else { 0.0 };
         Tuned {
             terms: self.terms,
             probe: self.probe,
@@ -395,7 +419,10 @@ impl Params {
             compensation: self.compensation,
             contact_damping_s: self.contact_damping * dt,
             lumping_s: CONTACT_LUMPING * dt,
-            prony: Prony::of(self.relaxes(), dt),
+            remembers: prony.terms > 0 || friction > 0.0,
+            prony,
+            friction,
+            along: 2.0 * (1.0 - self.poisson_ratio) / (2.0 - self.poisson_ratio),
             relative_mass: node_step.iter().any(|node| node.added > 0.0),
             gains,
             node_step,
@@ -421,6 +448,7 @@ impl Params {
             ("compensation_threshold", self.compensation_threshold, 0.0, 0.9),
             ("mass_floor", self.mass_floor, 0.0, 1e3),
             ("contact_damping", self.contact_damping, 0.0, 1.0),
+            ("friction", self.friction, 0.0, MOST_FRICTION),
             ("probe.radius_m", self.probe.radius_m, f32::MIN_POSITIVE, 1.0),
             ("limits.max_speed_m_per_s", self.limits.max_speed_m_per_s, f32::MIN_POSITIVE, highest.max_speed_m_per_s),
             ("limits.max_sink_m_per_s", self.limits.max_sink_m_per_s, f32::MIN_POSITIVE, highest.max_sink_m_per_s),

@@ -5,8 +5,9 @@
 //! but the header. Elastic constants are per pascal, so the header's parameters are defaults that a
 //! caller may change before [`Params::build`], Poisson's ratio and the probe's place excepted.
 //!
-//! A tissue that relaxes has shares and times after the arrays, and a bit in `terms` that says so:
-//! other files are what they were, and a reader that does not know relaxation refuses these.
+//! A tissue that relaxes has shares and times after the arrays, and a bit in `terms` that says so;
+//! a probe that rubs has its coefficient after those, and a bit of its own. Other files are what
+//! they were, and a reader that does not know the term refuses these.
 
 use bytemuck::{Pod, Zeroable};
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -53,8 +54,8 @@ struct Header {
     max_speed_m_per_s: f32,
     max_sink_m_per_s: f32,
     max_force_n: f32,
-    /// Bit 0 volume, 1 compensation, 2 rim, 3 relative mass, 4 relaxation: shares and times end the
-    /// file. The others are zero.
+    /// Bit 0 volume, 1 compensation, 2 rim, 3 relative mass, 4 relaxation: shares and times follow
+    /// the arrays, 5 friction: its coefficient ends the file. The others are zero.
     terms: u32,
     /// Places that the constants were fitted over; 0 if they come from formulas alone.
     fitted_places: u32,
@@ -64,6 +65,7 @@ const HEADER: usize = size_of::<Header>();
 /// Share and time of each term of the relaxation.
 type Relaxation = [[f32; 2]; MOST_TERMS];
 const RELAXES: u32 = 1 << 4;
+const RUBS: u32 = 1 << 5;
 /// Where the checksummed part begins: after magic, version and checksum.
 const CHECKED_FROM: usize = 16;
 
@@ -116,7 +118,7 @@ impl<'a> PatchFile<'a> {
         if found != header.crc {
             return Err(BuildError::Checksum { expected: header.crc, found });
         }
-        if header.terms & !(15 | RELAXES) != 0 {
+        if header.terms & !(15 | RELAXES | RUBS) != 0 {
             return Err(BuildError::NotAPatch);
         }
         if header.reserved != 0 {
@@ -142,11 +144,11 @@ impl<'a> PatchFile<'a> {
         };
         let relaxation: Relaxation = match header.terms & RELAXES {
             0 => Relaxation::default(),
-            _ => {
-                let (taken, rest) = body.split_at_checked(size_of::<Relaxation>()).ok_or(BuildError::NotAPatch)?;
-                body = rest;
-                bytemuck::pod_read_unaligned(taken)
-            }
+            _ => value(&mut body)?,
+        };
+        let friction: f32 = match header.terms & RUBS {
+            0 => 0.0,
+            _ => value(&mut body)?,
         };
         if !body.is_empty() {
             return Err(BuildError::NotAPatch);
@@ -168,6 +170,7 @@ impl<'a> PatchFile<'a> {
             mass_floor: header.mass_floor,
             contact_damping: header.contact_damping,
             relaxation: relaxation.map(|[share, time_s]| PronyTerm { share, time_s }),
+            friction,
             substeps: u16::try_from(header.substeps).unwrap_or(u16::MAX),
             tick_s: header.tick_s,
             probe: Probe { shape, radius_m: header.probe_radius_m, axis: header.probe_axis.into() },
@@ -177,6 +180,7 @@ impl<'a> PatchFile<'a> {
                 rim: header.terms & 4 != 0,
                 relative_mass: header.terms & 8 != 0,
                 relaxation: true,
+                friction: true,
             },
             limits: GuardLimits {
                 max_speed_m_per_s: header.max_speed_m_per_s,
@@ -199,6 +203,8 @@ impl<'a> PatchFile<'a> {
         let relaxes = params.terms.relaxation && params.relaxation.iter().any(|term| term.share != 0.0);
         let relaxation: Relaxation = params.relaxation.map(|term| [term.share, term.time_s]);
         let relaxation = if relaxes { bytemuck::bytes_of(&relaxation) } else { &[] };
+        let rubs = params.terms.friction && params.friction != 0.0;
+        let friction = if rubs { bytemuck::bytes_of(&params.friction) } else { &[] };
         let mut header = Header {
             magic: MAGIC,
             version: VERSION,
@@ -234,7 +240,8 @@ impl<'a> PatchFile<'a> {
                 | u32::from(params.terms.compensation) << 1
                 | u32::from(params.terms.rim) << 2
                 | u32::from(params.terms.relative_mass) << 3
-                | if relaxes { RELAXES } else { 0 },
+                | if relaxes { RELAXES } else { 0 }
+                | if rubs { RUBS } else { 0 },
             fitted_places: self.fitted_places,
         };
         let mut digest = CRC.digest();
@@ -244,6 +251,7 @@ impl<'a> PatchFile<'a> {
             digest.update(padding(bytes.len()));
         }
         digest.update(relaxation);
+        digest.update(friction);
         header.crc = digest.finalize();
         sink(bytemuck::bytes_of(&header));
         for (bytes, _) in sections(model) {
@@ -251,6 +259,7 @@ impl<'a> PatchFile<'a> {
             sink(padding(bytes.len()));
         }
         sink(relaxation);
+        sink(friction);
     }
 }
 
@@ -278,6 +287,13 @@ fn sections<'a>(model: &Model<'a>) -> [(&'a [u8], u32); 11] {
 fn padding(length: usize) -> &'static [u8] {
     const ZEROS: [u8; 4] = [0; 4];
     &ZEROS[..length.wrapping_neg() % 4]
+}
+
+/// Takes a value off the front of `body`.
+fn value<T: Pod>(body: &mut &[u8]) -> Result<T, BuildError> {
+    let (taken, rest) = body.split_at_checked(size_of::<T>()).ok_or(BuildError::NotAPatch)?;
+    *body = rest;
+    Ok(bytemuck::pod_read_unaligned(taken))
 }
 
 /// Takes `count` items off the front of `body`.

@@ -7,6 +7,7 @@ use crate::fault::{BuildError, Fault};
 use crate::lanes::{ROW, Row, add, row, vector};
 use crate::model::Model;
 use crate::params::MOST_TERMS;
+use crate::stages::force::friction::{Bristle, Rubbed};
 
 /// A node in motion.
 #[derive(Clone, Copy, Debug)]
@@ -83,6 +84,7 @@ pub struct Parked {
     shaft: bool,
     seat: Seat,
     body: Seat,
+    rubbing: usize,
     fault: Option<Fault>,
 }
 
@@ -112,6 +114,8 @@ pub struct State<'a> {
     pub(crate) shapes: &'a mut [TetShapes],
     /// Memory of the relaxation, shape \[nodes\]; may be empty where nothing relaxes.
     pub(crate) faded: &'a mut [Faded],
+    /// Bristles of nodes that touch; may be empty where nothing rubs.
+    pub(crate) bristles: &'a mut [Bristle],
     /// Surface triangles near the probe in this tick.
     pub(crate) candidates: &'a mut [u16],
     /// How many of `candidates` are valid.
@@ -139,6 +143,10 @@ pub struct State<'a> {
     pub(crate) seat: Seat,
     /// Tet at which the probe's body was located last.
     pub(crate) body: Seat,
+    /// How many of `bristles` touched in the last substep.
+    pub(crate) rubbing: usize,
+    /// Friction of this tick; nothing where nothing rubs.
+    pub(crate) rubbed: Rubbed,
     pub(crate) fault: Option<Fault>,
 }
 
@@ -177,11 +185,26 @@ impl<'a> State<'a> {
         fits("nodes", model.nodes.len(), nodes.len())?;
         fits("surface triangles", model.triangles.len(), candidates.len())?;
         fits("tet shapes", TetShapes::count(model), shapes.len())?;
-        let Parked { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, fault } =
-            held;
+        let Parked {
+            near,
+            tip_m,
+            touch,
+            pressed,
+            been_outside,
+            apart,
+            offset_m,
+            limit_from_m,
+            over,
+            shaft,
+            seat,
+            body,
+            rubbing,
+            fault,
+        } = held;
         Ok(Self {
             shapes: &mut shapes[..TetShapes::count(model)],
             faded: &mut [],
+            bristles: &mut [],
             nodes: &mut nodes[..model.nodes.len()],
             candidates: &mut candidates[..model.triangles.len()],
             near,
@@ -196,6 +219,8 @@ impl<'a> State<'a> {
             shaft,
             seat,
             body,
+            rubbing,
+            rubbed: Rubbed::NONE,
             fault,
         })
     }
@@ -212,13 +237,50 @@ impl<'a> State<'a> {
         Ok(self)
     }
 
+    /// Gives the state memory for a probe that rubs, an entry per node that may touch at once;
+    /// nodes beyond them slide freely. Without it a patch with friction is [`Fault::SizeMismatch`].
+    #[must_use]
+    pub fn with_friction(mut self, bristles: &'a mut [Bristle]) -> Self {
+        self.bristles = bristles;
+        self
+    }
+
     /// The part of the state that is not in the borrowed arrays.
     #[must_use]
     pub fn held(&self) -> Parked {
         let Self {
-            near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, fault, ..
+            near,
+            tip_m,
+            touch,
+            pressed,
+            been_outside,
+            apart,
+            offset_m,
+            limit_from_m,
+            over,
+            shaft,
+            seat,
+            body,
+            rubbing,
+            fault,
+            ..
         } = *self;
-        Parked { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, fault }
+        Parked {
+            near,
+            tip_m,
+            touch,
+            pressed,
+            been_outside,
+            apart,
+            offset_m,
+            limit_from_m,
+            over,
+            shaft,
+            seat,
+            body,
+            rubbing,
+            fault,
+        }
     }
 
     /// Back to rest; clears a latched fault.
@@ -239,6 +301,7 @@ impl<'a> State<'a> {
         self.shaft = false;
         self.seat = Seat::default();
         self.body = Seat::default();
+        (self.rubbing, self.rubbed) = (0, Rubbed::NONE);
         self.fault = None;
     }
 
@@ -253,6 +316,9 @@ impl<'a> State<'a> {
         for (to, from) in self.faded.iter_mut().zip(other.faded.iter()) {
             *to = *from;
         }
+        for (to, from) in self.bristles.iter_mut().zip(other.bristles.iter()) {
+            *to = *from;
+        }
         self.near = other.near;
         self.tip_m = other.tip_m;
         self.touch = other.touch;
@@ -265,6 +331,7 @@ impl<'a> State<'a> {
         self.shaft = other.shaft;
         self.seat = other.seat;
         self.body = other.body;
+        (self.rubbing, self.rubbed) = (other.rubbing, other.rubbed);
         self.fault = other.fault;
     }
 

@@ -7,7 +7,8 @@
 //!        presence,can reach │  foundation         mass floor  │
 //!        speed, depth       └─────── once per substep ────────┘
 //! ```
-//! In tissue that relaxes, the last of the force terms fades what the others left at each node.
+//! Under a probe with friction the foundation holds what it touches along the surface as well. In
+//! tissue that relaxes, the last of the force terms fades what the others left at each node.
 //!
 //! A tick answers one sensed pose with one force. It runs every millisecond from the device's timer
 //! and must end before the next one. It allocates nothing, cannot panic, and whatever goes wrong
@@ -20,6 +21,7 @@ use crate::method::{Method, Product};
 use crate::model::Model;
 use crate::params::Tuned;
 use crate::stages::force::foundation::Load;
+use crate::stages::force::friction::Rubbed;
 use crate::stages::output::Output;
 use crate::stages::probe::ProbePose;
 use crate::stages::{contact, output, probe};
@@ -38,7 +40,7 @@ use crate::state::State;
 /// #     )));
 ///
 /// let PatchFile { model, params, site_m, .. } = PatchFile::open(&BYTES.0)?;
-/// let mut memory = Memory::<64, 128, 0>::RESERVED;
+/// let mut memory = Memory::<64, 128, 0, 0>::RESERVED;
 /// let (tuned, mut state) = memory.start(&model, &params)?;
 /// // from 1 mm above the tissue to 2 mm below its surface at 40 mm/s, and a rest there
 /// let mut force_n = 0.0;
@@ -75,8 +77,12 @@ fn run(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, method:
     if state.nodes.len() != model.nodes.len() || tuned.node_step.len() != model.nodes.len() {
         return Err(Fault::SizeMismatch);
     }
-    if tuned.relaxes() && state.faded.len() != model.nodes.len() {
-        return Err(Fault::SizeMismatch);
+    if tuned.remembers {
+        let no_memory = tuned.relaxes() && state.faded.len() != model.nodes.len();
+        if no_memory || tuned.rubs() && state.bristles.is_empty() {
+            return Err(Fault::SizeMismatch);
+        }
+        state.rubbed = Rubbed::NONE;
     }
     let mut motion = probe::admit(model, tuned, state, pose)?;
     contact::find(model, tuned, state, &mut motion);

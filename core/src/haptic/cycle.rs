@@ -233,7 +233,7 @@ impl Cycle {
             return Err(fault);
         }
         if !self.apart.judge(&pose.position_m, &shown_m, &output, &self.limiter.last_n())? {
-            output = Output { force_n: Vector3::zeros(), depth_m: 0.0, normal: Vector3::zeros(), ..output };
+            output = Output { force_n: Vector3::zeros(), depth_m: 0.0, normal: Vector3::zeros(), grip_n: 0.0, ..output };
         }
         self.toggle.answered(&output.force_n);
         record.output = output;

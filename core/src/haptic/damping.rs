@@ -12,9 +12,11 @@
 //! F_n = max(0, F + b u)                                 u = low-passed speed into the tissue
 //! ```
 //!
-//! In three dimensions only the part along the contact normal is damped, the normal of this tick
-//! with the low-passed velocity *vector*: what slides stays frictionless, and a normal that turns
-//! needs no memory. A force along the surface is passed on as it is.
+//! In three dimensions the part along the contact normal is damped, the normal of this tick with
+//! the low-passed velocity *vector*: a normal that turns needs no memory. Along the surface a probe
+//! with friction is damped as well, for where it sticks the tissue is about as stiff that way; but
+//! what the hand feels there is no longer than friction can bear, so that a probe that slips feels
+//! friction alone. Without friction a force along the surface is passed on as it is.
 //!
 //! * in: position each tick [m]; force, normal, depth of the patch
 //! * out: force [N]; exactly that of the patch at rest, exactly zero without contact, never pulling
@@ -25,6 +27,7 @@ use nalgebra::Vector3;
 
 use super::{between, within};
 use crate::fault::BuildError;
+use crate::lanes::sqrt;
 use crate::stages::output::Output;
 
 /// Largest damping [N s/m], whatever the tangent: a device's own is of the order of 0.1.
@@ -157,7 +160,22 @@ impl Damping {
         let added_n = -damping * self.velocity_m_per_s.dot(&output.normal);
         // never sticky: at most the whole push is taken away
         let added_n = if added_n < -push_n { -push_n } else { added_n };
-        output.force_n + output.normal * added_n
+        let damped_n = output.force_n + output.normal * added_n;
+        if output.grip_n > 0.0 { damped_n + self.along(output, push_n, damping) } else { damped_n }
+    }
+
+    /// Damping along the surface [N], where friction holds the probe.
+    fn along(&self, output: &Output, push_n: f32, damping: f32) -> Vector3<f32> {
+        let normal = output.normal;
+        let friction_n = output.force_n - normal * push_n;
+        let slides_m_per_s = self.velocity_m_per_s - normal * self.velocity_m_per_s.dot(&normal);
+        let asked_n = friction_n - slides_m_per_s * damping;
+        let (square, given) = (asked_n.dot(&asked_n), friction_n.dot(&friction_n));
+        // the model's own force is never cut
+        let grip = output.grip_n * output.grip_n;
+        let most = if given > grip { given } else { grip };
+        let felt_n = if square > most { asked_n * sqrt(most / square) } else { asked_n };
+        felt_n - friction_n
     }
 }
 
@@ -213,6 +231,23 @@ mod tests {
         }
         let out = moving(&DampingSettings::safe(1e-3, 1e-3), Vector3::new(0.0, 0.0, 1.0));
         assert_eq!(out.damp(&output, 1e6), Vector3::new(0.3, 0.1, 0.0), "all push gone, nothing more");
+    }
+
+    #[test]
+    fn a_probe_that_sticks_is_damped_along_the_surface_too_and_one_that_slips_feels_friction_alone() {
+        let velocity = Vector3::new(0.02, 0.0, 0.0);
+        let damping = moving(&DampingSettings::safe(1e-3, 1e-3), velocity);
+        let held = |along_n: f32, grip_n: f32| {
+            let output = Output { grip_n, ..contact(Vector3::new(along_n, 0.0, 1.0), Vector3::z(), 2e-3) };
+            damping.damp(&output, 400.0)
+        };
+        let added_n = (3e-3 * 400.0 + 0.3) * 0.02;
+        assert!((held(-0.1, 0.5).x - (-0.1 - added_n)).abs() < 1e-6, "it sticks");
+        assert!((held(0.1, 0.5).x - (0.1 - added_n)).abs() < 1e-6, "what springs back is damped as well");
+        assert!((held(-0.49, 0.5).x + 0.5).abs() < 1e-6, "no more than friction bears");
+        assert!((held(-0.5, 0.5).x + 0.5).abs() < 1e-6, "it slips");
+        assert_eq!(held(-0.3, 0.0), Vector3::new(-0.3, 0.0, 1.0), "no friction: passed on as it is");
+        assert!((held(-0.1, 0.5).z - 1.0).abs() < 1e-6, "nothing along the normal");
     }
 
     #[test]

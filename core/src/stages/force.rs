@@ -7,6 +7,7 @@
 
 pub mod compensation;
 pub mod foundation;
+pub mod friction;
 pub mod gravity;
 pub mod relaxation;
 pub mod rim;

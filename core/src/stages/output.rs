@@ -12,21 +12,26 @@ use crate::fault::{Fault, Limiters};
 use crate::lanes::sqrt;
 use crate::params::Tuned;
 use crate::stages::force::foundation::Load;
+use crate::stages::force::friction::Rubbed;
 use crate::stages::probe::Motion;
 use crate::state::{State, TouchPlane};
 
 /// Output of a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Output {
-    /// Force on the probe [N], patch frame: it points out of the tissue. Zero on any fault.
+    /// Force on the probe [N], patch frame: it points out of the tissue, and with friction along
+    /// its surface as well. Zero on any fault.
     pub force_n: Vector3<f32>,
     /// How deep the tip is below the undeformed surface, along the contact normal [m]; zero without
     /// contact.
     pub depth_m: f32,
     /// Centre of the contact on the deformed surface [m]; the tip without contact.
     pub point_m: Vector3<f32>,
-    /// Outward unit normal of the contact, the direction of the force; zero without contact.
+    /// Outward unit normal of the contact, the direction of the force but for friction; zero
+    /// without contact.
     pub normal: Vector3<f32>,
+    /// Largest force along the surface that the contact can bear [N]; zero without friction.
+    pub grip_n: f32,
     /// Free nodes that moved.
     pub active_nodes: u16,
     /// Distance of the tip that the patch was shown from the one that was sensed [m].
@@ -46,6 +51,7 @@ impl Output {
         depth_m: 0.0,
         point_m: Vector3::new(0.0, 0.0, 0.0),
         normal: Vector3::new(0.0, 0.0, 0.0),
+        grip_n: 0.0,
         active_nodes: 0,
         apart_m: 0.0,
         outside: false,
@@ -85,7 +91,15 @@ pub fn read(tuned: &Tuned, state: &mut State, motion: &Motion, load: &Load, acti
     }
     let length = sqrt(square);
     let normal = force_n * (1.0 / length);
-    if length > tuned.limits.max_force_n {
+    if tuned.remembers && tuned.rubs() {
+        (force_n, out.grip_n) = rub(tuned, &state.rubbed, force_n);
+        let square = force_n.dot(&force_n);
+        if square > tuned.limits.max_force_n * tuned.limits.max_force_n {
+            // push and friction as one
+            force_n *= tuned.limits.max_force_n / sqrt(square);
+            out.limiters.set(Limiters::FORCE);
+        }
+    } else if length > tuned.limits.max_force_n {
         force_n = normal * tuned.limits.max_force_n;
         out.limiters.set(Limiters::FORCE);
     }
@@ -98,4 +112,11 @@ pub fn read(tuned: &Tuned, state: &mut State, motion: &Motion, load: &Load, acti
     out.point_m = load.point * per_push;
     out.normal = normal;
     Ok(out)
+}
+
+/// Force with friction [N], and the most that friction could be [N].
+#[inline(never)]
+fn rub(tuned: &Tuned, rubbed: &Rubbed, push_n: Vector3<f32>) -> (Vector3<f32>, f32) {
+    let newtons = tuned.youngs_modulus_pa * tuned.substep_share;
+    (push_n - rubbed.force * newtons, rubbed.most * newtons)
 }

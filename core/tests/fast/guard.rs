@@ -3,7 +3,7 @@
 
 use palpate::stages::probe;
 use palpate::{
-    Faded, Fault, Limiters, Node, NodeStep, Output, Params, PatchFile, ProbePose, State, TetShapes, Tuned, Vector3, tick,
+    Bristle, Faded, Fault, Limiters, Node, NodeStep, Output, Params, PatchFile, ProbePose, State, TetShapes, Tuned, Vector3, tick,
 };
 
 /// Bytes of a patch on a word boundary.
@@ -50,6 +50,7 @@ impl Tissue {
         let shapes = vec![TetShapes::ZERO; TetShapes::count(&file.model)].leak();
         let state = State::new(&file.model, vec![Node::ZERO; nodes].leak(), vec![0; triangles].leak(), shapes).unwrap();
         let state = state.with_relaxation(vec![Faded::ZERO; nodes].leak()).unwrap();
+        let state = state.with_friction(vec![Bristle::ZERO; nodes].leak());
         Self { file, tuned, state }
     }
 

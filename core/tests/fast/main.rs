@@ -12,6 +12,7 @@ mod damping;
 mod deadline;
 mod energy;
 mod faults;
+mod friction;
 mod gate;
 mod guard;
 mod limiter;

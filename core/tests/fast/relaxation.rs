@@ -5,7 +5,7 @@ use palpate::{MOST_TERMS, PatchFile, PronyTerm};
 
 use super::guard::Tissue;
 
-const TERMS: [PronyTerm; MOST_TERMS] =
+pub const TERMS: [PronyTerm; MOST_TERMS] =
     [PronyTerm { share: 0.2, time_s: 0.02 }, PronyTerm { share: 0.26, time_s: 0.4 }, PronyTerm { share: 0.2, time_s: 4.4 }];
 
 /// Share of a force that is left so long after it was set [s].
@@ -60,7 +60,7 @@ fn a_patch_file_carries_shares_and_times() {
     assert_eq!(written(&file), plain, "a term that is off is not packed");
 }
 
-fn written(file: &PatchFile<'_>) -> Vec<u32> {
+pub fn written(file: &PatchFile<'_>) -> Vec<u32> {
     let mut bytes = Vec::new();
     file.write(|piece| bytes.extend_from_slice(piece));
     bytes.chunks_exact(4).map(|word| u32::from_ne_bytes([word[0], word[1], word[2], word[3]])).collect()

@@ -14,8 +14,8 @@ mod stiffness;
 use std::collections::BTreeMap;
 
 use palpate::{
-    Faded, FoundationPoint, Model, Node, NodeRest, NodeStep, Params, PatchFile, RimEdge, RimNode, Spring, State, Tet, TetShapes,
-    Triangle, Tuned, Vector3,
+    Bristle, Faded, FoundationPoint, Model, Node, NodeRest, NodeStep, Params, PatchFile, RimEdge, RimNode, Spring, State, Tet,
+    TetShapes, Triangle, Tuned, Vector3,
 };
 
 use crate::mesh::TetMesh;
@@ -342,6 +342,7 @@ pub struct Memory {
     shapes: Vec<TetShapes>,
     node_step: Vec<NodeStep>,
     faded: Vec<Faded>,
+    bristles: Vec<Bristle>,
 }
 
 impl Memory {
@@ -355,6 +356,7 @@ impl Memory {
             shapes: vec![TetShapes::ZERO; TetShapes::count(model)],
             node_step: vec![NodeStep::ZERO; nodes],
             faded: Vec::new(),
+            bristles: Vec::new(),
         }
     }
 
@@ -364,13 +366,17 @@ impl Memory {
     /// Parameters, a model or a memory that [`Params::build`] refuses.
     pub fn start(&mut self, model: &Model, params: &Params) -> Result<(Tuned<'_>, State<'_>), palpate::BuildError> {
         let tuned = params.build(model, &mut self.node_step)?;
-        let state = State::new(model, &mut self.nodes, &mut self.candidates, &mut self.shapes)?;
-        if !tuned.relaxes() {
-            return Ok((tuned, state));
+        let mut state = State::new(model, &mut self.nodes, &mut self.candidates, &mut self.shapes)?;
+        if tuned.relaxes() {
+            self.faded.clear();
+            self.faded.resize(model.nodes.len(), Faded::ZERO);
+            state = state.with_relaxation(&mut self.faded)?;
         }
-        self.faded.clear();
-        self.faded.resize(model.nodes.len(), Faded::ZERO);
-        let state = state.with_relaxation(&mut self.faded)?;
+        if tuned.rubs() {
+            self.bristles.clear();
+            self.bristles.resize(model.nodes.len(), Bristle::ZERO);
+            state = state.with_friction(&mut self.bristles);
+        }
         Ok((tuned, state))
     }
 }

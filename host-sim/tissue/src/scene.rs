@@ -186,6 +186,9 @@ pub struct ProbeScene {
     pub position_m: Option<[f64; 2]>,
     /// Where on a mesh or an organ [m]: the nearest surface point is pressed, along its normal.
     pub site: Option<[f64; 3]>,
+    /// Coulomb's coefficient of friction on the tissue (1); zero slides freely.
+    #[serde(default)]
+    pub friction: f64,
 }
 
 /// Method and its input.

@@ -167,8 +167,9 @@ fn fitted(scene: &Scene, packed: &Params) -> Params {
         compensation: own.terms.compensation && packed.terms.compensation,
         rim: own.terms.rim && packed.terms.rim,
         relative_mass: own.terms.relative_mass && packed.terms.relative_mass,
-        // no fit knows of it: it is the scene's tissue
+        // no fit knows of them: they are the scene's tissue and probe
         relaxation: own.terms.relaxation,
+        friction: own.terms.friction,
     };
     Params {
         compensation: packed.compensation,

@@ -31,6 +31,16 @@ fn a_relaxation_that_cannot_be() {
 }
 
 #[test]
+fn a_friction_that_cannot_be() {
+    for value in ["-0.1", "nan", "5.5", "inf"] {
+        let with = format!("shape = \"hemisphere\"\nfriction = {value}");
+        refused_edit("shape = \"hemisphere\"", &with, &["probe.friction", "outside 0 .. 5", "choose a value in that range"]);
+    }
+    let with = "shape = \"hemisphere\"\nfrictoin = 0.5";
+    refused_edit("shape = \"hemisphere\"", with, &["\"frictoin\"", "did you mean \"friction\"?"]);
+}
+
+#[test]
 fn a_moving_error_that_cannot_be_kept() {
     let solver = |pct: &str| format!("[solver]\nmoving_error_pct = {pct}\n[probe]");
     for pct in ["0.0", "-1.0", "nan", "100.5"] {

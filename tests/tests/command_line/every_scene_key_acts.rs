@@ -117,6 +117,18 @@ fn tissue_sags_under_gravity_by_its_weight() {
 }
 
 #[test]
+fn friction_holds_the_surface_under_the_probe() {
+    let friction = |mu: &str| ratios(&changed(PLACE, &format!("{PLACE}\nfriction = {mu}")), &small());
+    assert!(friction("0.0").iter().all(|r| *r == 1.0), "none is the default");
+    // what is pressed apart is held back: between a smooth probe and a glued one
+    let [some, much] = ["0.2", "0.8"].map(friction);
+    println!("{some:?} {much:?}");
+    for (some, much) in some.iter().zip(&much) {
+        assert!(1.0 < *some && some < much && *much < 1.1, "{some} {much}");
+    }
+}
+
+#[test]
 fn relaxation_fades_holds_and_the_long_term_modulus_is_what_stays() {
     let relaxing = |modulus: &str| {
         let terms = "[[tissue.relaxation]]\nshare = 0.4\ntime_s = 0.02\n[[tissue.relaxation]]\nshare = 0.1\ntime_s = 200.0\n";

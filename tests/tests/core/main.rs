@@ -3,6 +3,7 @@
 
 mod docs_name_the_thing;
 mod energy_never_grows;
+mod friction;
 mod golden_force_traces;
 mod imports_run_down;
 mod momentum_is_balanced;

@@ -23,6 +23,7 @@
 
 use nalgebra::Vector3;
 
+use super::friction::{self, Touch};
 use super::relaxation;
 use crate::lanes::{ROW, add, row, sqrt, vector};
 use crate::model::Model;
@@ -104,7 +105,8 @@ const NINTH: f32 = 1.0 / 9.0;
 const ZERO: Vector3<f32> = Vector3::new(0.0, 0.0, 0.0);
 
 /// Pushes the surface out of the probe.
-#[cfg_attr(feature = "stage-cost", inline(never))]
+// as with `integrate::advance`: inlined, it takes registers from what is around it
+#[cfg_attr(any(feature = "stage-cost", target_os = "none"), inline(never))]
 pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> Load {
     let centre = centre_m(&tuned.probe, tip_m);
     let mut load = Load::NONE;
@@ -112,11 +114,12 @@ pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32
         true => press_points::<Nine, 9>(model, tuned, state, tip_m, centre, &mut load),
         false => press_points::<Four, 4>(model, tuned, state, tip_m, centre, &mut load),
     }
-    if tuned.relaxes() {
-        settle::<true>(model, tuned, state, centre, velocity_m_per_s, &mut load);
-        relaxation::fade(tuned, state);
+    if tuned.remembers {
+        // by value: a load whose address is known elsewhere is kept in memory, 2 % more
+        // instructions
+        load.add(&settle_remembering(model, tuned, state, centre, velocity_m_per_s));
     } else {
-        settle::<false>(model, tuned, state, centre, velocity_m_per_s, &mut load);
+        settle::<false, false>(model, tuned, state, centre, velocity_m_per_s, &mut load);
     }
     // points were summed relative to the probe's centre
     load.point += centre * load.push;
@@ -170,10 +173,32 @@ fn press_points<P: Points<Q>, const Q: usize>(
     }
 }
 
+/// [`settle`] where the tissue relaxes or the probe rubs.
+#[inline(never)]
+fn settle_remembering(
+    model: &Model,
+    tuned: &Tuned,
+    state: &mut State,
+    centre: Vector3<f32>,
+    velocity_m_per_s: Vector3<f32>,
+) -> Load {
+    let mut load = Load::NONE;
+    match (tuned.relaxes(), tuned.rubs()) {
+        (true, true) => settle::<true, true>(model, tuned, state, centre, velocity_m_per_s, &mut load),
+        (true, false) => settle::<true, false>(model, tuned, state, centre, velocity_m_per_s, &mut load),
+        (false, _) => settle::<false, true>(model, tuned, state, centre, velocity_m_per_s, &mut load),
+    }
+    if tuned.relaxes() {
+        relaxation::fade(tuned, state);
+    }
+    load
+}
+
 /// Takes the push at every touched node at the end of the substep. If `RELAXING`, it is left in
-/// `node.pass` for [`relaxation::fade`]: what fades is the elastic force alone.
+/// `node.pass` for [`relaxation::fade`]: what fades is the elastic force alone. If `RUBBING`, the
+/// force along the surface goes the same way; the load on the probe has the push alone.
 #[inline(always)]
-fn settle<const RELAXING: bool>(
+fn settle<const RELAXING: bool, const RUBBING: bool>(
     model: &Model,
     tuned: &Tuned,
     state: &mut State,
@@ -181,6 +206,7 @@ fn settle<const RELAXING: bool>(
     velocity_m_per_s: Vector3<f32>,
     load: &mut Load,
 ) {
+    let mut met = 0;
     for &index in state.candidates.iter().take(state.near) {
         let Some(triangle) = model.triangles.get(usize::from(index)) else { continue };
         for &n in &triangle.node {
@@ -195,15 +221,36 @@ fn settle<const RELAXING: bool>(
                     Some(faded) => implicit_relaxing(node, faded, inertia.step, tuned, velocity_m_per_s),
                     None => implicit(node, inertia.step, tuned, velocity_m_per_s),
                 };
+                let mut on_node = f;
+                if RUBBING
+                    && push > 0.0
+                    && let Some(bristle) = friction::claim(state.bristles, &mut state.rubbing, met, n as u16)
+                {
+                    met += 1;
+                    let touch = Touch {
+                        from_centre_m: vector(&node.x) - centre,
+                        push: f,
+                        length: push,
+                        slope: node.slope,
+                        yields: tuned.lumping_s * inertia.step,
+                        moves_m: vector(&node.v) * (tuned.substep_s * tuned.keep) - velocity_m_per_s * tuned.contact_damping_s,
+                        others: vector(&node.f),
+                        faded: faded.map_or(ZERO, Faded::sum),
+                    };
+                    let along = friction::rub(bristle, &touch, tuned);
+                    on_node += along;
+                    state.rubbed.force += along;
+                    state.rubbed.most += tuned.friction * push;
+                }
                 node.slope = 0.0;
                 if tuned.relative_mass {
                     node.free = free;
                 }
                 if RELAXING {
-                    node.pass = row(f);
+                    node.pass = row(on_node);
                 } else {
                     node.pass = [0.0; ROW];
-                    add(&mut node.f, &row(f));
+                    add(&mut node.f, &row(on_node));
                 }
                 load.force += f;
                 load.push += push;
@@ -211,6 +258,9 @@ fn settle<const RELAXING: bool>(
                 load.rest += Vector3::from(rest.rest_m) * push;
             }
         }
+    }
+    if RUBBING {
+        state.rubbing = met;
     }
 }
 

@@ -22,6 +22,8 @@ const NODE: f32 = 130.0;
 /// A node whose forces fade, and each term of its relaxation.
 const RELAXING: f32 = 50.0;
 const TERM: f32 = 30.0;
+/// A triangle that the probe rubs, besides.
+const RUBBED: f32 = 240.0;
 const RIM_NODE: f32 = 75.0;
 const RIM_EDGE: f32 = 99.0;
 /// A triangle that the probe presses, with four foundation points.
@@ -72,11 +74,12 @@ pub fn cycles(file: &PatchFile<'_>, touched: usize) -> f32 {
     };
     let terms = file.params.relaxation.iter().filter(|term| term.share > 0.0).count();
     let node = node + if terms > 0 { RELAXING + of(terms, TERM) } else { 0.0 };
+    let rubbed = if file.params.friction > 0.0 { RUBBED } else { 0.0 };
     let substep = of(model.springs.len(), spring)
         + of(model.tets.len(), TET)
         + of(model.nodes.len(), node)
         + of(model.rim_nodes.len(), RIM_NODE)
         + of(model.rim_edges.len(), RIM_EDGE)
-        + of(touched, TOUCHED + of(points, EXTRA_POINT));
+        + of(touched, TOUCHED + of(points, EXTRA_POINT) + rubbed);
     TICK + of(model.triangles.len(), PASSED) + f32::from(file.params.substeps) * substep
 }

@@ -194,6 +194,7 @@ impl Ladder<'_> {
                 rim: a.rim && b.rim,
                 relative_mass: a.relative_mass && b.relative_mass,
                 relaxation: a.relaxation && b.relaxation,
+                friction: a.friction && b.friction,
             };
             let terms = both(best.terms, without);
             let Some(screened) = self.run(step, edge, terms, Effort::Screened) else { continue };

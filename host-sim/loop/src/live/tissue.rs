@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use palpate::haptic::cycle::Renderer;
 use palpate::{
-    BuildError, FIELDS, Faded, Fault, Gains, Node, NodeStep, Output, Params, Parked, ProbePose, State, TetShapes, tick,
+    Bristle, BuildError, FIELDS, Faded, Fault, Gains, Node, NodeStep, Output, Params, Parked, ProbePose, State, TetShapes, tick,
 };
 
 use crate::closed_loop::watch::{RestShape, RestSolid};
@@ -21,6 +21,7 @@ pub struct LiveTissue {
     node_step: Vec<NodeStep>,
     gains: Gains,
     faded: Vec<Faded>,
+    bristles: Vec<Bristle>,
     held: Parked,
     /// The next tick puts the patch to rest, in place of its answer: as on the board, or the two
     /// would differ by that tick.
@@ -46,6 +47,7 @@ impl LiveTissue {
             node_step: vec![NodeStep::ZERO; nodes],
             gains: [0.0; FIELDS],
             faded: vec![Faded::ZERO; nodes],
+            bristles: vec![Bristle::ZERO; nodes],
             held: Parked::default(),
             resting: false,
         };
@@ -106,7 +108,8 @@ impl LiveTissue {
     fn with_state<T>(&mut self, work: impl FnOnce(&palpate::Model, &mut State) -> T) -> Result<T, BuildError> {
         let model = self.patch.wide_model();
         let mut state = State::resume(&model, &mut self.nodes, &mut self.candidates, &mut self.shapes, self.held)?
-            .with_relaxation(&mut self.faded)?;
+            .with_relaxation(&mut self.faded)?
+            .with_friction(&mut self.bristles);
         let done = work(&model, &mut state);
         self.held = state.held();
         Ok(done)
@@ -119,10 +122,13 @@ impl Renderer for LiveTissue {
             self.rest();
             return Output::NONE;
         }
-        let Self { patch, params, nodes, candidates, shapes, node_step, gains, faded, held, .. } = self;
+        let Self { patch, params, nodes, candidates, shapes, node_step, gains, faded, bristles, held, .. } = self;
         let model = patch.wide_model();
         let tuned = params.derive(node_step, *gains);
-        match State::resume(&model, nodes, candidates, shapes, *held).and_then(|state| state.with_relaxation(faded)) {
+        let state = State::resume(&model, nodes, candidates, shapes, *held)
+            .and_then(|state| state.with_relaxation(faded))
+            .map(|state| state.with_friction(bristles));
+        match state {
             Ok(mut state) => {
                 let output = tick(&model, &tuned, &mut state, pose);
                 *held = state.held();

@@ -230,6 +230,7 @@ impl SceneError {
     pub(crate) fn parameter(file: &str, cause: BuildError) -> Self {
         let table = match cause {
             BuildError::OutOfRange { parameter, .. } if parameter.starts_with("probe.") => "",
+            BuildError::OutOfRange { parameter: "friction", .. } => "probe.",
             _ => "tissue.",
         };
         Self::Parameter { file: file.into(), table, cause }

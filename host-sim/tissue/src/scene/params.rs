@@ -16,6 +16,7 @@ impl Scene {
             node_damping_per_s: tissue.node_damping_per_s as f32,
             gravity_m_per_s2: tissue.gravity_m_per_s2.map(|g| g as f32),
             relaxation: tissue.relaxation(),
+            friction: self.probe.friction as f32,
             tick_s: crate::scene::TICK_S as f32,
             probe: Probe {
                 shape: match self.probe.shape {

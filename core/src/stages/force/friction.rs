@@ -1,0 +1,262 @@
+//! Friction: a bristle between the probe and every touched node, which gives way at Coulomb's
+//! limit.
+//!
+//! The node is held to the probe by a spring along the surface, and that spring bears at most mu
+//! times the node's own push. What it cannot bear, it slips. It is softer than the foundation there
+//! by what a half-space is softer along its surface than across it, `2 (1 - nu) / (2 - nu)`: with
+//! that a probe that sticks meets the stiffness of a glued disc. The bristle's root is a *place on
+//! the probe*, so that a hold neither drifts nor relaxes (Hayward, Armstrong, A new computational
+//! model of friction applied to haptic rendering, Experimental Robotics VI, 2000). Partial slip is
+//! what the nodes at the edge of a contact do before those in its middle.
+//!
+//! Taken at the *end* of the substep as the push is ([`super::foundation`]), with the same slope,
+//! so that friction asks for no shorter step. It gives no energy: a bristle that slips gets
+//! shorter; one whose slope grows, because more points touch, keeps its force; one whose slope
+//! falls keeps its length; one that loses the probe is gone.
+//!
+//! * in: the push of a node with its slope and normal, its motion and that of the probe
+//! * out: the force along the surface on that node; the bristle
+//! * cost (M4F, estimated): about 250 cycles a touched node
+//! * may fail: never
+
+use nalgebra::Vector3;
+
+use crate::lanes::sqrt;
+use crate::params::Tuned;
+
+/// The bristle of a node.
+#[derive(Clone, Copy, Debug)]
+pub struct Bristle {
+    /// Where on the probe it is rooted, from the probe's centre [m].
+    root_m: Vector3<f32>,
+    /// Its stiffness over E in the last substep [m]; zero at the touch.
+    slope: f32,
+    /// Its node.
+    node: u16,
+}
+
+impl Bristle {
+    /// Never touched: what memory is reserved with.
+    pub const ZERO: Self = Self { root_m: Vector3::new(0.0, 0.0, 0.0), slope: 0.0, node: 0 };
+}
+
+/// The bristle of a node that touches, the `met`-th of this substep; a new one if it did not touch
+/// in the last substep. `live` bristles are of that one or already of this, the latter in front, so
+/// that a node is nearly always found where the one before it was. `None` where there is no memory
+/// for so many: the node then slides freely.
+#[inline(always)]
+pub(super) fn claim<'b>(bristles: &'b mut [Bristle], live: &mut usize, met: usize, node: u16) -> Option<&'b mut Bristle> {
+    let front = *bristles.get(met)?;
+    let found = bristles.iter().take(*live).skip(met).position(|bristle| bristle.node == node);
+    let claimed = match found {
+        Some(behind) => {
+            let slot = bristles.get_mut(met + behind)?;
+            core::mem::replace(slot, front)
+        }
+        None => {
+            if met < *live {
+                // without room behind, one that has not been met yet is lost
+                if let Some(end) = bristles.get_mut(*live) {
+                    *end = front;
+                    *live += 1;
+                }
+            }
+            Bristle { node, ..Bristle::ZERO }
+        }
+    };
+    let slot = bristles.get_mut(met)?;
+    *slot = claimed;
+    Some(slot)
+}
+
+/// Friction of a tick.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rubbed {
+    /// Sum over the substeps of the force on the tissue over E [N/Pa].
+    pub force: Vector3<f32>,
+    /// Sum over the substeps of the largest force that it could have been [N/Pa].
+    pub most: f32,
+}
+
+impl Rubbed {
+    pub const NONE: Self = Self { force: Vector3::new(0.0, 0.0, 0.0), most: 0.0 };
+}
+
+/// A touched node in this substep.
+pub(super) struct Touch {
+    /// The node from the probe's centre [m].
+    pub from_centre_m: Vector3<f32>,
+    /// Its push at the end of the substep over E [N/Pa].
+    pub push: Vector3<f32>,
+    /// Length of that push.
+    pub length: f32,
+    /// Slope of the foundation there over E [m].
+    pub slope: f32,
+    /// Displacement per force of the node [m per (N/Pa)].
+    pub yields: f32,
+    /// Displacement in the substep by the velocities of node and probe [m].
+    pub moves_m: Vector3<f32>,
+    /// Sum of all else that acts on the node over E [N/Pa].
+    pub others: Vector3<f32>,
+    /// Forces that have faded there over E [N/Pa].
+    pub faded: Vector3<f32>,
+}
+
+/// Force along the surface on a touched node over E [N/Pa], at the end of the substep: with K the
+/// slope, s the bristle, d the displacement to come by velocities, F what else acts and b its
+/// displacement per force, `q = -K P (s + d + b F) / (1 + K b)`, P the projection on the surface,
+/// no longer than mu times the push. In tissue that relaxes as the push is (`implicit_relaxing`).
+#[inline(always)]
+pub(super) fn rub(bristle: &mut Bristle, touch: &Touch, tuned: &Tuned) -> Vector3<f32> {
+    let normal = touch.push * (1.0 / touch.length);
+    let along = |v: Vector3<f32>| v - normal * v.dot(&normal);
+    let (slope, at_once) = (tuned.along * touch.slope, tuned.prony.at_once);
+    let faded = along(touch.faded);
+    let stretched = if bristle.slope == 0.0 {
+        // no force at the touch, whatever has faded
+        faded * (-1.0 / (at_once * slope))
+    } else {
+        let stretched = along(touch.from_centre_m - bristle.root_m);
+        if slope > bristle.slope { stretched * (bristle.slope / slope) } else { stretched }
+    };
+    let resists = 1.0 + at_once * slope * touch.yields;
+    let moves = along(touch.moves_m + touch.others * (at_once * touch.yields)) + faded * touch.yields;
+    let mut force = ((stretched + moves) * (-at_once * slope) - faded) * (1.0 / resists);
+    let mut left = stretched;
+    let (square, most) = (force.dot(&force), tuned.friction * touch.length);
+    if square > most * most {
+        force *= most / sqrt(square);
+        left = (force + faded) * (-1.0 / (at_once * slope)) - (moves + force * touch.yields);
+    }
+    (bristle.root_m, bristle.slope) = (touch.from_centre_m - left, slope);
+    force
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Params;
+
+    /// Half a row of points without a neighbour, which by the method of dimensionality reduction
+    /// answers as a sphere on a half-space does: a point at x bears `E* dx (d - x^2 / R)`.
+    const POINTS: u16 = 1000;
+    const RADIUS_M: f32 = 8e-3;
+    const DEPTH_M: f32 = 2e-3;
+
+    /// Force along the surface and push of the row after the probe moved there and back, step by
+    /// step [N/Pa].
+    fn row(mu: f32, displacement_m: &[f32]) -> (f32, f32) {
+        let params = Params { friction: mu, ..Params::default() };
+        let tuned = params.derive(&mut [], [0.0; 4]);
+        let half_m = sqrt(RADIUS_M * DEPTH_M);
+        let slope = half_m / f32::from(POINTS);
+        let (mut force, mut push) = (0.0, 0.0);
+        for n in 0..POINTS {
+            let x = (f32::from(n) + 0.5) * slope;
+            let length = slope * (DEPTH_M - x * x / RADIUS_M);
+            let mut bristle = Bristle::ZERO;
+            let mut last = 0.0;
+            for at_m in displacement_m {
+                let touch = Touch {
+                    from_centre_m: Vector3::new(-at_m, 0.0, 0.0),
+                    push: Vector3::new(0.0, 0.0, -length),
+                    length,
+                    slope,
+                    yields: 0.0,
+                    moves_m: Vector3::zeros(),
+                    others: Vector3::zeros(),
+                    faded: Vector3::zeros(),
+                };
+                last = rub(&mut bristle, &touch, &tuned).x;
+            }
+            force += last;
+            push += length;
+        }
+        (force, push)
+    }
+
+    /// Cattaneo and Mindlin: share of the full friction at a way in units of the one that slips
+    /// all.
+    fn partial(way: f32) -> f32 {
+        if way < 1.0 { 1.0 - libm::powf(1.0 - way, 1.5) } else { 1.0 }
+    }
+
+    #[test]
+    fn a_row_of_points_slips_as_cattaneo_and_mindlin_say() {
+        let nu = Params::default().poisson_ratio;
+        for mu in [0.1, 0.3, 0.6, 1.0] {
+            // u_m = mu (E* / G*) d
+            let slips_m = mu * DEPTH_M * (2.0 - nu) / (2.0 * (1.0 - nu));
+            for way in [0.05, 0.1, 0.25, 0.5, 0.75, 0.95, 1.0, 2.0] {
+                let to_m: [f32; 21] = core::array::from_fn(|n| way * slips_m * n as f32 * 0.05);
+                let (force, push) = row(mu, &to_m);
+                let expected = mu * push * partial(way);
+                assert!((force - expected).abs() < 1e-3 * mu * push, "mu {mu}, way {way}: {force} for {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_way_back_unloads_twice_as_stretched() {
+        // Mindlin and Deresiewicz: back from U by v, T = T(U) - 2 T(v / 2)
+        let nu = Params::default().poisson_ratio;
+        let slips_m = 0.3 * DEPTH_M * (2.0 - nu) / (2.0 * (1.0 - nu));
+        for back in [0.2, 0.5, 1.0, 1.5] {
+            let displacement_m = [0.0, 0.4 * slips_m, 0.8 * slips_m, (0.8 - 0.5 * back) * slips_m, (0.8 - back) * slips_m];
+            let (force, push) = row(0.3, &displacement_m);
+            let expected = 0.3 * push * (partial(0.8) - 2.0 * partial(0.5 * back));
+            assert!((force - expected).abs() < 1e-3 * 0.3 * push, "back {back}: {force} for {expected}");
+        }
+    }
+
+    #[test]
+    fn more_slope_keeps_the_force_and_less_of_it_keeps_the_bristle() {
+        let tuned = Params { friction: 5.0, ..Params::default() }.derive(&mut [], [0.0; 4]);
+        let touch = |at_m: f32, slope: f32| Touch {
+            from_centre_m: Vector3::new(at_m, 0.0, 0.0),
+            push: Vector3::new(0.0, 0.0, -1.0),
+            length: 1.0,
+            slope,
+            yields: 0.0,
+            moves_m: Vector3::zeros(),
+            others: Vector3::zeros(),
+            faded: Vector3::zeros(),
+        };
+        let mut bristle = Bristle::ZERO;
+        let mut at = |at_m, slope| rub(&mut bristle, &touch(at_m, slope), &tuned).x;
+        assert_eq!(at(0.0, 1.0), 0.0);
+        let pulled = at(1e-3, 1.0);
+        assert!((pulled + 1e-3 * tuned.along).abs() < 1e-9);
+        assert!((at(1e-3, 4.0) - pulled).abs() < 1e-9, "more points touch, none of them stretched");
+        assert!((at(1e-3, 1.0) - 0.25 * pulled).abs() < 1e-9, "they leave and take their share");
+    }
+
+    /// Nodes that have a bristle, in order, each with its slope, after they touched in this order.
+    fn met(bristles: &mut [Bristle], live: &mut usize, nodes: &[u16]) -> usize {
+        let mut met = 0;
+        for &node in nodes {
+            if let Some(bristle) = claim(bristles, live, met, node) {
+                assert_eq!(bristle.node, node);
+                bristle.slope += 1.0;
+                met += 1;
+            }
+        }
+        *live = met;
+        met
+    }
+
+    #[test]
+    fn a_bristle_lives_as_long_as_its_node_touches() {
+        let (mut bristles, mut live) = ([Bristle::ZERO; 4], 0);
+        let mut touch = |nodes: &[u16]| -> [(u16, f32); 4] {
+            let met = met(&mut bristles, &mut live, nodes);
+            core::array::from_fn(|n| if n < met { (bristles[n].node, bristles[n].slope) } else { (0, 0.0) })
+        };
+        assert_eq!(touch(&[7, 3, 5]), [(7, 1.0), (3, 1.0), (5, 1.0), (0, 0.0)]);
+        assert_eq!(touch(&[5, 7, 3]), [(5, 2.0), (7, 2.0), (3, 2.0), (0, 0.0)], "in any order");
+        assert_eq!(touch(&[9, 3]), [(9, 1.0), (3, 3.0), (0, 0.0), (0, 0.0)], "one is new, two are gone");
+        assert_eq!(touch(&[5, 9, 3, 7, 8]), [(5, 1.0), (9, 2.0), (3, 4.0), (7, 1.0)], "no room for a fifth");
+        assert_eq!(touch(&[1, 2, 3, 9]), [(1, 1.0), (2, 1.0), (3, 5.0), (9, 1.0)], "nor for those not met yet");
+        assert_eq!(touch(&[]), [(0, 0.0); 4]);
+    }
+}

@@ -1,0 +1,67 @@
+//! A probe with friction, on a patch that ships: it opposes the way it slides by mu times the push,
+//! lets go with the contact, and a patch file carries its coefficient.
+
+use palpate::{MOST_TERMS, PatchFile, PronyTerm, Vector3};
+
+use super::guard::Tissue;
+use super::relaxation::{TERMS, written};
+
+#[test]
+fn friction_opposes_the_way_and_ends_with_the_contact() {
+    for relaxation in [[PronyTerm::NONE; MOST_TERMS], TERMS] {
+        let mut tissue = Tissue::with(|params| (params.friction, params.relaxation) = (0.5, relaxation));
+        let mut last = tissue.press(3e-3);
+        let push_n = last.force_n.dot(&last.normal);
+        assert!((last.grip_n / push_n - 0.5).abs() < 0.05, "{last:?}");
+        let mut aside_m = 0.0;
+        for (displacement_m, ticks) in [(1e-5_f32, 400), (-1e-5, 800)] {
+            for _ in 0..ticks {
+                aside_m += displacement_m;
+                last = tissue.at(Vector3::new(aside_m, 0.0, -3e-3));
+            }
+            let push_n = last.force_n.dot(&last.normal);
+            let along_n = last.force_n - last.normal * push_n;
+            assert!(along_n.x * displacement_m < 0.0 && along_n.norm() > 0.45 * push_n, "by {displacement_m}: {last:?}");
+            assert!(along_n.norm() <= last.grip_n * 1.0001, "{last:?}");
+        }
+        let away = tissue.high(2e-2);
+        assert_eq!((away.force_n, away.grip_n), (Vector3::zeros(), 0.0));
+    }
+}
+
+#[test]
+fn the_push_is_reported_apart_from_friction() {
+    let mut tissue = Tissue::with(|params| params.friction = 0.8);
+    tissue.press(3e-3);
+    let slid = (1..=300_u16).map(|n| tissue.at(Vector3::new(1e-5 * f32::from(n), 0.0, -3e-3))).last().expect("ticks");
+    // the normal is that of the surface, and the depth is along it
+    assert!(slid.normal.z > 0.96, "{slid:?}");
+    assert!((slid.depth_m - 3e-3).abs() < 0.3e-3, "{slid:?}");
+}
+
+#[test]
+fn the_longest_force_clamps_push_and_friction_as_one() {
+    let mut tissue = Tissue::with(|params| (params.friction, params.limits.max_force_n) = (0.8, 0.05));
+    tissue.press(3e-3);
+    let slid = (1..=300_u16).map(|n| tissue.at(Vector3::new(1e-5 * f32::from(n), 0.0, -3e-3))).last().expect("ticks");
+    assert!((slid.force_n.norm() - 0.05).abs() < 1e-6 && slid.force_n.x < -0.02, "{slid:?}");
+}
+
+#[test]
+fn a_patch_file_carries_the_coefficient() {
+    let mut file = Tissue::new().file;
+    let plain = written(&file);
+    file.params.friction = 0.5;
+    let rubs = written(&file);
+    assert_eq!(rubs.len(), plain.len() + 1, "a word more, and the others as they were");
+    let bytes: &[u8] = bytemuck::cast_slice(&rubs);
+    let read = PatchFile::open(bytes).unwrap().params;
+    assert_eq!((read.friction, read.relaxation), (0.5, [PronyTerm::NONE; MOST_TERMS]));
+    assert!(PatchFile::open(&bytes[..bytes.len() - 4]).is_err(), "cut");
+    file.params.relaxation = TERMS;
+    let words = written(&file);
+    let both = PatchFile::open(bytemuck::cast_slice(&words)).unwrap().params;
+    assert_eq!((both.friction, both.relaxation), (0.5, TERMS));
+    (file.params.terms.friction, file.params.terms.relaxation) = (false, false);
+    assert_eq!(written(&file), plain, "a term that is off is not packed");
+}
