@@ -46,16 +46,19 @@ pub struct Terms {
     /// The mass floor acts on the motion of neighbours relative to each other. Off, it acts on each
     /// node by itself.
     pub relative_mass: bool,
+    /// Tissue stiffens by [`Params::stiffening_b`]. With zero there the term costs nothing.
+    pub stiffening: bool,
     /// Forces fade by [`Params::relaxation`]. Without shares there the term costs nothing.
     pub relaxation: bool,
 }
 
 impl Terms {
     /// Every term.
-    pub const ALL: Self = Self { volume: true, compensation: true, rim: true, relative_mass: true, relaxation: true };
+    pub const ALL: Self =
+        Self { volume: true, compensation: true, rim: true, relative_mass: true, stiffening: true, relaxation: true };
     /// Springs, masses, contact: the papers' plain mass-spring model.
     pub const SPRINGS_ONLY: Self =
-        Self { volume: false, compensation: false, rim: false, relative_mass: false, relaxation: false };
+        Self { volume: false, compensation: false, rim: false, relative_mass: false, stiffening: false, relaxation: false };
 }
 
 /// Limits at the patch's edge. They can be lowered, never switched off.
@@ -111,6 +114,9 @@ pub struct Params {
     /// (beta). With 1 the force is that of the probe's place at the end of the substep plus its
     /// speed, with 0 it lags by a substep.
     pub contact_damping: f32,
+    /// Stiffening exponent b of Fung and Demiray (1): the energy density w of a deformation becomes
+    /// `mu/2b (exp(2 b w / mu) - 1)`. Zero leaves it out. Tissue data: a patch serves any.
+    pub stiffening_b: f32,
     /// How forces fade while the tissue is held, terms with a share of zero left out. Tissue data:
     /// a patch serves any.
     // a named length breaks the compiler (1.95) where a closure borrows the field
@@ -140,6 +146,7 @@ impl Default for Params {
             compensation_threshold: 0.073,
             mass_floor: 5.0,
             contact_damping: 0.5,
+            stiffening_b: 0.0,
             relaxation: [PronyTerm::NONE; MOST_TERMS],
             substeps: 1,
             tick_s: 1e-3,
@@ -191,6 +198,8 @@ pub struct Tuned<'a> {
     pub(crate) contact_damping_s: f32,
     /// Displacement of a substep over the velocity that it adds, with the safety of lumping [s].
     pub(crate) lumping_s: f32,
+    /// Logarithm of a node's stiffness factor over its energy over E, times six volumes (1).
+    pub(crate) steepness: f32,
     /// How forces fade.
     pub(crate) prony: Prony,
     /// Some node has added mass relative to its neighbours.
@@ -212,6 +221,13 @@ impl Tuned<'_> {
     #[must_use]
     pub fn youngs_modulus_pa(&self) -> f32 {
         self.youngs_modulus_pa
+    }
+
+    /// Whether tissue stiffens.
+    #[must_use]
+    #[inline(always)]
+    pub fn stiffens(&self) -> bool {
+        self.steepness > 0.0
     }
 
     /// Whether forces fade while the tissue is held: the state then needs
@@ -381,6 +397,8 @@ impl Params {
             compensation: self.compensation,
             contact_damping_s: self.contact_damping * dt,
             lumping_s: CONTACT_LUMPING * dt,
+            // a node's volume is a quarter of its tets', mu is E / (2 (1 + nu))
+            steepness: if self.terms.stiffening { 2.0 * self.stiffening_b * (2.0 * (1.0 + self.poisson_ratio)) * 24.0 } else { 0.0 },
             prony: Prony::of(self.relaxes(), dt),
             relative_mass: node_step.iter().any(|node| node.added > 0.0),
             gains,
@@ -407,6 +425,7 @@ impl Params {
             ("compensation_threshold", self.compensation_threshold, 0.0, 0.9),
             ("mass_floor", self.mass_floor, 0.0, 1e3),
             ("contact_damping", self.contact_damping, 0.0, 1.0),
+            ("stiffening_b", self.stiffening_b, 0.0, 100.0),
             ("probe.radius_m", self.probe.radius_m, f32::MIN_POSITIVE, 1.0),
             ("limits.max_speed_m_per_s", self.limits.max_speed_m_per_s, f32::MIN_POSITIVE, highest.max_speed_m_per_s),
             ("limits.max_sink_m_per_s", self.limits.max_sink_m_per_s, f32::MIN_POSITIVE, highest.max_sink_m_per_s),

@@ -5,8 +5,9 @@
 //! but the header. Elastic constants are per pascal, so the header's parameters are defaults that a
 //! caller may change before [`Params::build`], Poisson's ratio and the probe's place excepted.
 //!
-//! A tissue that relaxes has shares and times after the arrays, and a bit in `terms` that says so:
-//! other files are what they were, and a reader that does not know relaxation refuses these.
+//! A tissue that stiffens has its exponent after the arrays, and one that relaxes has shares and
+//! times after that, each with a bit in `terms` that says so: other files are what they were, and a
+//! reader that does not know the term refuses these.
 
 use bytemuck::{Pod, Zeroable};
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -54,7 +55,7 @@ struct Header {
     max_sink_m_per_s: f32,
     max_force_n: f32,
     /// Bit 0 volume, 1 compensation, 2 rim, 3 relative mass, 4 relaxation: shares and times end the
-    /// file. The others are zero.
+    /// file, 5 stiffening: the exponent stands before them. The others are zero.
     terms: u32,
     /// Places that the constants were fitted over; 0 if they come from formulas alone.
     fitted_places: u32,
@@ -64,6 +65,7 @@ const HEADER: usize = size_of::<Header>();
 /// Share and time of each term of the relaxation.
 type Relaxation = [[f32; 2]; MOST_TERMS];
 const RELAXES: u32 = 1 << 4;
+const STIFFENS: u32 = 1 << 5;
 /// Where the checksummed part begins: after magic, version and checksum.
 const CHECKED_FROM: usize = 16;
 
@@ -116,7 +118,7 @@ impl<'a> PatchFile<'a> {
         if found != header.crc {
             return Err(BuildError::Checksum { expected: header.crc, found });
         }
-        if header.terms & !(15 | RELAXES) != 0 {
+        if header.terms & !(15 | RELAXES | STIFFENS) != 0 {
             return Err(BuildError::NotAPatch);
         }
         if header.reserved != 0 {
@@ -140,14 +142,8 @@ impl<'a> PatchFile<'a> {
             anchors: section(&mut body, anchors)?,
             spring_rows: section(&mut body, rows)?,
         };
-        let relaxation: Relaxation = match header.terms & RELAXES {
-            0 => Relaxation::default(),
-            _ => {
-                let (taken, rest) = body.split_at_checked(size_of::<Relaxation>()).ok_or(BuildError::NotAPatch)?;
-                body = rest;
-                bytemuck::pod_read_unaligned(taken)
-            }
-        };
+        let stiffening_b: f32 = if header.terms & STIFFENS != 0 { tail(&mut body)? } else { 0.0 };
+        let relaxation = if header.terms & RELAXES != 0 { tail(&mut body)? } else { Relaxation::default() };
         if !body.is_empty() {
             return Err(BuildError::NotAPatch);
         }
@@ -167,6 +163,7 @@ impl<'a> PatchFile<'a> {
             compensation_threshold: header.compensation_threshold,
             mass_floor: header.mass_floor,
             contact_damping: header.contact_damping,
+            stiffening_b,
             relaxation: relaxation.map(|[share, time_s]| PronyTerm { share, time_s }),
             substeps: u16::try_from(header.substeps).unwrap_or(u16::MAX),
             tick_s: header.tick_s,
@@ -176,6 +173,7 @@ impl<'a> PatchFile<'a> {
                 compensation: header.terms & 2 != 0,
                 rim: header.terms & 4 != 0,
                 relative_mass: header.terms & 8 != 0,
+                stiffening: true,
                 relaxation: true,
             },
             limits: Limits {
@@ -196,6 +194,8 @@ impl<'a> PatchFile<'a> {
     /// Writes a patch, piece by piece. The model's springs must be in rows.
     pub fn write(&self, mut sink: impl FnMut(&[u8])) {
         let (model, params) = (&self.model, &self.params);
+        let stiffens = params.terms.stiffening && params.stiffening_b != 0.0;
+        let stiffening: &[u8] = if stiffens { bytemuck::bytes_of(&params.stiffening_b) } else { &[] };
         let relaxes = params.terms.relaxation && params.relaxation.iter().any(|term| term.share != 0.0);
         let relaxation: Relaxation = params.relaxation.map(|term| [term.share, term.time_s]);
         let relaxation = if relaxes { bytemuck::bytes_of(&relaxation) } else { &[] };
@@ -234,7 +234,8 @@ impl<'a> PatchFile<'a> {
                 | u32::from(params.terms.compensation) << 1
                 | u32::from(params.terms.rim) << 2
                 | u32::from(params.terms.relative_mass) << 3
-                | if relaxes { RELAXES } else { 0 },
+                | if relaxes { RELAXES } else { 0 }
+                | if stiffens { STIFFENS } else { 0 },
             fitted_places: self.fitted_places,
         };
         let mut digest = CRC.digest();
@@ -243,6 +244,7 @@ impl<'a> PatchFile<'a> {
             digest.update(bytes);
             digest.update(padding(bytes.len()));
         }
+        digest.update(stiffening);
         digest.update(relaxation);
         header.crc = digest.finalize();
         sink(bytemuck::bytes_of(&header));
@@ -250,6 +252,7 @@ impl<'a> PatchFile<'a> {
             sink(bytes);
             sink(padding(bytes.len()));
         }
+        sink(stiffening);
         sink(relaxation);
     }
 }
@@ -278,6 +281,13 @@ fn sections<'a>(model: &Model<'a>) -> [(&'a [u8], u32); 11] {
 fn padding(length: usize) -> &'static [u8] {
     const ZEROS: [u8; 4] = [0; 4];
     &ZEROS[..length.wrapping_neg() % 4]
+}
+
+/// Takes what a term adds off the front of `body`.
+fn tail<T: Pod>(body: &mut &[u8]) -> Result<T, BuildError> {
+    let (taken, rest) = body.split_at_checked(size_of::<T>()).ok_or(BuildError::NotAPatch)?;
+    *body = rest;
+    Ok(bytemuck::pod_read_unaligned(taken))
 }
 
 /// Takes `count` items off the front of `body`.

@@ -5,6 +5,8 @@
 //! not without the term: a test that passes either way says nothing about the term.
 
 mod beef;
+mod exponential_fit;
+mod liver;
 mod prony_fit;
 
 use serde::Serialize;
@@ -110,4 +112,5 @@ pub struct Outcome {
 pub type Test = (&'static str, &'static str, fn() -> Result<Outcome, Error>);
 
 /// Every test, in the order of the table.
-pub const TESTS: [Test; 1] = [("T1", "beef, indented and held", beef::run)];
+pub const TESTS: [Test; 2] =
+    [("T1", "beef, indented and held", beef::run), ("T2", "pig liver, probed with a ball", liver::run)];

@@ -5,11 +5,12 @@ use crate::scene::Scene;
 
 /// Depth [m] and force [N] of the scene's press, shallow first, where the shipped answer has it:
 /// the standard block and probe at any stiffness, pressed at the centre. Empty otherwise, and
-/// where the tissue relaxes: the answer is elastic.
+/// where the tissue relaxes or stiffens: the answer is neo-Hookean.
 #[must_use]
 pub fn of(scene: &Scene) -> Vec<(f64, f64)> {
     let answer = Answer::block();
-    if !scene.tissue.relaxation.is_empty() || !answer.is_for(scene) || scene.probe.position_m.unwrap_or_default() != [0.0, 0.0] {
+    let neo_hookean = scene.tissue.relaxation.is_empty() && scene.tissue.stiffening_b == 0.0;
+    if !neo_hookean || !answer.is_for(scene) || scene.probe.position_m.unwrap_or_default() != [0.0, 0.0] {
         return Vec::new();
     }
     let centred = answer.holds.iter().filter(|h| h.place_m == [0.0; 3]);

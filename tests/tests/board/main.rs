@@ -12,5 +12,6 @@ mod image_has_no_double_precision_and_no_allocator;
 mod late_ticks_release_the_force;
 mod live_trace_on_the_board;
 mod relaxing_tissue_on_the_board;
+mod stiffening_tissue_on_the_board;
 mod tick_cannot_panic;
 mod uart_carries_frames;

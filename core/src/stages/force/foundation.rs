@@ -106,26 +106,84 @@ const ZERO: Vector3<f32> = Vector3::new(0.0, 0.0, 0.0);
 /// Pushes the surface out of the probe.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> Load {
+    let mut load = push::<false>(model, tuned, state, tip_m);
+    answer(model, tuned, state, tip_m, velocity_m_per_s, &mut load);
+    load
+}
+
+/// Sums the pushes at the nodes; if `STIFFENED`, half of every node's factor is in `node.p`.
+#[inline(always)]
+pub(super) fn push<const STIFFENED: bool>(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> Load {
     let centre = centre_m(&tuned.probe, tip_m);
     let mut load = Load::NONE;
     match model.points_per_triangle() == NINE.len() {
-        true => press_points::<Nine, 9>(model, tuned, state, tip_m, centre, &mut load),
-        false => press_points::<Four, 4>(model, tuned, state, tip_m, centre, &mut load),
+        true => press_points::<Nine, 9, STIFFENED>(model, tuned, state, tip_m, centre, &mut load),
+        false => press_points::<Four, 4, STIFFENED>(model, tuned, state, tip_m, centre, &mut load),
     }
+    load
+}
+
+/// Takes the summed pushes at the end of the substep and completes the load.
+#[inline(always)]
+pub(super) fn answer(
+    model: &Model,
+    tuned: &Tuned,
+    state: &mut State,
+    tip_m: Vector3<f32>,
+    velocity_m_per_s: Vector3<f32>,
+    load: &mut Load,
+) {
+    let centre = centre_m(&tuned.probe, tip_m);
     if tuned.relaxes() {
-        settle::<true>(model, tuned, state, centre, velocity_m_per_s, &mut load);
+        settle::<true>(model, tuned, state, centre, velocity_m_per_s, load);
         relaxation::fade(tuned, state);
     } else {
-        settle::<false>(model, tuned, state, centre, velocity_m_per_s, &mut load);
+        settle::<false>(model, tuned, state, centre, velocity_m_per_s, load);
     }
     // points were summed relative to the probe's centre
     load.point += centre * load.push;
-    load
+}
+
+/// Adds half of the energy over E of every point to `node.p` of its nodes [m^3].
+#[cfg_attr(feature = "stage-cost", inline(never))]
+pub(super) fn store(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) {
+    match model.points_per_triangle() == NINE.len() {
+        true => store_points::<Nine, 9>(model, tuned, state, tip_m),
+        false => store_points::<Four, 4>(model, tuned, state, tip_m),
+    }
+}
+
+fn store_points<P: Points<Q>, const Q: usize>(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) {
+    let laws = model.foundation.as_chunks::<Q>().0;
+    let (probe, shaft) = (&tuned.probe, state.shaft);
+    let centre = centre_m(probe, tip_m);
+    let lift = tip_m + probe.axis * probe.radius_m - centre;
+    let third = model.stiffening_per_m * THIRD;
+    for &index in state.candidates.iter().take(state.near) {
+        let index = usize::from(index);
+        let (Some(triangle), Some(points_law)) = (model.triangles.get(index), laws.get(index)) else { continue };
+        let corners = triangle.node.map(|n| vector(&node(state.nodes, n).x) - centre);
+        let points = P::at(corners);
+        let mut touched = false;
+        let energy = core::array::from_fn::<_, Q, _>(|n| {
+            let Some((pen, _)) = penetration(probe, shaft, points[n]) else { return 0.0 };
+            touched = true;
+            points_law[n].k * (pen * pen) * (0.25 + 0.5 * third * pen)
+        });
+        if !touched || turned_away(corners, lift, probe) {
+            continue;
+        }
+        for (&n, energy) in triangle.node.iter().zip(P::shared(energy)) {
+            if let Some(node) = state.nodes.get_mut(usize::from(n)) {
+                node.p += energy;
+            }
+        }
+    }
 }
 
 /// Sums pushes and slopes of all points at the nodes.
 #[inline(always)]
-fn press_points<P: Points<Q>, const Q: usize>(
+fn press_points<P: Points<Q>, const Q: usize, const STIFFENED: bool>(
     model: &Model,
     tuned: &Tuned,
     state: &mut State,
@@ -147,13 +205,16 @@ fn press_points<P: Points<Q>, const Q: usize>(
         if !points.iter().any(|d| penetration(probe, shaft, *d).is_some()) || turned_away(corners, lift, probe) {
             continue;
         }
+        // half of what the tissue around is stiffer, and half of what it was
+        let stiffer = P::at(if STIFFENED { [na.p, nb.p, nc.p] } else { [0.0; 3] });
         // built in place: zeroing the array first costs 800 instructions per tick
         let pushed = core::array::from_fn::<_, Q, _>(|n| {
             let Some((pen, out)) = penetration(probe, shaft, points[n]) else { return (0.0, 0.0, ZERO) };
             let point = &points_law[n];
             let stiffens = model.stiffening_per_m * pen;
-            let f = point.k * pen * (1.0 + stiffens);
-            (f, point.k * (1.0 + 2.0 * stiffens), out * f)
+            let k = if STIFFENED { point.k * (0.5 + stiffer[n]) } else { point.k };
+            let f = k * pen * (1.0 + stiffens);
+            (f, k * (1.0 + 2.0 * stiffens), out * f)
         });
         let carried: f32 = pushed.iter().map(|(f, ..)| f).sum();
         let weight_over = if over == Some(index as u16) { carried * KEPT } else { carried };
@@ -294,7 +355,7 @@ pub(crate) fn touches(model: &Model, tuned: &Tuned, state: &State, tip_m: Vector
 /// The points of a triangle.
 trait Points<const Q: usize> {
     /// A quantity at the points, from its values at the corners: the weights with fewer operations.
-    fn at(corners: [Vector3<f32>; 3]) -> [Vector3<f32>; Q];
+    fn at<T: Copy + core::ops::Add<Output = T> + core::ops::Mul<f32, Output = T>>(corners: [T; 3]) -> [T; Q];
     /// Distributes a force at the points to the corners: the transpose of `at`.
     fn shared<T: Copy + core::ops::Add<Output = T> + core::ops::Mul<f32, Output = T>>(on: [T; Q]) -> [T; 3];
 }
@@ -304,7 +365,7 @@ struct Nine;
 
 impl Points<4> for Four {
     #[inline(always)]
-    fn at([a, b, c]: [Vector3<f32>; 3]) -> [Vector3<f32>; 4] {
+    fn at<T: Copy + core::ops::Add<Output = T> + core::ops::Mul<f32, Output = T>>([a, b, c]: [T; 3]) -> [T; 4] {
         let middle = (a + b + c) * THIRD;
         [(a + middle) * 0.5, (b + middle) * 0.5, (c + middle) * 0.5, middle]
     }
@@ -318,7 +379,7 @@ impl Points<4> for Four {
 
 impl Points<9> for Nine {
     #[inline(always)]
-    fn at([a, b, c]: [Vector3<f32>; 3]) -> [Vector3<f32>; 9] {
+    fn at<T: Copy + core::ops::Add<Output = T> + core::ops::Mul<f32, Output = T>>([a, b, c]: [T; 3]) -> [T; 9] {
         let (a, b, c) = (a * THIRD, b * THIRD, c * THIRD);
         let m = (a + b + c) * THIRD;
         let (ma, mb, mc) = (m + a, m + b, m + c);
