@@ -30,6 +30,7 @@ impl FarFieldArgs {
             return self.slide();
         }
         let scene = Scene::load(&self.common.scene)?;
+        scene.refuse_stiffening()?;
         let plan = if self.quick { Plan::quick() } else { Plan::full() };
         let setting = Setting::of(&scene, plan.directions)?;
         let folder = OutputFolder::open(&self.common.folder("far-field"))?;

@@ -214,6 +214,14 @@ fn an_inclusion_without_size_or_stiffness() {
 }
 
 #[test]
+fn a_stiffening_that_cannot_be() {
+    for value in ["-0.3", "nan", "inf", "101.0"] {
+        let says = &["tissue.stiffening_b", "outside 0 .. 100"];
+        refused_edit(NODES, &format!("nodes = 129\nstiffening_b = {value}"), says);
+    }
+}
+
+#[test]
 fn holds_that_cannot_be() {
     for (holds, says) in [
         ("[]", ["drive.holds_m", "is empty", "give at least one"]),

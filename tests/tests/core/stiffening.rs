@@ -10,6 +10,9 @@ use palpate_fit::statics::{Solver, Statics, Vector};
 use palpate_tests::bench::{Bench, Deformation, at_depth};
 use palpate_tests::oracle::Oracle;
 use palpate_tests::oracle::energy::{depth_inside, of_foundation, of_spring};
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::Session;
+use palpate_tissue::stable_step::{substeps_for_taps, with_tick};
 
 /// Energy over E [m^3] of all that stiffens, from the law as it is documented: `sum V mu/2b (exp(2
 /// b w / mu) - 1)`, w half the energy of the springs and of the pushes at a node over its volume,
@@ -198,6 +201,27 @@ fn a_light_touch_is_that_of_tissue_that_keeps_its_stiffness() {
     let [touch, press] = [0.1e-3, 4e-3].map(stiffer);
     println!("{touch} times as stiff at 0.1 mm, {press} at 4 mm");
     assert!((touch - 1.0).abs() < 0.01 && press > 1.3, "{touch} at 0.1 mm, {press} at 4 mm");
+}
+
+/// Taps to the depth limit at a tick 15 % longer, with the masses of this one: both the substeps of
+/// the session and its bound hold.
+#[test]
+fn taps_hold_with_a_margin_of_15_percent() {
+    for (nodes, youngs_modulus_pa, b) in [(130, 3500.0, 20.0), (130, 20e3, 3.0), (410, 3500.0, 20.0), (410, 20e3, 10.0)] {
+        let text = format!(
+            "name = \"tap\"\n[tissue]\nblock_m = [0.08, 0.08, 0.04]\nyoungs_modulus_pa = {youngs_modulus_pa:?}\n\
+             poisson_ratio = 0.45\ndensity_kg_per_m3 = 1060.0\nnodes = {nodes}\nstiffening_b = {b:?}\n[probe]\n\
+             shape = \"hemisphere\"\nradius_m = 0.008\n[drive]\nkind = \"depth\"\nholds_m = [0.006]\n\
+             ramp_m_per_s = 0.04\nhold_s = 0.5\n"
+        );
+        let session = Session::prepare(&Scene::parse("tap", &text).unwrap()).unwrap();
+        let (model, site_m, substeps) = (session.patch.wide_model(), session.patch.site_m(), session.params.substeps);
+        let longer = with_tick(&session.params, 1.15e-3);
+        let found = substeps_for_taps(&model, &longer, site_m, substeps).unwrap();
+        println!("{nodes} nodes, {youngs_modulus_pa} Pa, b = {b}: {substeps} substeps, {found:?} at a tick 15 % longer");
+        assert_eq!(found, Some(substeps), "{nodes} nodes, {youngs_modulus_pa} Pa, b = {b}");
+        assert!(substeps > 1, "{nodes} nodes, b = {b}: one substep shows nothing of the bound");
+    }
 }
 
 #[test]

@@ -64,7 +64,7 @@ pub fn fit_curve(curve: &Curve, stiffening_b: f64, depth_m: &[f64], force_n: &[f
 }
 
 /// Exponents tried in a round, and the rounds: each narrows the range to two of its steps.
-const TRIED: usize = 7;
+const TRIED: usize = 5;
 const ROUNDS: usize = 4;
 
 /// Fits all three; `curve` gives the force of an exponent.

@@ -54,7 +54,7 @@ impl Liver {
         let holds: Vec<String> = holds_m.iter().map(f64::to_string).collect();
         let text = format!(
             "name = \"liver\"\n[tissue]\nblock_m = [0.08, 0.08, 0.04]\nyoungs_modulus_pa = {youngs_modulus_pa}\n\
-             poisson_ratio = 0.45\ndensity_kg_per_m3 = 1060.0\nnodes = 1020\nstiffening_b = {b}\n[probe]\nshape = \"sphere\"\n\
+             poisson_ratio = 0.45\ndensity_kg_per_m3 = 1060.0\nnodes = 410\nstiffening_b = {b}\n[probe]\nshape = \"sphere\"\n\
              radius_m = {}\nposition_m = [0.0, 0.0]\n[drive]\nkind = \"depth\"\nholds_m = [{}]\nramp_m_per_s = 0.02\nhold_s = 0.3\n",
             self.ball_radius_m,
             holds.join(", ")
