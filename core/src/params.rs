@@ -398,7 +398,11 @@ impl Params {
             contact_damping_s: self.contact_damping * dt,
             lumping_s: CONTACT_LUMPING * dt,
             // a node's volume is a quarter of its tets', mu is E / (2 (1 + nu))
-            steepness: if self.terms.stiffening { 2.0 * self.stiffening_b * (2.0 * (1.0 + self.poisson_ratio)) * 24.0 } else { 0.0 },
+            steepness: if self.terms.stiffening {
+                2.0 * self.stiffening_b * (2.0 * (1.0 + self.poisson_ratio)) * 24.0
+            } else {
+                0.0
+            },
             prony: Prony::of(self.relaxes(), dt),
             relative_mass: node_step.iter().any(|node| node.added > 0.0),
             gains,

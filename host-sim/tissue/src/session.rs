@@ -131,7 +131,10 @@ impl Session {
         match (Self::try_patch(machine, patch, params, tips_m, flipped_tets), kept) {
             (Err(Error::TooSlow(why)), Some(patch)) => Err(Error::TooSlow(match most_stiffening(machine, &patch, &params) {
                 Some(most_b) => {
-                    format!("tissue.stiffening_b = {}: {why}; with this patch and depth at most {most_b} fits", params.stiffening_b)
+                    format!(
+                        "tissue.stiffening_b = {}: {why}; with this patch and depth at most {most_b} fits",
+                        params.stiffening_b
+                    )
                 }
                 None => why,
             })),

@@ -184,7 +184,8 @@ impl Shape {
             self.0.iter_mut().flatten().for_each(|c| *c /= largest);
             // small for the tissue, large for f32
             let step = 1e-4 * size;
-            let [Some(up), Some(down)] = [step, -step].map(|step| response(model, tuned, state, trial, &self.0, seen_m, step)) else {
+            let [Some(up), Some(down)] = [step, -step].map(|step| response(model, tuned, state, trial, &self.0, seen_m, step))
+            else {
                 return f64::INFINITY;
             };
             let (mut work, mut power) = (0.0, 0.0);

@@ -1,5 +1,6 @@
 //! Tissue that stiffens, on the emulated board: a patch that carries an exponent gives the same bits
-//! as on the desktop through presses, faults and recovery, and costs what the board counts with.
+//! as on the desktop through presses, faults and recovery, and costs what the board counts with. On
+//! the M7: the M4F has no time for this patch when it stiffens, and refuses it.
 
 use std::path::Path;
 
@@ -28,7 +29,7 @@ fn with_exponent(stiffening_b: f32) -> &'static [u8] {
 fn run(stiffening_b: f32) -> Spread {
     let image = build_firmware(Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap(), &[]).unwrap();
     let mut memory = Box::new(Memory::RESERVED);
-    let board = Board::start(&image, EmulatedBoard::M4f, None).unwrap();
+    let board = Board::start(&image, EmulatedBoard::M7, None).unwrap();
     let mut twin = Twin::new(board, with_exponent(stiffening_b), &mut memory).unwrap();
     let met = campaign::run(&mut twin, TICKS, 4e-3, |_| ()).unwrap();
     assert_eq!(twin.difference, None, "b = {stiffening_b}");

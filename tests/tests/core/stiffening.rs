@@ -1,6 +1,6 @@
 //! Tissue that stiffens: forces are the slopes of the documented energy, the tick settles to the
-//! statics, a closed cycle gives nothing, a light touch is that of tissue that does not stiffen, and
-//! taps hold.
+//! statics, a closed cycle gives nothing, a light touch is that of tissue that does not stiffen,
+//! and taps hold.
 
 use palpate::stages::force;
 use palpate::stages::force::stiffening::CAP;
@@ -86,7 +86,11 @@ fn inner_forces_are_slopes_of_the_energy() {
             largest = largest.max(expected.norm());
             plain = plain.max((oracle[n] / oracle_modulus(&bench) - expected).norm());
         }
-        println!("{nodes} nodes, b = {b}: {:.1e} of the largest force; without stiffening {:.1e}", worst / largest, plain / largest);
+        println!(
+            "{nodes} nodes, b = {b}: {:.1e} of the largest force; without stiffening {:.1e}",
+            worst / largest,
+            plain / largest
+        );
         assert!(worst < 2e-5 * largest, "{nodes} nodes, b = {b}: {worst} of {largest}");
         assert!(plain > 1e-2 * largest, "the deformation shows nothing");
     }
@@ -144,8 +148,8 @@ fn the_tick_settles_to_the_static_force() {
     }
 }
 
-/// Work of the hand over a closed cycle [J]: in, sideways, out, back above the tissue. Also the most
-/// that was put in.
+/// Work of the hand over a closed cycle [J]: in, sideways, out, back above the tissue. Also the
+/// most that was put in.
 fn cycle_j(bench: &Bench, seconds: f64) -> [f64; 2] {
     let model = bench.patch.wide_model();
     let mut memory = bench.memory();

@@ -4,15 +4,15 @@
 //! density w, and springs with compensation are this patch's w. So the law is applied node by node:
 //! with `w_i` half the energy of every spring at node i over the node's volume, the energy is `sum
 //! V_i W(w_i)`, and its exact gradient multiplies the force of a spring from i to j by `(e_i + e_j)
-//! / 2`, `e = exp(2 b w / mu)`. It is conservative, per pascal, and at small strain nothing changes:
-//! one calibrated patch serves every b. The bulk term stays as it is: Demiray's exponent sees the
-//! change of shape alone.
+//! / 2`, `e = exp(2 b w / mu)`. It is conservative, per pascal, and at small strain nothing
+//! changes: one calibrated patch serves every b. The bulk term stays as it is: Demiray's exponent
+//! sees the change of shape alone.
 //!
 //! The foundation is tissue too, the part of it that elements cannot resolve. It counts as any
-//! spring does, half to each end: half of a point's energy goes to its node, and half of its push is
-//! multiplied by the factor there. The other end lies at the probe and has no volume. Without that
-//! half the tissue under the probe would stay soft: 40 % of the force is missing at b = 20, measured
-//! against finite elements.
+//! spring does, half to each end: half of a point's energy goes to its node, and half of its push
+//! is multiplied by the factor there. The other end lies at the probe and has no volume. Without
+//! that half the tissue under the probe would stay soft: 40 % of the force is missing at b = 20,
+//! measured against finite elements.
 //!
 //! Beyond `CAP` the factor stays: taps have a largest stiffness, and the energy goes on linearly.
 //!
@@ -33,8 +33,8 @@ use crate::state::State;
 /// Largest logarithm of the factor.
 pub const CAP: f32 = 4.0;
 
-/// As [`super::accumulate`], in tissue that stiffens. The pushes of the foundation are summed before
-/// the volume term, which needs the place of the factors.
+/// As [`super::accumulate`], in tissue that stiffens. The pushes of the foundation are summed
+/// before the volume term, which needs the place of the factors.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub(super) fn accumulate(
     model: &Model,

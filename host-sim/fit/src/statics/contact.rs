@@ -51,7 +51,16 @@ impl Statics {
         let slope = k * (1.0 + 2.0 * s * pen);
         // energy phi(pen): grad = -f out, curvature = slope out out^T + f bend
         let curvature = out * out.transpose() * slope + bend * force;
-        Push { triangle, point, weights, out, force, energy: k * pen * pen * (0.5 + s * pen / 3.0), by_stiffening: k * s * pen * pen, curvature }
+        Push {
+            triangle,
+            point,
+            weights,
+            out,
+            force,
+            energy: k * pen * pen * (0.5 + s * pen / 3.0),
+            by_stiffening: k * s * pen * pen,
+            curvature,
+        }
     }
 }
 

@@ -53,12 +53,7 @@ pub fn fit_curve(curve: &Curve, stiffening_b: f64, depth_m: &[f64], force_n: &[f
         let (ff, fs): (f64, f64) = shape.iter().zip(force_n).fold((0.0, 0.0), |(ff, fs), (s, f)| (ff + s * s, fs + s * f));
         let youngs_modulus_pa = fs / ff;
         let square: f64 = shape.iter().zip(force_n).map(|(s, f)| (s * youngs_modulus_pa - f).powi(2)).sum();
-        Some(ExponentialFit {
-            youngs_modulus_pa,
-            stiffening_b,
-            offset_m,
-            rms: (square / force_n.len() as f64).sqrt() / largest,
-        })
+        Some(ExponentialFit { youngs_modulus_pa, stiffening_b, offset_m, rms: (square / force_n.len() as f64).sqrt() / largest })
     });
     tried.min_by(|a, b| a.rms.total_cmp(&b.rms))
 }

@@ -73,9 +73,8 @@ impl Liver {
         let mut force_m2 = vec![0.0];
         for n in 1..=(DEEPEST_M / STEP_M).round() as usize {
             let depth_m = STEP_M * n as f64;
-            here = solver
-                .press(&statics, &here, site_m - statics.axis() * depth_m, depth_m)
-                .map_err(|e| failed(e.to_string()))?;
+            here =
+                solver.press(&statics, &here, site_m - statics.axis() * depth_m, depth_m).map_err(|e| failed(e.to_string()))?;
             force_m2.push(here.force);
         }
         Ok(ForceCurve { step_m: STEP_M, force_m2 })

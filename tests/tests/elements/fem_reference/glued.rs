@@ -58,8 +58,11 @@ fn every_tet_keeps_its_own_stiffness_through_the_refinement() {
         .collect();
     mesh.tets.extend(lower.tets.iter().map(|[a, b, c, d]| [*b, *a, *c, *d].map(|n| mirrored[n as usize])));
     mesh.regions.extend(&lower.regions);
-    let stiffness =
-        |t: usize, _: &Vector3<f64>| Stiffness { ratio: if t < lower.tets.len() { 1.0 } else { 10.0 }, poisson_ratio: 0.0, stiffening_b: 0.0 };
+    let stiffness = |t: usize, _: &Vector3<f64>| Stiffness {
+        ratio: if t < lower.tets.len() { 1.0 } else { 10.0 },
+        poisson_ratio: 0.0,
+        stiffening_b: 0.0,
+    };
     let top = Disc { place_m: Vector3::new(0.0, 0.0, size_m[2]), ..disc(0.018) };
     let found = glued_stiffness(&mesh, stiffness, &bottom, &top, &[Vector3::z()], &[0.2]).expect("solved");
     let series = size_m[0] * size_m[1] / (size_m[2] + size_m[2] / 10.0);

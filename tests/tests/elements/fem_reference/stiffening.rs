@@ -7,9 +7,9 @@ use palpate_fit::reference::newton::Press;
 use palpate_fit::reference::probe::RigidProbe;
 use palpate_fit::reference::quadratic::QuadraticMesh;
 use palpate_fit::reference::shape::TetRule;
+use palpate_tests::bench::Noise;
 use palpate_tissue::mesh::{BlockSpec, block};
 use palpate_tissue::scene::Shape;
-use palpate_tests::bench::Noise;
 
 use crate::fem_reference::assert_within;
 

@@ -6,9 +6,9 @@ use super::force_per_length;
 use crate::lanes::Lanes;
 #[cfg(not(target_os = "none"))]
 use crate::lanes::{add, difference, scaled, subtract};
+use crate::model::Model;
 #[cfg(not(target_os = "none"))]
 use crate::model::Spring;
-use crate::model::Model;
 use crate::params::Tuned;
 use crate::state::Node;
 #[cfg(not(target_os = "none"))]
