@@ -24,7 +24,7 @@ const RELAXING: f32 = 50.0;
 const TERM: f32 = 30.0;
 /// A spring, a node and a pressed triangle of tissue that stiffens, besides: they are passed twice.
 /// Their sum is measured, 21 200 instructions in the tick of 57 nodes, the split estimated.
-const STIFFENING_SPRING: f32 = 68.0;
+const STIFFENING_SPRING: f32 = 74.0;
 const STIFFENING_NODE: f32 = 50.0;
 const STIFFENING_TOUCHED: f32 = 400.0;
 const RIM_NODE: f32 = 75.0;
