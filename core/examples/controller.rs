@@ -1,7 +1,7 @@
 //! A patch file, a device of the example, 1 000 ticks of the haptic loop.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, PatchRenderer, Settings};
-use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use palpate::{BuildError, Memory, PatchFile, Vector3};
 
 /// A patch file is read in place, as words: its bytes start on a 4-byte boundary.
@@ -18,10 +18,10 @@ struct Handle {
 }
 
 impl HapticDevice for Handle {
-    fn limits(&self) -> DeviceLimits {
+    fn limits(&self) -> DeviceSpec {
         let corner_m = Vector3::new(0.1, 0.1, 0.1);
         let (workspace_low_m, workspace_high_m) = (self.site_m - corner_m, self.site_m + corner_m);
-        DeviceLimits { max_force_n: 3.3, workspace_low_m, workspace_high_m, count_m: 0.0, delay_ticks: 1, lag_s: 0.0 }
+        DeviceSpec { max_force_n: 3.3, workspace_low_m, workspace_high_m, count_m: 0.0, delay_ticks: 1, lag_s: 0.0 }
     }
     fn sense(&mut self) -> Sensed {
         self.tick += 1;

@@ -63,7 +63,7 @@ impl Terms {
 
 /// Limits at the patch's edge. They can be lowered, never switched off.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub struct GuardLimits {
     /// Fastest probe the patch is shown [m/s].
     pub max_speed_m_per_s: f32,
     /// Largest speed at which the shown probe enters tissue in contact [m/s]. A probe faster than
@@ -74,7 +74,7 @@ pub struct Limits {
     pub max_force_n: f32,
 }
 
-impl Limits {
+impl GuardLimits {
     /// 1 m/s is the fastest tap of a hand holding a stylus; 12 N is the peak force of the strongest
     /// desktop devices (omega.3 class).
     pub const HIGHEST: Self = Self { max_speed_m_per_s: 1.0, max_sink_m_per_s: 1.0, max_force_n: 12.0 };
@@ -83,9 +83,9 @@ impl Limits {
 /// Everything a user may set, in SI.
 ///
 /// ```
-/// use palpate::{BuildError, Limits, Params};
+/// use palpate::{BuildError, GuardLimits, Params};
 ///
-/// let limits = Limits { max_force_n: 3.3, ..Limits::HIGHEST };
+/// let limits = GuardLimits { max_force_n: 3.3, ..GuardLimits::HIGHEST };
 /// let firm = Params { youngs_modulus_pa: 20e3, limits, ..Params::default() };
 /// assert_eq!(firm.check(), Ok(()));
 /// let wrong_unit = Params { youngs_modulus_pa: 0.02, ..firm };
@@ -130,7 +130,7 @@ pub struct Params {
     /// Which terms act.
     pub terms: Terms,
     /// Limits.
-    pub limits: Limits,
+    pub limits: GuardLimits,
 }
 
 impl Default for Params {
@@ -152,7 +152,7 @@ impl Default for Params {
             tick_s: 1e-3,
             probe: Probe { shape: ProbeShape::Hemisphere, radius_m: 8e-3, axis: Vector3::new(0.0, 0.0, 1.0) },
             terms: Terms::ALL,
-            limits: Limits::HIGHEST,
+            limits: GuardLimits::HIGHEST,
         }
     }
 }
@@ -180,7 +180,7 @@ fn each_end(model: &Model, node_step: &mut [NodeStep], visit: impl Fn(&Spring, &
 pub struct Tuned<'a> {
     pub(crate) terms: Terms,
     pub(crate) probe: Probe,
-    pub(crate) limits: Limits,
+    pub(crate) limits: GuardLimits,
     /// E [Pa]: forces inside the tick are divided by it.
     pub(crate) youngs_modulus_pa: f32,
     /// Gravity times density over E [1/m]: weight over E per m^3.
@@ -416,7 +416,7 @@ impl Params {
     /// The first one outside, by name, with the range.
     pub fn check(&self) -> Result<(), BuildError> {
         let dt = self.tick_s / f32::from(self.substeps.max(1));
-        let highest = Limits::HIGHEST;
+        let highest = GuardLimits::HIGHEST;
         // (name, value, smallest, largest); ranges are wide: they catch a wrong unit, not a bold
         // choice
         let ranges = [

@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 
 use crate::fault::BuildError;
 use crate::model::Model;
-use crate::params::{Limits, MOST_TERMS, Params, Probe, ProbeShape, PronyTerm, Terms};
+use crate::params::{GuardLimits, MOST_TERMS, Params, Probe, ProbeShape, PronyTerm, Terms};
 
 const MAGIC: [u8; 8] = *b"PALPATE\n";
 const VERSION: u32 = 4;
@@ -176,7 +176,7 @@ impl<'a> PatchFile<'a> {
                 stiffening: true,
                 relaxation: true,
             },
-            limits: Limits {
+            limits: GuardLimits {
                 max_speed_m_per_s: header.max_speed_m_per_s,
                 max_sink_m_per_s: header.max_sink_m_per_s,
                 max_force_n: header.max_force_n,

@@ -70,7 +70,7 @@ pub(crate) struct TouchPlane {
 /// The part of a [`State`] that is not in the arrays it borrows: with it a caller that owns its
 /// arrays lets go of a state between ticks, and takes it up again.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Held {
+pub struct Parked {
     near: usize,
     tip_m: Option<Vector3<f32>>,
     touch: Option<TouchPlane>,
@@ -154,7 +154,7 @@ impl<'a> State<'a> {
         candidates: &'a mut [u16],
         shapes: &'a mut [TetShapes],
     ) -> Result<Self, BuildError> {
-        let mut state = Self::resume(model, nodes, candidates, shapes, Held::default())?;
+        let mut state = Self::resume(model, nodes, candidates, shapes, Parked::default())?;
         state.reset(model);
         Ok(state)
     }
@@ -168,7 +168,7 @@ impl<'a> State<'a> {
         nodes: &'a mut [Node],
         candidates: &'a mut [u16],
         shapes: &'a mut [TetShapes],
-        held: Held,
+        held: Parked,
     ) -> Result<Self, BuildError> {
         let fits = |item, need, have| match need <= have {
             true => Ok(()),
@@ -177,7 +177,7 @@ impl<'a> State<'a> {
         fits("nodes", model.nodes.len(), nodes.len())?;
         fits("surface triangles", model.triangles.len(), candidates.len())?;
         fits("tet shapes", TetShapes::count(model), shapes.len())?;
-        let Held { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, fault } =
+        let Parked { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, fault } =
             held;
         Ok(Self {
             shapes: &mut shapes[..TetShapes::count(model)],
@@ -214,11 +214,11 @@ impl<'a> State<'a> {
 
     /// The part of the state that is not in the borrowed arrays.
     #[must_use]
-    pub fn held(&self) -> Held {
+    pub fn held(&self) -> Parked {
         let Self {
             near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, fault, ..
         } = *self;
-        Held { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, fault }
+        Parked { near, tip_m, touch, pressed, been_outside, apart, offset_m, limit_from_m, over, shaft, seat, body, fault }
     }
 
     /// Back to rest; clears a latched fault.

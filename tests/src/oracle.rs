@@ -239,10 +239,10 @@ impl<'a> Oracle<'a> {
             }
             let out = push_n[n] / length;
             let yields = if self.anchored[n] { 0.0 } else { CONTACT_LUMPING * dt_s * dt_s / self.mass_kg[n] };
-            let way_m = keep * dt_s * v[n].dot(&out) + yields * inner[n].dot(&out)
+            let displacement_m = keep * dt_s * v[n].dot(&out) + yields * inner[n].dot(&out)
                 - f64::from(self.params.contact_damping) * dt_s * tip.velocity_m_per_s.dot(&out);
             let resists = 1.0 + slope_n_per_m[n] * yields;
-            (out * ((length - slope_n_per_m[n] * way_m) / resists).max(0.0), 1.0 / resists)
+            (out * ((length - slope_n_per_m[n] * displacement_m) / resists).max(0.0), 1.0 / resists)
         };
         (0..x.len()).map(at_end).collect()
     }

@@ -70,9 +70,9 @@ impl Tap {
 
     /// Depth at a time [m]; `held_s` is when the probe turns back.
     fn depth_m(&self, time_s: f64, held_s: f64) -> f64 {
-        let way_m = |time_s: f64| self.speed_m_per_s * time_s.max(0.0);
-        let down_m = (way_m(time_s) - CLEAR_M).min(self.deep_m);
-        if time_s < held_s { down_m } else { (self.deep_m - way_m(time_s - held_s)).max(-CLEAR_M) }
+        let displacement_m = |time_s: f64| self.speed_m_per_s * time_s.max(0.0);
+        let down_m = (displacement_m(time_s) - CLEAR_M).min(self.deep_m);
+        if time_s < held_s { down_m } else { (self.deep_m - displacement_m(time_s - held_s)).max(-CLEAR_M) }
     }
 
     fn observe(&self, bench: &Bench, params: &Params, outcome: &mut Outcome) -> Option<String> {

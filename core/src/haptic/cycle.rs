@@ -25,9 +25,9 @@ use nalgebra::Vector3;
 use super::apart::Apart;
 use super::damping::Damping;
 use super::deadline::Deadline;
-use super::device::{DeviceLimits, HapticDevice};
+use super::device::{DeviceSpec, HapticDevice};
 use super::length;
-use super::limits::{ForceLimiter, LimitValues, Limits, PoseGate};
+use super::limits::{ForceLimiter, LoopLimitSettings, LoopLimits, PoseGate};
 use super::mode::{Event, Machine, Mode};
 use super::passivity::PassivityObserver;
 use super::runaway::Runaway;
@@ -42,17 +42,17 @@ use crate::stages::probe::ProbePose;
 ///
 /// ```
 /// use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings};
-/// use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+/// use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 /// use palpate::haptic::mode::Mode;
 /// use palpate::{BuildError, Output, ProbePose, Vector3};
 ///
 /// /// A handle that stands still in free space.
 /// struct Still(u32);
 /// impl HapticDevice for Still {
-///     fn limits(&self) -> DeviceLimits {
+///     fn limits(&self) -> DeviceSpec {
 ///         let (workspace_low_m, workspace_high_m) = (Vector3::repeat(-0.1), Vector3::repeat(0.1));
 ///         let (max_force_n, count_m, delay_ticks, lag_s) = (3.0, 0.0, 1, 0.0);
-///         DeviceLimits { max_force_n, workspace_low_m, workspace_high_m, count_m, delay_ticks, lag_s }
+///         DeviceSpec { max_force_n, workspace_low_m, workspace_high_m, count_m, delay_ticks, lag_s }
 ///     }
 ///     fn sense(&mut self) -> Sensed {
 ///         self.0 += 1;
@@ -87,7 +87,7 @@ pub struct Cycle {
     arming: ArmingSettings,
     /// One over the ticks of `SafeRamp`.
     per_ramp: f32,
-    limits: Limits,
+    limits: LoopLimits,
     damping: Damping,
     gate: PoseGate,
     limiter: ForceLimiter,
@@ -119,12 +119,12 @@ impl Cycle {
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting, of the device or of the loop.
-    pub fn build(settings: &Settings, device: &DeviceLimits) -> Result<Self, BuildError> {
+    pub fn build(settings: &Settings, device: &DeviceSpec) -> Result<Self, BuildError> {
         settings.arming.check()?;
         Ok(Self {
             arming: settings.arming,
             per_ramp: 1.0 / f32::from(settings.arming.ramp_ticks),
-            limits: Limits::build(&settings.limits, device, settings.tick_s)?,
+            limits: LoopLimits::build(&settings.limits, device, settings.tick_s)?,
             damping: Damping::build(&settings.damping, settings.tick_s, device.count_m)?,
             gate: PoseGate::default(),
             limiter: ForceLimiter::default(),
@@ -162,7 +162,7 @@ impl Cycle {
 
     /// The limits.
     #[must_use]
-    pub fn limits(&self) -> &LimitValues {
+    pub fn limits(&self) -> &LoopLimitSettings {
         self.limits.values()
     }
 
@@ -170,7 +170,7 @@ impl Cycle {
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the limit that would rise; nothing changes then.
-    pub fn lower_limits(&mut self, values: &LimitValues) -> Result<(), BuildError> {
+    pub fn lower_limits(&mut self, values: &LoopLimitSettings) -> Result<(), BuildError> {
         self.limits = self.limits.lowered(values)?;
         Ok(())
     }
@@ -217,9 +217,9 @@ impl Cycle {
         if pose.held {
             record.limiters.set(Limiters::HELD);
         }
-        let way_m = pose.position_m - self.position_m.replace(pose.position_m).unwrap_or(pose.position_m);
-        self.unit.judge(&way_m, pose.held)?;
-        self.observer.observe(&way_m, self.touched)?;
+        let displacement_m = pose.position_m - self.position_m.replace(pose.position_m).unwrap_or(pose.position_m);
+        self.unit.judge(&displacement_m, pose.held)?;
+        self.observer.observe(&displacement_m, self.touched)?;
         let shown_m = self.toggle.show(&pose.position_m);
         self.damping.track(shown_m);
         record.refused = !self.listen(command, renderer);
@@ -244,14 +244,14 @@ impl Cycle {
             0 => self.limits.ticks_per_s(),
             late => self.limits.ticks_per_s() / f32::from(late.saturating_add(1)),
         };
-        self.runaway.judge(&way_m, per_s, &output.normal, &self.limiter.last_n())?;
+        self.runaway.judge(&displacement_m, per_s, &output.normal, &self.limiter.last_n())?;
         let (force_n, shortened) = ForceLimiter::shorten(&self.limits, &output.force_n);
         if shortened {
             record.limiters.set(Limiters::FORCE);
         }
         record.wanted_n = self.damping.damp(&Output { force_n, ..output }, renderer.tangent_n_per_m(&output));
         let max_force_n = self.limits.values().max_force_n;
-        self.stillness.judge(&way_m, &self.limiter.last_n(), max_force_n, self.touched);
+        self.stillness.judge(&displacement_m, &self.limiter.last_n(), max_force_n, self.touched);
         self.follow(&output);
 
         let gain = self.gain(record);

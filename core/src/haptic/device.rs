@@ -12,7 +12,7 @@ use crate::fault::BuildError;
 
 /// Limits and resolution of a device. Data of a device profile, constant while it runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DeviceLimits {
+pub struct DeviceSpec {
     /// Largest force that its actuators give in every direction [N].
     pub max_force_n: f32,
     /// Corner of its workspace with the smallest coordinates [m], patch frame.
@@ -28,8 +28,8 @@ pub struct DeviceLimits {
     pub lag_s: f32,
 }
 
-impl DeviceLimits {
-    /// Most [`DeviceLimits::delay_ticks`] that are kept account of.
+impl DeviceSpec {
+    /// Most [`DeviceSpec::delay_ticks`] that are kept account of.
     pub const MOST_DELAY_TICKS: u8 = 7;
     /// Largest force that any device may declare [N]: a hand withstands it.
     pub const MOST_FORCE_N: f32 = 20.0;
@@ -89,7 +89,7 @@ pub struct Sensed {
 ///
 /// ```
 /// use palpate::Vector3;
-/// use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+/// use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 ///
 /// /// One axis with an encoder of 20 um and a motor of 10 mN per step.
 /// struct Slider {
@@ -99,10 +99,10 @@ pub struct Sensed {
 /// }
 ///
 /// impl HapticDevice for Slider {
-///     fn limits(&self) -> DeviceLimits {
+///     fn limits(&self) -> DeviceSpec {
 ///         let [workspace_low_m, workspace_high_m] = [-0.05, 0.05].map(Vector3::repeat);
 ///         let (max_force_n, count_m, delay_ticks, lag_s) = (3.0, 20e-6, 1, 0.0);
-///         DeviceLimits {
+///         DeviceSpec {
 ///             max_force_n,
 ///             workspace_low_m,
 ///             workspace_high_m,
@@ -131,13 +131,13 @@ pub struct Sensed {
 /// ```
 pub trait HapticDevice {
     /// Its limits.
-    fn limits(&self) -> DeviceLimits;
+    fn limits(&self) -> DeviceSpec;
 
     /// Newest reading, without waiting.
     fn sense(&mut self) -> Sensed;
 
     /// Gives this force [N], patch frame, until the next call. It is finite and within
-    /// [`DeviceLimits::max_force_n`].
+    /// [`DeviceSpec::max_force_n`].
     fn actuate(&mut self, force_n: Vector3<f32>);
 
     /// Gives no force and takes the power off the actuators, as far as the device can. May be

@@ -1,6 +1,6 @@
 //! Limits between a model and a hand: how far a pose is believed, and which force may leave.
 //!
-//! There is no switch: a limit is a number that has to be in its range, and a [`Limits`] can only
+//! There is no switch: a limit is a number that has to be in its range, and a [`LoopLimits`] can only
 //! be made from another by lowering. "Lower" is "stricter" for every one of them.
 
 mod force;
@@ -12,13 +12,13 @@ pub use pose::{Pose, PoseGate};
 
 use nalgebra::Vector3;
 
-use super::device::DeviceLimits;
+use super::device::DeviceSpec;
 use super::within;
 use crate::fault::BuildError;
 
 /// Limits as a profile states them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LimitValues {
+pub struct LoopLimitSettings {
     /// Longest force on the hand [N].
     pub max_force_n: f32,
     /// Fastest growth of the force [N/s]. A force that is no longer wanted is let go at once:
@@ -45,7 +45,7 @@ pub struct LimitValues {
 /// would be too long.
 const LEAST: f32 = 1e-6;
 
-impl LimitValues {
+impl LoopLimitSettings {
     /// A desktop stylus of 3.3 N, and the default: 3 N, 500 N/s, 1.5 m/s twice in a row, poses two
     /// ticks old, workspace and a tenth more.
     pub const DESKTOP: Self = Self {
@@ -61,7 +61,7 @@ impl LimitValues {
     };
     /// No limit is higher on any device.
     pub const HIGHEST: Self = Self {
-        max_force_n: DeviceLimits::MOST_FORCE_N,
+        max_force_n: DeviceSpec::MOST_FORCE_N,
         max_slew_n_per_s: 5_000.0,
         max_speed_m_per_s: 3.0,
         odd_poses: 3,
@@ -90,7 +90,7 @@ impl LimitValues {
     }
 }
 
-impl Default for LimitValues {
+impl Default for LoopLimitSettings {
     fn default() -> Self {
         Self::DESKTOP
     }
@@ -98,30 +98,30 @@ impl Default for LimitValues {
 
 /// Limits in force. Made once for a device; from then on they only get stricter.
 #[derive(Clone, Copy, Debug)]
-pub struct Limits {
-    values: LimitValues,
+pub struct LoopLimits {
+    values: LoopLimitSettings,
     /// Longest growth of the force in a tick [N].
     slew_n: f32,
     /// Longest believable way in a tick [m], without the encoder's share.
-    way_m: f32,
+    displacement_m: f32,
     /// Two counts [m]: what quantisation adds to a way.
     counts_m: f32,
     low_m: Vector3<f32>,
     high_m: Vector3<f32>,
     tick_s: f32,
     ticks_per_s: f32,
-    device: DeviceLimits,
+    device: DeviceSpec,
 }
 
-impl Limits {
-    /// Checks the values against the device and against [`LimitValues::HIGHEST`].
+impl LoopLimits {
+    /// Checks the values against the device and against [`LoopLimitSettings::HIGHEST`].
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the limit; NaN is out of every range.
-    pub fn build(values: &LimitValues, device: &DeviceLimits, tick_s: f32) -> Result<Self, BuildError> {
+    pub fn build(values: &LoopLimitSettings, device: &DeviceSpec, tick_s: f32) -> Result<Self, BuildError> {
         device.check()?;
         within(&[("tick_s", tick_s, 1e-4, 1e-2)])?;
-        values.check_below(&LimitValues { max_force_n: device.max_force_n, ..LimitValues::HIGHEST })?;
+        values.check_below(&LoopLimitSettings { max_force_n: device.max_force_n, ..LoopLimitSettings::HIGHEST })?;
         Ok(Self::derive(values, device, tick_s))
     }
 
@@ -130,17 +130,17 @@ impl Limits {
     /// # Errors
     /// [`BuildError::OutOfRange`] names the limit that would be higher than it is, or is no number;
     /// nothing changes then.
-    pub fn lowered(&self, values: &LimitValues) -> Result<Self, BuildError> {
+    pub fn lowered(&self, values: &LoopLimitSettings) -> Result<Self, BuildError> {
         values.check_below(&self.values)?;
         Ok(Self::derive(values, &self.device, self.tick_s))
     }
 
-    fn derive(values: &LimitValues, device: &DeviceLimits, tick_s: f32) -> Self {
+    fn derive(values: &LoopLimitSettings, device: &DeviceSpec, tick_s: f32) -> Self {
         let margin_m = (device.workspace_high_m - device.workspace_low_m) * values.workspace_margin;
         Self {
             values: *values,
             slew_n: values.max_slew_n_per_s * tick_s,
-            way_m: values.max_speed_m_per_s * tick_s,
+            displacement_m: values.max_speed_m_per_s * tick_s,
             counts_m: 2.0 * device.count_m,
             low_m: device.workspace_low_m - margin_m,
             high_m: device.workspace_high_m + margin_m,
@@ -152,7 +152,7 @@ impl Limits {
 
     /// The limits.
     #[must_use]
-    pub fn values(&self) -> &LimitValues {
+    pub fn values(&self) -> &LoopLimitSettings {
         &self.values
     }
 
@@ -173,8 +173,8 @@ impl Limits {
 pub(crate) mod tests {
     use super::*;
 
-    pub fn device() -> DeviceLimits {
-        DeviceLimits {
+    pub fn device() -> DeviceSpec {
+        DeviceSpec {
             max_force_n: 3.3,
             workspace_low_m: Vector3::new(-0.08, -0.06, -0.06),
             workspace_high_m: Vector3::new(0.08, 0.06, 0.06),
@@ -184,57 +184,57 @@ pub(crate) mod tests {
         }
     }
 
-    pub fn limits() -> Limits {
-        Limits::build(&LimitValues::DESKTOP, &device(), 1e-3).unwrap()
+    pub fn limits() -> LoopLimits {
+        LoopLimits::build(&LoopLimitSettings::DESKTOP, &device(), 1e-3).unwrap()
     }
 
     /// Every scalar limit, to be set one at a time.
-    const SCALARS: [fn(&mut LimitValues) -> &mut f32; 5] = [
+    const SCALARS: [fn(&mut LoopLimitSettings) -> &mut f32; 5] = [
         |v| &mut v.max_force_n,
         |v| &mut v.max_slew_n_per_s,
         |v| &mut v.max_speed_m_per_s,
         |v| &mut v.workspace_margin,
         |v| &mut v.implausible_ratio,
     ];
-    const COUNTS: [fn(&mut LimitValues) -> &mut u16; 4] =
+    const COUNTS: [fn(&mut LoopLimitSettings) -> &mut u16; 4] =
         [|v| &mut v.odd_poses, |v| &mut v.max_age_ticks, |v| &mut v.implausible_ticks, |v| &mut v.saturated_ticks];
 
     #[test]
     fn what_is_no_limit_is_refused() {
         for pick in SCALARS {
             for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, 1e9] {
-                let mut values = LimitValues::DESKTOP;
+                let mut values = LoopLimitSettings::DESKTOP;
                 *pick(&mut values) = bad;
-                assert!(Limits::build(&values, &device(), 1e-3).is_err(), "{values:?}");
+                assert!(LoopLimits::build(&values, &device(), 1e-3).is_err(), "{values:?}");
                 assert!(limits().lowered(&values).is_err(), "{values:?}");
             }
         }
         for pick in COUNTS {
             for bad in [0, u16::MAX] {
-                let mut values = LimitValues::DESKTOP;
+                let mut values = LoopLimitSettings::DESKTOP;
                 *pick(&mut values) = bad;
-                assert!(Limits::build(&values, &device(), 1e-3).is_err() && limits().lowered(&values).is_err(), "{values:?}");
+                assert!(LoopLimits::build(&values, &device(), 1e-3).is_err() && limits().lowered(&values).is_err(), "{values:?}");
             }
         }
-        let beyond = LimitValues { max_force_n: 3.4, ..LimitValues::DESKTOP };
-        assert!(Limits::build(&beyond, &device(), 1e-3).is_err(), "more than the device has");
-        let nowhere = DeviceLimits { workspace_high_m: Vector3::repeat(f32::NAN), ..device() };
-        assert!(Limits::build(&LimitValues::DESKTOP, &nowhere, 1e-3).is_err());
+        let beyond = LoopLimitSettings { max_force_n: 3.4, ..LoopLimitSettings::DESKTOP };
+        assert!(LoopLimits::build(&beyond, &device(), 1e-3).is_err(), "more than the device has");
+        let nowhere = DeviceSpec { workspace_high_m: Vector3::repeat(f32::NAN), ..device() };
+        assert!(LoopLimits::build(&LoopLimitSettings::DESKTOP, &nowhere, 1e-3).is_err());
     }
 
     #[test]
     fn limits_go_down_and_never_up() {
         for pick in SCALARS {
-            let (mut lower, mut higher) = (LimitValues::DESKTOP, LimitValues::DESKTOP);
+            let (mut lower, mut higher) = (LoopLimitSettings::DESKTOP, LoopLimitSettings::DESKTOP);
             *pick(&mut lower) *= 0.5;
             *pick(&mut higher) *= 1.001;
             assert!(limits().lowered(&higher).is_err(), "{higher:?}");
             let strict = limits().lowered(&lower).unwrap();
             assert_eq!(strict.values(), &lower);
-            assert!(strict.lowered(&LimitValues::DESKTOP).is_err(), "and not back up");
+            assert!(strict.lowered(&LoopLimitSettings::DESKTOP).is_err(), "and not back up");
         }
         for pick in COUNTS {
-            let mut higher = LimitValues::DESKTOP;
+            let mut higher = LoopLimitSettings::DESKTOP;
             *pick(&mut higher) += 1;
             assert!(limits().lowered(&higher).is_err(), "{higher:?}");
         }

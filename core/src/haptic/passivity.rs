@@ -18,12 +18,12 @@
 
 use nalgebra::Vector3;
 
-use super::device::DeviceLimits;
+use super::device::DeviceSpec;
 use super::{between, within};
 use crate::fault::{BuildError, Fault};
 
 /// Forces on their way to the actuators.
-const LINE: usize = DeviceLimits::MOST_DELAY_TICKS as usize + 1;
+const LINE: usize = DeviceSpec::MOST_DELAY_TICKS as usize + 1;
 /// Share of the force that stays from tick to tick after the alarm (1): down to a hundredth in 20
 /// ms.
 const FADE: f32 = 0.8;
@@ -100,7 +100,7 @@ impl PassivityObserver {
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting or `device.delay_ticks`.
-    pub fn build(settings: &PassivitySettings, device: &DeviceLimits) -> Result<Self, BuildError> {
+    pub fn build(settings: &PassivitySettings, device: &DeviceSpec) -> Result<Self, BuildError> {
         settings.check()?;
         device.check()?;
         let delay_ticks = device.delay_ticks;
@@ -128,16 +128,16 @@ impl PassivityObserver {
     ///
     /// # Errors
     /// [`Fault::EnergyCreated`] when one contact after the other ends in the alarm.
-    pub fn observe(&mut self, way_m: &Vector3<f32>, touched: bool) -> Result<(), Fault> {
+    pub fn observe(&mut self, displacement_m: &Vector3<f32>, touched: bool) -> Result<(), Fault> {
         let behind = self.delay_ticks;
         let acting = usize::from(self.next.wrapping_sub(1 + behind)) % LINE;
         let force_n = self.line_n.get(acting).copied().unwrap_or_default();
-        let moved_m = self.slack_m + way_m;
+        let moved_m = self.slack_m + displacement_m;
         let slack_m = moved_m.map(|at| between(at, 0.0, self.play_m));
-        let way_m = moved_m - slack_m;
+        let displacement_m = moved_m - slack_m;
         self.slack_m = slack_m;
         let energy = &mut self.energy;
-        energy.given_j += force_n.dot(&way_m);
+        energy.given_j += force_n.dot(&displacement_m);
         if energy.given_j > energy.created_j {
             energy.created_j = energy.given_j;
         }
@@ -218,7 +218,7 @@ mod tests {
     }
 
     fn counting(delay_ticks: u8, count_m: f32) -> PassivityObserver {
-        PassivityObserver::build(&PassivitySettings::DEFAULT, &DeviceLimits { delay_ticks, count_m, ..device() }).unwrap()
+        PassivityObserver::build(&PassivitySettings::DEFAULT, &DeviceSpec { delay_ticks, count_m, ..device() }).unwrap()
     }
 
     /// Presses a spring of `k` N/m with a sine of `depth_m` in and out in 100 ticks; returns the
@@ -282,10 +282,10 @@ mod tests {
     #[test]
     fn five_bad_contacts_in_a_row_are_a_fault_a_good_one_between_is_not() {
         // a force of 1 N acts along a way of 1 mm out of the tissue (bad) or into it
-        let contact = |observer: &mut PassivityObserver, way_m: f32| {
+        let contact = |observer: &mut PassivityObserver, displacement_m: f32| {
             observer.sent(Vector3::z());
             observer.sent(Vector3::zeros());
-            let answer = observer.observe(&Vector3::new(0.0, 0.0, way_m), true);
+            let answer = observer.observe(&Vector3::new(0.0, 0.0, displacement_m), true);
             observer.sent(Vector3::zeros());
             observer.observe(&Vector3::zeros(), false).and(answer)
         };

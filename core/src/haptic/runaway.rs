@@ -64,12 +64,12 @@ impl Runaway {
     /// [`Fault::Runaway`].
     pub fn judge(
         &mut self,
-        way_m: &Vector3<f32>,
+        displacement_m: &Vector3<f32>,
         per_s: f32,
         normal: &Vector3<f32>,
         applied_n: &Vector3<f32>,
     ) -> Result<(), Fault> {
-        let newest = way_m * per_s;
+        let newest = displacement_m * per_s;
         self.velocity_m_per_s += (newest - self.velocity_m_per_s) * SHARE;
         if applied_n.dot(applied_n) < PUSH_N * PUSH_N || applied_n.dot(normal) <= 0.0 {
             self.slowest = None;
@@ -80,7 +80,7 @@ impl Runaway {
             self.velocity_m_per_s = newest;
         }
         if let Some(slowest) = &mut self.slowest {
-            slowest.gone_m += way_m;
+            slowest.gone_m += displacement_m;
             let gained = -self.velocity_m_per_s.dot(&slowest.normal) - slowest.inward_m_per_s;
             if gained > 0.0 {
                 let gone_m = -slowest.gone_m.dot(&slowest.normal);

@@ -47,8 +47,8 @@ impl Stillness {
     }
 
     /// One tick.
-    pub fn judge(&mut self, way_m: &Vector3<f32>, applied_n: &Vector3<f32>, max_force_n: f32, touched: bool) {
-        if *way_m != Vector3::zeros() {
+    pub fn judge(&mut self, displacement_m: &Vector3<f32>, applied_n: &Vector3<f32>, max_force_n: f32, touched: bool) {
+        if *displacement_m != Vector3::zeros() {
             self.still_ticks = 0.0;
             if !touched {
                 self.gain = 1.0;
@@ -90,9 +90,9 @@ mod tests {
 
     fn hold(still: &mut Stillness, ticks: u16, push_n: f32, every: u16, touched: bool) {
         for n in 1..=ticks {
-            let way_m = if every > 0 && n.is_multiple_of(every) { COUNT } else { Vector3::zeros() };
+            let displacement_m = if every > 0 && n.is_multiple_of(every) { COUNT } else { Vector3::zeros() };
             let applied_n = Vector3::new(0.0, 0.0, push_n * still.gain());
-            still.judge(&way_m, &applied_n, 2.0, touched);
+            still.judge(&displacement_m, &applied_n, 2.0, touched);
         }
     }
 

@@ -43,7 +43,7 @@ struct Axis {
     read_m: f32,
     shown_m: f32,
     /// Last change of the reading [m].
-    way_m: f32,
+    displacement_m: f32,
     since: u16,
     turns: u8,
     /// The mean is shown.
@@ -93,12 +93,13 @@ impl Toggle {
 
 impl Axis {
     fn show(&mut self, read_m: f32, count_m: f32, shakes: bool) -> f32 {
-        let way_m = read_m - self.read_m;
+        let displacement_m = read_m - self.read_m;
         self.read_m = read_m;
-        if way_m != 0.0 {
-            let turned = way_m * self.way_m < 0.0 && way_m.abs() <= PAIR * count_m && self.since <= SOON;
+        if displacement_m != 0.0 {
+            let turned =
+                displacement_m * self.displacement_m < 0.0 && displacement_m.abs() <= PAIR * count_m && self.since <= SOON;
             self.turns = if turned { self.turns.saturating_add(1) } else { 0 };
-            (self.way_m, self.since) = (way_m, 0);
+            (self.displacement_m, self.since) = (displacement_m, 0);
         } else {
             self.since = self.since.saturating_add(1);
             if self.since > QUIET {

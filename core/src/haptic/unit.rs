@@ -63,15 +63,15 @@ impl UnitWatch {
         }
     }
 
-    /// One reading, `way_m` from the one before; `held` if it is that one again.
+    /// One reading, `displacement_m` from the one before; `held` if it is that one again.
     ///
     /// # Errors
     /// [`Fault::UnitMismatch`].
-    pub fn judge(&mut self, way_m: &Vector3<f32>, held: bool) -> Result<(), Fault> {
+    pub fn judge(&mut self, displacement_m: &Vector3<f32>, held: bool) -> Result<(), Fault> {
         if self.passed || held {
             return Ok(());
         }
-        let square = way_m.dot(way_m);
+        let square = displacement_m.dot(displacement_m);
         if square > 0.0 {
             if self.equal >= REST {
                 self.coarse = square > self.longest_m2;
@@ -79,7 +79,7 @@ impl UnitWatch {
                 self.gone_m = Vector3::zeros();
             }
             self.equal = 0;
-            self.gone_m += way_m;
+            self.gone_m += displacement_m;
             return Ok(());
         }
         self.equal = self.equal.saturating_add(1);
@@ -124,9 +124,9 @@ mod tests {
             let aside_m = 80e-6 * libm::sinf(56.5 * t_s) + 300e-6 * libm::sinf(1.9 * t_s);
             let true_m = Vector3::new(aside_m, 0.3 * aside_m, 0.7 * aside_m);
             let read_m = true_m.map(|x| libm::floorf(x / COUNT_M) * COUNT_M * ratio);
-            let way_m = read_m - last_m;
+            let displacement_m = read_m - last_m;
             last_m = read_m;
-            watch.judge(&way_m, false).is_err()
+            watch.judge(&displacement_m, false).is_err()
         })
     }
 
@@ -149,8 +149,8 @@ mod tests {
             for n in 0..40_u8 {
                 // 60 m/s^2 for ten ticks, then as slow again, then rest
                 let ticks = f32::from(if n < 10 { n } else { 20_u8.saturating_sub(n) });
-                let way_m = Vector3::new(libm::roundf(60e-6 * ticks / COUNT_M) * COUNT_M, 0.0, 0.0);
-                assert_eq!(watch.judge(&way_m, false), Ok(()), "start {start}");
+                let displacement_m = Vector3::new(libm::roundf(60e-6 * ticks / COUNT_M) * COUNT_M, 0.0, 0.0);
+                assert_eq!(watch.judge(&displacement_m, false), Ok(()), "start {start}");
             }
         }
     }
@@ -213,9 +213,9 @@ mod tests {
         for n in 0..20_000_u16 {
             let aim_m = if n % 400 < 200 { COUNT_M } else { 0.0 };
             let next_m = if (aim_m - shown_m).abs() < 1e-9 { aim_m } else { shown_m + 0.1 * (aim_m - shown_m) };
-            let way_m = Vector3::new(next_m - shown_m, 0.0, 0.0);
+            let displacement_m = Vector3::new(next_m - shown_m, 0.0, 0.0);
             shown_m = next_m;
-            assert_eq!(watch.judge(&way_m, false), Ok(()), "tick {n}");
+            assert_eq!(watch.judge(&displacement_m, false), Ok(()), "tick {n}");
         }
     }
 }

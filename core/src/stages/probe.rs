@@ -1,6 +1,6 @@
 //! Guard: the tip that the sensor read becomes the tip that the patch is shown.
 //!
-//! In contact the shown tip enters the tissue at most at `Limits::max_sink_m_per_s` and leaves it
+//! In contact the shown tip enters the tissue at most at `GuardLimits::max_sink_m_per_s` and leaves it
 //! at any speed: a fast tap arrives late and weaker, and the energy that the limit keeps from the
 //! tissue on the way in is never returned on the way out. Where there can be no contact
 //! ([`Presence::Outside`]), the shown tip **is** the sensed tip, whatever its speed.
@@ -119,8 +119,8 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
         let beyond_m = plane.probe_depth_m(&tuned.probe, to_m) - model.depth_limit_m;
         if beyond_m > ROUNDING_M {
             to_m += plane.normal * beyond_m;
-            let way_m = pose.tip_m - *state.limit_from_m.get_or_insert(pose.tip_m);
-            let aside_m = way_m - plane.normal * way_m.dot(&plane.normal);
+            let displacement_m = pose.tip_m - *state.limit_from_m.get_or_insert(pose.tip_m);
+            let aside_m = displacement_m - plane.normal * displacement_m.dot(&plane.normal);
             if state.offset_m != Vector3::zeros() {
                 state.offset_m += plane.normal * beyond_m;
             } else if aside_m.dot(&aside_m) > SLID_M * SLID_M {

@@ -1,7 +1,7 @@
 //! From power-on to a force: who may feel it, and how it begins.
 
 use palpate::haptic::cycle::{Ask, Command};
-use palpate::haptic::device::{DeviceLimits, SensorStatus};
+use palpate::haptic::device::{DeviceSpec, SensorStatus};
 use palpate::haptic::mode::Mode;
 use palpate::{Fault, Limiters, Output, Vector3};
 
@@ -140,7 +140,7 @@ fn the_device_gets_what_the_record_says_and_the_patch_what_was_sensed() {
 #[test]
 fn damping_after_a_fault_begins_without_the_velocity_before_it() {
     // coarse counts let the velocity fade slowly
-    let coarse = DeviceLimits { count_m: 1e-3, ..stylus() };
+    let coarse = DeviceSpec { count_m: 1e-3, ..stylus() };
     let ticks_to_arm = |jumped_m: f32| {
         let mut bench = Bench::with(400.0, coarse, |s| {
             s.arming.calm_ticks = 4;

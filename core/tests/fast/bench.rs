@@ -1,8 +1,8 @@
 //! A cycle on the bench: a device that reads whatever it is told, a wall that answers, and a host.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings, Telemetry};
-use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
-use palpate::haptic::limits::{LimitValues, Limits};
+use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
+use palpate::haptic::limits::{LoopLimitSettings, LoopLimits};
 use palpate::haptic::mode::Mode;
 use palpate::{Fault, Limiters, Output, ProbePose, Vector3};
 
@@ -12,8 +12,8 @@ pub const TICK_S: f32 = 1e-3;
 pub const CLEAR_M: f32 = 10e-3;
 
 /// A desktop stylus of 3.3 N, one tick late, with an ideal sensor.
-pub fn stylus() -> DeviceLimits {
-    DeviceLimits {
+pub fn stylus() -> DeviceSpec {
+    DeviceSpec {
         max_force_n: 3.3,
         workspace_low_m: Vector3::new(-0.08, -0.07, -0.06),
         workspace_high_m: Vector3::new(0.09, 0.065, 0.055),
@@ -24,20 +24,20 @@ pub fn stylus() -> DeviceLimits {
 }
 
 /// The default limits on that stylus.
-pub fn limits() -> Limits {
-    Limits::build(&LimitValues::DESKTOP, &stylus(), TICK_S).unwrap()
+pub fn limits() -> LoopLimits {
+    LoopLimits::build(&LoopLimitSettings::DESKTOP, &stylus(), TICK_S).unwrap()
 }
 
 /// A device that reads what it is told.
 pub struct Device {
-    pub limits: DeviceLimits,
+    pub limits: DeviceSpec,
     pub sensed: Sensed,
     /// Force on the actuators [N]; `None` while they are released.
     pub drive_n: Option<Vector3<f32>>,
 }
 
 impl HapticDevice for Device {
-    fn limits(&self) -> DeviceLimits {
+    fn limits(&self) -> DeviceSpec {
         self.limits
     }
 
@@ -100,7 +100,7 @@ impl Bench {
     }
 
     /// Builds the rig on another device, with settings changed by `change`.
-    pub fn with(n_per_m: f32, device: DeviceLimits, change: impl Fn(&mut Settings)) -> Self {
+    pub fn with(n_per_m: f32, device: DeviceSpec, change: impl Fn(&mut Settings)) -> Self {
         let mut settings = Settings::safe(&device);
         change(&mut settings);
         let position_m = Vector3::new(0.0, 0.0, CLEAR_M);

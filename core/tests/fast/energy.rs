@@ -1,13 +1,13 @@
 //! The energy given to the hand, and what follows from too much of it.
 
-use palpate::haptic::device::DeviceLimits;
+use palpate::haptic::device::DeviceSpec;
 use palpate::haptic::passivity::{Energy, PassivityObserver, PassivitySettings};
 use palpate::{Fault, Vector3};
 
 use crate::bench::stylus;
 
 fn observer(delay_ticks: u8, count_m: f32) -> PassivityObserver {
-    PassivityObserver::build(&PassivitySettings::DEFAULT, &DeviceLimits { delay_ticks, count_m, ..stylus() }).unwrap()
+    PassivityObserver::build(&PassivitySettings::DEFAULT, &DeviceSpec { delay_ticks, count_m, ..stylus() }).unwrap()
 }
 
 fn z(length: f32) -> Vector3<f32> {

@@ -1,7 +1,7 @@
 //! The pose gate: readings that are believed, held or refused.
 
 use palpate::haptic::device::{Sensed, SensorStatus};
-use palpate::haptic::limits::{LimitValues, Limits, Pose, PoseGate};
+use palpate::haptic::limits::{LoopLimitSettings, LoopLimits, Pose, PoseGate};
 use palpate::{Fault, Vector3};
 
 use crate::bench::{TICK_S, limits, stylus};
@@ -9,7 +9,7 @@ use crate::bench::{TICK_S, limits, stylus};
 /// A gate that is given readings one after the other.
 struct Gate {
     gate: PoseGate,
-    limits: Limits,
+    limits: LoopLimits,
     sequence: u32,
     at_m: Vector3<f32>,
     force_acts: bool,
@@ -136,9 +136,10 @@ fn speed_is_measured_from_the_last_believed_pose_over_the_time_since() {
         assert!(believed || pose.position_m == Vector3::zeros(), "the last good pose is held");
     }
     // two counts of an encoder belong to no speed
-    let device = palpate::haptic::device::DeviceLimits { count_m: 0.2e-3, ..stylus() };
+    let device = palpate::haptic::device::DeviceSpec { count_m: 0.2e-3, ..stylus() };
     for (step_m, believed) in [(1.85e-3, true), (1.95e-3, false)] {
-        let mut gate = Gate { limits: Limits::build(&LimitValues::DESKTOP, &device, TICK_S).unwrap(), ..Gate::believing() };
+        let mut gate =
+            Gate { limits: LoopLimits::build(&LoopLimitSettings::DESKTOP, &device, TICK_S).unwrap(), ..Gate::believing() };
         assert_eq!(!gate.step(1, step_m).unwrap().held, believed, "{step_m} m");
     }
 }
@@ -234,9 +235,10 @@ fn one_axis_that_sticks_while_the_others_move_is_a_fault() {
 
 #[test]
 fn fast_means_two_and_a_half_counts_where_an_encoder_is_coarse() {
-    let device = palpate::haptic::device::DeviceLimits { count_m: 0.2e-3, ..stylus() };
+    let device = palpate::haptic::device::DeviceSpec { count_m: 0.2e-3, ..stylus() };
     for (step_m, fault) in [(0.4e-3, false), (0.6e-3, true)] {
-        let mut gate = Gate { limits: Limits::build(&LimitValues::DESKTOP, &device, TICK_S).unwrap(), ..Gate::believing() };
+        let mut gate =
+            Gate { limits: LoopLimits::build(&LoopLimitSettings::DESKTOP, &device, TICK_S).unwrap(), ..Gate::believing() };
         (0..3).for_each(|_| _ = gate.step(0, step_m).unwrap());
         let found = (0..4).any(|_| gate.step(0, 0.0).is_err());
         assert_eq!(found, fault, "{step_m} m per tick");

@@ -3,8 +3,8 @@
 use palpate::BuildError;
 use palpate::haptic::cycle::ArmingSettings;
 use palpate::haptic::damping::{Damping, DampingSettings, MOST_N_S_PER_M};
-use palpate::haptic::device::DeviceLimits;
-use palpate::haptic::limits::{LimitValues, Limits};
+use palpate::haptic::device::DeviceSpec;
+use palpate::haptic::limits::{LoopLimitSettings, LoopLimits};
 use palpate::haptic::passivity::{PassivityObserver, PassivitySettings};
 
 use crate::bench::{TICK_S, limits, stylus};
@@ -32,7 +32,7 @@ fn bounds(name: &str, low: f32, high: f32, check: impl Fn(f32) -> Option<&'stati
 
 #[test]
 fn every_number_of_a_device_has_its_range() {
-    let check = |change: &dyn Fn(&mut DeviceLimits)| {
+    let check = |change: &dyn Fn(&mut DeviceSpec)| {
         let mut device = stylus();
         change(&mut device);
         named(device.check())
@@ -62,28 +62,28 @@ fn every_number_of_a_device_has_its_range() {
 
 #[test]
 fn the_delay_is_whole_ticks_and_the_lag() {
-    let device = DeviceLimits { delay_ticks: 3, lag_s: 0.5e-3, ..stylus() };
+    let device = DeviceSpec { delay_ticks: 3, lag_s: 0.5e-3, ..stylus() };
     assert!((device.delay_s(2e-3) - 6.5e-3).abs() < 1e-9);
 }
 
 #[test]
 fn no_limit_is_higher_than_the_highest() {
-    let highest = LimitValues { max_force_n: 3.3, ..LimitValues::HIGHEST };
-    let built = Limits::build(&highest, &stylus(), TICK_S).unwrap();
+    let highest = LoopLimitSettings { max_force_n: 3.3, ..LoopLimitSettings::HIGHEST };
+    let built = LoopLimits::build(&highest, &stylus(), TICK_S).unwrap();
     assert_eq!(built.values(), &highest);
-    let strong = DeviceLimits { max_force_n: 20.0, ..stylus() };
-    assert!(Limits::build(&LimitValues::HIGHEST, &strong, TICK_S).is_ok());
-    let check = |change: &dyn Fn(&mut LimitValues)| {
+    let strong = DeviceSpec { max_force_n: 20.0, ..stylus() };
+    assert!(LoopLimits::build(&LoopLimitSettings::HIGHEST, &strong, TICK_S).is_ok());
+    let check = |change: &dyn Fn(&mut LoopLimitSettings)| {
         let mut values = highest;
         change(&mut values);
-        named(Limits::build(&values, &stylus(), TICK_S))
+        named(LoopLimits::build(&values, &stylus(), TICK_S))
     };
     bounds("limits.max_force_n", 1e-6, 3.3, |x| check(&|v| v.max_force_n = x));
     bounds("limits.max_slew_n_per_s", 1e-6, 5_000.0, |x| check(&|v| v.max_slew_n_per_s = x));
     bounds("limits.max_speed_m_per_s", 1e-6, 3.0, |x| check(&|v| v.max_speed_m_per_s = x));
     bounds("limits.workspace_margin", 0.0, 0.25, |x| check(&|v| v.workspace_margin = x));
     bounds("limits.implausible_ratio", 1.0, 10.0, |x| check(&|v| v.implausible_ratio = x));
-    let counts: [(&str, u16, fn(&mut LimitValues) -> &mut u16); 4] = [
+    let counts: [(&str, u16, fn(&mut LoopLimitSettings) -> &mut u16); 4] = [
         ("limits.odd_poses", 3, |v| &mut v.odd_poses),
         ("limits.max_age_ticks", 5, |v| &mut v.max_age_ticks),
         ("limits.implausible_ticks", 20, |v| &mut v.implausible_ticks),
@@ -94,20 +94,20 @@ fn no_limit_is_higher_than_the_highest() {
             assert_eq!(check(&|v| *pick(v) = count), refused.then_some(name), "{count}");
         }
     }
-    bounds("tick_s", 1e-4, 1e-2, |x| named(Limits::build(&LimitValues::DESKTOP, &stylus(), x)));
-    let no_device = DeviceLimits { lag_s: -1.0, ..stylus() };
-    assert_eq!(named(Limits::build(&LimitValues::DESKTOP, &no_device, TICK_S)), Some("device.lag_s"));
+    bounds("tick_s", 1e-4, 1e-2, |x| named(LoopLimits::build(&LoopLimitSettings::DESKTOP, &stylus(), x)));
+    let no_device = DeviceSpec { lag_s: -1.0, ..stylus() };
+    assert_eq!(named(LoopLimits::build(&LoopLimitSettings::DESKTOP, &no_device, TICK_S)), Some("device.lag_s"));
 }
 
 #[test]
 fn lowered_limits_keep_the_device_and_the_tick() {
-    let lower = LimitValues { max_force_n: 1.0, workspace_margin: 0.0, ..LimitValues::DESKTOP };
-    let limits = Limits::build(&LimitValues::DESKTOP, &stylus(), 2e-3).unwrap();
+    let lower = LoopLimitSettings { max_force_n: 1.0, workspace_margin: 0.0, ..LoopLimitSettings::DESKTOP };
+    let limits = LoopLimits::build(&LoopLimitSettings::DESKTOP, &stylus(), 2e-3).unwrap();
     let lowered = limits.lowered(&lower).unwrap();
     assert_eq!((lowered.values(), lowered.tick_s()), (&lower, 2e-3));
     assert!((lowered.ticks_per_s() - 500.0).abs() < 1e-3);
-    assert_eq!(named(lowered.lowered(&LimitValues::DESKTOP)), Some("limits.max_force_n"));
-    assert_eq!(LimitValues::default(), LimitValues::DESKTOP);
+    assert_eq!(named(lowered.lowered(&LoopLimitSettings::DESKTOP)), Some("limits.max_force_n"));
+    assert_eq!(LoopLimitSettings::default(), LoopLimitSettings::DESKTOP);
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn every_number_of_the_energy_watch_has_its_range() {
     for (alarms, refused) in [(0, true), (1, false), (100, false), (101, true)] {
         assert_eq!(check(PassivitySettings { alarms, ..PassivitySettings::DEFAULT }), refused.then_some("passivity.alarms"));
     }
-    let slow = DeviceLimits { delay_ticks: 8, ..stylus() };
+    let slow = DeviceSpec { delay_ticks: 8, ..stylus() };
     assert_eq!(named(PassivityObserver::build(&PassivitySettings::DEFAULT, &slow)), Some("device.delay_ticks"));
 }
 
@@ -161,7 +161,7 @@ fn every_number_of_arming_has_its_range() {
 
 #[test]
 fn an_error_carries_the_value_and_the_range() {
-    let values = LimitValues { max_force_n: 9.0, ..LimitValues::DESKTOP };
+    let values = LoopLimitSettings { max_force_n: 9.0, ..LoopLimitSettings::DESKTOP };
     let least = match limits().lowered(&values) {
         Err(BuildError::OutOfRange { parameter: "limits.max_force_n", value: 9.0, min, max: 3.0 }) => min,
         other => panic!("{other:?}"),

@@ -168,13 +168,13 @@ fn a_hand_that_slid_beyond_the_depth_limit_comes_back_as_far_as_it_moves() {
     let limit_m = tissue.file.model.depth_limit_m;
     tissue.press(limit_m + 3e-3);
     let mut at_m = Vector3::new(0.0, 0.0, -limit_m - 3e-3);
-    let mut leg = |tissue: &mut Tissue, way_m: Vector3<f32>| {
+    let mut leg = |tissue: &mut Tissue, displacement_m: Vector3<f32>| {
         let mut depth_m = 0.0;
-        go(tissue, at_m, at_m + way_m, 0.04e-3, |_, output| {
+        go(tissue, at_m, at_m + displacement_m, 0.04e-3, |_, output| {
             assert!(!output.outside);
             depth_m = output.depth_m;
         });
-        at_m += way_m;
+        at_m += displacement_m;
         depth_m
     };
     let slid_m = leg(&mut tissue, Vector3::new(2e-3, 0.0, 0.0));

@@ -1,7 +1,7 @@
 //! How a force ends: by request, by silence, by a limit that is lowered.
 
 use palpate::haptic::cycle::{Ask, Command};
-use palpate::haptic::limits::LimitValues;
+use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::{Limiters, Vector3};
 
@@ -93,11 +93,11 @@ fn a_host_is_silent_only_as_long_as_the_settings_say() {
 fn limits_are_lowered_under_force_and_never_raised() {
     let mut bench = Bench::new(400.0).active();
     bench.press_n(2.0);
-    let lower = LimitValues { max_force_n: 1.2, ..LimitValues::DESKTOP };
+    let lower = LoopLimitSettings { max_force_n: 1.2, ..LoopLimitSettings::DESKTOP };
     bench.cycle.lower_limits(&lower).unwrap();
     let record = bench.tick();
     assert!((record.applied_n.z - 1.2).abs() < 1e-5 && set(&record, Limiters::FORCE), "{}", record.applied_n);
-    assert!(bench.cycle.lower_limits(&LimitValues::DESKTOP).is_err());
+    assert!(bench.cycle.lower_limits(&LoopLimitSettings::DESKTOP).is_err());
     assert_eq!(bench.cycle.limits(), &lower);
 }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, PatchRenderer, Settings, Telemetry};
-use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::mode::Mode;
 use palpate::{Fault, Model, Node, NodeStep, Params, PatchFile, State, TetShapes, Tuned, Vector3};
 
@@ -16,7 +16,7 @@ const TREMOR_M: f32 = 60e-6;
 
 /// A device that reads the position it is given, in whole counts.
 pub struct Scripted {
-    limits: DeviceLimits,
+    limits: DeviceSpec,
     sequence: u32,
     /// True position [m].
     pub at_m: Vector3<f32>,
@@ -31,7 +31,7 @@ pub struct Scripted {
 }
 
 impl HapticDevice for Scripted {
-    fn limits(&self) -> DeviceLimits {
+    fn limits(&self) -> DeviceSpec {
         self.limits
     }
 
@@ -88,7 +88,7 @@ impl Rig {
         let aside = if normal.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
         let along = (aside - normal * aside.dot(&normal)).normalize();
         let half = Vector3::repeat(0.2);
-        let limits = DeviceLimits {
+        let limits = DeviceSpec {
             max_force_n: 3.3,
             workspace_low_m: site_m - half,
             workspace_high_m: site_m + half,
@@ -146,13 +146,13 @@ impl Rig {
     /// # Errors
     /// The fault that stopped it.
     pub fn go(&mut self, to_m: Vector3<f32>, m_per_s: f32) -> Result<f32, Fault> {
-        let (from_m, way_m) = (self.device.at_m, to_m - self.device.at_m);
-        let (length_m, mut gone_m, mut speed, mut most_n) = (way_m.norm(), 0.0_f32, 0.0_f32, 0.0_f32);
+        let (from_m, displacement_m) = (self.device.at_m, to_m - self.device.at_m);
+        let (length_m, mut gone_m, mut speed, mut most_n) = (displacement_m.norm(), 0.0_f32, 0.0_f32, 0.0_f32);
         while gone_m < length_m {
             let braking = (2.0 * M_PER_S2 * (length_m - gone_m)).sqrt();
             speed = (speed + 1e-3 * self.m_per_s2).min(m_per_s).min(braking.max(0.01));
             gone_m = (gone_m + 1e-3 * speed).min(length_m);
-            self.device.at_m = from_m + way_m * (gone_m / length_m);
+            self.device.at_m = from_m + displacement_m * (gone_m / length_m);
             let told = self.tick(Command::HEARD);
             most_n = most_n.max(told.applied_n.norm());
             if let Some(fault) = told.fault {

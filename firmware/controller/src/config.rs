@@ -7,7 +7,7 @@
 use crc::{CRC_32_ISO_HDLC, Crc};
 use palpate::BuildError;
 use palpate::haptic::cycle::{Cycle, Settings};
-use palpate::haptic::device::{DeviceLimits, HapticDevice};
+use palpate::haptic::device::{DeviceSpec, HapticDevice};
 use serde::{Deserialize, Serialize};
 
 use crate::force_out::DacCode;
@@ -56,7 +56,7 @@ impl Profile {
 
     /// A device with settings that are [`Settings::safe`] but for limits and damping.
     #[must_use]
-    pub fn of(settings: &Settings, device: &DeviceLimits) -> Self {
+    pub fn of(settings: &Settings, device: &DeviceSpec) -> Self {
         let damping = settings.damping;
         Self {
             limits: (&settings.limits).into(),
@@ -75,7 +75,7 @@ impl Profile {
     #[must_use]
     pub fn split(&self) -> (Settings, Port) {
         let [low_m, high_m] = self.workspace_m.map(Into::into);
-        let limits = DeviceLimits {
+        let limits = DeviceSpec {
             max_force_n: self.max_force_n,
             workspace_low_m: low_m,
             workspace_high_m: high_m,

@@ -8,7 +8,7 @@
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings, Telemetry};
 use palpate::haptic::device::{HapticDevice, Sensed};
-use palpate::haptic::limits::LimitValues;
+use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::{BuildError, Fault};
 
@@ -75,7 +75,7 @@ impl Controller {
 
     /// The limits.
     #[must_use]
-    pub fn limits(&self) -> &LimitValues {
+    pub fn limits(&self) -> &LoopLimitSettings {
         self.cycle.limits()
     }
 
@@ -89,7 +89,7 @@ impl Controller {
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the limit that would rise; nothing changes then.
-    pub fn lower_limits(&mut self, values: &LimitValues) -> Result<(), BuildError> {
+    pub fn lower_limits(&mut self, values: &LoopLimitSettings) -> Result<(), BuildError> {
         self.cycle.lower_limits(values)
     }
 

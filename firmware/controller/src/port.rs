@@ -2,7 +2,7 @@
 //! after it. Boards move both.
 
 use palpate::Vector3;
-use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 
 use crate::force_out::{DacCode, Drive};
 use crate::probe_in::EncoderCounts;
@@ -10,7 +10,7 @@ use crate::probe_in::EncoderCounts;
 /// One device's reading and output.
 #[derive(Clone, Copy, Debug)]
 pub struct Port {
-    limits: DeviceLimits,
+    limits: DeviceSpec,
     sensed: Sensed,
     drive: Drive,
     operator_switch: bool,
@@ -20,7 +20,7 @@ impl Port {
     /// A desktop stylus of 3.3 N in a box of 0.2 x 0.2 x 0.16 m around its centre, one tick late.
     /// Its enable line is off.
     pub const DESKTOP: Self = Self {
-        limits: DeviceLimits {
+        limits: DeviceSpec {
             max_force_n: 3.3,
             workspace_low_m: Vector3::new(-0.1, -0.1, -0.08),
             workspace_high_m: Vector3::new(0.1, 0.1, 0.08),
@@ -35,7 +35,7 @@ impl Port {
 
     /// The desktop stylus with the limits of a profile.
     #[must_use]
-    pub fn with_limits(limits: DeviceLimits) -> Self {
+    pub fn with_limits(limits: DeviceSpec) -> Self {
         Self { limits, ..Self::DESKTOP }
     }
 
@@ -66,7 +66,7 @@ impl Port {
 const _: () = assert!(Port::DESKTOP.limits.max_force_n <= DacCode::FULL_SCALE_N, "the converters must reach the longest force");
 
 impl HapticDevice for Port {
-    fn limits(&self) -> DeviceLimits {
+    fn limits(&self) -> DeviceSpec {
         self.limits
     }
 
@@ -89,7 +89,7 @@ mod tests {
 
     #[test]
     fn a_device_has_the_limits_of_its_profile() {
-        let limits = DeviceLimits { max_force_n: 1.2, ..Port::DESKTOP.limits() };
+        let limits = DeviceSpec { max_force_n: 1.2, ..Port::DESKTOP.limits() };
         assert_eq!(Port::with_limits(limits).limits(), limits);
         assert_eq!(Port::with_limits(limits).with_operator_switch(true).limits(), limits);
     }

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use palpate::haptic::cycle::{Ask, Command, Renderer, Settings, Telemetry};
-use palpate::haptic::device::{DeviceLimits, Sensed, SensorStatus};
+use palpate::haptic::device::{DeviceSpec, Sensed, SensorStatus};
 use palpate::stages::probe::ProbePose;
 use palpate::{Output, PatchFile, Probe, Vector3};
 use palpate_controller::config::Profile;
@@ -109,7 +109,7 @@ pub(super) fn started(
     mut board: Board,
     patch: Option<&[u8]>,
     settings: &Settings,
-    device: &DeviceLimits,
+    device: &DeviceSpec,
 ) -> Result<Board, EmulateError> {
     for sequence in 1..=START_UP_TICKS {
         board.send(&ToBoard::Pose { position_m: [0.0; 3], sequence, good: true })?;

@@ -8,17 +8,17 @@
 //! is then tried with less: terms off, a cheaper edge ([`edge`]).
 
 pub mod candidate;
-pub mod edge;
 pub mod judge;
 pub mod known;
 pub mod outcome;
+pub mod rim_treatment;
 pub mod search;
 pub mod trial;
 
 pub use candidate::{Candidate, Supply, Weighed};
-pub use edge::Edge;
 pub use judge::{Judge, Judged, WORST_RATIO};
 pub use known::Known;
 pub use outcome::Outcome;
+pub use rim_treatment::RimTreatment;
 pub use search::search;
 pub use trial::{Bench, Effort, Trial};

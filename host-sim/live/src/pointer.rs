@@ -74,8 +74,8 @@ impl Pointer {
             camera.orbit(eframe::egui::vec2(-right, up) * (150.0 * dt_s));
         } else if right != 0.0 || up != 0.0 {
             let [side, ahead] = lens.along(&axis);
-            let way_m = (side * right + ahead * up) * (ALONG_M_PER_S * dt_s);
-            let from_m = self.place_m + way_m + axis * 0.5;
+            let displacement_m = (side * right + ahead * up) * (ALONG_M_PER_S * dt_s);
+            let from_m = self.place_m + displacement_m + axis * 0.5;
             if let Some(place_m) = shape.meets(&from_m, &-axis) {
                 self.place_m = place_m;
             }

@@ -89,13 +89,13 @@ impl Shape {
             if normal.dot(&axis) < 0.3 * normal.norm() {
                 continue;
             }
-            if let Some(way_m) = along(from_m, ray, [a, b, c])
-                && nearest.is_none_or(|n| way_m < n)
+            if let Some(displacement_m) = along(from_m, ray, [a, b, c])
+                && nearest.is_none_or(|n| displacement_m < n)
             {
-                nearest = Some(way_m);
+                nearest = Some(displacement_m);
             }
         }
-        nearest.map(|way_m| from_m + ray * way_m)
+        nearest.map(|displacement_m| from_m + ray * displacement_m)
     }
 }
 

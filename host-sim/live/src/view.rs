@@ -208,8 +208,8 @@ fn force(painter: &Painter, lens: &Lens, shape: &Shape, frame: &Frame, shown: &S
     let radius_m = shape.body.radius_m;
     // beside the handle, or it would hide the arrow
     let from_m = V::from(frame.contact_m);
-    let way_m = force_n / length_n * (radius_m * (1.2 + RADII_PER_N * length_n).min(12.0));
-    let (Some((a, _)), Some((b, _))) = (lens.project(&from_m), lens.project(&(from_m + way_m))) else { return };
+    let displacement_m = force_n / length_n * (radius_m * (1.2 + RADII_PER_N * length_n).min(12.0));
+    let (Some((a, _)), Some((b, _))) = (lens.project(&from_m), lens.project(&(from_m + displacement_m))) else { return };
     let b = a + (b - a) * share_inside(painter.clip_rect().shrink2(vec2(70.0, 20.0)), a, b);
     let red = if shown.dark { Color32::from_rgb(255, 110, 90) } else { Color32::from_rgb(190, 30, 20) };
     let along = (b - a).normalized();

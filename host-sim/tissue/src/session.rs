@@ -4,7 +4,7 @@ pub mod calibrated;
 pub mod moving;
 pub mod packed;
 
-use palpate::{Limits, Params, ProbeShape, Terms, Vector3};
+use palpate::{GuardLimits, Params, ProbeShape, Terms, Vector3};
 
 use crate::budget::{MACHINES, Machine, triangles_in_reach};
 use crate::error::Error;
@@ -152,7 +152,7 @@ impl Session {
         let params = machine.adapt(&params);
         let own = limits(&patch, TICK_S);
         let max_sink_m_per_s = own.max_sink_m_per_s.min(params.limits.max_sink_m_per_s);
-        let params = Params { limits: Limits { max_sink_m_per_s, ..params.limits }, ..params };
+        let params = Params { limits: GuardLimits { max_sink_m_per_s, ..params.limits }, ..params };
         let model = patch.wide_model();
         let site_m = patch.site_m();
         let measured = StableStep::measure(&model, &params, site_m)?;

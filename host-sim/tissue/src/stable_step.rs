@@ -8,7 +8,7 @@
 //! and one is added until the patch comes to rest in it and after it.
 
 use palpate::stages::{force, integrate};
-use palpate::{BuildError, Limits, Model, Params, ProbePose, State, Terms, Tuned, Vector3, tick};
+use palpate::{BuildError, GuardLimits, Model, Params, ProbePose, State, Terms, Tuned, Vector3, tick};
 
 use crate::patch::{Memory, Patch};
 
@@ -39,9 +39,9 @@ const SINK_SHARE: f64 = 0.16;
 /// The limits that a patch's elements set, whatever its stiffness: masses with a floor carry waves
 /// at element size over tick.
 #[must_use]
-pub fn limits(patch: &Patch, tick_s: f64) -> Limits {
-    let max_sink_m_per_s = Limits::HIGHEST.max_sink_m_per_s.min((SINK_SHARE * patch.element_m() / tick_s) as f32);
-    Limits { max_sink_m_per_s, ..Limits::HIGHEST }
+pub fn limits(patch: &Patch, tick_s: f64) -> GuardLimits {
+    let max_sink_m_per_s = GuardLimits::HIGHEST.max_sink_m_per_s.min((SINK_SHARE * patch.element_m() / tick_s) as f32);
+    GuardLimits { max_sink_m_per_s, ..GuardLimits::HIGHEST }
 }
 
 /// Another tick with the masses, the foundation and its damping of this one: a patch that holds at
@@ -151,8 +151,8 @@ fn elastic(params: &Params) -> Params {
 
 /// Returns limits at their highest, except for the sink speed: what the patch bears is measured
 /// without a limit of the force, but a tap is shown to it as the product shows it.
-fn unbounded_but_sink(params: &Params) -> Limits {
-    Limits { max_sink_m_per_s: params.limits.max_sink_m_per_s, ..Limits::HIGHEST }
+fn unbounded_but_sink(params: &Params) -> GuardLimits {
+    GuardLimits { max_sink_m_per_s: params.limits.max_sink_m_per_s, ..GuardLimits::HIGHEST }
 }
 
 /// The shape of the highest mode, kept from sample to sample.

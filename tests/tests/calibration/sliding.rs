@@ -8,7 +8,7 @@ use palpate_fit::calibrate::reference_map::ReferenceMap;
 use palpate_fit::calibrate::{Fit, Settings, Targets};
 use palpate_fit::statics::Vector;
 use palpate_lab::far_field::sliding::{
-    Awake, Contestant, Course, Figures, Kind, Leg, Measured, STEP_N, StrokePatch, StrokeRecipe, WORK_MJ, slide,
+    Awake, Course, Figures, Kind, Leg, Measured, STEP_N, StrokePatch, StrokeRecipe, StudyMethod, WORK_MJ, slide,
 };
 use palpate_lab::paper_method::region::{ContactPressure, StressRule};
 use palpate_tissue::answer::Answer;
@@ -37,11 +37,11 @@ fn fitted() -> &'static StrokePatch {
     })
 }
 
-fn contestant(patch: Patch, params: &Params, awake: Awake) -> Contestant {
-    Contestant::new(Kind::Stroke, "patch".into(), patch, params, awake).unwrap()
+fn contestant(patch: Patch, params: &Params, awake: Awake) -> StudyMethod {
+    StudyMethod::new(Kind::Stroke, "patch".into(), patch, params, awake).unwrap()
 }
 
-fn figures(one: &Contestant, course: &Course) -> Figures {
+fn figures(one: &StudyMethod, course: &Course) -> Figures {
     let model = one.patch.model();
     let free = model.nodes.len() - model.anchors.len();
     let slide = slide(&one.patch, &one.params, one.awake, course).unwrap();
@@ -99,7 +99,7 @@ fn rim_springs_answer_as_the_dense_outside_all_along_the_stroke() {
     let StrokePatch { far, patch, params, .. } = fitted();
     let rim: Vec<usize> = far.cut.rim.iter().map(|n| *n as usize).collect();
     let exact = palpate_fit::statics::Statics::of(&patch.model(), params).unwrap().with_rim(&rim, &far.exact_m);
-    let one = Contestant { exact: Some(exact), ..contestant(patch.clone(), params, Awake::All) };
+    let one = StudyMethod { exact: Some(exact), ..contestant(patch.clone(), params, Awake::All) };
     let found = Measured::of(&one, &course(0.1), &[0.1], &map()).unwrap();
     assert!(found.rim_pct.unwrap().abs() <= 0.5, "{:?}", found.rim_pct);
     assert!(found.rest_pct.unwrap()[0].abs() <= 5.0, "{:?}", found.rest_pct);

@@ -8,7 +8,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Settings};
-use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::mode::Mode;
 use palpate::{Params, Vector3};
 use palpate_loop::closed_loop::device::DeviceProfile;
@@ -33,12 +33,12 @@ const MOTIONS: [(&str, &[Way]); 4] = [
 
 struct Scripted {
     reading: Sensed,
-    limits: DeviceLimits,
+    limits: DeviceSpec,
     got_n: Vector3<f32>,
 }
 
 impl HapticDevice for Scripted {
-    fn limits(&self) -> DeviceLimits {
+    fn limits(&self) -> DeviceSpec {
         self.limits
     }
 
@@ -77,8 +77,8 @@ fn trace(surface: &mut impl Surface) -> Vec<Row> {
         let (mut tick, mut from) = (0, (-2e-3_f64, 0.0_f64));
         let home = [(-2e-3, 0.0, 0.1), (-2e-3, 0.0, 0.3)];
         for (to_m, along_m, speed_or_s) in ways.iter().copied().chain(home) {
-            let way_m = (to_m - from.0).abs() + (along_m - from.1).abs();
-            let ticks = if way_m > 0.0 { way_m / speed_or_s * 1e3 } else { speed_or_s * 1e3 }.ceil().max(1.0);
+            let displacement_m = (to_m - from.0).abs() + (along_m - from.1).abs();
+            let ticks = if displacement_m > 0.0 { displacement_m / speed_or_s * 1e3 } else { speed_or_s * 1e3 }.ceil().max(1.0);
             for n in 1..=ticks as u32 {
                 let share = f64::from(n) / ticks;
                 device.reading.position_m = at(from.0 + (to_m - from.0) * share, from.1 + (along_m - from.1) * share);

@@ -5,7 +5,7 @@
 use palpate::stages::force;
 use palpate::stages::force::stiffening::CAP;
 use palpate::stages::probe::ProbePose;
-use palpate::{Limits, Model, Params, State, Vector3, tick};
+use palpate::{GuardLimits, Model, Params, State, Vector3, tick};
 use palpate_fit::statics::{Solver, Statics, Vector};
 use palpate_tests::bench::{Bench, Deformation, at_depth};
 use palpate_tests::oracle::Oracle;
@@ -125,7 +125,7 @@ fn statics_are_slopes_of_the_energy_under_the_probe() {
 fn the_tick_settles_to_the_static_force() {
     for (b, substeps) in [(3.0, 3), (20.0, 8)] {
         let bench = stiffening(129, b).with(|p| {
-            (p.substeps, p.node_damping_per_s, p.limits) = (substeps, 150.0, Limits::HIGHEST);
+            (p.substeps, p.node_damping_per_s, p.limits) = (substeps, 150.0, GuardLimits::HIGHEST);
         });
         let model = bench.patch.wide_model();
         let statics = Statics::of(&model, &bench.params).unwrap();

@@ -4,7 +4,7 @@
 //! `--nocapture` prints the table.
 
 use palpate::stages::probe::ProbePose;
-use palpate::{Limiters, Limits, Output, Params, tick};
+use palpate::{GuardLimits, Limiters, Output, Params, tick};
 use palpate_tests::bench::{Bench, at_depth};
 use palpate_tests::tap::{Outcome, Tap};
 use palpate_tissue::stable_step::{StableStep, substeps_for_taps, with_tick};
@@ -71,7 +71,7 @@ fn a_session_asks_for_one_step() {
 
 #[test]
 fn without_the_limit_into_tissue_a_tap_crushes_fine_meshes() {
-    let bench = bench(1020, 3.5e3).with(|p| p.limits = Limits::HIGHEST);
+    let bench = bench(1020, 3.5e3).with(|p| p.limits = GuardLimits::HIGHEST);
     let outcome = press(&bench, &bench.params, FASTEST_M_PER_S);
     assert!(outcome.wrong.is_some() || outcome.lowest_j < 0.0, "the tap is stood without the limit: {outcome:?}");
 }

@@ -1,6 +1,6 @@
 //! The static solution: what the tick settles to, with the right derivatives.
 
-use palpate::{Limits, Params, ProbePose, tick};
+use palpate::{GuardLimits, Params, ProbePose, tick};
 use palpate_fit::statics::{Balance, Gradient, Solver, Statics, Vector};
 use palpate_tissue::mesh::{BlockSpec, block};
 use palpate_tissue::patch::{Material, Memory, Patch};
@@ -33,7 +33,7 @@ fn pressed(statics: &Statics, depth_m: f64) -> Balance {
 fn the_tick_settles_to_the_static_force() {
     let patch = patch();
     let model = patch.wide_model();
-    let params = Params { node_damping_per_s: 150.0, limits: Limits::HIGHEST, ..Params::default() };
+    let params = Params { node_damping_per_s: 150.0, limits: GuardLimits::HIGHEST, ..Params::default() };
     let statics = Statics::of(&model, &params).unwrap();
     let mut memory = Memory::for_model(&model);
     let (tuned, mut state) = memory.start(&model, &params).unwrap();

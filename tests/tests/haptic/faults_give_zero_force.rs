@@ -2,7 +2,7 @@
 //! asked, it gets no more than its limit.
 
 use palpate::stages::probe::ProbePose;
-use palpate::{BuildError, Fault, Limiters, Limits, Output, Params, State, Tuned, Vector3, tick};
+use palpate::{BuildError, Fault, GuardLimits, Limiters, Output, Params, State, Tuned, Vector3, tick};
 use palpate_tests::bench::{Bench, at_depth};
 use palpate_tissue::patch::Memory;
 use proptest::prelude::*;
@@ -227,14 +227,14 @@ fn nothing_raises_the_limits() {
     let bench = Bench::block(60);
     let model = bench.patch.wide_model();
     let mut memory = bench.memory();
-    let highest = Limits::HIGHEST;
+    let highest = GuardLimits::HIGHEST;
     for bad in [1.000_001, 2.0, f32::INFINITY, f32::NAN, -1.0] {
         for speed in [true, false] {
             let (max_speed_m_per_s, max_force_n) = match speed {
                 true => (highest.max_speed_m_per_s * bad, highest.max_force_n),
                 false => (highest.max_speed_m_per_s, highest.max_force_n * bad),
             };
-            let params = Params { limits: Limits { max_speed_m_per_s, max_force_n, ..highest }, ..bench.params };
+            let params = Params { limits: GuardLimits { max_speed_m_per_s, max_force_n, ..highest }, ..bench.params };
             let refused = memory.start(&model, &params).map(|_| ()).unwrap_err();
             let wanted = if speed { "limits.max_speed_m_per_s" } else { "limits.max_force_n" };
             assert!(matches!(refused, BuildError::OutOfRange { parameter, .. } if parameter == wanted), "{refused}");

@@ -8,7 +8,7 @@ use palpate_lab::paper::local_compression::failures::{barycentre, correction, re
 use palpate_lab::paper::local_compression::fit::{Target, distance_mm};
 use palpate_lab::paper::local_compression::hausdorff::{directed, hausdorff};
 use palpate_lab::paper::local_compression::identifiability::largest_step_s;
-use palpate_lab::paper::local_compression::methods::{Contestant, Fitted};
+use palpate_lab::paper::local_compression::methods::{Fitted, StudyMethod};
 use palpate_lab::paper::local_compression::scene::{PRESETS, PressScene};
 use palpate_lab::paper::local_compression::site::Site;
 use palpate_lab::paper::local_compression::steps::hold;
@@ -157,9 +157,9 @@ fn the_largest_step_is_that_of_the_highest_mode() {
 fn a_press_by_force_and_by_depth_agree() {
     let block = block();
     for contestant in [
-        Contestant::Charted(Method::Palpate),
-        Contestant::Charted(Method::NeoHookeanNodal),
-        Contestant::LocalCompression(Fitted { node_damping_per_s: 40.0, ..Fitted::new(STIFFNESS_N_PER_M, 1e-3) }),
+        StudyMethod::Charted(Method::Palpate),
+        StudyMethod::Charted(Method::NeoHookeanNodal),
+        StudyMethod::LocalCompression(Fitted { node_damping_per_s: 40.0, ..Fitted::new(STIFFNESS_N_PER_M, 1e-3) }),
     ] {
         let step_s = contestant.step_s(&block, 0.8).unwrap().unwrap().unwrap();
         let rest = contestant.press(&block, step_s, 0.8, 1).unwrap().unwrap().unwrap();

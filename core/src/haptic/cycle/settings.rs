@@ -2,8 +2,8 @@
 
 use crate::fault::BuildError;
 use crate::haptic::damping::DampingSettings;
-use crate::haptic::device::DeviceLimits;
-use crate::haptic::limits::LimitValues;
+use crate::haptic::device::DeviceSpec;
+use crate::haptic::limits::LoopLimitSettings;
 use crate::haptic::passivity::PassivitySettings;
 use crate::haptic::within;
 
@@ -72,7 +72,7 @@ pub struct Settings {
     /// The tick [s].
     pub tick_s: f32,
     /// Limits, from the device's profile.
-    pub limits: LimitValues,
+    pub limits: LoopLimitSettings,
     /// Damping.
     pub damping: DampingSettings,
     /// Passivity.
@@ -84,13 +84,13 @@ pub struct Settings {
 impl Settings {
     /// Safe on anything, for this device, at 1 kHz: damping for its delay, limits within its force.
     #[must_use]
-    pub fn safe(device: &DeviceLimits) -> Self {
+    pub fn safe(device: &DeviceSpec) -> Self {
         let tick_s = 1e-3;
-        let limits = LimitValues::DESKTOP;
+        let limits = LoopLimitSettings::DESKTOP;
         let max_force_n = if device.max_force_n < limits.max_force_n { device.max_force_n } else { limits.max_force_n };
         Self {
             tick_s,
-            limits: LimitValues { max_force_n, ..limits },
+            limits: LoopLimitSettings { max_force_n, ..limits },
             damping: DampingSettings::safe(device.delay_s(tick_s), tick_s),
             passivity: PassivitySettings::DEFAULT,
             arming: ArmingSettings::DEFAULT,

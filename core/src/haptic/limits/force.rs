@@ -12,7 +12,7 @@
 
 use nalgebra::Vector3;
 
-use super::Limits;
+use super::LoopLimits;
 use crate::fault::{Fault, Limiters};
 use crate::haptic::length;
 
@@ -38,7 +38,7 @@ impl ForceLimiter {
     ///
     /// # Errors
     /// [`Fault::ForceNotFinite`] at once, [`Fault::ForceImplausible`] when it stays far too long.
-    pub fn judge(&mut self, limits: &Limits, model_n: &Vector3<f32>) -> Result<(), Fault> {
+    pub fn judge(&mut self, limits: &LoopLimits, model_n: &Vector3<f32>) -> Result<(), Fault> {
         let square = model_n.dot(model_n);
         if !square.is_finite() {
             return Err(Fault::ForceNotFinite);
@@ -59,7 +59,7 @@ impl ForceLimiter {
     /// loading, damping cannot act, so during unloading it must be subtracted from the force that
     /// the user feels, not from a much larger force behind the clamp.
     #[must_use]
-    pub fn shorten(limits: &Limits, model_n: &Vector3<f32>) -> (Vector3<f32>, bool) {
+    pub fn shorten(limits: &LoopLimits, model_n: &Vector3<f32>) -> (Vector3<f32>, bool) {
         let (square, most_n) = (model_n.dot(model_n), limits.values.max_force_n);
         match square > most_n * most_n {
             true => (model_n * (most_n / length(model_n)), true),
@@ -71,7 +71,7 @@ impl ForceLimiter {
     ///
     /// # Errors
     /// [`Fault::ForceNotFinite`].
-    pub fn limit(&mut self, limits: &Limits, wanted_n: Vector3<f32>, cap_n: f32) -> Result<Limited, Fault> {
+    pub fn limit(&mut self, limits: &LoopLimits, wanted_n: Vector3<f32>, cap_n: f32) -> Result<Limited, Fault> {
         let mut limiters = Limiters::default();
         let square = wanted_n.dot(&wanted_n);
         if !(square.is_finite() && cap_n.is_finite()) {
@@ -111,7 +111,7 @@ impl ForceLimiter {
 
     /// At the limit for longer than `saturated_ticks`.
     #[must_use]
-    pub fn strained(&self, limits: &Limits) -> bool {
+    pub fn strained(&self, limits: &LoopLimits) -> bool {
         self.saturated > limits.values.saturated_ticks
     }
 }

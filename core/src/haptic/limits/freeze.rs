@@ -15,7 +15,7 @@
 
 use nalgebra::Vector3;
 
-use super::Limits;
+use super::LoopLimits;
 use crate::fault::Fault;
 
 /// Speed along an axis that does not end within a tick [m/s].
@@ -41,15 +41,15 @@ pub struct Freeze {
 }
 
 impl Freeze {
-    /// One reading that is new, `way_m` from the one before, which is `ticks` older.
+    /// One reading that is new, `displacement_m` from the one before, which is `ticks` older.
     ///
     /// # Errors
     /// [`Fault::SensorFault`], if a force acts: without one a stuck reading does no harm.
     pub fn judge(
         &mut self,
-        limits: &Limits,
+        limits: &LoopLimits,
         at_m: &Vector3<f32>,
-        way_m: &Vector3<f32>,
+        displacement_m: &Vector3<f32>,
         ticks: u16,
         force_acts: bool,
     ) -> Result<(), Fault> {
@@ -57,7 +57,7 @@ impl Freeze {
         let counts_m = FAST_COUNTS * 0.5 * limits.counts_m;
         let fast_m = f32::from(ticks) * if counts_m > fast_m { counts_m } else { fast_m };
         // nothing fast, now or just before: equal readings mean nothing then
-        if way_m.dot(way_m) < fast_m * fast_m && self.moving == [0; 3] {
+        if displacement_m.dot(displacement_m) < fast_m * fast_m && self.moving == [0; 3] {
             self.equal = [0; 3];
             return Ok(());
         }
@@ -67,9 +67,9 @@ impl Freeze {
         let per_tick = 1.0 / f32::from(ticks);
         let slowed_m = fast_m * per_tick - 0.5 * limits.counts_m;
         let watched = self.moving.iter_mut().zip(&mut self.equal).zip(&mut self.last_m);
-        let read = way_m.iter().zip(at_m.iter()).zip(device.workspace_low_m.iter().zip(device.workspace_high_m.iter()));
-        for (((moving, equal), last_m), ((&way_m, at_m), (low_m, high_m))) in watched.zip(read) {
-            if way_m == 0.0 {
+        let read = displacement_m.iter().zip(at_m.iter()).zip(device.workspace_low_m.iter().zip(device.workspace_high_m.iter()));
+        for (((moving, equal), last_m), ((&displacement_m, at_m), (low_m, high_m))) in watched.zip(read) {
+            if displacement_m == 0.0 {
                 // an axis that did not move before may rest
                 if *moving != 0 {
                     *equal = equal.saturating_add(1);
@@ -80,14 +80,14 @@ impl Freeze {
                 }
                 continue;
             }
-            let sense = if way_m.abs() < fast_m {
+            let sense = if displacement_m.abs() < fast_m {
                 0
-            } else if way_m > 0.0 {
+            } else if displacement_m > 0.0 {
                 1
             } else {
                 -1
             };
-            *last_m = [way_m * per_tick, last_m[0]];
+            *last_m = [displacement_m * per_tick, last_m[0]];
             // a reading that was equal in between ended the motion
             let goes_on = *equal == 0 && sense != 0 && sense == moving.signum();
             *moving = if goes_on { moving.saturating_add(sense) } else { sense };
@@ -109,7 +109,7 @@ mod tests {
     fn stops_from(m_per_s: f32, at_m: f32) -> Option<usize> {
         let mut freeze = Freeze::default();
         let at_m = Vector3::new(0.0, at_m, 0.0);
-        let mut judge = |way_m: f32| freeze.judge(&limits(), &at_m, &Vector3::new(0.0, way_m, 0.0), 1, true);
+        let mut judge = |displacement_m: f32| freeze.judge(&limits(), &at_m, &Vector3::new(0.0, displacement_m, 0.0), 1, true);
         for _ in 0..3 {
             judge(1e-3 * m_per_s).unwrap();
         }
@@ -123,8 +123,8 @@ mod tests {
         assert_eq!(stops_from(0.1, 0.0), None);
         assert_eq!(stops_from(0.21, 0.0595), None, "the hard stop");
         let mut freeze = Freeze::default();
-        for way_m in [0.3e-3, 0.3e-3, 0.3e-3, 0.1e-3, 0.0, 0.0, 0.0, 0.0, 1e-3, -1e-3, 0.0, 0.0, 0.0, 0.0] {
-            freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, way_m, 0.0), 1, true).unwrap();
+        for displacement_m in [0.3e-3, 0.3e-3, 0.3e-3, 0.1e-3, 0.0, 0.0, 0.0, 0.0, 1e-3, -1e-3, 0.0, 0.0, 0.0, 0.0] {
+            freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, displacement_m, 0.0), 1, true).unwrap();
         }
     }
 
@@ -133,7 +133,9 @@ mod tests {
         for m_per_s in [0.3, -0.3] {
             for fast in 3..400_u16 {
                 let mut freeze = Freeze::default();
-                let mut judge = |way_m: f32| freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, 0.0, way_m), 1, true);
+                let mut judge = |displacement_m: f32| {
+                    freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, 0.0, displacement_m), 1, true)
+                };
                 assert!((0..fast).all(|_| judge(1e-3 * m_per_s).is_ok()), "{fast} fast readings at {m_per_s} m/s");
                 let stopped = [judge(0.0), judge(0.0), judge(0.0)];
                 let right = [Ok(()), Ok(()), Err(Fault::SensorFault)];
@@ -146,17 +148,20 @@ mod tests {
     fn a_hand_that_brakes_within_the_last_ticks_is_no_stuck_encoder_and_an_even_motion_that_ends_is() {
         let ends = |ways_m: [f32; 4]| {
             let mut freeze = Freeze::default();
-            let mut judge = |way_m: f32| freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, 0.0, way_m), 1, true);
-            ways_m.into_iter().chain([0.0; 3]).try_for_each(|way_m| judge(-way_m))
+            let mut judge = |displacement_m: f32| {
+                freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, 0.0, displacement_m), 1, true)
+            };
+            ways_m.into_iter().chain([0.0; 3]).try_for_each(|displacement_m| judge(-displacement_m))
         };
         assert_eq!(ends([0.55e-3, 0.5e-3, 0.36e-3, 0.21e-3]), Ok(()));
         assert_eq!(ends([0.3e-3, 0.3e-3, 0.3e-3, 0.3e-3]), Err(Fault::SensorFault));
         // a reading that was missing is made up for by the next
         let mut freeze = Freeze::default();
-        let mut judge =
-            |way_m: f32, ticks| freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, 0.0, way_m), ticks, true);
-        for (way_m, ticks) in [(0.3e-3, 1), (0.3e-3, 1), (0.3e-3, 1), (0.6e-3, 2), (0.3e-3, 1), (0.0, 1), (0.0, 1)] {
-            assert_eq!(judge(way_m, ticks), Ok(()));
+        let mut judge = |displacement_m: f32, ticks| {
+            freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, 0.0, displacement_m), ticks, true)
+        };
+        for (displacement_m, ticks) in [(0.3e-3, 1), (0.3e-3, 1), (0.3e-3, 1), (0.6e-3, 2), (0.3e-3, 1), (0.0, 1), (0.0, 1)] {
+            assert_eq!(judge(displacement_m, ticks), Ok(()));
         }
         assert_eq!(judge(0.0, 1), Err(Fault::SensorFault));
         // one count less than before is still even
@@ -174,8 +179,8 @@ mod tests {
     #[test]
     fn a_reading_that_was_equal_ends_the_motion_before_it() {
         let mut freeze = Freeze::default();
-        for way_m in [0.3e-3, 0.3e-3, 0.0, 0.3e-3, 0.0, 0.0, 0.0, 0.0] {
-            freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, way_m, 0.0), 1, true).unwrap();
+        for displacement_m in [0.3e-3, 0.3e-3, 0.0, 0.3e-3, 0.0, 0.0, 0.0, 0.0] {
+            freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, displacement_m, 0.0), 1, true).unwrap();
         }
     }
 }

@@ -16,7 +16,7 @@
 
 use nalgebra::Vector3;
 
-use super::Limits;
+use super::LoopLimits;
 use super::freeze::Freeze;
 use crate::fault::Fault;
 use crate::haptic::device::{Sensed, SensorStatus};
@@ -75,7 +75,7 @@ impl PoseGate {
     /// # Errors
     /// See the module. `force_acts` decides whether speed is a fault: without a force a fast hand
     /// is only followed.
-    pub fn admit(&mut self, limits: &Limits, sensed: &Sensed, force_acts: bool) -> Result<Pose, Fault> {
+    pub fn admit(&mut self, limits: &LoopLimits, sensed: &Sensed, force_acts: bool) -> Result<Pose, Fault> {
         let answer = self.judge(limits, sensed, force_acts);
         if answer.is_err() {
             // numbers too: a sensor or a host that starts again counts from anywhere
@@ -89,7 +89,7 @@ impl PoseGate {
         self.since_ticks = self.since_ticks.saturating_add(late_ticks);
     }
 
-    fn judge(&mut self, limits: &Limits, sensed: &Sensed, force_acts: bool) -> Result<Pose, Fault> {
+    fn judge(&mut self, limits: &LoopLimits, sensed: &Sensed, force_acts: bool) -> Result<Pose, Fault> {
         if sensed.status != SensorStatus::Good {
             return Err(Fault::SensorFault);
         }
@@ -113,7 +113,7 @@ impl PoseGate {
         (self.sequence, self.age_ticks) = (Some(sensed.sequence), 0);
 
         if let Some(position_m) = self.believed_m {
-            let most_m = limits.way_m * f32::from(self.since_ticks) + limits.counts_m;
+            let most_m = limits.displacement_m * f32::from(self.since_ticks) + limits.counts_m;
             let jumped = length(&(sensed.position_m - position_m)) > most_m;
             // a hand in free space may be faster than any that feels a force
             if self.jumps.count(jumped && force_acts) && force_acts {
@@ -128,8 +128,8 @@ impl PoseGate {
                     return Err(Fault::OverSpeed);
                 }
             }
-            let way_m = sensed.position_m - position_m;
-            self.freeze.judge(limits, &sensed.position_m, &way_m, self.since_ticks, force_acts)?;
+            let displacement_m = sensed.position_m - position_m;
+            self.freeze.judge(limits, &sensed.position_m, &displacement_m, self.since_ticks, force_acts)?;
         }
         let inside = (0..3).all(|k| limits.low_m[k] <= sensed.position_m[k] && sensed.position_m[k] <= limits.high_m[k]);
         if !inside {

@@ -105,7 +105,7 @@ mod tests {
     use super::groups::by_groups;
     use super::*;
     use crate::model::Spring;
-    use crate::{Limits, Params};
+    use crate::{GuardLimits, Params};
 
     #[test]
     fn rows_and_groups_give_the_same_bits() {
@@ -145,7 +145,7 @@ mod tests {
             rim_nodes: &[],
             rim_edges: &[],
         };
-        let params = Params { limits: Limits::HIGHEST, ..Params::default() };
+        let params = Params { limits: GuardLimits::HIGHEST, ..Params::default() };
         let tuned = params.derive(&mut [], [0.0; 4]);
         let (mut a, mut b) = (nodes, nodes);
         by_rows::<true>(&model, &tuned, &mut a);

@@ -1,9 +1,9 @@
 //! Limits of the haptic loop as they travel over the link and stand in a profile.
 
-use palpate::haptic::limits::LimitValues;
+use palpate::haptic::limits::LoopLimitSettings;
 use serde::{Deserialize, Serialize};
 
-/// [`LimitValues`] on the wire.
+/// [`LoopLimitSettings`] on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WireLimits {
     /// Force [N], growth [N/s], speed [m/s], workspace margin (1), implausible ratio (1).
@@ -12,8 +12,8 @@ pub struct WireLimits {
     pub counts: [u16; 4],
 }
 
-impl From<&LimitValues> for WireLimits {
-    fn from(v: &LimitValues) -> Self {
+impl From<&LoopLimitSettings> for WireLimits {
+    fn from(v: &LoopLimitSettings) -> Self {
         Self {
             scalars: [v.max_force_n, v.max_slew_n_per_s, v.max_speed_m_per_s, v.workspace_margin, v.implausible_ratio],
             counts: [v.odd_poses, v.max_age_ticks, v.implausible_ticks, v.saturated_ticks],
@@ -21,7 +21,7 @@ impl From<&LimitValues> for WireLimits {
     }
 }
 
-impl From<&WireLimits> for LimitValues {
+impl From<&WireLimits> for LoopLimitSettings {
     fn from(bounds: &WireLimits) -> Self {
         let [max_force_n, max_slew_n_per_s, max_speed_m_per_s, workspace_margin, implausible_ratio] = bounds.scalars;
         let [odd_poses, max_age_ticks, implausible_ticks, saturated_ticks] = bounds.counts;

@@ -40,8 +40,8 @@ pub fn check(file: &PatchFile<'_>) -> Result<usize, BuildError> {
 fn in_reach<'f>(file: &'f PatchFile<'_>) -> impl Iterator<Item = [Vector3<f32>; 3]> + 'f {
     let radius_m = file.params.probe.radius_m;
     let near = move |corner: &Vector3<f32>| {
-        let way_m = corner - file.site_m;
-        way_m.dot(&way_m) <= radius_m * radius_m
+        let displacement_m = corner - file.site_m;
+        displacement_m.dot(&displacement_m) <= radius_m * radius_m
     };
     let corners = |model: &Model<'_>, nodes: [u16; 3]| {
         nodes.map(|node| model.nodes.get(usize::from(node)).map_or_else(|| Vector3::repeat(f32::MAX), |node| node.rest_m.into()))

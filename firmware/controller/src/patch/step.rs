@@ -142,8 +142,8 @@ fn near_one(value: f32) -> bool {
 fn springs(model: &Model<'_>, factor: f32, stiffness_m: &mut [f32]) -> Result<(), BuildError> {
     for (index, spring) in model.springs.iter().enumerate() {
         let [a, b] = [spring.i, spring.j].map(|node| position_m(model, node));
-        let way_m = b - a;
-        let (square, length_m) = (way_m.dot(&way_m), spring.k_rest / spring.k);
+        let displacement_m = b - a;
+        let (square, length_m) = (displacement_m.dot(&displacement_m), spring.k_rest / spring.k);
         if !near_one(square / (length_m * length_m)) {
             return Err(BuildError::Degenerate { item: "spring length", index });
         }

@@ -98,9 +98,9 @@ impl Motion {
     pub fn go(mut self, to: Pose, speed_m_per_s: f64) -> Self {
         let from = self.end();
         let [x, y] = [0, 1].map(|k| to.across_m[k] - from.across_m[k]);
-        let way_m = (to.depth_m - from.depth_m).hypot(x).hypot(y);
+        let displacement_m = (to.depth_m - from.depth_m).hypot(x).hypot(y);
         self.asked.push(("speed_m_per_s", speed_m_per_s));
-        self.legs.push(Leg::Line { to, duration_s: way_m / speed_m_per_s });
+        self.legs.push(Leg::Line { to, duration_s: displacement_m / speed_m_per_s });
         self
     }
 

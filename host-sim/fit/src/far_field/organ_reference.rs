@@ -151,11 +151,15 @@ impl<'a> Bench<'a> {
         let from = plane + axis * reach_m;
         let corners = |t: [u32; 3]| t.map(|n| V3::from(tissue.mesh.nodes_m[n as usize]));
         let ways = surface(&tissue.mesh.tets).into_iter().filter_map(|t| entry_m(corners(t), &from, &-axis));
-        let way_m = ways.min_by(|a, b| (a - reach_m).abs().total_cmp(&(b - reach_m).abs()));
-        way_m.map(|way_m| if offset_m == [0.0; 2] { site } else { from - axis * way_m }).ok_or_else(|| {
-            let file = &self.scene.file;
-            Error::Usage(format!("{file}: no surface lies {offset_m:?} m from the site in its tangent plane: press nearer to it"))
-        })
+        let displacement_m = ways.min_by(|a, b| (a - reach_m).abs().total_cmp(&(b - reach_m).abs()));
+        displacement_m.map(|displacement_m| if offset_m == [0.0; 2] { site } else { from - axis * displacement_m }).ok_or_else(
+            || {
+                let file = &self.scene.file;
+                Error::Usage(format!(
+                    "{file}: no surface lies {offset_m:?} m from the site in its tangent plane: press nearer to it"
+                ))
+            },
+        )
     }
 
     fn press(&self, place: V3, level: Level) -> Result<Pressed, Error> {

@@ -126,8 +126,8 @@ impl Reference for SurfaceMap {
         let high_m = 4.0 * self.length_m;
         let from = self.across[0] * offset_m[0] + self.across[1] * offset_m[1] + self.axis * high_m;
         let ways = self.triangles_m.iter().filter_map(|t| entry_m(*t, &from, &-self.axis));
-        let way_m = ways.min_by(|a, b| (a - high_m).abs().total_cmp(&(b - high_m).abs()))?;
-        Some(from - self.axis * way_m)
+        let displacement_m = ways.min_by(|a, b| (a - high_m).abs().total_cmp(&(b - high_m).abs()))?;
+        Some(from - self.axis * displacement_m)
     }
 
     fn displacement_m(&self, _: f64, _: [f64; 2]) -> Option<[f64; 3]> {

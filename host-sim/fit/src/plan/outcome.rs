@@ -3,7 +3,7 @@
 use palpate::Terms;
 
 use super::candidate::Candidate;
-use super::edge::Edge;
+use super::rim_treatment::RimTreatment;
 use super::trial::Trial;
 use palpate_tissue::budget::Machine;
 use palpate_tissue::error::Error;
@@ -21,7 +21,7 @@ pub struct Outcome {
     /// Everything that was fitted, in that order.
     pub trials: Vec<Trial>,
     /// Candidates that could not be fitted, pressed or run at all, with their edge and terms.
-    pub unfitted: Vec<(Candidate, Edge, Terms)>,
+    pub unfitted: Vec<(Candidate, RimTreatment, Terms)>,
     /// Where nothing was found: the cheapest that keeps the tolerance on a faster board.
     pub elsewhere: Option<Trial>,
     /// Where nothing was found: the best of this board.

@@ -10,8 +10,8 @@ use std::ops::Range;
 use palpate::Terms;
 
 use super::candidate::{Candidate, Supply, Weighed};
-use super::edge::Edge;
 use super::outcome::Outcome;
+use super::rim_treatment::RimTreatment;
 use super::trial::{Bench, Effort, Trial};
 use palpate_tissue::error::Error;
 
@@ -48,7 +48,7 @@ struct Ladder<'a> {
     bench: &'a Bench<'a>,
     steps: Vec<Step>,
     trials: Vec<Trial>,
-    unfitted: Vec<(Candidate, Edge, Terms)>,
+    unfitted: Vec<(Candidate, RimTreatment, Terms)>,
 }
 
 impl Ladder<'_> {
@@ -57,7 +57,7 @@ impl Ladder<'_> {
         self.steps.sort_by(|a, b| a.weighed.units.total_cmp(&b.weighed.units));
     }
 
-    fn run(&mut self, step: usize, edge: Edge, terms: Terms, effort: Effort) -> Option<usize> {
+    fn run(&mut self, step: usize, edge: RimTreatment, terms: Terms, effort: Effort) -> Option<usize> {
         let Ok(trial) = self.bench.run(&self.steps[step].weighed, edge, terms, effort) else {
             // a patch that cannot be fitted is a candidate less
             self.unfitted.push((self.steps[step].weighed.candidate, edge, terms));
@@ -69,7 +69,7 @@ impl Ladder<'_> {
 
     fn screened(&mut self, step: usize) -> Option<&Trial> {
         if self.steps[step].screened.is_none() {
-            let found = self.run(step, Edge::RimSprings, Terms::ALL, Effort::Screened);
+            let found = self.run(step, RimTreatment::RimSprings, Terms::ALL, Effort::Screened);
             self.steps[step].screened = Some(found);
         }
         self.steps[step].screened.flatten().map(|t| &self.trials[t])
@@ -77,7 +77,7 @@ impl Ladder<'_> {
 
     fn full(&mut self, step: usize) -> Option<&Trial> {
         if self.steps[step].full.is_none() {
-            let found = self.run(step, Edge::RimSprings, Terms::ALL, Effort::Full);
+            let found = self.run(step, RimTreatment::RimSprings, Terms::ALL, Effort::Full);
             self.steps[step].full = Some(found);
         }
         self.steps[step].full.flatten().map(|t| &self.trials[t])
@@ -182,10 +182,10 @@ impl Ladder<'_> {
         let tolerance_pct = self.bench.tolerance_pct;
         let mut best = chosen;
         let less = [
-            (Edge::RimSprings, Terms { compensation: false, ..Terms::ALL }),
-            (Edge::RimSprings, Terms { volume: false, ..Terms::ALL }),
-            (Edge::Bedded, Terms::ALL),
-            (Edge::Fixed, Terms::ALL),
+            (RimTreatment::RimSprings, Terms { compensation: false, ..Terms::ALL }),
+            (RimTreatment::RimSprings, Terms { volume: false, ..Terms::ALL }),
+            (RimTreatment::Bedded, Terms::ALL),
+            (RimTreatment::Fixed, Terms::ALL),
         ];
         for (edge, without) in less {
             let both = |a: Terms, b: Terms| Terms {
@@ -265,9 +265,9 @@ pub fn search(bench: &Bench, supply: &mut Supply) -> Result<Outcome, Error> {
     let tightest = ladder.trials.iter().filter(|t| t.effort == Effort::Full && t.fits && t.edge_keeps(t.keeps_pct));
     outcome.tightest = tightest.min_by(|a, b| a.keeps_pct.total_cmp(&b.keeps_pct)).cloned();
     if let Some(whole) = supply.whole_blocks().into_iter().next() {
-        let screened = bench.run(&whole, Edge::Whole, Terms::ALL, Effort::Screened).ok();
+        let screened = bench.run(&whole, RimTreatment::Whole, Terms::ALL, Effort::Screened).ok();
         if screened.as_ref().is_some_and(|t| t.keeps_pct <= MOST_SLACK * bench.tolerance_pct) {
-            let full = bench.run(&whole, Edge::Whole, Terms::ALL, Effort::Full).ok();
+            let full = bench.run(&whole, RimTreatment::Whole, Terms::ALL, Effort::Full).ok();
             outcome.chosen = full.clone().filter(|t| t.fits && t.keeps(bench.tolerance_pct));
             ladder.trials.extend(full);
         }

@@ -4,8 +4,8 @@ use palpate::{Params, Terms};
 use serde::{Serialize, Serializer};
 
 use super::candidate::{Candidate, Weighed, settings};
-use super::edge::Edge;
 use super::judge::{Judge, Judged};
+use super::rim_treatment::RimTreatment;
 use crate::far_field::fitted::{Truth, fit_tissue};
 use palpate_tissue::budget::{Counts, MACHINES, Machine};
 use palpate_tissue::error::Error;
@@ -51,7 +51,7 @@ pub struct Trial {
     /// Point of the search.
     pub candidate: Candidate,
     /// Its edge.
-    pub edge: Edge,
+    pub edge: RimTreatment,
     /// Which terms act.
     #[serde(serialize_with = "by_name")]
     pub terms: Terms,
@@ -119,7 +119,7 @@ impl Bench<'_> {
     ///
     /// # Errors
     /// A patch that cannot be fitted, pressed or run.
-    pub fn run(&self, weighed: &Weighed, edge: Edge, terms: Terms, effort: Effort) -> Result<Trial, Error> {
+    pub fn run(&self, weighed: &Weighed, edge: RimTreatment, terms: Terms, effort: Effort) -> Result<Trial, Error> {
         let candidate = weighed.candidate;
         let what = if effort == Effort::Full { "fitting" } else { "screening" };
         (self.progress)(&format!(

@@ -107,9 +107,9 @@ impl<'a> Hanging<'a> {
         if grip_m.len() != grip.len() || !grip_m.iter().flatten().all(|x| x.is_finite()) {
             return Err(HangError::Moves { given: grip_m.len(), nodes: grip.len() });
         }
-        let mut way_m = vec![Vector3::zeros(); self.displacement_m.len()];
+        let mut displacement_m = vec![Vector3::zeros(); self.displacement_m.len()];
         for (n, to) in grip.iter().zip(grip_m) {
-            way_m[*n as usize] = to - self.displacement_m[*n as usize];
+            displacement_m[*n as usize] = to - self.displacement_m[*n as usize];
         }
         let start = self.weight_share;
         let (mut done, mut step) = (0.0_f64, FIRST_STEP);
@@ -118,7 +118,7 @@ impl<'a> Hanging<'a> {
             let to = if last { 1.0 } else { done + step };
             let weighed = Weighed { suspension: self.suspension, weight_share: start + to * (weight_share - start) };
             let mut there = self.displacement_m.clone();
-            let moved: Vec<_> = way_m.iter().map(|way| way * (to - done)).collect();
+            let moved: Vec<_> = displacement_m.iter().map(|way| way * (to - done)).collect();
             let found = self.solver.carry(&weighed, &there, &moved).is_some_and(|ahead| {
                 there.iter_mut().zip(&ahead).for_each(|(u, s)| *u += s);
                 self.solver.relax(&weighed, &mut there, if last { TOLERANCE } else { LOOSE })

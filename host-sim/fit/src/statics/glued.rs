@@ -14,7 +14,7 @@ use palpate::stages::force::foundation::point_weights;
 use super::{Gradient, Solver, Statics, Unbalanced, Vector, elastic};
 
 /// A foundation point under the disc.
-struct Held {
+struct GluedPoint {
     triangle: usize,
     point: usize,
     node: [usize; 3],
@@ -23,7 +23,7 @@ struct Held {
     k: f64,
 }
 
-impl Held {
+impl GluedPoint {
     fn moved(&self, u: &[Vector]) -> Vector {
         self.node.iter().zip(self.weights).map(|(&n, w)| u[n] * w).sum()
     }
@@ -37,7 +37,7 @@ pub struct Glued {
     pub u: Vec<Vector>,
     /// The disc's way, a unit vector.
     direction: Vector,
-    held: Vec<Held>,
+    held: Vec<GluedPoint>,
 }
 
 impl Solver {
@@ -71,7 +71,7 @@ impl Solver {
 
 impl Statics {
     /// Foundation points within `radius_m` of a place, on triangles that face the probe.
-    fn held(&self, place_m: Vector, radius_m: f64) -> Vec<Held> {
+    fn held(&self, place_m: Vector, radius_m: f64) -> Vec<GluedPoint> {
         let mut held = Vec::new();
         for (triangle, t) in self.triangles.iter().enumerate() {
             let [a, b, c] = t.node.map(|n| self.rest_m[n]);
@@ -82,7 +82,7 @@ impl Statics {
                 let weights = weights.map(f64::from);
                 let at = a * weights[0] + b * weights[1] + c * weights[2];
                 if (at - place_m).norm() <= radius_m {
-                    held.push(Held { triangle, point, node: t.node, weights, k });
+                    held.push(GluedPoint { triangle, point, node: t.node, weights, k });
                 }
             }
         }

@@ -26,7 +26,7 @@ pub mod sleeping;
 mod stroke_length;
 mod write;
 
-pub use contestants::{Contestant, Kind, StrokePatch, StrokeRecipe};
+pub use contestants::{Kind, StrokePatch, StrokeRecipe, StudyMethod};
 pub use course::{Course, Leg};
 pub use measured::Measured;
 pub use run::{Awake, Figures, Slide, slide, slide_with};
@@ -131,7 +131,7 @@ pub fn report(folder: &OutputFolder, quick: bool, progress: &mut dyn FnMut(usize
         done += 1;
     };
     let mut methods = Vec::new();
-    let mut measure = |all: Vec<Contestant>| -> Result<(), Error> {
+    let mut measure = |all: Vec<StudyMethod>| -> Result<(), Error> {
         for contestant in &all {
             methods.push(Measured::of(contestant, &course, &SPEEDS_M_PER_S, &map)?);
         }
@@ -139,18 +139,18 @@ pub fn report(folder: &OutputFolder, quick: bool, progress: &mut dyn FnMut(usize
     };
     for (n, recipe) in recipes.iter().enumerate() {
         tell("stroke patches");
-        measure(Contestant::stroke(&scene, recipe, &course, &map, n == 0)?)?;
+        measure(StudyMethod::stroke(&scene, recipe, &course, &map, n == 0)?)?;
     }
     tell("a patch that stays");
-    measure(vec![Contestant::stays(&scene, &recipe(STAYS_M, [0.0; 3]), &map)?])?;
+    measure(vec![StudyMethod::stays(&scene, &recipe(STAYS_M, [0.0; 3]), &map)?])?;
     if !quick {
         tell("a round patch that holds the stroke");
         let mut round = recipe(ROUND_M, [0.0; 3]);
         round.sizes.fine_radius_m = ROUND_FINE_M;
-        measure(Contestant::stroke(&scene, &round, &course, &map, false)?)?;
+        measure(StudyMethod::stroke(&scene, &round, &course, &map, false)?)?;
     }
     tell("the whole block, awake and frozen");
-    measure(Contestant::whole(if quick { &LEAST_STRESSES_PA[..2] } else { &LEAST_STRESSES_PA })?)?;
+    measure(StudyMethod::whole(if quick { &LEAST_STRESSES_PA[..2] } else { &LEAST_STRESSES_PA })?)?;
     tell("longer strokes");
     let strokes = stroke_length::measure(&scene, &recipe(STROKE_PATCHES_M[0], [0.0; 3]))?;
     let sliding = Sliding {

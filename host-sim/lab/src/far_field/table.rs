@@ -13,7 +13,7 @@ mod presses;
 mod timing;
 mod write;
 
-pub use awake::{Awake, Frozen, Held, Needed, Stress, awake};
+pub use awake::{Awake, Frozen, Needed, Stress, Surroundings, awake};
 pub use cost::{Cost, m4f_rim_cycles};
 pub use pictures::pictures;
 pub use presses::{Errors, Presses, Setting};

@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 use palpate::haptic::cycle::{Renderer, Settings};
 use palpate::haptic::damping::DampingSettings;
-use palpate::haptic::limits::LimitValues;
+use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::passivity::PassivitySettings;
 use palpate::stages::probe::ProbePose;
 use palpate::{Output, Vector3};
@@ -100,7 +100,7 @@ impl Control {
     pub fn settings(self, device: &DeviceProfile) -> Settings {
         let safe = Settings::safe(&device.limits(Vector3::zeros()));
         let max_force_n = safe.limits.max_force_n.min(device.force_limit_n as f32);
-        let safe = Settings { limits: LimitValues { max_force_n, ..safe.limits }, ..safe };
+        let safe = Settings { limits: LoopLimitSettings { max_force_n, ..safe.limits }, ..safe };
         match self {
             Self::Ours => safe,
             _ => Settings { damping: DampingSettings::NONE, passivity: PassivitySettings::HIGHEST, ..safe },

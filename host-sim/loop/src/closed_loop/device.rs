@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use palpate::Vector3;
-use palpate::haptic::device::DeviceLimits;
-use palpate::haptic::limits::LimitValues;
+use palpate::haptic::device::DeviceSpec;
+use palpate::haptic::limits::LoopLimitSettings;
 use serde::Deserialize;
 
 use palpate_tissue::error::Error;
@@ -102,7 +102,7 @@ impl DeviceProfile {
             ("damping_n_s_per_m", self.damping_n_s_per_m, 0.0, 50.0),
             ("friction_n", self.friction_n, 0.0, 5.0),
             ("amplifier_lag_s", self.amplifier_lag_s, 0.0, 0.02),
-            ("delay_ticks", f64::from(self.delay_ticks), 0.0, f64::from(DeviceLimits::MOST_DELAY_TICKS)),
+            ("delay_ticks", f64::from(self.delay_ticks), 0.0, f64::from(DeviceSpec::MOST_DELAY_TICKS)),
         ]
         .into_iter()
         .chain(sides)
@@ -121,9 +121,9 @@ impl DeviceProfile {
 
     /// Returns the device limits that the loop is given, with the workspace around a site [m].
     #[must_use]
-    pub fn limits(&self, site_m: Vector3<f32>) -> DeviceLimits {
+    pub fn limits(&self, site_m: Vector3<f32>) -> DeviceSpec {
         let half = Vector3::from(self.workspace_m.map(|side| 0.5 * side as f32));
-        DeviceLimits {
+        DeviceSpec {
             max_force_n: self.max_force_n as f32,
             workspace_low_m: site_m - half,
             workspace_high_m: site_m + half,
@@ -135,8 +135,8 @@ impl DeviceProfile {
 
     /// Its limits of the loop.
     #[must_use]
-    pub fn limit_values(&self) -> LimitValues {
-        LimitValues { max_force_n: self.force_limit_n as f32, ..LimitValues::DESKTOP }
+    pub fn limit_values(&self) -> LoopLimitSettings {
+        LoopLimitSettings { max_force_n: self.force_limit_n as f32, ..LoopLimitSettings::DESKTOP }
     }
 }
 

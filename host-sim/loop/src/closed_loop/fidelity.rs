@@ -6,7 +6,7 @@
 //! small that they need no floor.
 
 use palpate::stages::probe::ProbePose;
-use palpate::{BuildError, Limits, Params, tick};
+use palpate::{BuildError, GuardLimits, Params, tick};
 
 use palpate_tissue::measure::volumes;
 use palpate_tissue::moving::with_substeps;
@@ -84,7 +84,7 @@ fn judge(patch: &Patch, tried: &Params, depth_m: f64, answers: &[Vec<f64>]) -> R
 
 /// The patch without any floor, in steps that hold it.
 fn true_masses(patch: &Patch, params: &Params) -> Result<Option<Params>, BuildError> {
-    let bare = Params { mass_floor: 0.0, limits: Limits::HIGHEST, ..*params };
+    let bare = Params { mass_floor: 0.0, limits: GuardLimits::HIGHEST, ..*params };
     let mut n = 16_u16;
     while f64::from(n) <= MOST_TRUE {
         let tried = Params { substeps: n, ..bare };

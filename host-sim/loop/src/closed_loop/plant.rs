@@ -6,7 +6,7 @@
 //! readings are counted. Energy is that of the force that truly acts, along the true way.
 
 use palpate::Vector3;
-use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 
 use super::device::DeviceProfile;
 use super::hand::{Aim, Hand, HandState};
@@ -45,7 +45,7 @@ impl PortEnergy {
 #[derive(Clone, Debug)]
 pub struct Plant {
     device: DeviceProfile,
-    limits: DeviceLimits,
+    limits: DeviceSpec,
     hand: HandState,
     normal: Vector3<f64>,
     /// Handle [m] and its velocity [m/s].
@@ -150,31 +150,31 @@ impl Plant {
             if self.device.axes == 1 {
                 velocity = self.normal * velocity.dot(&self.normal);
             }
-            let way_m = self.stopped(&mut velocity, dt_s);
+            let displacement_m = self.stopped(&mut velocity, dt_s);
             self.velocity_m_per_s = velocity;
-            self.at_m += way_m;
-            self.energy.add(self.acting_n.dot(&way_m));
+            self.at_m += displacement_m;
+            self.energy.add(self.acting_n.dot(&displacement_m));
         }
         self.t_s += TICK_S;
     }
 
     /// The way of a step, ended at the hard stop.
     fn stopped(&self, velocity: &mut Vector3<f64>, dt_s: f64) -> Vector3<f64> {
-        let mut way_m = *velocity * dt_s;
+        let mut displacement_m = *velocity * dt_s;
         for axis in 0..3 {
             let (low, high) = (f64::from(self.limits.workspace_low_m[axis]), f64::from(self.limits.workspace_high_m[axis]));
-            let next = self.at_m[axis] + way_m[axis];
+            let next = self.at_m[axis] + displacement_m[axis];
             if next < low || next > high {
-                way_m[axis] = next.clamp(low, high) - self.at_m[axis];
+                displacement_m[axis] = next.clamp(low, high) - self.at_m[axis];
                 velocity[axis] = 0.0;
             }
         }
-        way_m
+        displacement_m
     }
 }
 
 impl HapticDevice for Plant {
-    fn limits(&self) -> DeviceLimits {
+    fn limits(&self) -> DeviceSpec {
         self.limits
     }
 

@@ -1,7 +1,7 @@
 //! One run: arm outside, follow a stimulus, judge.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Settings, Telemetry};
-use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed};
+use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed};
 use palpate::haptic::mode::Mode;
 use palpate::{BuildError, Fault, Vector3};
 
@@ -186,7 +186,7 @@ pub(super) struct Watched {
 
 impl Watched {
     /// Nothing seen yet, of a loop with these settings on this surface.
-    pub(super) fn of(settings: &Settings, device: &DeviceLimits, surface: &impl Surface) -> Self {
+    pub(super) fn of(settings: &Settings, device: &DeviceSpec, surface: &impl Surface) -> Self {
         Self { watch: Watch::of(settings, device).over(surface.rest_shape()), ..Self::default() }
     }
 
@@ -239,7 +239,7 @@ struct Seen<'a, D> {
 }
 
 impl<D: HapticDevice> HapticDevice for Seen<'_, D> {
-    fn limits(&self) -> DeviceLimits {
+    fn limits(&self) -> DeviceSpec {
         self.device.limits()
     }
 

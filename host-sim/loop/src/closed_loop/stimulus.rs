@@ -182,17 +182,17 @@ impl Course {
     /// How long it takes [s]; its last [`HOLD_S`] are steady.
     #[must_use]
     pub fn seconds(&self) -> f64 {
-        let way_m = CLEAR_M + self.depth_m + self.reach_m;
+        let displacement_m = CLEAR_M + self.depth_m + self.reach_m;
         let own = match self.stimulus.kind {
-            Kind::Tap { m_per_s } => way_m / m_per_s + 2.0,
-            Kind::SlowPress => way_m / 5e-3 + 0.5,
+            Kind::Tap { m_per_s } => displacement_m / m_per_s + 2.0,
+            Kind::SlowPress => displacement_m / 5e-3 + 0.5,
             Kind::Step => 1.5,
-            Kind::Hold { s } => way_m / 0.05 + s,
-            Kind::Sine | Kind::Chirp => way_m / 0.05 + SETTLE_S + 4.0 + SETTLE_S,
-            Kind::Drag | Kind::Crossing => way_m / 0.05 + SETTLE_S + 0.4 + SETTLE_S,
-            Kind::Release => way_m / 0.05 + SETTLE_S + 1.0,
-            Kind::Random { .. } => way_m / 0.05 + 5.0 + SETTLE_S,
-            Kind::Stiffness | Kind::Swap => way_m / 0.05 + SETTLE_S + LEAVES_S[1][1] + SETTLE_S,
+            Kind::Hold { s } => displacement_m / 0.05 + s,
+            Kind::Sine | Kind::Chirp => displacement_m / 0.05 + SETTLE_S + 4.0 + SETTLE_S,
+            Kind::Drag | Kind::Crossing => displacement_m / 0.05 + SETTLE_S + 0.4 + SETTLE_S,
+            Kind::Release => displacement_m / 0.05 + SETTLE_S + 1.0,
+            Kind::Random { .. } => displacement_m / 0.05 + 5.0 + SETTLE_S,
+            Kind::Stiffness | Kind::Swap => displacement_m / 0.05 + SETTLE_S + LEAVES_S[1][1] + SETTLE_S,
         };
         own + HOLD_S
     }
@@ -287,8 +287,8 @@ impl Course {
             // 100 mm/s over the fine part of the patch and back to the middle
             Kind::Drag => self.target(press(0.05), zigzag(moved_s, 0.1, 8e-3), 0.0),
             Kind::Crossing => {
-                let way_m = zigzag(moved_s, 0.2, 7e-3);
-                self.target(press(0.05).min(0.5 * self.depth_m), 0.8 * way_m, 0.6 * way_m)
+                let displacement_m = zigzag(moved_s, 0.2, 7e-3);
+                self.target(press(0.05).min(0.5 * self.depth_m), 0.8 * displacement_m, 0.6 * displacement_m)
             }
             Kind::Random { seed } => {
                 let s = t_s - self.press_s(0.05);

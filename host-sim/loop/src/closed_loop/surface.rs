@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use palpate::haptic::cycle::{PatchRenderer, Renderer};
 use palpate::stages::probe::ProbePose;
-use palpate::{BuildError, Limiters, Limits, Model, Output, Params, RimEdge, RimNode, State, Tuned, Vector3, tick};
+use palpate::{BuildError, GuardLimits, Limiters, Model, Output, Params, RimEdge, RimNode, State, Tuned, Vector3, tick};
 
 use super::stimulus::{Change, Site};
 use super::watch::{HalfSpace, RestShape, RestSolid};
@@ -240,7 +240,7 @@ impl Surface for TissueSurface<'_> {
 /// Propagates errors from [`Params::build`].
 pub fn static_curve(patch: &Patch, params: &Params) -> Result<Vec<(f64, f64)>, BuildError> {
     let model = patch.wide_model();
-    let params = Params { limits: Limits { max_force_n: Limits::HIGHEST.max_force_n, ..params.limits }, ..*params };
+    let params = Params { limits: GuardLimits { max_force_n: GuardLimits::HIGHEST.max_force_n, ..params.limits }, ..*params };
     let mut memory = Memory::for_model(&model);
     let (tuned, mut state) = memory.start(&model, &params)?;
     let axis = params.probe.axis;

@@ -19,8 +19,8 @@ pub use by_geometry::{ByGeometry, Seen};
 pub use rest_shape::{HalfSpace, Placed, RestShape, RestSolid};
 
 use palpate::haptic::cycle::{Ask, Command, Settings, Telemetry};
-use palpate::haptic::device::{DeviceLimits, Sensed, SensorStatus};
-use palpate::haptic::limits::LimitValues;
+use palpate::haptic::device::{DeviceSpec, Sensed, SensorStatus};
+use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::{Limiters, Vector3};
 use std::sync::Arc;
@@ -36,7 +36,7 @@ pub struct Tick {
     /// Reading that the loop took.
     pub reading: Sensed,
     /// Limits in force.
-    pub limits: LimitValues,
+    pub limits: LoopLimitSettings,
     /// Telemetry of the loop.
     pub told: Telemetry,
     /// Output to the device: a force [N], or its release.
@@ -96,15 +96,15 @@ impl Default for Slack {
 
 impl Slack {
     /// Returns the part of a way left behind the play; `None` while the place is unknown.
-    fn pass(&mut self, way_m: f32, play_m: f32) -> Option<f32> {
+    fn pass(&mut self, displacement_m: f32, play_m: f32) -> Option<f32> {
         let Some(at_m) = self.0 else {
             // a way longer than the play ends at its border, wherever it began
-            self.0 = if way_m > play_m { Some(play_m) } else { (way_m < -play_m).then_some(0.0) };
+            self.0 = if displacement_m > play_m { Some(play_m) } else { (displacement_m < -play_m).then_some(0.0) };
             return None;
         };
-        let place_m = (at_m + way_m).clamp(0.0, play_m);
+        let place_m = (at_m + displacement_m).clamp(0.0, play_m);
         self.0 = Some(place_m);
-        Some(at_m + way_m - place_m)
+        Some(at_m + displacement_m - place_m)
     }
 }
 
@@ -118,7 +118,7 @@ struct Settled {
 }
 
 /// No limit is higher than it was.
-fn lower(now: &LimitValues, before: &LimitValues) -> bool {
+fn lower(now: &LoopLimitSettings, before: &LoopLimitSettings) -> bool {
     now.max_force_n <= before.max_force_n
         && now.max_slew_n_per_s <= before.max_slew_n_per_s
         && now.max_speed_m_per_s <= before.max_speed_m_per_s
@@ -133,7 +133,7 @@ fn allows_force(mode: Mode) -> bool {
 impl Watch {
     /// Judges ramp-in and energy too, of a loop with these settings.
     #[must_use]
-    pub fn of(settings: &Settings, device: &DeviceLimits) -> Self {
+    pub fn of(settings: &Settings, device: &DeviceSpec) -> Self {
         let settled = Settled {
             delay_ticks: device.delay_ticks.into(),
             alarm_j: settings.passivity.alarm_j,
@@ -275,9 +275,9 @@ impl Watch {
             self.slack_m = [Slack(None); 3];
             return Ok(());
         }
-        let way_m = now.told.position_m - before.told.position_m;
+        let displacement_m = now.told.position_m - before.told.position_m;
         let mut passed_m = [None; 3];
-        for ((passed, slack), way) in passed_m.iter_mut().zip(&mut self.slack_m).zip(way_m.iter()) {
+        for ((passed, slack), way) in passed_m.iter_mut().zip(&mut self.slack_m).zip(displacement_m.iter()) {
             *passed = slack.pass(*way, settled.play_m);
         }
         let [Some(x), Some(y), Some(z)] = passed_m else { return Ok(()) };

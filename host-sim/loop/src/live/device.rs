@@ -2,7 +2,7 @@
 //! that follows it.
 
 use palpate::Vector3;
-use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use serde::{Deserialize, Serialize};
 
 use crate::closed_loop::device::DeviceProfile;
@@ -42,7 +42,7 @@ pub(super) enum Port {
 /// The tip is at the target; it has no mass and feels nothing.
 #[derive(Clone, Debug)]
 pub(super) struct Pointer {
-    limits: DeviceLimits,
+    limits: DeviceSpec,
     at_m: Vector3<f64>,
     sequence: u32,
 }
@@ -60,7 +60,7 @@ impl Port {
     ) -> Result<(Self, f32), Error> {
         let Some(device) = &holding.device else {
             let half = Vector3::repeat(0.5);
-            let limits = DeviceLimits {
+            let limits = DeviceSpec {
                 max_force_n: POINTER_FORCE_N,
                 workspace_low_m: site_m - half,
                 workspace_high_m: site_m + half,
@@ -99,7 +99,7 @@ impl Port {
 }
 
 impl HapticDevice for Port {
-    fn limits(&self) -> DeviceLimits {
+    fn limits(&self) -> DeviceSpec {
         match self {
             Self::Pointer(pointer) => pointer.limits,
             Self::Held(plant) => plant.limits(),

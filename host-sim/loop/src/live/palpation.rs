@@ -1,7 +1,7 @@
 //! A loop that lives: tissue, device, cycle, and the trace of what went in and came out.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Settings, Telemetry};
-use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed};
+use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed};
 use palpate::haptic::mode::Mode;
 use palpate::{Params, Vector3};
 
@@ -22,12 +22,12 @@ const FASTEST_M_PER_S: f64 = 0.5;
 
 /// The way of a tick towards a target that is this far away [m]; none to one that is not finite.
 fn followed(apart_m: Vector3<f64>) -> Vector3<f64> {
-    let way_m = apart_m * (TICK_S / FOLLOW_S);
-    let (length_m, most_m) = (way_m.norm(), FASTEST_M_PER_S * TICK_S);
+    let displacement_m = apart_m * (TICK_S / FOLLOW_S);
+    let (length_m, most_m) = (displacement_m.norm(), FASTEST_M_PER_S * TICK_S);
     match length_m {
         _ if !length_m.is_finite() => Vector3::zeros(),
-        _ if length_m > most_m => way_m * (most_m / length_m),
-        _ => way_m,
+        _ if length_m > most_m => displacement_m * (most_m / length_m),
+        _ => displacement_m,
     }
 }
 
@@ -111,7 +111,7 @@ impl Live {
 
     /// Returns the limits of the device.
     #[must_use]
-    pub fn device(&self) -> DeviceLimits {
+    pub fn device(&self) -> DeviceSpec {
         self.port.limits()
     }
 
@@ -230,10 +230,10 @@ impl Live {
                 recorder.hash(self.tissue.hash());
             }
         }
-        let way_m = followed(target_m - self.target_m);
-        self.target_m += way_m;
+        let displacement_m = followed(target_m - self.target_m);
+        self.target_m += displacement_m;
         let touched = telemetry.output.depth_m > 0.0 || telemetry.applied_n != Vector3::zeros();
-        self.port.step(self.target_m, way_m / TICK_S, touched);
+        self.port.step(self.target_m, displacement_m / TICK_S, touched);
         Told { at_m: self.port.at_m(), telemetry, broken }
     }
 }
@@ -246,7 +246,7 @@ struct Listened<'a> {
 }
 
 impl HapticDevice for Listened<'_> {
-    fn limits(&self) -> DeviceLimits {
+    fn limits(&self) -> DeviceSpec {
         self.port.limits()
     }
 

@@ -1,7 +1,7 @@
 //! Repeats a trace with the same core and says where the first bit differs.
 
 use palpate::haptic::cycle::{Command, Cycle, Telemetry};
-use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use palpate::{Params, PatchFile, Vector3};
 
 use super::tissue::LiveTissue;
@@ -145,13 +145,13 @@ const UNREAD: Sensed = Sensed { position_m: Vector3::new(0.0, 0.0, 0.0), sequenc
 
 /// A device that reads what was read.
 struct Replay {
-    limits: DeviceLimits,
+    limits: DeviceSpec,
     reading: Sensed,
     got_n: Option<Vector3<f32>>,
 }
 
 impl HapticDevice for Replay {
-    fn limits(&self) -> DeviceLimits {
+    fn limits(&self) -> DeviceSpec {
         self.limits
     }
 

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use palpate::haptic::cycle::Renderer;
-use palpate::{BuildError, FIELDS, Faded, Fault, Gains, Held, Node, NodeStep, Output, Params, ProbePose, State, TetShapes, tick};
+use palpate::{
+    BuildError, FIELDS, Faded, Fault, Gains, Node, NodeStep, Output, Params, Parked, ProbePose, State, TetShapes, tick,
+};
 
 use crate::closed_loop::watch::{RestShape, RestSolid};
 use palpate_tissue::patch::Patch;
@@ -19,7 +21,7 @@ pub struct LiveTissue {
     node_step: Vec<NodeStep>,
     gains: Gains,
     faded: Vec<Faded>,
-    held: Held,
+    held: Parked,
     /// The next tick puts the patch to rest, in place of its answer: as on the board, or the two
     /// would differ by that tick.
     resting: bool,
@@ -44,7 +46,7 @@ impl LiveTissue {
             node_step: vec![NodeStep::ZERO; nodes],
             gains: [0.0; FIELDS],
             faded: vec![Faded::ZERO; nodes],
-            held: Held::default(),
+            held: Parked::default(),
             resting: false,
         };
         tissue.gains = params.build(&tissue.patch.wide_model(), &mut tissue.node_step)?.gains();

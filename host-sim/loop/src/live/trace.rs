@@ -14,8 +14,8 @@ use std::fmt;
 
 use palpate::haptic::cycle::{ArmingSettings, Ask, Command, Settings, Telemetry};
 use palpate::haptic::damping::DampingSettings;
-use palpate::haptic::device::{DeviceLimits, Sensed};
-use palpate::haptic::limits::LimitValues;
+use palpate::haptic::device::{DeviceSpec, Sensed};
+use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::passivity::PassivitySettings;
 use palpate::{Fnv, Params, Vector3};
 use serde::{Deserialize, Serialize};
@@ -80,7 +80,7 @@ pub struct Trace {
     /// Settings of the loop.
     pub settings: Settings,
     /// Limits of the device.
-    pub device: DeviceLimits,
+    pub device: DeviceSpec,
     /// Recorded pieces, in order.
     pub pieces: Vec<Piece>,
     /// Ticks in all.
@@ -154,7 +154,7 @@ pub struct Recorder {
 impl Recorder {
     /// From the first tick of a loop on.
     #[must_use]
-    pub fn new(head: &Head, settings: &Settings, device: &DeviceLimits, tissue: &LiveTissue) -> Self {
+    pub fn new(head: &Head, settings: &Settings, device: &DeviceSpec, tissue: &LiveTissue) -> Self {
         let mut bytes = MAGIC.to_vec();
         bytes.extend(VERSION.to_le_bytes());
         let mut recorder = Self { bytes, rows: Vec::new(), ticks: 0 };
@@ -274,7 +274,7 @@ impl Trace {
     }
 }
 
-fn read_start(payload: &mut Bytes) -> Result<(Head, Settings, DeviceLimits), TraceError> {
+fn read_start(payload: &mut Bytes) -> Result<(Head, Settings, DeviceSpec), TraceError> {
     let mut numbers = [0.0; NUMBERS];
     for number in &mut numbers {
         *number = payload.float()?;
@@ -329,7 +329,7 @@ impl<'a> Bytes<'a> {
 }
 
 /// Every number that decides what a loop does; counts are exact in single precision.
-fn numbers(settings: &Settings, device: &DeviceLimits) -> [f32; NUMBERS] {
+fn numbers(settings: &Settings, device: &DeviceSpec) -> [f32; NUMBERS] {
     let (l, d, p, a) = (&settings.limits, &settings.damping, &settings.passivity, &settings.arming);
     let [low, high] = [device.workspace_low_m, device.workspace_high_m];
     #[rustfmt::skip]
@@ -349,7 +349,7 @@ fn numbers(settings: &Settings, device: &DeviceLimits) -> [f32; NUMBERS] {
 
 /// Converts `numbers` back to settings and device limits. A number that no loop has is refused when
 /// the cycle is built.
-fn of_numbers(n: &[f32; NUMBERS]) -> (Settings, DeviceLimits) {
+fn of_numbers(n: &[f32; NUMBERS]) -> (Settings, DeviceSpec) {
     let [
         tick_s,
         max_force_n,
@@ -387,7 +387,7 @@ fn of_numbers(n: &[f32; NUMBERS]) -> (Settings, DeviceLimits) {
     ] = *n;
     let settings = Settings {
         tick_s,
-        limits: LimitValues {
+        limits: LoopLimitSettings {
             max_force_n,
             max_slew_n_per_s,
             max_speed_m_per_s,
@@ -411,7 +411,7 @@ fn of_numbers(n: &[f32; NUMBERS]) -> (Settings, DeviceLimits) {
             ramp_ticks: ramp_ticks as u16,
         },
     };
-    let device = DeviceLimits {
+    let device = DeviceSpec {
         max_force_n: device_force_n,
         workspace_low_m: Vector3::new(x0, y0, z0),
         workspace_high_m: Vector3::new(x1, y1, z1),

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::unit;
 use crate::error::Error;
 use palpate_charts::{PlanChart, PlanDot, plan};
-use palpate_fit::plan::{Bench, Edge, Effort, Outcome, Trial, WORST_RATIO};
+use palpate_fit::plan::{Bench, Effort, Outcome, RimTreatment, Trial, WORST_RATIO};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::session::moving::MovingReport;
 
@@ -117,11 +117,11 @@ fn kind(trial: &Trial) -> String {
 
 /// Returns the name of what `edge` and `terms` leave out or replace; `None` for rim springs with
 /// volume and compensation.
-fn named(edge: Edge, terms: Terms) -> Option<String> {
+fn named(edge: RimTreatment, terms: Terms) -> Option<String> {
     match edge {
-        Edge::RimSprings if !terms.volume => Some("without volume".into()),
-        Edge::RimSprings if !terms.compensation => Some("without compensation".into()),
-        Edge::RimSprings => None,
+        RimTreatment::RimSprings if !terms.volume => Some("without volume".into()),
+        RimTreatment::RimSprings if !terms.compensation => Some("without compensation".into()),
+        RimTreatment::RimSprings => None,
         other => Some(other.name().into()),
     }
 }
@@ -232,10 +232,10 @@ fn print(out: &Path, bench: &Bench, outcome: &Outcome, patch: Option<&str>) {
             row(what, trial);
         }
     }
-    let less = outcome.trials.iter().filter(|t| t.terms.rim && t.terms != Terms::ALL || t.edge != Edge::RimSprings);
+    let less = outcome.trials.iter().filter(|t| t.terms.rim && t.terms != Terms::ALL || t.edge != RimTreatment::RimSprings);
     for trial in less {
         let mut what = kind(trial);
-        if !trial.terms.compensation && trial.edge != Edge::RimSprings {
+        if !trial.terms.compensation && trial.edge != RimTreatment::RimSprings {
             what.push_str(", no comp.");
         }
         if trial.effort == Effort::Screened {
@@ -249,10 +249,9 @@ fn print(out: &Path, bench: &Bench, outcome: &Outcome, patch: Option<&str>) {
         }
     }
     if let Some(chosen) = &outcome.chosen
-        && let Some(all) = outcome
-            .trials
-            .iter()
-            .find(|t| (t.candidate, t.edge, t.terms, t.effort) == (chosen.candidate, Edge::RimSprings, Terms::ALL, Effort::Full))
+        && let Some(all) = outcome.trials.iter().find(|t| {
+            (t.candidate, t.edge, t.terms, t.effort) == (chosen.candidate, RimTreatment::RimSprings, Terms::ALL, Effort::Full)
+        })
         && all.units > chosen.units
     {
         println!(

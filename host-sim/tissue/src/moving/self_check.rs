@@ -4,7 +4,7 @@
 //! almost its true masses. What this does not see are the errors that both share, above all those
 //! of the mesh: 2 % of the peak on the shipped patches up to 200 mm/s, more in faster taps.
 
-use palpate::{Limits, Params, ProbePose, Vector3, tick};
+use palpate::{GuardLimits, Params, ProbePose, Vector3, tick};
 
 use crate::error::Error;
 use crate::patch::{Memory, Patch};
@@ -20,11 +20,11 @@ const LEAD_TICKS: i32 = 5;
 #[must_use]
 pub fn with_substeps(params: &Params, times: u16) -> Params {
     let n = f32::from(times);
-    let max_sink_m_per_s = (params.limits.max_sink_m_per_s * n).min(Limits::HIGHEST.max_sink_m_per_s);
+    let max_sink_m_per_s = (params.limits.max_sink_m_per_s * n).min(GuardLimits::HIGHEST.max_sink_m_per_s);
     Params {
         substeps: params.substeps.saturating_mul(times),
         mass_floor: params.mass_floor / (n * n),
-        limits: Limits { max_sink_m_per_s, ..params.limits },
+        limits: GuardLimits { max_sink_m_per_s, ..params.limits },
         ..*params
     }
 }

@@ -1,6 +1,6 @@
 //! Checks that types cannot make, before anything is built or written.
 
-use palpate::{BuildError, Limits};
+use palpate::{BuildError, GuardLimits};
 
 use super::{Drive, Scene, SceneError};
 
@@ -210,13 +210,13 @@ impl Scene {
             if !(target.is_finite() && *target > 0.0) {
                 return self.bad(&format!("{key}[{n}]"), &format!("= {target} must be above zero and finite"));
             }
-            let most_n = f64::from(Limits::HIGHEST.max_force_n);
+            let most_n = f64::from(GuardLimits::HIGHEST.max_force_n);
             if matches!(self.drive, Drive::Force { .. }) && *target > most_n {
                 return self
                     .bad(&format!("{key}[{n}]"), &format!("= {target} must be at most {most_n}: no larger force is rendered"));
             }
         }
-        let fastest = f64::from(Limits::HIGHEST.max_speed_m_per_s);
+        let fastest = f64::from(GuardLimits::HIGHEST.max_speed_m_per_s);
         if !(ramp > 0.0 && ramp <= fastest) {
             return self.bad("drive.ramp_m_per_s", &format!("= {ramp} must be above zero and at most {fastest}"));
         }
@@ -224,11 +224,11 @@ impl Scene {
             return self.bad("drive.hold_s", &format!("= {hold_s} must be from 0.001 to 60"));
         }
         // a force drive moves by the force; its way out is at most as long as the probe is wide
-        let way_m = match &self.drive {
+        let displacement_m = match &self.drive {
             Drive::Force { .. } => self.probe.radius_m,
             _ => holds.iter().fold((0.0, 0.0), |(sum, from): (f64, f64), to| (sum + (to - from).abs(), *to)).0,
         };
-        let run_s = way_m / ramp + holds.len() as f64 * hold_s;
+        let run_s = displacement_m / ramp + holds.len() as f64 * hold_s;
         if run_s > LONGEST_S {
             let why =
                 format!("makes a run of {run_s:.0} s, at most {LONGEST_S} fit: ramp faster, hold shorter or hold less often");

@@ -1,7 +1,7 @@
 //! The tick with a rim: it settles to the equilibrium, and what the probe feels is what the rim
 //! bears.
 
-use palpate::{Limits, Model, Params, ProbePose, State, tick};
+use palpate::{GuardLimits, Model, Params, ProbePose, State, tick};
 use palpate_fit::far_field::Sizes;
 use palpate_fit::statics::{Statics, Vector};
 use palpate_tests::bench::{Bench, at_depth};
@@ -83,8 +83,11 @@ fn ticks_settle_to_the_statics_and_the_rim_bears_the_probe() {
     let patch = far.patch(&Material::default());
     let model = patch.wide_model();
     assert!(model.anchors.is_empty(), "nothing but the rim holds this patch");
-    let params =
-        Params { node_damping_per_s: 120.0, limits: Limits { max_sink_m_per_s: 0.1, ..Limits::HIGHEST }, ..Params::default() };
+    let params = Params {
+        node_damping_per_s: 120.0,
+        limits: GuardLimits { max_sink_m_per_s: 0.1, ..GuardLimits::HIGHEST },
+        ..Params::default()
+    };
     let statics = Statics::of(&model, &params).unwrap();
     let e = f64::from(params.youngs_modulus_pa);
     let mut memory = Memory::for_model(&model);

@@ -2,7 +2,7 @@
 
 use palpate::haptic::cycle::Settings;
 use palpate::haptic::damping::DampingSettings;
-use palpate::haptic::device::DeviceLimits;
+use palpate::haptic::device::DeviceSpec;
 use palpate::haptic::passivity::PassivitySettings;
 use palpate::{Fault, Limiters, Vector3};
 use palpate_loop::closed_loop::device::{DeviceProfile, PROFILES};
@@ -20,11 +20,11 @@ fn device(name: &str, delay_ticks: u8) -> DeviceProfile {
 }
 
 /// The model's force as it is, and the last resort as late as it may be set.
-fn raw(device: &DeviceLimits) -> Settings {
+fn raw(device: &DeviceSpec) -> Settings {
     Settings { damping: DampingSettings::NONE, passivity: PassivitySettings::HIGHEST, ..Settings::safe(device) }
 }
 
-fn on_wall(n_per_m: f64, device: &DeviceProfile, hand: Hand, id: &str, settings: fn(&DeviceLimits) -> Settings) -> Run {
+fn on_wall(n_per_m: f64, device: &DeviceProfile, hand: Hand, id: &str, settings: fn(&DeviceSpec) -> Settings) -> Run {
     let depth_m = (0.85 * LIMIT_N / n_per_m).min(4e-3);
     let stimulus = Stimulus::named(id).unwrap().short();
     let settings = settings(&device.limits(Vector3::zeros()));
@@ -88,7 +88,7 @@ fn the_observer_sees_the_energy_that_the_plant_gets() {
 
 #[test]
 fn the_last_resort_ends_what_the_raw_spring_does() {
-    fn undamped(device: &DeviceLimits) -> Settings {
+    fn undamped(device: &DeviceSpec) -> Settings {
         Settings { damping: DampingSettings::NONE, ..Settings::safe(device) }
     }
     for delay in [1, 2] {

@@ -3,7 +3,7 @@
 //! object. Without a defect it must not.
 
 use palpate::haptic::cycle::{Ask, Command};
-use palpate::haptic::limits::LimitValues;
+use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::{Limiters, Vector3};
 use palpate_loop::closed_loop::watch::Tick;
@@ -73,7 +73,7 @@ fn script(defect: Option<Defect>) -> Rig {
         rig.recover();
     }
     rig.go(5e-3, 0.1);
-    rig.cycle.lower_limits(&LimitValues { max_force_n: 1.0, ..LimitValues::DESKTOP }).unwrap();
+    rig.cycle.lower_limits(&LoopLimitSettings { max_force_n: 1.0, ..LoopLimitSettings::DESKTOP }).unwrap();
     rig.hold(20);
     rig.go(-3e-3, 0.1);
     rig
@@ -216,8 +216,8 @@ const DEFECTS: [(&str, Defect); 26] = [
     }),
     ("damping that sticks", |before, now| {
         if forced(now) && now.told.output.depth_m > 0.0 {
-            let way_m = now.told.position_m - before.told.position_m;
-            give(now, now.told.applied_n - way_m * 2000.0);
+            let displacement_m = now.told.position_m - before.told.position_m;
+            give(now, now.told.applied_n - displacement_m * 2000.0);
         }
     }),
     ("the force points in", |_, now| {

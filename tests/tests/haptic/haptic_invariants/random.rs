@@ -2,7 +2,7 @@
 
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::SensorStatus;
-use palpate::haptic::limits::LimitValues;
+use palpate::haptic::limits::LoopLimitSettings;
 use palpate::{Fault, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -94,7 +94,7 @@ fn follow(rig: &mut Rig, leg: &Leg) {
         Leg::Lower { share } => {
             let now = *rig.cycle.limits();
             let max_force_n = now.max_force_n * share;
-            rig.cycle.lower_limits(&LimitValues { max_force_n, ..now }).unwrap();
+            rig.cycle.lower_limits(&LoopLimitSettings { max_force_n, ..now }).unwrap();
         }
         Leg::Recover => {
             rig.device.reading.position_m = NORMAL * 5e-3;

@@ -1,8 +1,8 @@
 //! A scripted device over an elastic half-space, watched in every tick.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings};
-use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
-use palpate::haptic::limits::LimitValues;
+use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
+use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::stages::probe::ProbePose;
 use palpate::{Fault, Limiters, Output, Vector3};
@@ -39,8 +39,8 @@ pub struct Scripted {
 }
 
 impl HapticDevice for Scripted {
-    fn limits(&self) -> DeviceLimits {
-        DeviceLimits {
+    fn limits(&self) -> DeviceSpec {
+        DeviceSpec {
             max_force_n: 3.3,
             workspace_low_m: Vector3::new(-0.2, -0.2, -0.2),
             workspace_high_m: Vector3::new(0.2, 0.2, 0.2),
@@ -117,7 +117,7 @@ impl Rig {
         if fresh {
             self.device.reading.sequence = self.device.reading.sequence.wrapping_add(1);
         }
-        let limits: LimitValues = *self.cycle.limits();
+        let limits: LoopLimitSettings = *self.cycle.limits();
         let told = self.cycle.run(&mut self.device, &mut self.tissue, command);
         self.limiters.set(told.limiters);
         if !self.modes.contains(&told.mode) {

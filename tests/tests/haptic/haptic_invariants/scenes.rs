@@ -2,7 +2,7 @@
 
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::SensorStatus;
-use palpate::haptic::limits::LimitValues;
+use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::{Fault, Limiters, Vector3};
 use proptest::prelude::*;
@@ -14,8 +14,8 @@ use crate::haptic_invariants::rig::{NORMAL, Rig};
 fn free_space_is_exactly_nothing() {
     let mut rig = Rig::active();
     for n in 0..2000_u16 {
-        let way_m = 20e-3 * (f32::from(n) * 0.05).sin().abs();
-        rig.device.reading.position_m = NORMAL * (1e-4 + way_m);
+        let displacement_m = 20e-3 * (f32::from(n) * 0.05).sin().abs();
+        rig.device.reading.position_m = NORMAL * (1e-4 + displacement_m);
         assert_eq!(rig.tick(Command::HEARD, true).got_n, Some(Vector3::zeros()));
     }
     rig.expect_clean();
@@ -147,11 +147,11 @@ fn limits_are_lowered_in_the_middle_of_a_press_and_hold_from_the_next_tick() {
     let mut rig = Rig::active();
     rig.go(6e-3, 0.05);
     for max_force_n in [2.0, 0.7, 0.01] {
-        rig.cycle.lower_limits(&LimitValues { max_force_n, ..LimitValues::DESKTOP }).unwrap();
+        rig.cycle.lower_limits(&LoopLimitSettings { max_force_n, ..LoopLimitSettings::DESKTOP }).unwrap();
         let length_n = rig.tick(Command::HEARD, true).force_n().norm();
         assert!((length_n - max_force_n).abs() < 1e-6, "{length_n} N");
-        assert!(rig.cycle.lower_limits(&LimitValues::DESKTOP).is_err());
-        assert!(rig.cycle.lower_limits(&LimitValues { max_force_n: f32::NAN, ..LimitValues::DESKTOP }).is_err());
+        assert!(rig.cycle.lower_limits(&LoopLimitSettings::DESKTOP).is_err());
+        assert!(rig.cycle.lower_limits(&LoopLimitSettings { max_force_n: f32::NAN, ..LoopLimitSettings::DESKTOP }).is_err());
     }
     rig.expect_clean();
 }
@@ -226,8 +226,8 @@ fn a_fast_hand_or_a_force_in_free_space_does_not_arm() {
     rig.arm();
     for n in 0..600_u16 {
         // to and fro at 0.8 m/s
-        let way_m = if n % 100 < 50 { n % 100 } else { 100 - n % 100 };
-        rig.device.reading.position_m = NORMAL * (5e-3 + 0.8e-3 * f32::from(way_m));
+        let displacement_m = if n % 100 < 50 { n % 100 } else { 100 - n % 100 };
+        rig.device.reading.position_m = NORMAL * (5e-3 + 0.8e-3 * f32::from(displacement_m));
         assert_eq!(rig.tick(Command::HEARD, true).told.mode, Mode::Arming, "tick {n}");
     }
     for _ in 0..300 {

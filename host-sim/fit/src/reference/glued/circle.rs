@@ -48,10 +48,10 @@ fn snap(mesh: &mut TetMesh, disc: &Disc) {
         let (node, near) = if share < 0.5 { (i, share) } else { (j, 1.0 - share) };
         if near < NEAR_END {
             let at = between(mesh, [i, j], share);
-            let way_m = (at - between(mesh, [node; 2], 0.0)).norm();
-            let best = moves.entry(node).or_insert((way_m, at));
-            if way_m < best.0 {
-                *best = (way_m, at);
+            let displacement_m = (at - between(mesh, [node; 2], 0.0)).norm();
+            let best = moves.entry(node).or_insert((displacement_m, at));
+            if displacement_m < best.0 {
+                *best = (displacement_m, at);
             }
         }
     }

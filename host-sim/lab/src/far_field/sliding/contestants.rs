@@ -90,7 +90,7 @@ const WAKES_M: f64 = 1e-5;
 
 /// Something that can slide.
 #[derive(Clone, Debug)]
-pub struct Contestant {
+pub struct StudyMethod {
     /// Kind of contestant.
     pub kind: Kind,
     /// Unique in a table.
@@ -192,10 +192,10 @@ impl StrokePatch {
         Patch::build(&tissue, &self.material, Some(&self.multipliers))
     }
 
-    fn contestant(&self, kind: Kind, name: String) -> Result<Contestant, Error> {
+    fn contestant(&self, kind: Kind, name: String) -> Result<StudyMethod, Error> {
         let rim: Vec<usize> = self.far.cut.rim.iter().map(|n| *n as usize).collect();
         let exact = Statics::of(&self.patch.model(), &self.params)?.with_rim(&rim, &self.far.exact_m);
-        Ok(Contestant { exact: Some(exact), ..Contestant::new(kind, name, self.patch.clone(), &self.params, Awake::All)? })
+        Ok(StudyMethod { exact: Some(exact), ..StudyMethod::new(kind, name, self.patch.clone(), &self.params, Awake::All)? })
     }
 }
 
@@ -209,7 +209,7 @@ pub(super) fn whole_block(scene: &Scene, recipe: &StrokeRecipe) -> Result<Placed
     Ok(place_block(scene, &[], mesh)?)
 }
 
-impl Contestant {
+impl StudyMethod {
     /// A patch with the limits and substeps that it needs.
     ///
     /// # Errors

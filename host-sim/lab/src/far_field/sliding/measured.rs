@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::contestants::{Contestant, Kind};
+use super::contestants::{Kind, StudyMethod};
 use super::course::Course;
 use super::run::{Awake, Figures, Slide, largest, slide};
 use crate::error::Error;
@@ -97,7 +97,7 @@ impl Measured {
     /// # Errors
     /// Model or parameters that the core rejects, or a press that finds no balance.
     pub fn of(
-        contestant: &Contestant,
+        contestant: &StudyMethod,
         course: &Course,
         speeds_m_per_s: &[f64],
         reference: &impl Reference,
@@ -193,7 +193,7 @@ fn no_balance(cause: Unbalanced) -> Error {
     Error::Tissue(TissueError::Check(format!("along the stroke: {cause}")))
 }
 
-fn board(machine: &Machine, contestant: &Contestant, course: &Course) -> BoardShare {
+fn board(machine: &Machine, contestant: &StudyMethod, course: &Course) -> BoardShare {
     let model = contestant.patch.model();
     let half_m = 0.5 * course.stroke_m.norm();
     let touched = [-1.0, -0.5, 0.0, 0.5, 1.0].map(|share| {

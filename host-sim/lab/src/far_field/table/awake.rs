@@ -43,7 +43,7 @@ const LOADS_RADII: f64 = 1.5;
 
 /// Boundary condition around a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Held {
+pub enum Surroundings {
     /// The rest stands still at rest.
     Frozen,
     /// Rim springs fitted to the condensed springs of the rest.
@@ -52,7 +52,7 @@ pub enum Held {
     SpringsOfElements,
 }
 
-impl Held {
+impl Surroundings {
     /// Name in files.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -72,7 +72,7 @@ pub struct Frozen {
     /// Distance of the press from the site [m].
     pub aside_m: f64,
     /// Boundary condition around it.
-    pub held: Held,
+    pub held: Surroundings,
     /// Radius of the region [m].
     pub radius_m: f64,
     /// Awake share of the free nodes (1).
@@ -169,8 +169,8 @@ pub fn awake(scene: &Scene, plan: &Plan, progress: &mut dyn FnMut(usize, usize, 
             let patches: Vec<Vec<Frozen>> =
                 PATCH_SHARES.into_par_iter().map(|s| site.held(site.radius_m(s))).collect::<Result<_, Error>>()?;
             let held: Vec<Frozen> = patches.into_iter().flatten().collect();
-            let of = |kind: Held| held.iter().filter(|h| h.held == kind).copied().collect::<Vec<_>>();
-            let (springs, elements) = (of(Held::SpringsOfSprings), of(Held::SpringsOfElements));
+            let of = |kind: Surroundings| held.iter().filter(|h| h.held == kind).copied().collect::<Vec<_>>();
+            let (springs, elements) = (of(Surroundings::SpringsOfSprings), of(Surroundings::SpringsOfElements));
             found.needed.extend(TOLERANCES_PCT.map(|tolerance_pct| Needed {
                 whole_nodes: tissue.mesh.nodes_m.len(),
                 aside_m,
@@ -219,7 +219,7 @@ impl<'a> Site<'a> {
         Ok(std::array::from_fn(|k| Some(100.0 * (forces[k]? / self.all[k]? - 1.0))))
     }
 
-    fn region(&self, radius_m: f64, awake: usize, held: Held, error_pct: [Option<f64>; 2]) -> Frozen {
+    fn region(&self, radius_m: f64, awake: usize, held: Surroundings, error_pct: [Option<f64>; 2]) -> Frozen {
         let share = awake as f64 / self.away.len() as f64;
         Frozen { whole_nodes: self.statics.rest_m.len(), aside_m: self.aside_m, held, radius_m, share, error_pct }
     }
@@ -228,7 +228,7 @@ impl<'a> Site<'a> {
     fn frozen(&self, radius_m: f64) -> Result<Frozen, Error> {
         let asleep: Vec<usize> = self.away.iter().filter(|(away, _)| *away > radius_m).map(|(_, n)| *n).collect();
         let errors = self.errors(&self.statics.with_fixed(&asleep))?;
-        Ok(self.region(radius_m, self.away.len() - asleep.len(), Held::Frozen, errors))
+        Ok(self.region(radius_m, self.away.len() - asleep.len(), Surroundings::Frozen, errors))
     }
 
     /// A patch of this radius with rim springs of both kinds; nothing if it cannot be cut.
@@ -244,7 +244,7 @@ impl<'a> Site<'a> {
         let springs = springs::fit(&far.cut, &exact_m, &answers);
         let awake = far.cut.patch.mesh.nodes_m.len() - far.cut.patch.anchors.len();
         let mut found = Vec::new();
-        for (kind, springs) in [(Held::SpringsOfSprings, &springs), (Held::SpringsOfElements, &far.springs)] {
+        for (kind, springs) in [(Surroundings::SpringsOfSprings, &springs), (Surroundings::SpringsOfElements, &far.springs)] {
             let errors = self.errors(&free.with_rim(&rim, &springs::dense(springs)))?;
             found.push(self.region(radius_m, awake, kind, errors));
         }

@@ -1,7 +1,7 @@
 //! The table's pictures: error over radius, error over cost, error over the share that is awake.
 
 use super::presses::Setting;
-use super::{Awake, Held, Kind, PROMISED_PCT, Row, Table};
+use super::{Awake, Kind, PROMISED_PCT, Row, Surroundings, Table};
 use crate::chart::front;
 use crate::error::Error;
 use crate::far_field::rim_treatment::RimTreatment;
@@ -226,7 +226,7 @@ fn over_share(
     places.dedup();
     let at = |aside_m: f64| if aside_m == 0.0 { "centre".to_string() } else { format!("{:.0} mm off", aside_m * 1e3) };
     let mut labelled: Vec<Labelled> = Vec::new();
-    for (held, what) in [(Held::Frozen, "rest stands still"), (Held::SpringsOfSprings, "rim springs")] {
+    for (held, what) in [(Surroundings::Frozen, "rest stands still"), (Surroundings::SpringsOfSprings, "rim springs")] {
         for &aside_m in &places {
             let own = awake.regions.iter().filter(|r| r.whole_nodes == nodes && r.aside_m == aside_m && r.held == held);
             let points: Vec<(f64, f64)> = own.filter_map(|r| Some((100.0 * r.share, drawn(r.error_pct[1]?)))).collect();

@@ -15,7 +15,7 @@ use palpate::Vector3;
 use palpate::{Model, Params};
 
 use super::hausdorff::hausdorff;
-use super::methods::{Contestant, Fitted, springs_of};
+use super::methods::{Fitted, StudyMethod, springs_of};
 use super::rest::{NoRest, Push};
 use crate::error::Error;
 use crate::rivals::{Block, Method, OnCore, Rival};
@@ -117,7 +117,7 @@ impl Target {
     /// Finite elements that diverge, or what the core refuses.
     pub fn new(block: &Block, force_n: f64, tick_s: f64) -> Result<Self, Error> {
         let keys = key_nodes(block);
-        let elements = Contestant::Charted(Method::NeoHookeanNodal);
+        let elements = StudyMethod::Charted(Method::NeoHookeanNodal);
         let refuse =
             |why: String| TissueError::Usage(format!("no target to fit: finite elements under {force_n} N {why}: press less"));
         let step_s = match elements.step_s(block, force_n)? {
@@ -129,7 +129,7 @@ impl Target {
         let truth = elements.run(&own, |rival| follow(&own, rival, force_n, &keys))?;
         let truth = truth.ok_or_else(|| refuse("cannot be had".into()))?.map_err(|why| refuse(why.to_string()))?;
         let any = Fitted::new(1.0, 0.0);
-        Ok(Self { block: Contestant::LocalCompression(any).block(block, tick_s), force_n, keys, truth })
+        Ok(Self { block: StudyMethod::LocalCompression(any).block(block, tick_s), force_n, keys, truth })
     }
 
     /// The model with its memory, to be run many times.

@@ -8,7 +8,7 @@ use palpate::{Model, Params, ProbePose, Vector3, tick_with};
 
 use super::fit::{Target, key_nodes};
 use super::hausdorff::hausdorff;
-use super::methods::{Contestant, Fitted, springs_of};
+use super::methods::{Fitted, StudyMethod, springs_of};
 use super::rest::to_rest;
 use super::steps::hold;
 use crate::error::Error;
@@ -61,7 +61,7 @@ pub fn seen(target: &Target, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> 
             block.params.node_damping_per_s = SETTLING_PER_S as f32;
             // half the step, so that stiffer springs are stable too
             block.params.tick_s *= 0.5;
-            let model = Contestant::LocalCompression(Fitted::new(k, d));
+            let model = StudyMethod::LocalCompression(Fitted::new(k, d));
             let found = model.run(&block, |rival| match drive {
                 Drive::Held => hold(&block, rival, HELD_M).map(|held| held.position_m).ok(),
                 _ => to_rest(&block, rival, target.force_n).map(|rest| rest.position_m).ok(),
@@ -98,7 +98,7 @@ const SHORTEST_TICK_S: f64 = 1e-5;
 /// Model or parameters that the core rejects.
 pub fn largest_step_s(block: &Block, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Result<f64, Error> {
     let any = Fitted::new(stiffness_n_per_m, damping_n_s_per_m);
-    let block = Contestant::LocalCompression(any).block(block, 1e-3);
+    let block = StudyMethod::LocalCompression(any).block(block, 1e-3);
     let [mut low, mut high] = STEPS_S;
     while high / low > 1.03 {
         let middle = (low * high).sqrt();

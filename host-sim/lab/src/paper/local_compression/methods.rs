@@ -47,14 +47,14 @@ impl Fitted {
 
 /// A method at work.
 #[derive(Clone, Copy, Debug)]
-pub enum Contestant {
+pub enum StudyMethod {
     /// The paper's.
     LocalCompression(Fitted),
     /// One of the chart.
     Charted(Method),
 }
 
-impl Contestant {
+impl StudyMethod {
     /// Name in tables.
     #[must_use]
     pub fn name(&self) -> &'static str {

@@ -137,15 +137,15 @@ pub fn to_rest(block: &Block, rival: &mut dyn Rival, force_n: f64) -> Result<AtR
                 });
             }
         }
-        if ms >= STILL_MS && way_m(&tips[ms - STILL_MS..]) < STILL_TIP_M {
+        if ms >= STILL_MS && displacement_m(&tips[ms - STILL_MS..]) < STILL_TIP_M {
             before = Some(positions(rival));
         }
     }
-    Err(NoRest::Restless { seconds: LONGEST_MS as f64 * 1e-3, tip_um: way_m(&tips[LONGEST_MS - STILL_MS..]) * 1e6 })
+    Err(NoRest::Restless { seconds: LONGEST_MS as f64 * 1e-3, tip_um: displacement_m(&tips[LONGEST_MS - STILL_MS..]) * 1e6 })
 }
 
 /// From the shallowest to the deepest [m].
-fn way_m(tips: &[f64]) -> f64 {
+fn displacement_m(tips: &[f64]) -> f64 {
     let (low, high) = tips.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), t| (l.min(*t), h.max(*t)));
     high - low
 }

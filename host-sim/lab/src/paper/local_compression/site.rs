@@ -169,8 +169,8 @@ fn read(scene: &PressScene) -> Result<(TetMesh, [f64; 3]), Error> {
     let (from, direction) = (Vector3::from(scene.finger.from_m), Vector3::from(scene.finger.direction).normalize());
     let hits =
         surface(&mesh.tets).into_iter().filter_map(|t| entry_m(t.map(|n| mesh.nodes_m[n as usize].into()), &from, &direction));
-    let way_m = hits.min_by(f64::total_cmp).ok_or_else(|| miss(scene))?;
-    Ok((mesh, (from + direction * way_m).into()))
+    let displacement_m = hits.min_by(f64::total_cmp).ok_or_else(|| miss(scene))?;
+    Ok((mesh, (from + direction * displacement_m).into()))
 }
 
 /// Mean over the volume of the tets that have a corner within `reach_m` of a place [Pa].

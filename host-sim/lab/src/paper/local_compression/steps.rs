@@ -13,7 +13,7 @@ const READ_S: f64 = 0.02;
 
 /// A press at the end of its stay.
 #[derive(Clone, Debug)]
-pub struct Held {
+pub struct RestingPress {
     /// Mean force on the finger at the end [N].
     pub force_n: f64,
     /// Node positions [m], shape \[nodes\].
@@ -24,7 +24,7 @@ pub struct Held {
 ///
 /// # Errors
 /// [`NoRest::Diverged`].
-pub fn hold(block: &Block, rival: &mut dyn Rival, depth_m: f64) -> Result<Held, NoRest> {
+pub fn hold(block: &Block, rival: &mut dyn Rival, depth_m: f64) -> Result<RestingPress, NoRest> {
     let tick_s = f64::from(block.params.tick_s);
     let clear_m = 1e-4;
     let travel = ((depth_m + clear_m) / (SPEED_M_PER_S * tick_s)).ceil() as usize;
@@ -42,5 +42,5 @@ pub fn hold(block: &Block, rival: &mut dyn Rival, depth_m: f64) -> Result<Held, 
         }
     }
     let position_m = (0..block.tissue.mesh.nodes_m.len()).map(|n| rival.position_m(n).cast()).collect();
-    Ok(Held { force_n: sum / read as f64, position_m })
+    Ok(RestingPress { force_n: sum / read as f64, position_m })
 }

@@ -7,7 +7,7 @@ use super::checkpoint;
 use super::failures::{barycentre, correction, region};
 use super::fit::{Found, Step, Target};
 use super::identifiability::{PRINTED, Seen, largest_step_s, seen};
-use super::methods::{Contestant, Fitted};
+use super::methods::{Fitted, StudyMethod};
 use super::scene::PressScene;
 use super::site::{DEEPEST_RADII, Site};
 use super::sweep::{Curve, NODE_DAMPING_PER_S, contestants, curve, region_for, static_curve};
@@ -198,7 +198,7 @@ pub fn on_organ(folder: &OutputFolder, scene: PressScene, site: Site, size: &Siz
         mesh.growth *= PICTURE_GROWTH;
     }
     let smooth = Site::of(&smooth, 1.0)?;
-    let product = Contestant::Charted(Method::Palpate);
+    let product = StudyMethod::Charted(Method::Palpate);
     let pictured =
         curve(&product, &smooth.block, &scene.finger.forces_n, || bar.tick())?.unwrap_or_else(|| Curve::empty(product.name()));
     bar.set_message(format!("{}: annealing", scene.name));
@@ -232,7 +232,7 @@ pub fn on_organ(folder: &OutputFolder, scene: PressScene, site: Site, size: &Siz
 fn with_region(block: &Block, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Result<Fitted, Error> {
     let fitted = Fitted::new(stiffness_n_per_m, damping_n_s_per_m);
     let damped = Fitted { node_damping_per_s: NODE_DAMPING_PER_S, ..fitted };
-    let region = match Contestant::LocalCompression(damped).step_s(block, REGION_N)? {
+    let region = match StudyMethod::LocalCompression(damped).step_s(block, REGION_N)? {
         Some(Ok(step_s)) => region_for(block, damped, step_s, REGION_N)?,
         _ => None,
     };

@@ -3,7 +3,7 @@
 use crate::paper_method::region::{ContactPressure, StressRule};
 use palpate::Vector3;
 
-use super::methods::{Contestant, Fitted};
+use super::methods::{Fitted, StudyMethod};
 use super::truth::Truth;
 use crate::error::Error;
 use crate::rivals::{Block, Method};
@@ -76,10 +76,10 @@ impl Curve {
 
 /// The methods of Fig. 9, and the product.
 #[must_use]
-pub fn contestants(fitted: Fitted) -> Vec<Contestant> {
+pub fn contestants(fitted: Fitted) -> Vec<StudyMethod> {
     let charted = [Method::Springs, Method::Meshless, Method::NeoHookeanNodal, Method::Palpate, Method::Calibrated];
     let with_masses = Fitted { node_damping_per_s: NODE_DAMPING_PER_S, ..fitted };
-    [fitted, with_masses].into_iter().map(Contestant::LocalCompression).chain(charted.map(Contestant::Charted)).collect()
+    [fitted, with_masses].into_iter().map(StudyMethod::LocalCompression).chain(charted.map(StudyMethod::Charted)).collect()
 }
 
 /// The highest threshold (7) that costs at most 2 % of the depth under a force, and whether one
@@ -88,7 +88,7 @@ pub fn contestants(fitted: Fitted) -> Vec<Contestant> {
 /// # Errors
 /// Model or parameters that the core rejects.
 pub fn region_for(block: &Block, fitted: Fitted, step_s: f64, force_n: f64) -> Result<Option<StressRule>, Error> {
-    let press = |region| Contestant::LocalCompression(Fitted { region, ..fitted }).press(block, step_s, force_n, 1);
+    let press = |region| StudyMethod::LocalCompression(Fitted { region, ..fitted }).press(block, step_s, force_n, 1);
     let Some(Ok(all)) = press(None)? else { return Ok(None) };
     let radius_m = f64::from(block.params.probe.radius_m);
     let mean_pa = force_n / (std::f64::consts::PI * radius_m * radius_m);
@@ -109,7 +109,7 @@ pub fn region_for(block: &Block, fitted: Fitted, step_s: f64, force_n: f64) -> R
 /// # Errors
 /// Model or parameters that the core or the method rejects.
 pub fn curve(
-    contestant: &Contestant,
+    contestant: &StudyMethod,
     block: &Block,
     forces_n: &[f64],
     mut progress: impl FnMut(),

@@ -21,7 +21,7 @@ use palpate_tissue::scene::Shape;
 
 /// A press of the reference at a force.
 #[derive(Clone, Debug)]
-pub struct Held {
+pub struct ReferencePress {
     /// Force [N].
     pub force_n: f64,
     /// Depth of the tip [m].
@@ -78,7 +78,7 @@ impl Truth {
     ///
     /// # Errors
     /// Memory for the factor runs out.
-    pub fn press(&self, forces_n: &[f64], mut progress: impl FnMut(f64)) -> Result<Vec<Held>, Error> {
+    pub fn press(&self, forces_n: &[f64], mut progress: impl FnMut(f64)) -> Result<Vec<ReferencePress>, Error> {
         let e = f64::from(self.block.params.youngs_modulus_pa);
         let radius_m = f64::from(self.block.params.probe.radius_m);
         let place = Vector3::from(self.block.tissue.site_m);
@@ -94,7 +94,7 @@ impl Truth {
             }
             let position_m = (0..self.corners).map(|n| self.body.mesh.nodes_m[n] + press.displacement_m[n]).collect();
             let cpu_s = (thread_time() - begun).as_secs_f64();
-            held.push(Held { force_n: press.force_over_e_m2() * e, depth_m: press.depth_m(), cpu_s, position_m });
+            held.push(ReferencePress { force_n: press.force_over_e_m2() * e, depth_m: press.depth_m(), cpu_s, position_m });
         }
         Ok(held)
     }

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use palpate::{Limits, Params, Terms, Vector3};
+use palpate::{GuardLimits, Params, Terms, Vector3};
 
 use super::assembly::Assembly;
 use palpate_tissue::mesh::TetMesh;
@@ -63,7 +63,7 @@ impl Network {
             poisson_ratio: material.poisson_ratio as f32,
             density_kg_per_m3: first.density_kg_per_m3 as f32,
             gravity_m_per_s2: scene.gravity_m_per_s2.map(|g| g as f32),
-            limits: Limits::HIGHEST,
+            limits: GuardLimits::HIGHEST,
             // organs are joined by springs a hair long, whose mass would keep theirs from the rest
             terms: Terms { rim: false, relative_mass: false, ..Terms::ALL },
             ..Params::default()

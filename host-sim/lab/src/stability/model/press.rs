@@ -89,12 +89,12 @@ impl Watch {
     fn whole(&mut self, block: &Block, rival: &mut dyn Rival, stimulus: &Stimulus) -> Result<(), f64> {
         let tick_s = f64::from(block.params.tick_s);
         let ticks = |seconds: f64| (seconds / tick_s).ceil() as usize;
-        let way_m = stimulus.depth_m + CLEAR_M;
+        let displacement_m = stimulus.depth_m + CLEAR_M;
         // the same on every machine: uniform in -1 .. 1
         let mut random = SplitMix64::seed_from_u64(7);
         let mut late = || stimulus.jitter * ((random.next_u64() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0);
 
-        let down = ticks(way_m / stimulus.in_m_per_s) + 1;
+        let down = ticks(displacement_m / stimulus.in_m_per_s) + 1;
         for n in 0..=down {
             let time_s = (n as f64 + late()) * tick_s;
             let depth_m = (time_s.max(0.0) * stimulus.in_m_per_s - CLEAR_M).min(stimulus.depth_m);
@@ -119,7 +119,7 @@ impl Watch {
         self.trace.moved_m = self.furthest_m(&before_m);
         self.trace.force_change = (most_n - least_n) / most_n.abs().max(f64::MIN_POSITIVE);
 
-        let up = ticks(way_m / stimulus.out_m_per_s) + 1;
+        let up = ticks(displacement_m / stimulus.out_m_per_s) + 1;
         for n in 0..=up {
             let time_s = (n as f64 + late()) * tick_s;
             let depth_m = (stimulus.depth_m - time_s.max(0.0) * stimulus.out_m_per_s).max(-CLEAR_M);

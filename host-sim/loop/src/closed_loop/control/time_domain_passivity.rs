@@ -46,14 +46,14 @@ impl TimeDomainPassivity {
 impl Law for TimeDomainPassivity {
     fn force_n(&mut self, seen: &Seen) -> f32 {
         let in_m_per_s = self.velocity.track(seen.depth_m);
-        let way_m = seen.depth_m - self.depth_m;
+        let displacement_m = seen.depth_m - self.depth_m;
         let acted_n = self.line_n.pop_front().unwrap_or(0.0);
         // a contact begins: the account is empty
         if seen.model_n > 0.0 && self.model_n == 0.0 && self.line_n.iter().all(|f| *f == 0.0) && acted_n == 0.0 {
             (self.taken_j, self.reference_j) = (0.0, 0.0);
         }
-        self.taken_j += acted_n * way_m;
-        self.reference_j += 0.5 * (seen.model_n + self.model_n) * way_m;
+        self.taken_j += acted_n * displacement_m;
+        self.reference_j += 0.5 * (seen.model_n + self.model_n) * displacement_m;
         (self.depth_m, self.model_n) = (seen.depth_m, seen.model_n);
 
         let left_j = if self.reference { self.taken_j - self.reference_j } else { self.taken_j };

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use palpate::Vector3;
-use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
+use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::RngCore;
 
@@ -127,7 +127,7 @@ impl<D: HapticDevice> Faulty<D> {
 }
 
 impl<D: HapticDevice> HapticDevice for Faulty<D> {
-    fn limits(&self) -> DeviceLimits {
+    fn limits(&self) -> DeviceSpec {
         self.device.limits()
     }
 

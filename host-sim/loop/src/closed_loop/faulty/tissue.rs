@@ -41,7 +41,7 @@ impl<S: Surface> Renderer for FaultyTissue<'_, S> {
     fn render(&mut self, pose: ProbePose) -> Output {
         let mut output = self.surface.render(pose);
         let normal: Vector3<f32> = self.surface.site().normal.cast();
-        let way_m = pose.tip_m - std::mem::replace(&mut self.last_m, pose.tip_m);
+        let displacement_m = pose.tip_m - std::mem::replace(&mut self.last_m, pose.tip_m);
         match self.fault {
             Some(TissueFault::Force(force_n)) => {
                 output.force_n = normal * force_n;
@@ -52,7 +52,7 @@ impl<S: Surface> Renderer for FaultyTissue<'_, S> {
                 output.normal = output.force_n.normalize();
             }
             Some(TissueFault::Scaled(ratio)) => output.force_n *= ratio,
-            Some(TissueFault::Active(force_n)) if output.depth_m > 0.0 && way_m.dot(&normal) > 0.0 => {
+            Some(TissueFault::Active(force_n)) if output.depth_m > 0.0 && displacement_m.dot(&normal) > 0.0 => {
                 output.force_n += normal * force_n;
             }
             _ => {}

@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, PatchRenderer, Renderer, Settings, Telemetry};
-use palpate::haptic::device::{DeviceLimits, HapticDevice, Sensed, SensorStatus};
-use palpate::haptic::limits::LimitValues;
+use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
+use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, Fault, Model, Output, Params, Vector3};
@@ -95,17 +95,17 @@ impl PathCase {
             let told = cycle.run(&mut device, &mut Nothing, Command { asked, ..Command::HEARD });
             let _armed = watch.check(&device.tick(&cycle, asked, told));
         }
-        let limits: LimitValues = *cycle.limits();
+        let limits: LoopLimitSettings = *cycle.limits();
         let mut outcome = PathOutcome { honest: true, ..PathOutcome::default() };
         let (mut ended, mut last_m, mut last_way_m, mut sharpest_m) = (None, start_m, Vector3::zeros(), 0.0_f64);
         for at_m in &self.route.at_m {
-            let way_m = at_m - last_m;
+            let displacement_m = at_m - last_m;
             if ended.is_none() {
-                outcome.honest &= way_m.norm() <= HONEST_M_PER_S * TICK_S * 1.0001;
-                sharpest_m = sharpest_m.max((way_m - last_way_m).norm());
+                outcome.honest &= displacement_m.norm() <= HONEST_M_PER_S * TICK_S * 1.0001;
+                sharpest_m = sharpest_m.max((displacement_m - last_way_m).norm());
             }
-            device.energy.step(&way_m);
-            (last_m, last_way_m) = (*at_m, way_m);
+            device.energy.step(&displacement_m);
+            (last_m, last_way_m) = (*at_m, displacement_m);
             device.at_m = *at_m;
             let told =
                 cycle.run(&mut device, &mut PatchRenderer { model: &model, tuned: &tuned, state: &mut state }, Command::HEARD);
@@ -153,7 +153,7 @@ impl Renderer for Nothing {
 
 /// A device that is where the path says, and counts.
 struct Scripted {
-    limits: DeviceLimits,
+    limits: DeviceSpec,
     at_m: Vector3<f64>,
     reading: Sensed,
     got_n: Option<Vector3<f32>>,
@@ -164,7 +164,7 @@ impl Scripted {
     fn new(profile: &DeviceProfile, site_m: Vector3<f32>, at_m: Vector3<f64>) -> Self {
         let reach_m = Vector3::repeat(REACH_M);
         let limits =
-            DeviceLimits { workspace_low_m: site_m - reach_m, workspace_high_m: site_m + reach_m, ..profile.limits(site_m) };
+            DeviceSpec { workspace_low_m: site_m - reach_m, workspace_high_m: site_m + reach_m, ..profile.limits(site_m) };
         let reading = Sensed { position_m: at_m.cast(), sequence: 0, status: SensorStatus::Good };
         Self { limits, at_m, reading, got_n: None, energy: TrueEnergy::of(profile) }
     }
@@ -176,7 +176,7 @@ impl Scripted {
 }
 
 impl HapticDevice for Scripted {
-    fn limits(&self) -> DeviceLimits {
+    fn limits(&self) -> DeviceSpec {
         self.limits
     }
 
@@ -217,7 +217,7 @@ impl TrueEnergy {
     }
 
     /// The tip has moved by this in the last tick [m].
-    fn step(&mut self, way_m: &Vector3<f64>) {
+    fn step(&mut self, displacement_m: &Vector3<f64>) {
         let to_n = self.line_n.front().copied().unwrap_or_default();
         let mut mean_n = to_n;
         if self.lag_s > 0.0 {
@@ -227,7 +227,7 @@ impl TrueEnergy {
         } else {
             self.acting_n = to_n;
         }
-        self.given_j += mean_n.dot(way_m);
+        self.given_j += mean_n.dot(displacement_m);
         self.created_j = self.created_j.max(self.given_j);
         self.worst_j = self.worst_j.max(self.created_j);
     }

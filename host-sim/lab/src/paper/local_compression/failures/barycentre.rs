@@ -5,7 +5,7 @@ use crate::paper_method::barycentre::BarycentreForce;
 use crate::paper_method::velocity_verlet::VelocityVerlet;
 use palpate::{Model, Vector3};
 
-use super::super::methods::{Contestant, Fitted, springs_of};
+use super::super::methods::{Fitted, StudyMethod, springs_of};
 use super::super::steps::hold;
 use crate::error::Error;
 use crate::rivals::{Block, OnCore};
@@ -54,7 +54,7 @@ pub fn net_share(block: &Block) -> [f64; 2] {
 /// Model or parameters that the core rejects.
 pub fn measure(block: &Block, stiffness_n_per_m: f64, coefficients_pa_per_m: &[f64]) -> Result<Vec<WithCoefficient>, Error> {
     let any = Fitted::new(stiffness_n_per_m, 0.0);
-    let mut block = Contestant::LocalCompression(any).block(block, STEP_S);
+    let mut block = StudyMethod::LocalCompression(any).block(block, STEP_S);
     block.params.node_damping_per_s = SETTLING_PER_S;
     let patch = Patch::build(&block.tissue, &Material::default(), None);
     let own = patch.wide_model();

@@ -6,7 +6,7 @@ use crate::paper_method::region::{ContactPressure, StressRule};
 use crate::paper_method::velocity_verlet::VelocityVerlet;
 use palpate::{Fault, Model, ProbePose, State, Tuned, Vector3, tick_with};
 
-use super::super::methods::{Contestant, Fitted, springs_of};
+use super::super::methods::{Fitted, StudyMethod, springs_of};
 use super::super::steps::hold;
 use crate::error::Error;
 use crate::rivals::{Block, Rival};
@@ -62,7 +62,7 @@ impl Rival for Counting<'_> {
 /// Model or parameters that the core rejects.
 pub fn measure(block: &Block, stiffness_n_per_m: f64, least_stresses_pa: &[f64]) -> Result<Vec<Awake>, Error> {
     let any = Fitted::new(stiffness_n_per_m, 0.0);
-    let mut block = Contestant::LocalCompression(any).block(block, STEP_S);
+    let mut block = StudyMethod::LocalCompression(any).block(block, STEP_S);
     block.params.node_damping_per_s = SETTLING_PER_S;
     let patch = Patch::build(&block.tissue, &Material::default(), None);
     let own = patch.wide_model();

@@ -13,7 +13,7 @@ use palpate_tissue::tissue::Tissue;
 /// Treatment of the edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Edge {
+pub enum RimTreatment {
     /// A block a rim node and a block a rim edge, fitted to the outside.
     RimSprings,
     /// A block a rim node only, fitted to the outside: springs to the ground (Winkler's bedding).
@@ -24,7 +24,7 @@ pub enum Edge {
     Whole,
 }
 
-impl Edge {
+impl RimTreatment {
     /// As tables and charts call it.
     #[must_use]
     pub fn name(self) -> &'static str {
