@@ -2,6 +2,7 @@
 //! once ([`Tuned`]).
 
 mod prony;
+mod terms;
 
 use nalgebra::Vector3;
 
@@ -11,6 +12,7 @@ use crate::model::{Model, Spring};
 use crate::smooth;
 pub(crate) use prony::Prony;
 pub use prony::{MOST_TERMS, PronyTerm};
+pub use terms::Terms;
 
 /// Shape of the rigid probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,33 +34,6 @@ pub struct Probe {
     pub radius_m: f32,
     /// Unit vector from the tip to the handle.
     pub axis: Vector3<f32>,
-}
-
-/// Which terms act. All on is the product; springs alone are the papers' plain model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Terms {
-    /// Nodal-averaged and per-tet volume energy.
-    pub volume: bool,
-    /// Compression compensation of springs and the barrier of tets.
-    pub compensation: bool,
-    /// Rim springs, the far field.
-    pub rim: bool,
-    /// The mass floor acts on the motion of neighbours relative to each other. Off, it acts on each
-    /// node by itself.
-    pub relative_mass: bool,
-    /// Forces fade by [`Params::relaxation`]. Without shares there the term costs nothing.
-    pub relaxation: bool,
-    /// The probe rubs by [`Params::friction`]. With zero there the term costs nothing.
-    pub friction: bool,
-}
-
-impl Terms {
-    /// Every term.
-    pub const ALL: Self =
-        Self { volume: true, compensation: true, rim: true, relative_mass: true, relaxation: true, friction: true };
-    /// Springs, masses, contact: the papers' plain mass-spring model.
-    pub const SPRINGS_ONLY: Self =
-        Self { volume: false, compensation: false, rim: false, relative_mass: false, relaxation: false, friction: false };
 }
 
 /// Limits at the patch's edge. They can be lowered, never switched off.
@@ -114,6 +89,9 @@ pub struct Params {
     /// (beta). With 1 the force is that of the probe's place at the end of the substep plus its
     /// speed, with 0 it lags by a substep.
     pub contact_damping: f32,
+    /// Stiffening exponent b of Fung and Demiray (1): the energy density w of a deformation becomes
+    /// `mu/2b (exp(2 b w / mu) - 1)`. Zero leaves it out. Tissue data: a patch serves any.
+    pub stiffening_b: f32,
     /// How forces fade while the tissue is held, terms with a share of zero left out. Tissue data:
     /// a patch serves any.
     // a named length breaks the compiler (1.95) where a closure borrows the field
@@ -146,6 +124,7 @@ impl Default for Params {
             compensation_threshold: 0.073,
             mass_floor: 5.0,
             contact_damping: 0.5,
+            stiffening_b: 0.0,
             relaxation: [PronyTerm::NONE; MOST_TERMS],
             friction: 0.0,
             substeps: 1,
@@ -201,6 +180,8 @@ pub struct Tuned<'a> {
     pub(crate) contact_damping_s: f32,
     /// Displacement of a substep over the velocity that it adds, with the safety of lumping [s].
     pub(crate) lumping_s: f32,
+    /// Logarithm of a node's stiffness factor over its energy over E, times six volumes (1).
+    pub(crate) steepness: f32,
     /// How forces fade.
     pub(crate) prony: Prony,
     /// Coulomb's coefficient (1); zero where nothing rubs.
@@ -228,6 +209,14 @@ impl Tuned<'_> {
     #[must_use]
     pub fn youngs_modulus_pa(&self) -> f32 {
         self.youngs_modulus_pa
+    }
+
+    /// Whether tissue stiffens. No board has the time for it, and its image none of the code: a
+    /// controller refuses such a patch.
+    #[must_use]
+    #[inline(always)]
+    pub fn stiffens(&self) -> bool {
+        cfg!(not(target_os = "none")) && self.steepness > 0.0
     }
 
     /// Whether forces fade while the tissue is held: the state then needs
@@ -419,6 +408,12 @@ impl Params {
             compensation: self.compensation,
             contact_damping_s: self.contact_damping * dt,
             lumping_s: CONTACT_LUMPING * dt,
+            // a node's volume is a quarter of its tets', mu is E / (2 (1 + nu))
+            steepness: if self.terms.stiffening {
+                2.0 * self.stiffening_b * (2.0 * (1.0 + self.poisson_ratio)) * 24.0
+            } else {
+                0.0
+            },
             remembers: prony.terms > 0 || friction > 0.0,
             prony,
             friction,
@@ -449,6 +444,7 @@ impl Params {
             ("mass_floor", self.mass_floor, 0.0, 1e3),
             ("contact_damping", self.contact_damping, 0.0, 1.0),
             ("friction", self.friction, 0.0, MOST_FRICTION),
+            ("stiffening_b", self.stiffening_b, 0.0, 100.0),
             ("probe.radius_m", self.probe.radius_m, f32::MIN_POSITIVE, 1.0),
             ("limits.max_speed_m_per_s", self.limits.max_speed_m_per_s, f32::MIN_POSITIVE, highest.max_speed_m_per_s),
             ("limits.max_sink_m_per_s", self.limits.max_sink_m_per_s, f32::MIN_POSITIVE, highest.max_sink_m_per_s),

@@ -5,9 +5,9 @@
 //! but the header. Elastic constants are per pascal, so the header's parameters are defaults that a
 //! caller may change before [`Params::build`], Poisson's ratio and the probe's place excepted.
 //!
-//! A tissue that relaxes has shares and times after the arrays, and a bit in `terms` that says so;
-//! a probe that rubs has its coefficient after those, and a bit of its own. Other files are what
-//! they were, and a reader that does not know the term refuses these.
+//! A tissue that relaxes has shares and times after the arrays, a probe that rubs its coefficient
+//! after those, and a tissue that stiffens its exponent at the end, each with a bit in `terms` that
+//! says so: other files are what they were, and a reader that does not know the term refuses these.
 
 use bytemuck::{Pod, Zeroable};
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -54,8 +54,8 @@ struct Header {
     max_speed_m_per_s: f32,
     max_sink_m_per_s: f32,
     max_force_n: f32,
-    /// Bit 0 volume, 1 compensation, 2 rim, 3 relative mass, 4 relaxation: shares and times follow
-    /// the arrays, 5 friction: its coefficient ends the file. The others are zero.
+    /// Bit 0 volume, 1 compensation, 2 rim, 3 relative mass; and of what follows the arrays, in this
+    /// order: 4 relaxation, shares and times, 5 friction, 6 stiffening. The others are zero.
     terms: u32,
     /// Places that the constants were fitted over; 0 if they come from formulas alone.
     fitted_places: u32,
@@ -66,6 +66,7 @@ const HEADER: usize = size_of::<Header>();
 type Relaxation = [[f32; 2]; MOST_TERMS];
 const RELAXES: u32 = 1 << 4;
 const RUBS: u32 = 1 << 5;
+const STIFFENS: u32 = 1 << 6;
 /// Where the checksummed part begins: after magic, version and checksum.
 const CHECKED_FROM: usize = 16;
 
@@ -118,7 +119,7 @@ impl<'a> PatchFile<'a> {
         if found != header.crc {
             return Err(BuildError::Checksum { expected: header.crc, found });
         }
-        if header.terms & !(15 | RELAXES | RUBS) != 0 {
+        if header.terms & !(15 | RELAXES | RUBS | STIFFENS) != 0 {
             return Err(BuildError::NotAPatch);
         }
         if header.reserved != 0 {
@@ -150,6 +151,10 @@ impl<'a> PatchFile<'a> {
             0 => 0.0,
             _ => value(&mut body)?,
         };
+        let stiffening_b: f32 = match header.terms & STIFFENS {
+            0 => 0.0,
+            _ => value(&mut body)?,
+        };
         if !body.is_empty() {
             return Err(BuildError::NotAPatch);
         }
@@ -169,6 +174,7 @@ impl<'a> PatchFile<'a> {
             compensation_threshold: header.compensation_threshold,
             mass_floor: header.mass_floor,
             contact_damping: header.contact_damping,
+            stiffening_b,
             relaxation: relaxation.map(|[share, time_s]| PronyTerm { share, time_s }),
             friction,
             substeps: u16::try_from(header.substeps).unwrap_or(u16::MAX),
@@ -179,6 +185,7 @@ impl<'a> PatchFile<'a> {
                 compensation: header.terms & 2 != 0,
                 rim: header.terms & 4 != 0,
                 relative_mass: header.terms & 8 != 0,
+                stiffening: true,
                 relaxation: true,
                 friction: true,
             },
@@ -200,6 +207,8 @@ impl<'a> PatchFile<'a> {
     /// Writes a patch, piece by piece. The model's springs must be in rows.
     pub fn write(&self, mut sink: impl FnMut(&[u8])) {
         let (model, params) = (&self.model, &self.params);
+        let stiffens = params.terms.stiffening && params.stiffening_b != 0.0;
+        let stiffening: &[u8] = if stiffens { bytemuck::bytes_of(&params.stiffening_b) } else { &[] };
         let relaxes = params.terms.relaxation && params.relaxation.iter().any(|term| term.share != 0.0);
         let relaxation: Relaxation = params.relaxation.map(|term| [term.share, term.time_s]);
         let relaxation = if relaxes { bytemuck::bytes_of(&relaxation) } else { &[] };
@@ -241,7 +250,8 @@ impl<'a> PatchFile<'a> {
                 | u32::from(params.terms.rim) << 2
                 | u32::from(params.terms.relative_mass) << 3
                 | if relaxes { RELAXES } else { 0 }
-                | if rubs { RUBS } else { 0 },
+                | if rubs { RUBS } else { 0 }
+                | if stiffens { STIFFENS } else { 0 },
             fitted_places: self.fitted_places,
         };
         let mut digest = CRC.digest();
@@ -252,6 +262,7 @@ impl<'a> PatchFile<'a> {
         }
         digest.update(relaxation);
         digest.update(friction);
+        digest.update(stiffening);
         header.crc = digest.finalize();
         sink(bytemuck::bytes_of(&header));
         for (bytes, _) in sections(model) {
@@ -260,6 +271,7 @@ impl<'a> PatchFile<'a> {
         }
         sink(relaxation);
         sink(friction);
+        sink(stiffening);
     }
 }
 

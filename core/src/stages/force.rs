@@ -12,6 +12,8 @@ pub mod gravity;
 pub mod relaxation;
 pub mod rim;
 pub mod spring;
+#[cfg(not(target_os = "none"))]
+pub mod stiffening;
 pub mod volume;
 
 use nalgebra::Vector3;
@@ -26,11 +28,15 @@ use foundation::Load;
 /// what else acts on a node. In tissue that relaxes, contact ends with [`relaxation`].
 #[cfg_attr(not(feature = "stage-cost"), inline(always))]
 pub fn accumulate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> Load {
+    #[cfg(not(target_os = "none"))]
+    if tuned.stiffens() {
+        return stiffening::accumulate(model, tuned, state, tip_m, velocity_m_per_s);
+    }
     accumulate_inner(model, tuned, state);
     foundation::press(model, tuned, state, tip_m, velocity_m_per_s)
 }
 
-/// Every term but contact: a method that adds forces of its own does so between this and
+/// Every term but contact and [`stiffening`]: a method that adds forces of its own does so between this and
 /// [`foundation::press`].
 #[cfg_attr(not(feature = "stage-cost"), inline(always))]
 pub fn accumulate_inner(model: &Model, tuned: &Tuned, state: &mut State) {

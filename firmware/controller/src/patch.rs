@@ -55,6 +55,8 @@ pub const DASHPOT: &str = "contact_damping of the patch";
 /// Least dashpot (1): that of the shipped patch with the finest elements that a board runs. Without
 /// any, a force that is held for a tick gives energy back.
 const LEAST_DASHPOT: f32 = 0.25;
+/// Name of the exponent of stiffening in [`BuildError::OutOfRange`]: boards leave that term out.
+pub const EXPONENT: &str = "stiffening_b of the patch";
 /// Name of Young's modulus in [`BuildError::OutOfRange`] when it is too far from the patch's own.
 pub const MODULUS: &str = "youngs_modulus_pa of the patch";
 
@@ -89,6 +91,7 @@ impl<'a> Patch<'a> {
         within(TICK, params.tick_s, TICK_S, TICK_S)?;
         within(SUBSTEP, params.tick_s / f32::from(params.substeps.max(1)), 0.0, file.stable_dt_s)?;
         within(DASHPOT, params.contact_damping, LEAST_DASHPOT, 1.0)?;
+        within(EXPONENT, params.stiffening_b, 0.0, 0.0)?;
         let packed_pa = params.youngs_modulus_pa;
         let (mut tuned, scratch) = memory.judge(&model, &params, after_round)?;
         if model.spring_rows.is_empty() {

@@ -11,6 +11,7 @@ mod equilibrium;
 mod glued;
 mod rim;
 mod sensitivity;
+mod stiffening;
 mod tangent;
 
 use nalgebra::Vector3;
@@ -86,6 +87,8 @@ pub struct Statics {
     /// Which of volume and compensation act.
     pub(crate) volume_acts: bool,
     pub(crate) compensation_acts: bool,
+    /// Logarithm of a node's stiffness factor over its energy density over E (1).
+    pub(crate) steepness: f64,
     /// Elastic support of the rim nodes, if there is any.
     pub rim: Option<Rim>,
     /// The probe.
@@ -141,6 +144,7 @@ impl Statics {
             compensation_threshold: f64::from(params.compensation_threshold),
             volume_acts: params.terms.volume,
             compensation_acts: params.terms.compensation,
+            steepness: stiffening::steepness(params),
             rim: Rim::of(model),
             probe: params.probe,
         })

@@ -6,6 +6,8 @@
 
 mod beef;
 mod prony_fit;
+mod silicone;
+mod uniform;
 
 use serde::Serialize;
 
@@ -110,4 +112,4 @@ pub struct Outcome {
 pub type Test = (&'static str, &'static str, fn() -> Result<Outcome, Error>);
 
 /// Every test, in the order of the table.
-pub const TESTS: [Test; 1] = [("T1", "beef, indented and held", beef::run)];
+pub const TESTS: [Test; 2] = [("T1", "beef, indented and held", beef::run), ("T3", "silicone, squeezed", silicone::run)];

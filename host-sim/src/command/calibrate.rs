@@ -83,6 +83,7 @@ enum FitName {
 impl CalibrateArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let mut scene = Scene::load(&self.common.scene)?;
+        scene.refuse_stiffening()?;
         let answer = match &self.reference {
             Some(path) => Answer::load(path)?,
             None => Answer::block(),

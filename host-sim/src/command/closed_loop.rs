@@ -151,6 +151,9 @@ impl LoopArgs {
     fn target(&self, device: &DeviceProfile) -> Result<(String, Target, Option<HardwareInLoop>), Error> {
         let Some(n_per_m) = self.wall else {
             let mut scene = Scene::load(&self.common.scene)?;
+            if self.emulated {
+                scene.refuse_stiffening_on("a board")?;
+            }
             let patch = self.emulated.then(|| HardwareInLoop::patch_for(&scene)).transpose()?;
             scene.solver.patch = patch.clone().or(scene.solver.patch);
             let mut prepared = if self.emulated { Prepared::as_packed(&scene, device)? } else { Prepared::of(&scene, device)? };

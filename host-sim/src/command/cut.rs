@@ -53,6 +53,7 @@ impl CutArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let (common, machine, radius_m) = (&self.common, self.board.machine()?, self.radius_m);
         let scene = Scene::load(&common.scene)?;
+        scene.refuse_stiffening()?;
         if !PLACES_RANGE.contains(&self.places) {
             return Err(TissueError::Usage(format!(
                 "--places {}: take {} to {}",

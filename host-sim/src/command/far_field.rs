@@ -30,6 +30,7 @@ impl FarFieldArgs {
             return self.slide();
         }
         let scene = Scene::load(&self.common.scene)?;
+        scene.refuse_stiffening()?;
         let scope = if self.quick { Scope::quick() } else { Scope::full() };
         let setting = Setting::of(&scene, scope.directions)?;
         let folder = OutputFolder::open(&self.common.folder("far-field"))?;

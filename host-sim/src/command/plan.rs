@@ -35,6 +35,7 @@ impl PlanArgs {
         let machine = machine(&self.board)?;
         let asked = self.tolerance_pct;
         let scene = Scene::load(&self.common.scene)?;
+        scene.refuse_stiffening()?;
         let mut folder = OutputFolder::open(&self.common.folder("plan"))?;
         // an earlier plan's patch must not be taken for this one's
         folder.drop_earlier(&format!("{}-{}.patch", scene.name, machine.name));

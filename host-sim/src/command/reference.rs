@@ -216,6 +216,7 @@ fn write(folder: &OutputFolder, scene: &Scene, study: &Study, report: &Report) -
             block_m: scene.tissue.block_m,
             mesh: scene.tissue.mesh.as_ref().map(|path| path.display().to_string()),
             poisson_ratio: scene.tissue.poisson_ratio,
+            stiffening_b: scene.tissue.stiffening_b,
             inclusion: scene.tissue.inclusion.clone(),
         },
         probe: AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m },

@@ -43,8 +43,16 @@ pub struct AnswerTissue {
     pub mesh: Option<String>,
     /// Poisson's ratio (1).
     pub poisson_ratio: f64,
+    /// Stiffening exponent b (1).
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub stiffening_b: f64,
     /// Stiffer or softer balls inside.
     pub inclusion: Vec<Inclusion>,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 /// With what.
@@ -144,6 +152,7 @@ impl Answer {
         own.block_m == tissue.block_m
             && own.mesh == tissue.mesh.as_ref().map(|path| path.display().to_string())
             && own.poisson_ratio == tissue.poisson_ratio
+            && own.stiffening_b == tissue.stiffening_b
             && own.inclusion == tissue.inclusion
             && tissue.gravity_m_per_s2 == [0.0; 3]
             && self.probe == AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m }

@@ -177,6 +177,12 @@ impl Machine {
         MACHINES.iter().find(|m| m.name == name)
     }
 
+    /// Whether it is a board, with memory of its own size.
+    #[must_use]
+    pub fn is_board(&self) -> bool {
+        self.room.is_some()
+    }
+
     /// The parameters with the form of masses and contact that this machine runs.
     #[must_use]
     pub fn adapt(&self, params: &Params) -> Params {

@@ -5,15 +5,13 @@ use crate::scene::Scene;
 
 /// Depth [m] and force [N] of the scene's press, shallow first, where the shipped answer has it:
 /// the standard block and probe at any stiffness, pressed at the centre. Empty otherwise, and
-/// where the tissue relaxes or the probe rubs: the answer is elastic and frictionless.
+/// where the tissue relaxes or stiffens or the probe rubs: the answer is neo-Hookean and
+/// frictionless.
 #[must_use]
 pub fn of(scene: &Scene) -> Vec<(f64, f64)> {
     let answer = Answer::block();
-    if !scene.tissue.relaxation.is_empty()
-        || scene.probe.friction > 0.0
-        || !answer.is_for(scene)
-        || scene.probe.position_m.unwrap_or_default() != [0.0, 0.0]
-    {
+    let elastic = scene.tissue.relaxation.is_empty() && scene.tissue.stiffening_b == 0.0 && scene.probe.friction == 0.0;
+    if !elastic || !answer.is_for(scene) || scene.probe.position_m.unwrap_or_default() != [0.0, 0.0] {
         return Vec::new();
     }
     let centred = answer.holds.iter().filter(|h| h.place_m == [0.0; 3]);

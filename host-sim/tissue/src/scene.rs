@@ -91,6 +91,10 @@ pub struct TissueScene {
     /// Stiffer or softer balls inside.
     #[serde(default)]
     pub inclusion: Vec<Inclusion>,
+    /// Stiffening exponent b (1): the tangent modulus grows exponentially with the energy of the
+    /// strain. Zero leaves it out; silicone has 0.1 to 0.4, liver 12 to 22.
+    #[serde(default)]
+    pub stiffening_b: f64,
     /// How forces fade while the tissue is held: up to three terms.
     #[serde(default)]
     pub relaxation: Vec<RelaxationScene>,

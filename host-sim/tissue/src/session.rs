@@ -126,6 +126,29 @@ impl Session {
         tips_m: Vec<[f32; 3]>,
         flipped_tets: usize,
     ) -> Result<Self, Error> {
+        let stiffens = params.terms.stiffening && params.stiffening_b > 0.0;
+        let kept = stiffens.then(|| patch.clone());
+        match (Self::try_patch(machine, patch, params, tips_m, flipped_tets), kept) {
+            (Err(Error::TooSlow(why)), Some(patch)) => Err(Error::TooSlow(match most_stiffening(machine, &patch, &params) {
+                Some(most_b) => {
+                    format!(
+                        "tissue.stiffening_b = {}: {why}; with this patch and depth at most {most_b} fits",
+                        params.stiffening_b
+                    )
+                }
+                None => why,
+            })),
+            (tried, _) => tried,
+        }
+    }
+
+    fn try_patch(
+        machine: &Machine,
+        patch: Patch,
+        params: Params,
+        tips_m: Vec<[f32; 3]>,
+        flipped_tets: usize,
+    ) -> Result<Self, Error> {
         let params = machine.adapt(&params);
         let own = limits(&patch, TICK_S);
         let max_sink_m_per_s = own.max_sink_m_per_s.min(params.limits.max_sink_m_per_s);
@@ -158,6 +181,28 @@ impl Session {
     }
 }
 
+/// The largest stiffening exponent with which a patch can run, rounded down to two digits; `None` if
+/// it cannot without any.
+fn most_stiffening(machine: &Machine, patch: &Patch, params: &Params) -> Option<f32> {
+    let runs = |b: f32| {
+        let params = Params { stiffening_b: b, ..*params };
+        Session::try_patch(machine, patch.clone(), params, Vec::new(), 0).is_ok()
+    };
+    if !runs(0.0) {
+        return None;
+    }
+    let (mut fits, mut fails) = (0.0, params.stiffening_b);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (fits + fails);
+        if runs(middle) { fits = middle } else { fails = middle }
+    }
+    let digit = if fits > 0.0 { 10.0_f32.powf(fits.log10().floor() - 1.0) } else { 1.0 };
+    Some((fits / digit).floor() * digit)
+}
+
+/// Halvings of the range in which the largest exponent is looked for.
+const HALVINGS: usize = 7;
+
 /// The scene's parameters with what was fitted or lowered in a packed patch.
 fn fitted(scene: &Scene, packed: &Params) -> Params {
     let own = scene.params(packed.probe.axis.map(f64::from).into());
@@ -167,7 +212,8 @@ fn fitted(scene: &Scene, packed: &Params) -> Params {
         compensation: own.terms.compensation && packed.terms.compensation,
         rim: own.terms.rim && packed.terms.rim,
         relative_mass: own.terms.relative_mass && packed.terms.relative_mass,
-        // no fit knows of them: they are the scene's tissue and probe
+        // no fit knows of these: they are the scene's tissue and probe
+        stiffening: own.terms.stiffening,
         relaxation: own.terms.relaxation,
         friction: own.terms.friction,
     };

@@ -88,7 +88,8 @@ impl StableStep {
         let (_, mut trial) = scratch.start(model, &careful)?;
         let limit = |w2: f64| (4.0 / w2).sqrt();
         let mut shape = Shape::seeded(model.nodes.len());
-        let rest = shape.highest_square(model, &tuned, &state, &mut trial);
+        let above_m = site_m + params.probe.axis * extent(model) as f32;
+        let rest = shape.highest_square(model, &tuned, &state, &mut trial, above_m);
         let mut highest = rest;
         for (n, depth_m) in way_down(model, params, PRESS_M_PER_S).enumerate() {
             let tip_m = site_m - params.probe.axis * depth_m;
@@ -96,7 +97,7 @@ impl StableStep {
                 return Ok(None);
             }
             if n % SAMPLE_EVERY == 0 || depth_m == model.depth_limit_m {
-                highest = highest.max(shape.highest_square(model, &tuned, &state, &mut trial));
+                highest = highest.max(shape.highest_square(model, &tuned, &state, &mut trial, tip_m));
             }
         }
         Ok(highest.is_finite().then(|| Self { rest_s: limit(rest), pressed_s: limit(highest) }))
@@ -175,15 +176,18 @@ impl Shape {
     /// Square of the highest angular frequency about the state [1/s^2], contact left out: it is
     /// implicit. What a shape does to the forces (`K u`) and to the velocities after a substep
     /// (`dt M^-1 K u`) are both read off the tick's own stages, so that the mass matrix is theirs.
-    fn highest_square(&mut self, model: &Model, tuned: &Tuned, state: &State, trial: &mut State) -> f64 {
+    fn highest_square(&mut self, model: &Model, tuned: &Tuned, state: &State, trial: &mut State, tip_m: Vector3<f32>) -> f64 {
         let size = extent(model);
+        // what lies under the probe is stiffer for it, even where contact takes no share of the step
+        let seen_m = if tuned.stiffens() { tip_m } else { tuned.probe().axis * (100.0 * size as f32) };
         let mut square = 0.0;
         for _ in 0..ITERATIONS {
             let largest = self.0.iter().flatten().fold(0.0_f64, |a, &c| a.max(c.abs()));
             self.0.iter_mut().flatten().for_each(|c| *c /= largest);
             // small for the tissue, large for f32
             let step = 1e-4 * size;
-            let [Some(up), Some(down)] = [step, -step].map(|step| response(model, tuned, state, trial, &self.0, step)) else {
+            let [Some(up), Some(down)] = [step, -step].map(|step| response(model, tuned, state, trial, &self.0, seen_m, step))
+            else {
                 return f64::INFINITY;
             };
             let (mut work, mut power) = (0.0, 0.0);
@@ -201,7 +205,7 @@ impl Shape {
 }
 
 /// Force [N] on each node with the shape added to the state, and its velocity [m/s] one substep
-/// later, from rest; the probe is out of reach. Forces on anchors are zero. `None` when a node is
+/// later, from rest, with the probe's tip at `tip_m`. Forces on anchors are zero. `None` when a node is
 /// too fast to be tissue.
 fn response(
     model: &Model,
@@ -209,6 +213,7 @@ fn response(
     state: &State,
     trial: &mut State,
     shape: &[[f64; 3]],
+    tip_m: Vector3<f32>,
     step: f64,
 ) -> Option<Vec<([f64; 3], [f64; 3])>> {
     trial.copy_from(state);
@@ -217,8 +222,7 @@ fn response(
         let moved = [0, 1, 2].map(|k| (f64::from(x[k]) + step * p[k]) as f32);
         trial.place(n, moved.into(), Vector3::zeros());
     }
-    let out_of_reach = tuned.probe().axis * (100.0 * extent(model) as f32);
-    force::accumulate(model, tuned, trial, out_of_reach, Vector3::zeros());
+    force::accumulate(model, tuned, trial, tip_m, Vector3::zeros());
     let e = f64::from(tuned.youngs_modulus_pa());
     let free = |n: usize| tuned.node_step().get(n).is_some_and(|node| node.step > 0.0);
     let forces: Vec<[f64; 3]> = (trial.nodes().iter().enumerate())

@@ -203,7 +203,7 @@ fn a_quick_calibration_then_a_press_meets_a_fresh_reference() {
     let case = BlockCase {
         size_m: [0.08, 0.08, 0.04],
         place_m: [0.0; 2],
-        material: Material { poisson_ratio: 0.45, inclusions: vec![] },
+        material: Material { poisson_ratio: 0.45, stiffening_b: 0.0, inclusions: vec![] },
         nodes: 350,
         fine_radius_m: 0.006,
         rule: TetRule::Four,

@@ -19,7 +19,7 @@ const TWO_TETS: &str =
 
 /// Runs a command that must be refused with all of `says` in its one line.
 #[track_caller]
-fn refused(desk: &Desk, arguments: &[&str], says: &[&str]) {
+pub(crate) fn refused(desk: &Desk, arguments: &[&str], says: &[&str]) {
     let before = desk.listing();
     let outcome = palpate(SCRATCH, desk.folder(), arguments);
     let told = format!("{arguments:?}: {outcome:?}");

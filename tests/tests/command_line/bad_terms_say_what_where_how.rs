@@ -1,10 +1,10 @@
-//! Relaxation and moving errors that cannot be: exit code 2, one line that names the item and the
+//! Terms of tissue and probe, and moving errors, that cannot be: exit code 2, one line that names the item and the
 //! remedy.
 
 use palpate_tests::palpate_command::Desk;
 use palpate_tests::press_run::{SMALL_BLOCK, edited};
 
-use crate::bad_input_says_what_where_how::{refused_edit, refused_scene};
+use crate::bad_input_says_what_where_how::{refused, refused_edit, refused_scene};
 
 #[test]
 fn a_relaxation_that_cannot_be() {
@@ -38,6 +38,25 @@ fn a_friction_that_cannot_be() {
     }
     let with = "shape = \"hemisphere\"\nfrictoin = 0.5";
     refused_edit("shape = \"hemisphere\"", with, &["\"frictoin\"", "did you mean \"friction\"?"]);
+}
+
+#[test]
+fn a_stiffening_that_cannot_be() {
+    for value in ["-0.3", "nan", "inf", "101.0"] {
+        let says = &["tissue.stiffening_b", "outside 0 .. 100"];
+        refused_edit("nodes = 129", &format!("nodes = 129\nstiffening_b = {value}"), says);
+    }
+    let desk = Desk::default();
+    desk.put("scene.toml", edited(SMALL_BLOCK, "nodes = 129", "nodes = 129\nstiffening_b = 3.0"));
+    let on_a_board = |arguments: &[&str], board: &str| {
+        refused(&desk, arguments, &["scene.toml: ", "tissue.stiffening_b = 3", board, "has no time", "leave it out"]);
+    };
+    on_a_board(&["pack", "--scene", "scene.toml", "--board", "m7-480"], "m7-480");
+    on_a_board(&["emulate", "--scene", "scene.toml"], "a board");
+    on_a_board(&["loop", "--emulated", "--quick", "--scene", "scene.toml"], "a board");
+    for command in ["calibrate", "plan"] {
+        refused(&desk, &[command, "--scene", "scene.toml"], &["tissue.stiffening_b = 3", "fitted without it"]);
+    }
 }
 
 #[test]

@@ -146,6 +146,13 @@ fn relaxation_fades_holds_and_the_long_term_modulus_is_what_stays() {
 }
 
 #[test]
+fn stiffening_acts_where_the_press_is_deep() {
+    let stiffening = press(SCRATCH, &edited(SMALL_BLOCK, "nodes = 129", "nodes = 129\nstiffening_b = 10.0"));
+    let ratios = ratios(&stiffening, &small());
+    assert!(ratios.first().is_some_and(|r| *r > 1.005) && ratios.windows(2).all(|pair| pair[1] > pair[0]), "{ratios:?}");
+}
+
+#[test]
 fn inclusion_acts_where_it_is() {
     let ball = |center: &str, radius: &str, ratio: &str| {
         let table = format!("[[tissue.inclusion]]\ncenter_m = {center}\nradius_m = {radius}\nstiffness_ratio = {ratio}\n[probe]");

@@ -13,5 +13,6 @@ mod relaxation;
 mod rest_stays_at_rest;
 mod rigid_motion_gives_no_force;
 mod stable_step_holds_when_pressed;
+mod stiffening;
 mod taps_hold_at_one_step;
 mod tick_never_allocates;

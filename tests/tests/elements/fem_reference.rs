@@ -8,6 +8,7 @@ mod glued;
 mod half_space;
 mod linearity;
 mod mesh;
+mod stiffening;
 mod uniform;
 
 use palpate::Vector3;
@@ -22,7 +23,7 @@ use palpate_tissue::scene::Shape;
 const RADIUS_M: f64 = 0.008;
 
 fn tissue(poisson_ratio: f64) -> Material {
-    Material { poisson_ratio, inclusions: vec![] }
+    Material { poisson_ratio, stiffening_b: 0.0, inclusions: vec![] }
 }
 
 /// The preset block, a quarter of it with `nodes` corner nodes, fine within `fine_radius_m` of its

@@ -26,7 +26,14 @@ fn bar(size_m: [f64; 3], nodes: usize) -> TetMesh {
 /// A body of one stiffness with some components of its nodes fixed.
 fn body(mesh: QuadraticMesh, poisson_ratio: f64, fixed: impl Fn(&Vector3<f64>) -> [bool; 3]) -> Body {
     let fixed = mesh.nodes_m.iter().map(fixed).collect();
-    Body::with_stiffness(mesh, |_, _| Stiffness { ratio: 1.0, poisson_ratio }, fixed, vec![], 1.0, TetRule::Four)
+    Body::with_stiffness(
+        mesh,
+        |_, _| Stiffness { ratio: 1.0, poisson_ratio, stiffening_b: 0.0 },
+        fixed,
+        vec![],
+        1.0,
+        TetRule::Four,
+    )
 }
 
 /// Nodes of a mesh at some places.

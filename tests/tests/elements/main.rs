@@ -8,4 +8,5 @@ mod hanging_reference;
 mod mesh_import;
 mod organ_meshes;
 mod statics_agree;
+mod stiffening_agrees;
 mod whole_organ;

@@ -21,7 +21,16 @@
 //! * cost (M4F, estimated): about 300 cycles a touched triangle with four points
 //! * may fail: never
 
+#[cfg(not(target_os = "none"))]
+mod energy;
+mod points;
+
 use nalgebra::Vector3;
+
+#[cfg(not(target_os = "none"))]
+pub(super) use energy::store;
+pub use points::point_weights;
+use points::{Four, NINE, Nine, Points};
 
 use super::friction::{self, Touch};
 use super::relaxation;
@@ -29,35 +38,6 @@ use crate::lanes::{ROW, add, row, sqrt, vector};
 use crate::model::Model;
 use crate::params::{Probe, ProbeShape, Tuned};
 use crate::state::{Faded, Node, State, node};
-
-/// Barycentric weights of the four points, corner by corner: the centroid last, before it the
-/// middles between it and the corners.
-const FOUR: [[f32; 3]; 4] = [
-    [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0],
-    [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0],
-    [1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0],
-    [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0],
-];
-
-/// Barycentric weights of nine points: centroids of the triangle's nine equal parts, first those
-/// that point its way.
-const NINE: [[f32; 3]; 9] = [
-    [7.0 / 9.0, 1.0 / 9.0, 1.0 / 9.0],
-    [1.0 / 9.0, 7.0 / 9.0, 1.0 / 9.0],
-    [1.0 / 9.0, 1.0 / 9.0, 7.0 / 9.0],
-    [4.0 / 9.0, 4.0 / 9.0, 1.0 / 9.0],
-    [1.0 / 9.0, 4.0 / 9.0, 4.0 / 9.0],
-    [4.0 / 9.0, 1.0 / 9.0, 4.0 / 9.0],
-    [5.0 / 9.0, 2.0 / 9.0, 2.0 / 9.0],
-    [2.0 / 9.0, 5.0 / 9.0, 2.0 / 9.0],
-    [2.0 / 9.0, 2.0 / 9.0, 5.0 / 9.0],
-];
-
-/// Barycentric weights of a triangle's points: four, or nine.
-#[must_use]
-pub fn point_weights(per_triangle: usize) -> &'static [[f32; 3]] {
-    if per_triangle == NINE.len() { &NINE } else { &FOUR }
-}
 
 /// Radius of the flat probe's rounded edge, as a share of its own: with a sharp one the force jumps
 /// when a point slips over it, and the tissue never comes to rest.
@@ -99,36 +79,54 @@ impl Load {
 /// How much stronger another triangle has to be before it replaces the last tick's (1): two equal
 /// ones took turns, and the depth limit with them.
 const KEPT: f32 = 1.25;
-const THIRD: f32 = 1.0 / 3.0;
-const SIXTH: f32 = 1.0 / 6.0;
-const NINTH: f32 = 1.0 / 9.0;
 const ZERO: Vector3<f32> = Vector3::new(0.0, 0.0, 0.0);
 
 /// Pushes the surface out of the probe.
 // as with `integrate::advance`: inlined, it takes registers from what is around it
 #[cfg_attr(any(feature = "stage-cost", target_os = "none"), inline(never))]
 pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> Load {
+    let mut load = push::<false>(model, tuned, state, tip_m);
+    answer(model, tuned, state, tip_m, velocity_m_per_s, &mut load);
+    load
+}
+
+/// Sums the pushes at the nodes; if `STIFFENED`, half of every node's factor is in `node.p`.
+#[inline(always)]
+pub(super) fn push<const STIFFENED: bool>(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> Load {
     let centre = centre_m(&tuned.probe, tip_m);
     let mut load = Load::NONE;
     match model.points_per_triangle() == NINE.len() {
-        true => press_points::<Nine, 9>(model, tuned, state, tip_m, centre, &mut load),
-        false => press_points::<Four, 4>(model, tuned, state, tip_m, centre, &mut load),
+        true => press_points::<Nine, 9, STIFFENED>(model, tuned, state, tip_m, centre, &mut load),
+        false => press_points::<Four, 4, STIFFENED>(model, tuned, state, tip_m, centre, &mut load),
     }
+    load
+}
+
+/// Takes the summed pushes at the end of the substep and completes the load.
+#[inline(always)]
+pub(super) fn answer(
+    model: &Model,
+    tuned: &Tuned,
+    state: &mut State,
+    tip_m: Vector3<f32>,
+    velocity_m_per_s: Vector3<f32>,
+    load: &mut Load,
+) {
+    let centre = centre_m(&tuned.probe, tip_m);
     if tuned.remembers {
         // by value: a load whose address is known elsewhere is kept in memory, 2 % more
         // instructions
         load.add(&settle_remembering(model, tuned, state, centre, velocity_m_per_s));
     } else {
-        settle::<false, false>(model, tuned, state, centre, velocity_m_per_s, &mut load);
+        settle::<false, false>(model, tuned, state, centre, velocity_m_per_s, load);
     }
     // points were summed relative to the probe's centre
     load.point += centre * load.push;
-    load
 }
 
 /// Sums pushes and slopes of all points at the nodes.
 #[inline(always)]
-fn press_points<P: Points<Q>, const Q: usize>(
+fn press_points<P: Points<Q>, const Q: usize, const STIFFENED: bool>(
     model: &Model,
     tuned: &Tuned,
     state: &mut State,
@@ -150,13 +148,16 @@ fn press_points<P: Points<Q>, const Q: usize>(
         if !points.iter().any(|d| penetration(probe, shaft, *d).is_some()) || turned_away(corners, lift, probe) {
             continue;
         }
+        // half of what the tissue around is stiffer, and half of what it was
+        let stiffer = P::at(if STIFFENED { [na.p, nb.p, nc.p] } else { [0.0; 3] });
         // built in place: zeroing the array first costs 800 instructions per tick
         let pushed = core::array::from_fn::<_, Q, _>(|n| {
             let Some((pen, out)) = penetration(probe, shaft, points[n]) else { return (0.0, 0.0, ZERO) };
             let point = &points_law[n];
             let stiffens = model.stiffening_per_m * pen;
-            let f = point.k * pen * (1.0 + stiffens);
-            (f, point.k * (1.0 + 2.0 * stiffens), out * f)
+            let k = if STIFFENED { point.k * (0.5 + stiffer[n]) } else { point.k };
+            let f = k * pen * (1.0 + stiffens);
+            (f, k * (1.0 + 2.0 * stiffens), out * f)
         });
         let carried: f32 = pushed.iter().map(|(f, ..)| f).sum();
         let weight_over = if over == Some(index as u16) { carried * KEPT } else { carried };
@@ -338,49 +339,6 @@ pub(crate) fn touches(model: &Model, tuned: &Tuned, state: &State, tip_m: Vector
     match model.points_per_triangle() == NINE.len() {
         true => corners.any(|c| Nine::at(c).into_iter().any(inside)),
         false => corners.any(|c| Four::at(c).into_iter().any(inside)),
-    }
-}
-
-/// The points of a triangle.
-trait Points<const Q: usize> {
-    /// A quantity at the points, from its values at the corners: the weights with fewer operations.
-    fn at(corners: [Vector3<f32>; 3]) -> [Vector3<f32>; Q];
-    /// Distributes a force at the points to the corners: the transpose of `at`.
-    fn shared<T: Copy + core::ops::Add<Output = T> + core::ops::Mul<f32, Output = T>>(on: [T; Q]) -> [T; 3];
-}
-
-struct Four;
-struct Nine;
-
-impl Points<4> for Four {
-    #[inline(always)]
-    fn at([a, b, c]: [Vector3<f32>; 3]) -> [Vector3<f32>; 4] {
-        let middle = (a + b + c) * THIRD;
-        [(a + middle) * 0.5, (b + middle) * 0.5, (c + middle) * 0.5, middle]
-    }
-
-    #[inline(always)]
-    fn shared<T: Copy + core::ops::Add<Output = T> + core::ops::Mul<f32, Output = T>>([a, b, c, middle]: [T; 4]) -> [T; 3] {
-        let all = (a + b + c) * SIXTH + middle * THIRD;
-        [all + a * 0.5, all + b * 0.5, all + c * 0.5]
-    }
-}
-
-impl Points<9> for Nine {
-    #[inline(always)]
-    fn at([a, b, c]: [Vector3<f32>; 3]) -> [Vector3<f32>; 9] {
-        let (a, b, c) = (a * THIRD, b * THIRD, c * THIRD);
-        let m = (a + b + c) * THIRD;
-        let (ma, mb, mc) = (m + a, m + b, m + c);
-        [ma + a, mb + b, mc + c, ma + b, mb + c, mc + a, m + ma, m + mb, m + mc]
-    }
-
-    #[inline(always)]
-    fn shared<T: Copy + core::ops::Add<Output = T> + core::ops::Mul<f32, Output = T>>(on: [T; 9]) -> [T; 3] {
-        let [a, b, c, ab, bc, ca, ma, mb, mc] = on;
-        let inner = ma + mb + mc;
-        let all = ((a + b + c) + (ab + bc + ca) + (inner + inner)) * NINTH;
-        [all + (a + a + ab + ca + ma) * THIRD, all + (b + b + ab + bc + mb) * THIRD, all + (c + c + bc + ca + mc) * THIRD]
     }
 }
 

@@ -14,6 +14,8 @@
 
 #[cfg(not(target_os = "none"))]
 mod groups;
+#[cfg(not(target_os = "none"))]
+mod stiffened;
 
 use nalgebra::Vector3;
 
@@ -29,6 +31,27 @@ pub fn pull(model: &Model, tuned: &Tuned, state: &mut State) {
     match tuned.terms.compensation {
         true => run::<true>(model, tuned, state.nodes),
         false => run::<false>(model, tuned, state.nodes),
+    }
+}
+
+/// As [`pull`], every spring as much stiffer as its ends are: half of the factor of each is in
+/// `node.p`.
+#[cfg(not(target_os = "none"))]
+#[cfg_attr(feature = "stage-cost", inline(never))]
+pub(super) fn pull_stiffened(model: &Model, tuned: &Tuned, state: &mut State) {
+    match tuned.terms.compensation {
+        true => stiffened::run::<true>(model, tuned, state.nodes),
+        false => stiffened::run::<false>(model, tuned, state.nodes),
+    }
+}
+
+/// Adds half of the energy of every spring over E to `node.p` of both ends [m^3].
+#[cfg(not(target_os = "none"))]
+#[cfg_attr(feature = "stage-cost", inline(never))]
+pub(super) fn store(model: &Model, tuned: &Tuned, state: &mut State) {
+    match tuned.terms.compensation {
+        true => stiffened::store::<true>(model, tuned, state.nodes),
+        false => stiffened::store::<false>(model, tuned, state.nodes),
     }
 }
 

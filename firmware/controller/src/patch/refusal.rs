@@ -2,7 +2,7 @@
 
 use palpate::BuildError;
 
-use super::{DASHPOT, MODULUS, SUBSTEP, TICK, cost, site, step};
+use super::{DASHPOT, EXPONENT, MODULUS, SUBSTEP, TICK, cost, site, step};
 use crate::link::Refusal;
 
 impl From<BuildError> for Refusal {
@@ -14,7 +14,7 @@ impl From<BuildError> for Refusal {
             BuildError::OutOfRange {
                 parameter: SUBSTEP | TICK | DASHPOT | step::FLOOR | step::SERIES | step::CONTACT, ..
             } => Self::PatchStep,
-            BuildError::OutOfRange { parameter: cost::COST, .. } => Self::PatchCost,
+            BuildError::OutOfRange { parameter: cost::COST | EXPONENT, .. } => Self::PatchCost,
             BuildError::OutOfRange { parameter: site::SITE | site::AXIS | site::AXIS_LENGTH | site::DEPTH, .. } => {
                 Self::PatchSite
             }
@@ -40,6 +40,7 @@ mod tests {
             (length, Refusal::PatchTooLarge),
             (range(SUBSTEP), Refusal::PatchStep),
             (range(cost::COST), Refusal::PatchCost),
+            (range(EXPONENT), Refusal::PatchCost),
             (range(site::AXIS), Refusal::PatchSite),
             (range(MODULUS), Refusal::ModulusOutOfRange),
             (range("poisson_ratio"), Refusal::PatchInvalid),

@@ -62,6 +62,8 @@ fn cost_and_mass_are_the_boards_own_word() {
         file.params.youngs_modulus_pa *= 10.0;
     });
     assert_eq!(opened(&Budget::M4F_168, light), Err(Refusal::PatchStep), "a fifth of its floor");
+    let stiffens = changed(|file| file.params.stiffening_b = 3.0);
+    assert_eq!(opened(&Budget::M7_480, stiffens), Err(Refusal::PatchCost), "the image does not know the term");
 }
 
 fn told(bytes: &'static [u8]) -> Result<(), BuildError> {

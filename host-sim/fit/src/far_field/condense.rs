@@ -39,7 +39,7 @@ pub fn condense(outside: &Outside, poisson_ratio: f64) -> Option<Mat<f64>> {
         }
     }
     let fixed = fixed(&mesh, corners, &outside.anchors);
-    let of_tet = |t: usize, _: &Vector3<f64>| Stiffness { ratio: outside.stiffness_ratio[t], poisson_ratio };
+    let of_tet = |t: usize, _: &Vector3<f64>| Stiffness { ratio: outside.stiffness_ratio[t], poisson_ratio, stiffening_b: 0.0 };
     let body = Body::with_stiffness(mesh, of_tet, fixed, Vec::new(), 1.0, TetRule::Four);
     condensed(&body, &tie, outside.rim.len())
 }

@@ -189,8 +189,11 @@ impl<'a> Bench<'a> {
         // layers and balls run through elements
         let uniform = self.layout.is_uniform();
         let rule = if uniform { TetRule::Four } else { TetRule::Eleven };
-        let stiffness =
-            |_: usize, x: &V3| Stiffness { ratio: if uniform { 1.0 } else { self.layout.ratio_at((*x).into()) }, poisson_ratio };
+        let stiffness = |_: usize, x: &V3| Stiffness {
+            ratio: if uniform { 1.0 } else { self.layout.ratio_at((*x).into()) },
+            poisson_ratio,
+            stiffening_b: 0.0,
+        };
         let body = Body::with_stiffness(mesh, stiffness, fixed, touchable, 1.0, rule);
         let rigid = RigidProbe::new(probe.shape, probe.radius_m, place, V3::from(self.placed.axis));
         let file = &self.scene.file;

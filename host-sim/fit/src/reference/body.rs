@@ -1,8 +1,10 @@
-//! Neo-Hookean tissue against a rigid probe: energy, residual, tangent.
+//! Neo-Hookean or stiffening tissue against a rigid probe: energy, residual, tangent.
 //!
-//! psi = mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2 (Bonet and Wood, *Nonlinear Continuum
+//! psi = w + lambda/2 (ln J)^2, w = mu/2 (I1 - 3) - mu ln J (Bonet and Wood, *Nonlinear Continuum
 //! Mechanics*, 6.28), with mu = E/(2(1+nu)), lambda = E nu/((1+nu)(1-2nu)) and E = 1 Pa times the
-//! stiffness ratio at the quadrature point. Contact with the probe is in [`super::touch`].
+//! stiffness ratio at the quadrature point. Tissue that stiffens has mu/2b (exp(2 b w / mu) - 1)
+//! in place of w (Fung 1967, Demiray 1972: w is mu/2 (I1 - 3) where the volume is kept), which is w
+//! at b = 0. Contact with the probe is in [`super::touch`].
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::{IntoParallelRefIterator, ParallelIterator, ParallelSlice};
@@ -22,6 +24,8 @@ const CHUNK: usize = 64;
 pub struct Material {
     /// Poisson's ratio (1).
     pub poisson_ratio: f64,
+    /// Stiffening exponent b (1); zero is neo-Hookean.
+    pub stiffening_b: f64,
     /// Balls of another stiffness; where they overlap the last one counts.
     pub inclusions: Vec<Inclusion>,
 }
@@ -33,6 +37,8 @@ pub struct Stiffness {
     pub ratio: f64,
     /// Poisson's ratio (1), below 0.5.
     pub poisson_ratio: f64,
+    /// Stiffening exponent b (1); zero is neo-Hookean.
+    pub stiffening_b: f64,
 }
 
 impl Stiffness {
@@ -49,6 +55,7 @@ struct Point {
     volume_m3: f64,
     mu: f64,
     lambda: f64,
+    stiffening_b: f64,
 }
 
 /// Probe and penalty.
@@ -110,6 +117,7 @@ impl Body {
                 .find(|ball| (x - Vector3::from(ball.center_m)).norm() <= ball.radius_m)
                 .map_or(1.0, |ball| ball.stiffness_ratio),
             poisson_ratio: material.poisson_ratio,
+            stiffening_b: material.stiffening_b,
         };
         Self::with_stiffness(mesh, stiffness, fixed, touchable, copies, rule)
     }
@@ -132,8 +140,15 @@ impl Body {
             let (slopes, volume_m3) = tet_slopes(corners);
             for (at, share) in &rule {
                 let x = (0..4).map(|k| corners[k] * at[k]).sum::<Vector3<f64>>();
-                let (mu, lambda) = stiffness(t, &x).lame();
-                points.push(Point { gradients: tet_gradients(*at, &slopes), volume_m3: share * volume_m3, mu, lambda });
+                let stiffness = stiffness(t, &x);
+                let (mu, lambda) = stiffness.lame();
+                points.push(Point {
+                    gradients: tet_gradients(*at, &slopes),
+                    volume_m3: share * volume_m3,
+                    mu,
+                    lambda,
+                    stiffening_b: stiffness.stiffening_b,
+                });
             }
         }
         let pattern = Pattern::new(&mesh, &[]);
@@ -250,8 +265,13 @@ impl Body {
             // rest gradients and, pushed forward, spatial ones
             let rest = &point.gradients;
             let now = rest.map(|g| inverse_transposed * g);
-            let (v, mu, lambda) = (point.volume_m3, point.mu, point.lambda);
+            let (v, lambda) = (point.volume_m3, point.lambda);
+            let stiffer = point.stiffer(&f, ln_j);
+            let mu = point.mu * stiffer;
             let pressure = lambda * ln_j - mu;
+            // gradient of w along each node over mu, and what the factor's own change adds
+            let slopes: [Vector3<f64>; 10] = std::array::from_fn(|a| f * rest[a] - now[a]);
+            let steeper = 2.0 * point.stiffening_b * mu * v;
             for a in 0..10 {
                 sum.force[a] += ((f * rest[a]) * mu + now[a] * pressure) * v;
                 for b in 0..=a {
@@ -260,6 +280,9 @@ impl Body {
                     let same = mu * v * rest[a].dot(&rest[b]);
                     for k in 0..3 {
                         block[(k, k)] += same;
+                    }
+                    if steeper > 0.0 {
+                        *block += slopes[a] * (slopes[b].transpose() * steeper);
                     }
                 }
             }
@@ -277,8 +300,23 @@ impl Point {
         f
     }
 
+    /// Energy of the change of shape over mu, times 2: I1 - 3 - 2 ln J.
+    fn distortion(f: &Matrix3<f64>, ln_j: f64) -> f64 {
+        (f.norm_squared() - 3.0) - 2.0 * ln_j
+    }
+
+    /// Factor by which the tissue has stiffened.
+    fn stiffer(&self, f: &Matrix3<f64>, ln_j: f64) -> f64 {
+        if self.stiffening_b > 0.0 { (self.stiffening_b * Self::distortion(f, ln_j)).exp() } else { 1.0 }
+    }
+
     fn energy(&self, f: &Matrix3<f64>, ln_j: f64) -> f64 {
-        let strain = 0.5 * self.mu * (f.norm_squared() - 3.0) - self.mu * ln_j + 0.5 * self.lambda * ln_j * ln_j;
+        let b = self.stiffening_b;
+        let strain = if b > 0.0 {
+            0.5 * self.mu / b * (b * Self::distortion(f, ln_j)).exp_m1() + 0.5 * self.lambda * ln_j * ln_j
+        } else {
+            0.5 * self.mu * (f.norm_squared() - 3.0) - self.mu * ln_j + 0.5 * self.lambda * ln_j * ln_j
+        };
         strain * self.volume_m3
     }
 }

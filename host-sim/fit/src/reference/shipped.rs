@@ -166,8 +166,13 @@ impl Shipped {
             hold.force_over_e_m2 = rounded(hold.force_over_e_m2);
         }
         let glued = self.glued(&mut progress)?;
-        let tissue =
-            AnswerTissue { block_m: Some(BLOCK_M), mesh: None, poisson_ratio: POISSON_RATIO, inclusion: self.inclusion.to_vec() };
+        let tissue = AnswerTissue {
+            block_m: Some(BLOCK_M),
+            mesh: None,
+            poisson_ratio: POISSON_RATIO,
+            stiffening_b: 0.0,
+            inclusion: self.inclusion.to_vec(),
+        };
         Ok(Answer { tissue, probe: AnswerProbe { shape: self.shape, radius_m: metres(self.radius_mm) }, holds, glued })
     }
 
@@ -177,7 +182,7 @@ impl Shipped {
     /// A mesh that cannot be made or solved.
     pub fn glued(&self, mut progress: impl FnMut([f64; 2], f64)) -> Result<Vec<GluedAnswer>, Error> {
         let mut solved = Vec::new();
-        let tissue = Stiffness { ratio: 1.0, poisson_ratio: POISSON_RATIO };
+        let tissue = Stiffness { ratio: 1.0, poisson_ratio: POISSON_RATIO, stiffening_b: 0.0 };
         let radius_m = metres(self.radius_mm);
         for place_mm in self.glued_mm {
             let [x, y] = place_mm.map(metres);
@@ -204,7 +209,7 @@ impl Shipped {
         BlockCase {
             size_m: BLOCK_M,
             place_m,
-            material: Material { poisson_ratio: POISSON_RATIO, inclusions: self.inclusion.to_vec() },
+            material: Material { poisson_ratio: POISSON_RATIO, stiffening_b: 0.0, inclusions: self.inclusion.to_vec() },
             nodes,
             fine_radius_m: metres(fine_radius_mm),
             rule: TetRule::Four,

@@ -36,7 +36,11 @@ impl<'a> Task<'a> {
             let why = format!("= {} has no reference: stay within 0 .. 0.49", tissue.poisson_ratio);
             return Ok(scene.bad("tissue.poisson_ratio", &why)?);
         }
-        let material = Material { poisson_ratio: tissue.poisson_ratio, inclusions: tissue.inclusion.clone() };
+        let material = Material {
+            poisson_ratio: tissue.poisson_ratio,
+            stiffening_b: tissue.stiffening_b,
+            inclusions: tissue.inclusion.clone(),
+        };
         Ok(Self { scene, material, deepest_m: 0.0 })
     }
 

@@ -16,6 +16,8 @@ pub(super) struct Push {
     pub out: Vector,
     /// Push over E [m^2].
     pub force: f64,
+    /// Energy of the push over E [m^3].
+    pub energy: f64,
     /// `d f / d ln s` [m^2].
     pub by_stiffening: f64,
     /// Curvature of the energy along the point's position [m].
@@ -49,7 +51,16 @@ impl Statics {
         let slope = k * (1.0 + 2.0 * s * pen);
         // energy phi(pen): grad = -f out, curvature = slope out out^T + f bend
         let curvature = out * out.transpose() * slope + bend * force;
-        Push { triangle, point, weights, out, force, by_stiffening: k * s * pen * pen, curvature }
+        Push {
+            triangle,
+            point,
+            weights,
+            out,
+            force,
+            energy: k * pen * pen * (0.5 + s * pen / 3.0),
+            by_stiffening: k * s * pen * pen,
+            curvature,
+        }
     }
 }
 

@@ -16,6 +16,9 @@ pub(super) struct Pull {
     pub length_m: f64,
     pub tension: f64,
     pub slope: f64,
+    /// Stiffness over E [m] and elongation [m].
+    pub k: f64,
+    pub stretch_m: f64,
     /// How far it is compressed beyond the threshold [m], zero or negative.
     pub squeeze_m: f64,
 }
@@ -32,12 +35,19 @@ impl Statics {
             length_m,
             tension: s.k * (length_m - s.rest_m) + extra * squeeze_m,
             slope: s.k + extra,
+            k: s.k,
+            stretch_m: length_m - s.rest_m,
             squeeze_m,
         }
     }
 }
 
 impl Pull {
+    /// Energy over E [m^3].
+    pub fn energy(&self) -> f64 {
+        0.5 * self.k * self.stretch_m * self.stretch_m + 0.5 * (self.slope - self.k) * self.squeeze_m * self.squeeze_m
+    }
+
     /// Curvature of the energy along the difference of the ends [m].
     pub fn curvature(&self) -> Matrix3<f64> {
         let nn = self.along * self.along.transpose();

@@ -177,9 +177,12 @@ impl Statics {
     #[must_use]
     pub fn slope(&self, x: &[Vector], tip_m: Vector) -> (Vec<Vector>, f64) {
         let mut slope = vec![Vector::zeros(); x.len()];
+        let pushes = self.pushes(x, tip_m);
+        let stiffer = self.stiffer(x, &pushes);
         for s in &self.springs {
             let pull = self.pull(s, x);
-            let f = pull.along * pull.tension;
+            let factor = stiffer.as_ref().map_or(1.0, |stiffer| stiffer.of_spring(s.node));
+            let f = pull.along * (pull.tension * factor);
             slope[s.node[1]] += f;
             slope[s.node[0]] -= f;
         }
@@ -200,9 +203,10 @@ impl Statics {
             rim.add_slope(&self.rest_m, x, &mut slope);
         }
         let mut force = 0.0;
-        for push in self.pushes(x, tip_m) {
-            let f = push.out * push.force;
+        for push in pushes {
             let node = self.triangles[push.triangle].node;
+            let factor = stiffer.as_ref().map_or(1.0, |stiffer| stiffer.of_point(node, push.weights));
+            let f = push.out * (push.force * factor);
             node.iter().zip(push.weights).for_each(|(&n, w)| slope[n] -= f * w);
             force -= f.dot(&self.axis());
         }

@@ -122,8 +122,13 @@ impl Statics {
                 pattern.add(values, i, j, block);
             }
         };
+        let pushes = tip_m.map_or_else(Vec::new, |tip_m| self.pushes(x, tip_m));
+        let stiffer = self.stiffer(x, &pushes);
         for s in &self.springs {
-            let block = self.pull(s, x).curvature();
+            let mut block = self.pull(s, x).curvature();
+            if let Some(stiffer) = &stiffer {
+                block *= stiffer.of_spring(s.node);
+            }
             let [a, b] = s.node;
             add(&mut values, a, a, &block);
             add(&mut values, b, b, &block);
@@ -140,8 +145,14 @@ impl Statics {
                 }
             }
         }
-        let pushes = tip_m.map_or_else(Vec::new, |tip_m| self.pushes(x, tip_m));
-        let pushed = pushes.iter().map(|p| (self.triangles[p.triangle].node, p.weights, p.curvature));
+        if let Some(stiffer) = &stiffer {
+            self.add_steeper(stiffer, &pattern.stars, x, &pushes, &mut |a, b, block| add(&mut values, a, b, block));
+        }
+        let pushed = pushes.iter().map(|p| {
+            let node = self.triangles[p.triangle].node;
+            let factor = stiffer.as_ref().map_or(1.0, |stiffer| stiffer.of_point(node, p.weights));
+            (node, p.weights, p.curvature * factor)
+        });
         for (node, weights, curvature) in pushed.chain(held.iter().copied()) {
             for (a, wa) in node.iter().zip(weights) {
                 for (b, wb) in node.iter().zip(weights) {

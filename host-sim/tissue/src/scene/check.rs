@@ -55,6 +55,32 @@ impl Scene {
         Ok(())
     }
 
+    /// Refuses a tissue that stiffens where a patch is fitted: the fit is that of neo-Hookean tissue.
+    ///
+    /// # Errors
+    /// The exponent.
+    pub fn refuse_stiffening(&self) -> Result<(), SceneError> {
+        let b = self.tissue.stiffening_b;
+        if b == 0.0 {
+            return Ok(());
+        }
+        let why = format!("= {b}: a patch is fitted without it and serves any: leave it out here, give it to press");
+        self.bad("tissue.stiffening_b", &why)
+    }
+
+    /// Refuses a tissue that stiffens where a board is to run it.
+    ///
+    /// # Errors
+    /// The exponent.
+    pub fn refuse_stiffening_on(&self, board: &str) -> Result<(), SceneError> {
+        let b = self.tissue.stiffening_b;
+        if b == 0.0 {
+            return Ok(());
+        }
+        let why = format!("= {b}: {board} has no time for tissue that stiffens: leave it out, or take --board desktop");
+        self.bad("tissue.stiffening_b", &why)
+    }
+
     /// The moving error that is allowed.
     fn check_solver(&self) -> Result<(), SceneError> {
         match self.solver.moving_error_pct {

@@ -28,7 +28,7 @@ fn bar(poisson_ratio: f64) -> Body {
     let regions = vec![0; tets.len()];
     let mesh = QuadraticMesh::new(&TetMesh { nodes_m, tets, regions });
     let fixed = mesh.nodes_m.iter().map(|x| [x.x == 0.0, true, true]).collect();
-    Body::new(mesh, &Material { poisson_ratio, inclusions: vec![] }, fixed, vec![], 1.0, TetRule::Four)
+    Body::new(mesh, &Material { poisson_ratio, stiffening_b: 0.0, inclusions: vec![] }, fixed, vec![], 1.0, TetRule::Four)
 }
 
 fn march(body: &Body, damping_per_s: f64) -> March<'_> {

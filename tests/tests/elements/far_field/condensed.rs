@@ -100,7 +100,8 @@ fn condensed_energy_is_the_least_energy_of_the_outside() {
     }
     let prescribed: Vec<bool> =
         (0..nodes).map(|n| fixed[n] || follows[n].is_some() || outside.rim.contains(&(n as u32))).collect();
-    let stiffness = |t: usize, _: &Vector| Stiffness { ratio: outside.stiffness_ratio[t], poisson_ratio: 0.45 };
+    let stiffness =
+        |t: usize, _: &Vector| Stiffness { ratio: outside.stiffness_ratio[t], poisson_ratio: 0.45, stiffening_b: 0.0 };
     let body = Body::with_stiffness(mesh, stiffness, vec![[false; 3]; nodes], Vec::new(), 1.0, TetRule::Four);
     let rest = body.assemble(&vec![Vector::zeros(); nodes], None).unwrap();
     let times = |w: &[Vector]| body.tangent_times(&rest, w);

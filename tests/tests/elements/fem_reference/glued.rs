@@ -20,7 +20,7 @@ fn disc(radius_m: f64) -> Disc {
 }
 
 fn soft(poisson_ratio: f64) -> impl Fn(usize, &Vector3<f64>) -> Stiffness {
-    move |_, _| Stiffness { ratio: 1.0, poisson_ratio }
+    move |_, _| Stiffness { ratio: 1.0, poisson_ratio, stiffening_b: 0.0 }
 }
 
 #[test]
@@ -33,7 +33,7 @@ fn a_column_glued_all_over_is_a_spring() {
     let up = [Vector3::z()];
     let plain = glued_stiffness(&mesh, soft(0.0), &bottom, &disc(0.05), &up, &[0.2]).expect("solved");
     assert_within("stretch", plain.limit_m[0], over, 1e-9);
-    let firm = |_: usize, _: &Vector3<f64>| Stiffness { ratio: 2.5, poisson_ratio: 0.0 };
+    let firm = |_: usize, _: &Vector3<f64>| Stiffness { ratio: 2.5, poisson_ratio: 0.0, stiffening_b: 0.0 };
     let firm = glued_stiffness(&mesh, firm, &bottom, &disc(0.05), &up, &[0.2]).expect("solved");
     assert_within("firm stretch", firm.limit_m[0], 2.5 * over, 1e-9);
 }
@@ -58,8 +58,11 @@ fn every_tet_keeps_its_own_stiffness_through_the_refinement() {
         .collect();
     mesh.tets.extend(lower.tets.iter().map(|[a, b, c, d]| [*b, *a, *c, *d].map(|n| mirrored[n as usize])));
     mesh.regions.extend(&lower.regions);
-    let stiffness =
-        |t: usize, _: &Vector3<f64>| Stiffness { ratio: if t < lower.tets.len() { 1.0 } else { 10.0 }, poisson_ratio: 0.0 };
+    let stiffness = |t: usize, _: &Vector3<f64>| Stiffness {
+        ratio: if t < lower.tets.len() { 1.0 } else { 10.0 },
+        poisson_ratio: 0.0,
+        stiffening_b: 0.0,
+    };
     let top = Disc { place_m: Vector3::new(0.0, 0.0, size_m[2]), ..disc(0.018) };
     let found = glued_stiffness(&mesh, stiffness, &bottom, &top, &[Vector3::z()], &[0.2]).expect("solved");
     let series = size_m[0] * size_m[1] / (size_m[2] + size_m[2] / 10.0);

@@ -70,7 +70,7 @@ fn supports_and_grip_carry_the_weight_and_its_moment() {
     let corners = mesh.nodes_m.clone();
     let body = Body::with_stiffness(
         mesh,
-        |_, x| Stiffness { ratio: if x.z > -0.01 { 1.0 } else { 4.0 }, poisson_ratio: 0.45 },
+        |_, x| Stiffness { ratio: if x.z > -0.01 { 1.0 } else { 4.0 }, poisson_ratio: 0.45, stiffening_b: 0.0 },
         corners.iter().map(|x| [x.x <= 1e-9; 3]).collect(),
         vec![],
         1.0,

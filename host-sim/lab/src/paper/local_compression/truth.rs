@@ -68,7 +68,7 @@ impl Truth {
         let free = |t: &[u32; 6]| !t.iter().all(|n| held[*n as usize]);
         let touchable = (0..mesh.triangles.len()).filter(|t| free(&mesh.triangles[*t])).collect();
         let poisson_ratio = f64::from(block.params.poisson_ratio);
-        let stiffness = |tet: usize, x: &Vector3<f64>| Stiffness { ratio: ratio(tet, x), poisson_ratio };
+        let stiffness = |tet: usize, x: &Vector3<f64>| Stiffness { ratio: ratio(tet, x), poisson_ratio, stiffening_b: 0.0 };
         let body = Body::with_stiffness(mesh, stiffness, fixed, touchable, 1.0, rule);
         Self { body, block: block.clone(), corners }
     }

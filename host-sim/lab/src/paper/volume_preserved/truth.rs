@@ -138,7 +138,8 @@ pub fn solve(assembly: &Assembly, mut progress: impl FnMut(usize, f64)) -> Resul
     }
     let per_m = scene.joint.stiffness_pa_per_m / modulus_pa;
     let ties = layer(&mesh, &assembly.joined, &assembly.onto, 2.0 * scene.joint.reach_m, |_| per_m);
-    let stiffness = |tet: usize, _: &Vector3<f64>| Stiffness { ratio: ratios[tet], poisson_ratio: scene.poisson_ratio };
+    let stiffness =
+        |tet: usize, _: &Vector3<f64>| Stiffness { ratio: ratios[tet], poisson_ratio: scene.poisson_ratio, stiffening_b: 0.0 };
     let body = Body::with_stiffness(mesh, stiffness, fixed, Vec::new(), 1.0, TetRule::Four);
     let suspension = Suspension::new(body)
         .with_weight(&densities, Vector3::from(scene.gravity_m_per_s2), modulus_pa)

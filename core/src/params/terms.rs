@@ -1,0 +1,44 @@
+//! Terms of the model, each of which can be left out.
+
+/// Which terms act. All on is the product; springs alone are the papers' plain model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Terms {
+    /// Nodal-averaged and per-tet volume energy.
+    pub volume: bool,
+    /// Compression compensation of springs and the barrier of tets.
+    pub compensation: bool,
+    /// Rim springs, the far field.
+    pub rim: bool,
+    /// The mass floor acts on the motion of neighbours relative to each other. Off, it acts on each
+    /// node by itself.
+    pub relative_mass: bool,
+    /// Tissue stiffens by [`super::Params::stiffening_b`]. With zero there the term costs nothing.
+    pub stiffening: bool,
+    /// Forces fade by [`super::Params::relaxation`]. Without shares there the term costs nothing.
+    pub relaxation: bool,
+    /// The probe rubs by [`super::Params::friction`]. With zero there the term costs nothing.
+    pub friction: bool,
+}
+
+impl Terms {
+    /// Every term.
+    pub const ALL: Self = Self {
+        volume: true,
+        compensation: true,
+        rim: true,
+        relative_mass: true,
+        stiffening: true,
+        relaxation: true,
+        friction: true,
+    };
+    /// Springs, masses, contact: the papers' plain mass-spring model.
+    pub const SPRINGS_ONLY: Self = Self {
+        volume: false,
+        compensation: false,
+        rim: false,
+        relative_mass: false,
+        stiffening: false,
+        relaxation: false,
+        friction: false,
+    };
+}

@@ -1,0 +1,48 @@
+//! Energy that the foundation stores, for tissue that stiffens
+//! ([`crate::stages::force::stiffening`]).
+
+use nalgebra::Vector3;
+
+use super::points::{Four, NINE, Nine, Points};
+use super::{centre_m, penetration, turned_away};
+use crate::lanes::vector;
+use crate::model::Model;
+use crate::params::Tuned;
+use crate::state::{State, node};
+
+/// Adds half of the energy over E of every point to `node.p` of its nodes [m^3].
+#[cfg_attr(feature = "stage-cost", inline(never))]
+pub(in crate::stages::force) fn store(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) {
+    match model.points_per_triangle() == NINE.len() {
+        true => store_points::<Nine, 9>(model, tuned, state, tip_m),
+        false => store_points::<Four, 4>(model, tuned, state, tip_m),
+    }
+}
+
+fn store_points<P: Points<Q>, const Q: usize>(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) {
+    let laws = model.foundation.as_chunks::<Q>().0;
+    let (probe, shaft) = (&tuned.probe, state.shaft);
+    let centre = centre_m(probe, tip_m);
+    let lift = tip_m + probe.axis * probe.radius_m - centre;
+    let third = model.stiffening_per_m * (1.0 / 3.0);
+    for &index in state.candidates.iter().take(state.near) {
+        let index = usize::from(index);
+        let (Some(triangle), Some(points_law)) = (model.triangles.get(index), laws.get(index)) else { continue };
+        let corners = triangle.node.map(|n| vector(&node(state.nodes, n).x) - centre);
+        let points = P::at(corners);
+        let mut touched = false;
+        let energy = core::array::from_fn::<_, Q, _>(|n| {
+            let Some((pen, _)) = penetration(probe, shaft, points[n]) else { return 0.0 };
+            touched = true;
+            points_law[n].k * (pen * pen) * (0.25 + 0.5 * third * pen)
+        });
+        if !touched || turned_away(corners, lift, probe) {
+            continue;
+        }
+        for (&n, energy) in triangle.node.iter().zip(P::shared(energy)) {
+            if let Some(node) = state.nodes.get_mut(usize::from(n)) {
+                node.p += energy;
+            }
+        }
+    }
+}

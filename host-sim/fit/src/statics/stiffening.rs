@@ -1,0 +1,111 @@
+//! Stiffening, as in the tick (`core/src/stages/force/stiffening.rs`): by what factor the tissue at
+//! each node is stiffer than at rest, and what the change of the factors adds to the tangent.
+
+use nalgebra::Matrix3;
+use palpate::Params;
+use palpate::stages::force::stiffening::CAP;
+
+use super::contact::Push;
+use super::{Statics, Vector};
+
+/// Share of a foundation point's energy that counts at its nodes: its other end is the probe.
+const HALF: f64 = 0.5;
+
+/// Logarithm of a factor over the energy density over E (1); zero where the tissue keeps its
+/// stiffness.
+pub(super) fn steepness(params: &Params) -> f64 {
+    let mu = 0.5 / (1.0 + f64::from(params.poisson_ratio));
+    if params.terms.stiffening { 2.0 * f64::from(params.stiffening_b) / mu } else { 0.0 }
+}
+
+/// Factors of a deformed patch.
+pub(super) struct Stiffer {
+    /// Of every node (1).
+    factor: Vec<f64>,
+    /// Slope of every factor along the energy at its node over E [1/m^3]; zero at the cap.
+    steeper: Vec<f64>,
+}
+
+impl Stiffer {
+    /// Factor of a spring.
+    pub fn of_spring(&self, [a, b]: [usize; 2]) -> f64 {
+        0.5 * (self.factor[a] + self.factor[b])
+    }
+
+    /// Factor of a foundation point.
+    pub fn of_point(&self, node: [usize; 3], weights: [f64; 3]) -> f64 {
+        let mean: f64 = node.iter().zip(weights).map(|(&n, w)| w * self.factor[n]).sum();
+        1.0 + HALF * (mean - 1.0)
+    }
+}
+
+impl Statics {
+    /// The factors at `x`; `None` where the tissue keeps its stiffness.
+    pub(super) fn stiffer(&self, x: &[Vector], pushes: &[Push]) -> Option<Stiffer> {
+        if self.steepness == 0.0 {
+            return None;
+        }
+        let mut energy = vec![0.0; x.len()];
+        for s in &self.springs {
+            let half = 0.5 * self.pull(s, x).energy();
+            s.node.iter().for_each(|&n| energy[n] += half);
+        }
+        for push in pushes {
+            let node = self.triangles[push.triangle].node;
+            node.iter().zip(push.weights).for_each(|(&n, w)| energy[n] += w * HALF * push.energy);
+        }
+        let of_node = |(energy, reciprocal): (&f64, &f64)| {
+            // the volume of a node is a quarter of its tets'
+            let per_energy = self.steepness * 24.0 * reciprocal;
+            let ln = energy * per_energy;
+            let factor = ln.min(f64::from(CAP)).exp();
+            (factor, if ln < f64::from(CAP) { factor * per_energy } else { 0.0 })
+        };
+        let (factor, steeper) = energy.iter().zip(&self.six_volume_reciprocal).map(of_node).unzip();
+        Some(Stiffer { factor, steeper })
+    }
+
+    /// Adds what the change of the factors adds to the curvature; `stars` are the nodes around each
+    /// node.
+    pub(super) fn add_steeper(
+        &self,
+        stiffer: &Stiffer,
+        stars: &[Vec<usize>],
+        x: &[Vector],
+        pushes: &[Push],
+        add: &mut impl FnMut(usize, usize, &Matrix3<f64>),
+    ) {
+        // slopes of the energy at each node along the nodes around it
+        let mut slopes: Vec<Vec<Vector>> = stars.iter().map(|s| vec![Vector::zeros(); s.len()]).collect();
+        let mut put = |at: usize, along: usize, slope: Vector| {
+            if let Ok(place) = stars[at].binary_search(&along) {
+                slopes[at][place] += slope;
+            }
+        };
+        for s in &self.springs {
+            let pull = self.pull(s, x);
+            let half = pull.along * (0.5 * pull.tension);
+            for at in s.node {
+                put(at, s.node[1], half);
+                put(at, s.node[0], -half);
+            }
+        }
+        for push in pushes {
+            let node = self.triangles[push.triangle].node;
+            for (&at, share) in node.iter().zip(push.weights) {
+                for (&along, weight) in node.iter().zip(push.weights) {
+                    put(at, along, push.out * (-push.force * HALF * share * weight));
+                }
+            }
+        }
+        for ((star, slopes), steeper) in stars.iter().zip(&slopes).zip(&stiffer.steeper) {
+            for (&a, along_a) in star.iter().zip(slopes) {
+                for (&b, along_b) in star.iter().zip(slopes) {
+                    if self.free[a] >= self.free[b] {
+                        add(a, b, &(along_a * along_b.transpose() * *steeper));
+                    }
+                }
+            }
+        }
+    }
+}
