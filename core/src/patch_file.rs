@@ -54,8 +54,8 @@ struct Header {
     max_speed_m_per_s: f32,
     max_sink_m_per_s: f32,
     max_force_n: f32,
-    /// Bit 0 volume, 1 compensation, 2 rim, 3 relative mass; and of what follows the arrays, in this
-    /// order: 4 relaxation, shares and times, 5 friction, 6 stiffening. The others are zero.
+    /// Bit 0 volume, 1 compensation, 2 rim, 3 relative mass; and of what follows the arrays, in
+    /// this order: 4 relaxation, shares and times, 5 friction, 6 stiffening. The others are zero.
     terms: u32,
     /// Places that the constants were fitted over; 0 if they come from formulas alone.
     fitted_places: u32,

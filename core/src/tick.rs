@@ -86,6 +86,10 @@ fn run(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, method:
     }
     let mut motion = probe::admit(model, tuned, state, pose)?;
     contact::find(model, tuned, state, &mut motion);
+    if !tuned.rubs() {
+        // bristles of a friction that was switched off hold nothing any more
+        state.rubbing = 0;
+    }
     method.begin(tuned, state);
     let mut total = Load::NONE;
     let mut active = 0;

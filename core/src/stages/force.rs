@@ -36,8 +36,8 @@ pub fn accumulate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector
     foundation::press(model, tuned, state, tip_m, velocity_m_per_s)
 }
 
-/// Every term but contact and [`stiffening`]: a method that adds forces of its own does so between this and
-/// [`foundation::press`].
+/// Every term but contact and stiffening: a method that adds forces of its own does so between this
+/// and [`foundation::press`].
 #[cfg_attr(not(feature = "stage-cost"), inline(always))]
 pub fn accumulate_inner(model: &Model, tuned: &Tuned, state: &mut State) {
     for node in state.nodes.iter_mut() {

@@ -64,7 +64,8 @@ impl<B: Board> HapticLoop<B> {
     /// * **Check**: a force beyond the limits, in a mode without one, or not what is on the pins:
     ///   outputs off at once, fault in the next tick, and the watchdog is not fed by this one.
     /// * **Dead loop**: a tick that never ends holds the last force until the watchdog, fed by
-    ///   completed and checked ticks alone, turns it off.
+    ///   completed and checked ticks, and with the outputs off while a patch is opened, turns it
+    ///   off.
     /// * **Faults**: no force in the same tick, latched until the host clears it.
     ///
     /// Nothing is logged from here: a log call blocks on its link.

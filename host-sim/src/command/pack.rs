@@ -127,7 +127,7 @@ impl Packed {
         };
         let model = session.patch.model();
         let touched = triangles_in_reach(&model, session.patch.site_m().into(), session.params.probe.radius_m);
-        let cost = machine.cost(&model, touched, session.params.substeps);
+        let cost = machine.cost_with(&model, &session.params, touched, session.params.substeps);
         Ok(Self { session, cost, touched })
     }
 }

@@ -24,6 +24,12 @@ pub struct Machine {
     smooth: f64,
     tet: f64,
     node: f64,
+    /// A node whose forces fade, and each term of its relaxation.
+    relaxing: [f64; 2],
+    /// A triangle that the probe rubs, besides.
+    rubbed: f64,
+    /// A spring, a node and a pressed triangle of tissue that stiffens, besides; boards run none.
+    stiffening: [f64; 3],
     /// A surface triangle that the probe presses, with four foundation points.
     touched: f64,
     /// Each point more on it.
@@ -76,6 +82,9 @@ const M4F_168: Machine = Machine {
     smooth: 110.0,
     tet: 291.0,
     node: 130.0,
+    relaxing: [50.0, 30.0],
+    rubbed: 240.0,
+    stiffening: [0.0; 3],
     touched: 840.0,
     extra_point: 160.0,
     passed: 61.0,
@@ -100,6 +109,9 @@ pub const MACHINES: [Machine; 3] = [
         smooth: 1.5,
         tet: 4.0,
         node: 4.0,
+        relaxing: [0.6, 0.5],
+        rubbed: 12.0,
+        stiffening: [2.2, 1.5, 30.0],
         touched: 60.0,
         extra_point: 12.0,
         passed: 3.0,
@@ -197,16 +209,24 @@ impl Machine {
         nodes as f64 * self.rim_node + edges as f64 * self.rim_edge
     }
 
-    /// Cost of a tick with `touched` triangles under the probe.
+    /// Cost of a tick with `touched` triangles under the probe: tissue that neither relaxes nor
+    /// stiffens, and a probe that does not rub.
     #[must_use]
     pub fn cost(&self, model: &Model, touched: usize, substeps: u16) -> Cost {
+        self.cost_with(model, &Params::default(), touched, substeps)
+    }
+
+    /// Cost of a tick of the tissue and the probe of `params`, in the form that this machine runs.
+    #[must_use]
+    pub fn cost_with(&self, model: &Model, params: &Params, touched: usize, substeps: u16) -> Cost {
         let terms = Terms { relative_mass: self.relative_mass, ..Terms::ALL };
-        self.cost_of(&Counts::of(model, touched), terms, substeps)
+        self.cost_of(&Counts::of(model, touched), &Params { terms, ..*params }, substeps)
     }
 
     /// Returns the cost of a tick by counts, with some terms off.
     #[must_use]
-    pub fn cost_of(&self, counts: &Counts, terms: Terms, substeps: u16) -> Cost {
+    pub fn cost_of(&self, counts: &Counts, params: &Params, substeps: u16) -> Cost {
+        let terms = params.terms;
         let of = |count: usize, each: f64| count as f64 * each;
         let on = |term: bool| if term { 1.0 } else { 0.0 };
         let step = of(
@@ -216,8 +236,28 @@ impl Machine {
             + of(counts.nodes, self.node + on(terms.relative_mass) * self.smooth)
             + on(terms.rim) * self.rim(counts.rim_nodes, counts.rim_edges)
             + of(counts.touched, self.touched + of(counts.points.saturating_sub(4), self.extra_point));
+        let step = step + self.added(counts, params);
         let units = self.tick + of(counts.triangles, self.passed) + f64::from(substeps) * step;
         Cost { units, budget: self.load * self.per_ms }
+    }
+
+    /// What relaxation, friction and stiffening add to a substep.
+    fn added(&self, counts: &Counts, params: &Params) -> f64 {
+        let of = |count: usize, each: f64| count as f64 * each;
+        let fading = params.relaxation.iter().filter(|term| params.terms.relaxation && term.share > 0.0).count();
+        let [relaxing, term] = self.relaxing;
+        let [spring, node, touched] = self.stiffening;
+        let mut units = 0.0;
+        if fading > 0 {
+            units += of(counts.nodes, relaxing + of(fading, term));
+        }
+        if params.terms.friction && params.friction > 0.0 {
+            units += of(counts.touched, self.rubbed);
+        }
+        if params.terms.stiffening && params.stiffening_b > 0.0 {
+            units += of(counts.springs, spring) + of(counts.nodes, node) + of(counts.touched, touched);
+        }
+        units
     }
 
     /// Whether state and patch file (`patch_bytes` long) fit the memory.

@@ -165,7 +165,7 @@ impl Session {
         let stable = measured.ok_or_else(does_not_survive)?;
         let wanted = stable.substeps(TICK_S);
         let touched = triangles_in_reach(&model, site_m.into(), params.probe.radius_m);
-        let fits = |substeps: f64| refuse_if_too_slow(&MACHINES[0], &model, touched, substeps, &stable);
+        let fits = |substeps: f64| refuse_if_too_slow(&MACHINES[0], &model, &params, touched, substeps, &stable);
         fits(wanted)?;
         let substeps = substeps_for_taps(&model, &params, site_m, wanted as u16)?.ok_or_else(does_not_survive)?;
         fits(f64::from(substeps))?;
@@ -181,8 +181,8 @@ impl Session {
     }
 }
 
-/// The largest stiffening exponent with which a patch can run, rounded down to two digits; `None` if
-/// it cannot without any.
+/// The largest stiffening exponent with which a patch can run, rounded down to two digits; `None`
+/// if it cannot without any.
 fn most_stiffening(machine: &Machine, patch: &Patch, params: &Params) -> Option<f32> {
     let runs = |b: f32| {
         let params = Params { stiffening_b: b, ..*params };
@@ -191,7 +191,8 @@ fn most_stiffening(machine: &Machine, patch: &Patch, params: &Params) -> Option<
     if !runs(0.0) {
         return None;
     }
-    let (mut fits, mut fails) = (0.0, params.stiffening_b);
+    let mut halved = (0..MOST_HALVINGS).map(|n| params.stiffening_b * 0.5_f32.powi(n + 1));
+    let (mut fits, mut fails) = halved.find(|b| runs(*b)).map_or((0.0, 0.0), |b| (b, 2.0 * b));
     for _ in 0..HALVINGS {
         let middle = 0.5 * (fits + fails);
         if runs(middle) { fits = middle } else { fails = middle }
@@ -200,8 +201,9 @@ fn most_stiffening(machine: &Machine, patch: &Patch, params: &Params) -> Option<
     Some((fits / digit).floor() * digit)
 }
 
-/// Halvings of the range in which the largest exponent is looked for.
-const HALVINGS: usize = 7;
+/// Halvings of an exponent until one runs, and then of the range in which the largest is looked for.
+const MOST_HALVINGS: i32 = 10;
+const HALVINGS: usize = 3;
 
 /// The scene's parameters with what was fitted or lowered in a packed patch.
 fn fitted(scene: &Scene, packed: &Params) -> Params {
@@ -231,12 +233,13 @@ fn fitted(scene: &Scene, packed: &Params) -> Params {
 fn refuse_if_too_slow(
     machine: &Machine,
     model: &palpate::Model,
+    params: &Params,
     touched: usize,
     substeps: f64,
     stable: &StableStep,
 ) -> Result<(), Error> {
     let depth_mm = f64::from(model.depth_limit_m) * 1e3;
-    let cost = machine.cost(model, touched, substeps.min(f64::from(u16::MAX)) as u16);
+    let cost = machine.cost_with(model, params, touched, substeps.min(f64::from(u16::MAX)) as u16);
     if cost.units <= cost.budget {
         return Ok(());
     }

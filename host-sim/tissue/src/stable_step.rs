@@ -148,7 +148,7 @@ fn way_down(model: &Model, params: &Params, speed_m_per_s: f32) -> impl Iterator
 
 /// The parameters without relaxation: nothing else keeps a patch from its rest after a tap.
 fn elastic(params: &Params) -> Params {
-    Params { terms: Terms { relaxation: false, ..params.terms }, ..*params }
+    Params { terms: Terms { relaxation: false, friction: false, ..params.terms }, ..*params }
 }
 
 /// Returns limits at their highest, except for the sink speed: what the patch bears is measured
@@ -173,12 +173,12 @@ impl Shape {
         Self((0..nodes).map(|_| [next(), next(), next()]).collect())
     }
 
-    /// Square of the highest angular frequency about the state [1/s^2], contact left out: it is
-    /// implicit. What a shape does to the forces (`K u`) and to the velocities after a substep
+    /// Square of the highest angular frequency about the state [1/s^2]. Contact is implicit and left
+    /// out, but where the tissue stiffens under it. What a shape does to the forces (`K u`) and to the velocities after a substep
     /// (`dt M^-1 K u`) are both read off the tick's own stages, so that the mass matrix is theirs.
     fn highest_square(&mut self, model: &Model, tuned: &Tuned, state: &State, trial: &mut State, tip_m: Vector3<f32>) -> f64 {
         let size = extent(model);
-        // what lies under the probe is stiffer for it, even where contact takes no share of the step
+        // what lies under the probe is stiffer for it, even where contact takes no share
         let seen_m = if tuned.stiffens() { tip_m } else { tuned.probe().axis * (100.0 * size as f32) };
         let mut square = 0.0;
         for _ in 0..ITERATIONS {
@@ -205,8 +205,8 @@ impl Shape {
 }
 
 /// Force [N] on each node with the shape added to the state, and its velocity [m/s] one substep
-/// later, from rest, with the probe's tip at `tip_m`. Forces on anchors are zero. `None` when a node is
-/// too fast to be tissue.
+/// later, from rest, with the probe's tip at `tip_m`. Forces on anchors are zero. `None` when a node
+/// is too fast to be tissue.
 fn response(
     model: &Model,
     tuned: &Tuned,

@@ -1,4 +1,4 @@
-//! Terms of tissue and probe, and moving errors, that cannot be: exit code 2, one line that names the item and the
+//! Terms of tissue and probe, and moving errors, that cannot be: exit code 2, one line that names the
 //! remedy.
 
 use palpate_tests::palpate_command::Desk;

@@ -180,7 +180,11 @@ fn run(name: &str, mutants: usize, seed: u64) -> Seen {
                 let touched =
                     palpate_tissue::budget::triangles_in_reach(&file.model, file.site_m.into(), file.params.probe.radius_m);
                 let terms = Terms { relative_mass: file.params.terms.relative_mass, ..Terms::ALL };
-                let cost = machine.cost_of(&Counts::of(&file.model, touched), terms, file.params.substeps);
+                let cost = machine.cost_of(
+                    &Counts::of(&file.model, touched),
+                    &palpate::Params { terms, ..file.params },
+                    file.params.substeps,
+                );
                 let share = cost.units / (cost.budget / machine.load);
                 assert!(share <= 0.75, "{share} of a tick");
                 seen.costliest_share = seen.costliest_share.max(share);

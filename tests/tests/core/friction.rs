@@ -286,6 +286,37 @@ fn motions_take_energy(seeds: std::ops::Range<u64>, ticks: u32) {
     }
 }
 
+/// A probe that sticks and circles stretches the bristles and lets them go; nothing slips, so that
+/// no loss hides what a cycle would give.
+#[test]
+fn a_probe_that_sticks_and_circles_gets_nothing() {
+    const TICKS: u32 = 250;
+    for nodes in [130, 410] {
+        let bench = Bench::calibrated(nodes).with(|p| p.friction = 5.0);
+        let model = bench.patch.wide_model();
+        let mut memory = bench.memory();
+        let mut rig = Rig::new(&model, &bench.params, &mut memory);
+        rig.pressed(3e-3);
+        let at = |n: u32| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(n) / f64::from(TICKS)).sin_cos();
+            Vector3::new(1.5e-4 * sin, 1.5e-4 * (1.0 - cos), -3e-3)
+        };
+        let mut before = (at(0), rig.at(at(0)).force_n.cast::<f64>());
+        for cycle in 0..6 {
+            let (mut work_j, mut largest_j) = (0.0_f64, 0.0_f64);
+            for n in 1..=TICKS {
+                let (tip_m, force_n) = (at(n), rig.at(at(n)).force_n.cast::<f64>());
+                work_j -= 0.5 * (force_n + before.1).dot(&(tip_m - before.0));
+                largest_j = largest_j.max(work_j.abs());
+                before = (tip_m, force_n);
+            }
+            println!("{nodes} nodes, cycle {cycle}: {work_j:e} J of {largest_j:e} J");
+            assert!(largest_j > 1e-8, "{nodes} nodes: {largest_j} J, nothing was stretched");
+            assert!(cycle == 0 || work_j >= -0.01 * largest_j, "{nodes} nodes, cycle {cycle}: {work_j} J of {largest_j} J");
+        }
+    }
+}
+
 #[test]
 fn random_motions_take_energy() {
     motions_take_energy(0..4, 6000);

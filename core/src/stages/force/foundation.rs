@@ -184,13 +184,12 @@ fn settle_remembering(
     velocity_m_per_s: Vector3<f32>,
 ) -> Load {
     let mut load = Load::NONE;
-    match (tuned.relaxes(), tuned.rubs()) {
-        (true, true) => settle::<true, true>(model, tuned, state, centre, velocity_m_per_s, &mut load),
-        (true, false) => settle::<true, false>(model, tuned, state, centre, velocity_m_per_s, &mut load),
-        (false, _) => settle::<false, true>(model, tuned, state, centre, velocity_m_per_s, &mut load),
-    }
+    // each copy takes 2 KB of a board's flash: relaxing tissue asks at every node whether it rubs
     if tuned.relaxes() {
+        settle::<true, true>(model, tuned, state, centre, velocity_m_per_s, &mut load);
         relaxation::fade(tuned, state);
+    } else {
+        settle::<false, true>(model, tuned, state, centre, velocity_m_per_s, &mut load);
     }
     load
 }
@@ -224,6 +223,7 @@ fn settle<const RELAXING: bool, const RUBBING: bool>(
                 };
                 let mut on_node = f;
                 if RUBBING
+                    && tuned.rubs()
                     && push > 0.0
                     && let Some(bristle) = friction::claim(state.bristles, &mut state.rubbing, met, n as u16)
                 {

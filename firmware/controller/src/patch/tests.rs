@@ -62,6 +62,10 @@ fn cost_and_mass_are_the_boards_own_word() {
         file.params.youngs_modulus_pa *= 10.0;
     });
     assert_eq!(opened(&Budget::M4F_168, light), Err(Refusal::PatchStep), "a fifth of its floor");
+    for friction in [f32::NAN, -1.0, 5.1] {
+        let rubs = changed(|file| file.params.friction = friction);
+        assert_eq!(opened(&Budget::M7_480, rubs), Err(Refusal::PatchInvalid), "{friction}");
+    }
     let stiffens = changed(|file| file.params.stiffening_b = 3.0);
     assert_eq!(opened(&Budget::M7_480, stiffens), Err(Refusal::PatchCost), "the image does not know the term");
 }

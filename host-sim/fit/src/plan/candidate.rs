@@ -89,7 +89,7 @@ impl Weighed {
         let session = Session::of_fitted(machine, patch, params)?;
         let params = machine.adapt(&params);
         let substeps = session.params.substeps;
-        let units = machine.cost_of(&counts, params.terms, substeps).units;
+        let units = machine.cost_of(&counts, &params, substeps).units;
         let patch_bytes = session.patch.pack(&session.params, 0.0).len();
         Ok(Self { candidate, placed, far, material, params, counts, substeps, units, patch_bytes })
     }
@@ -157,7 +157,7 @@ impl<'a> Supply<'a> {
             let patch = prepared.far.patch(&material);
             let touched = triangles_in_reach(&patch.model(), patch.site_m().into(), prepared.params.probe.radius_m);
             let counts = Counts::of(&patch.model(), touched);
-            if counts.nodes > most_nodes || self.machine.cost_of(&counts, prepared.params.terms, 1).units > most_units {
+            if counts.nodes > most_nodes || self.machine.cost_of(&counts, &prepared.params, 1).units > most_units {
                 continue;
             }
             let candidate = Candidate { radius_radii, element_radii, points_per_triangle };

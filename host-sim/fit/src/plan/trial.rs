@@ -57,6 +57,9 @@ pub struct Trial {
     pub terms: Terms,
     /// How it was fitted.
     pub effort: Effort,
+    /// Parameters of the fit.
+    #[serde(skip)]
+    pub params: Params,
     /// Counts of nodes, springs, tets and the other parts that cost time.
     pub counts: Counts,
     /// Substeps of a tick.
@@ -108,7 +111,7 @@ impl Trial {
         // the desktop comes first in the list and is the fastest
         let [desktop, boards @ ..] = &MACHINES;
         boards.iter().chain([desktop]).find(|m| {
-            let cost = m.cost_of(&self.counts, self.terms, self.substeps);
+            let cost = m.cost_of(&self.counts, &self.params, self.substeps);
             cost.units <= cost.budget && m.has_room(&self.counts, self.patch_bytes)
         })
     }
@@ -156,12 +159,13 @@ impl Bench<'_> {
             patch_bytes = ready.patch.pack(&ready.params, ready.stable.pressed_s as f32).len();
             session = Some(Box::new(ready));
         }
-        let cost = self.machine.cost_of(&counts, terms, substeps);
+        let cost = self.machine.cost_of(&counts, &params, substeps);
         Ok(Trial {
             candidate,
             edge,
             terms,
             effort,
+            params,
             counts,
             substeps,
             units: cost.units,
