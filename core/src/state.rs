@@ -64,7 +64,7 @@ pub(crate) fn node(nodes: &[Node], index: u16) -> &Node {
 pub(crate) struct TouchPlane {
     /// Point of the *undeformed* surface under the probe [m].
     pub rest_m: Vector3<f32>,
-    /// Outward unit normal: the direction of the force on the probe.
+    /// Outward unit normal: the direction of the push on the probe.
     pub normal: Vector3<f32>,
 }
 

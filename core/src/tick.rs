@@ -7,8 +7,9 @@
 //!        presence,can reach │  foundation         mass floor  │
 //!        speed, depth       └─────── once per substep ────────┘
 //! ```
-//! Under a probe with friction the foundation holds what it touches along the surface as well. In
-//! tissue that relaxes, the last of the force terms fades what the others left at each node.
+//! Tissue that stiffens, on the desktop, has springs and foundation measured before they act. Under
+//! a probe with friction the foundation holds what it touches along the surface as well. In tissue
+//! that relaxes, the last of the force terms fades what the others left at each node.
 //!
 //! A tick answers one sensed pose with one force. It runs every millisecond from the device's timer
 //! and must end before the next one. It allocates nothing, cannot panic, and whatever goes wrong
