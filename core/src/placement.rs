@@ -53,7 +53,6 @@ impl Placement {
     pub fn output_to_device(&self, output: Output) -> Output {
         Output {
             force_n: self.turn_to_device(output.force_n),
-            friction_n: self.turn_to_device(output.friction_n),
             normal: self.turn_to_device(output.normal),
             point_m: self.to_device(output.point_m),
             ..output

@@ -233,8 +233,7 @@ impl Cycle {
             return Err(fault);
         }
         if !self.apart.judge(&pose.position_m, &shown_m, &output, &self.limiter.last_n())? {
-            let zero = Vector3::zeros();
-            output = Output { force_n: zero, depth_m: 0.0, normal: zero, friction_n: zero, grip_n: 0.0, ..output };
+            output = Output { force_n: Vector3::zeros(), depth_m: 0.0, normal: Vector3::zeros(), grip_n: 0.0, ..output };
         }
         self.toggle.answered(&output.force_n);
         record.output = output;
@@ -246,13 +245,11 @@ impl Cycle {
             late => self.limits.ticks_per_s() / f32::from(late.saturating_add(1)),
         };
         self.runaway.judge(&displacement_m, per_s, &output.normal, &self.limiter.last_n())?;
-        let (force_n, share) = ForceLimiter::shorten(&self.limits, &output.force_n);
-        let mut shown = Output { force_n, ..output };
-        if share < 1.0 {
+        let (force_n, shortened) = ForceLimiter::shorten(&self.limits, &output.force_n);
+        if shortened {
             record.limiters.set(Limiters::FORCE);
-            (shown.friction_n, shown.grip_n) = (output.friction_n * share, output.grip_n * share);
         }
-        record.wanted_n = self.damping.damp(&shown, renderer.tangent_n_per_m(&output));
+        record.wanted_n = self.damping.damp(&Output { force_n, ..output }, renderer.tangent_n_per_m(&output));
         let max_force_n = self.limits.values().max_force_n;
         self.stillness.judge(&displacement_m, &self.limiter.last_n(), max_force_n, self.touched);
         self.follow(&output);

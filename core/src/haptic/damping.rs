@@ -88,7 +88,7 @@ impl DampingSettings {
 #[must_use]
 pub fn hertz_slope_n_per_m(output: &Output) -> f32 {
     let depth_m = if output.depth_m > SHALLOWEST_M { output.depth_m } else { SHALLOWEST_M };
-    1.5 * output.push_n() / depth_m
+    1.5 * output.force_n.dot(&output.normal) / depth_m
 }
 
 /// Damps the force of a patch.
@@ -150,7 +150,7 @@ impl Damping {
     /// normal.
     #[must_use]
     pub fn damp(&self, output: &Output, tangent_n_per_m: f32) -> Vector3<f32> {
-        let push_n = output.push_n();
+        let push_n = output.force_n.dot(&output.normal);
         if push_n <= 0.0 {
             return output.force_n;
         }
@@ -161,12 +161,13 @@ impl Damping {
         // never sticky: at most the whole push is taken away
         let added_n = if added_n < -push_n { -push_n } else { added_n };
         let damped_n = output.force_n + output.normal * added_n;
-        if output.grip_n > 0.0 { damped_n + self.along(output, damping) } else { damped_n }
+        if output.grip_n > 0.0 { damped_n + self.along(output, push_n, damping) } else { damped_n }
     }
 
     /// Damping along the surface [N], where friction holds the probe.
-    fn along(&self, output: &Output, damping: f32) -> Vector3<f32> {
-        let (normal, friction_n) = (output.normal, output.friction_n);
+    fn along(&self, output: &Output, push_n: f32, damping: f32) -> Vector3<f32> {
+        let normal = output.normal;
+        let friction_n = output.force_n - normal * push_n;
         let slides_m_per_s = self.velocity_m_per_s - normal * self.velocity_m_per_s.dot(&normal);
         let asked_n = friction_n - slides_m_per_s * damping;
         let (square, given) = (asked_n.dot(&asked_n), friction_n.dot(&friction_n));
@@ -237,8 +238,7 @@ mod tests {
         let velocity = Vector3::new(0.02, 0.0, 0.0);
         let damping = moving(&DampingSettings::safe(1e-3, 1e-3), velocity);
         let held = |along_n: f32, grip_n: f32| {
-            let friction_n = Vector3::x() * along_n;
-            let output = Output { friction_n, grip_n, ..contact(Vector3::new(along_n, 0.0, 1.0), Vector3::z(), 2e-3) };
+            let output = Output { grip_n, ..contact(Vector3::new(along_n, 0.0, 1.0), Vector3::z(), 2e-3) };
             damping.damp(&output, 400.0)
         };
         let added_n = (3e-3 * 400.0 + 0.3) * 0.02;

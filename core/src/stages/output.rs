@@ -30,9 +30,7 @@ pub struct Output {
     /// Outward unit normal of the contact, the direction of the force but for friction; zero
     /// without contact.
     pub normal: Vector3<f32>,
-    /// Part of the force that is friction [N]; the rest is the push.
-    pub friction_n: Vector3<f32>,
-    /// Largest friction that the contact can bear [N]; zero without friction.
+    /// Largest force along the surface that the contact can bear [N]; zero without friction.
     pub grip_n: f32,
     /// Free nodes that moved.
     pub active_nodes: u16,
@@ -47,20 +45,12 @@ pub struct Output {
 }
 
 impl Output {
-    /// The push along the contact normal [N]: the force without friction.
-    #[inline(always)]
-    #[must_use]
-    pub fn push_n(&self) -> f32 {
-        (self.force_n - self.friction_n).dot(&self.normal)
-    }
-
     /// No contact, no force.
     pub const NONE: Self = Self {
         force_n: Vector3::new(0.0, 0.0, 0.0),
         depth_m: 0.0,
         point_m: Vector3::new(0.0, 0.0, 0.0),
         normal: Vector3::new(0.0, 0.0, 0.0),
-        friction_n: Vector3::new(0.0, 0.0, 0.0),
         grip_n: 0.0,
         active_nodes: 0,
         apart_m: 0.0,
@@ -102,7 +92,18 @@ pub fn read(tuned: &Tuned, state: &mut State, motion: &Motion, load: &Load, acti
     let length = sqrt(square);
     let normal = force_n * (1.0 / length);
     if tuned.remembers && tuned.rubs() {
-        (force_n, out) = rub(tuned, &state.rubbed, force_n, out)?;
+        (force_n, out.grip_n) = rub(tuned, &state.rubbed, force_n);
+        let square = force_n.dot(&force_n);
+        if !square.is_finite() {
+            return Err(Fault::ForceNotFinite);
+        }
+        if square > tuned.limits.max_force_n * tuned.limits.max_force_n {
+            // push and friction as one
+            let share = tuned.limits.max_force_n / sqrt(square);
+            force_n *= share;
+            out.grip_n *= share;
+            out.limiters.set(Limiters::FORCE);
+        }
     } else if length > tuned.limits.max_force_n {
         force_n = normal * tuned.limits.max_force_n;
         out.limiters.set(Limiters::FORCE);
@@ -118,25 +119,9 @@ pub fn read(tuned: &Tuned, state: &mut State, motion: &Motion, load: &Load, acti
     Ok(out)
 }
 
-/// Adds friction to the push [N] and clamps both as one; returns the force [N].
-///
-/// # Errors
-/// [`Fault::ForceNotFinite`].
+/// Force with friction [N], and the most that friction could be [N].
 #[inline(never)]
-fn rub(tuned: &Tuned, rubbed: &Rubbed, push_n: Vector3<f32>, mut out: Output) -> Result<(Vector3<f32>, Output), Fault> {
+fn rub(tuned: &Tuned, rubbed: &Rubbed, push_n: Vector3<f32>) -> (Vector3<f32>, f32) {
     let newtons = tuned.youngs_modulus_pa * tuned.substep_share;
-    (out.friction_n, out.grip_n) = (rubbed.force * -newtons, rubbed.most * newtons);
-    let force_n = push_n + out.friction_n;
-    let (square, most_n) = (force_n.dot(&force_n), tuned.limits.max_force_n);
-    if !(square.is_finite() && out.grip_n.is_finite()) {
-        return Err(Fault::ForceNotFinite);
-    }
-    if square <= most_n * most_n {
-        return Ok((force_n, out));
-    }
-    out.limiters.set(Limiters::FORCE);
-    let share = most_n / sqrt(square);
-    out.friction_n *= share;
-    out.grip_n *= share;
-    Ok((force_n * share, out))
+    (push_n - rubbed.force * newtons, rubbed.most * newtons)
 }

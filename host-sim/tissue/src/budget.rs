@@ -241,7 +241,7 @@ impl Machine {
         Cost { units, budget: self.load * self.per_ms }
     }
 
-    /// What relaxation, friction and stiffening add to a substep.
+    /// Time that relaxation, friction and stiffening add to a substep.
     fn added(&self, counts: &Counts, params: &Params) -> f64 {
         let of = |count: usize, each: f64| count as f64 * each;
         let fading = params.relaxation.iter().filter(|term| params.terms.relaxation && term.share > 0.0).count();

@@ -54,19 +54,16 @@ impl ForceLimiter {
         }
     }
 
-    /// Clamps the model's force to the limit [N], keeping its direction; returns the force and the
-    /// share of the model's that it is (1). This happens *before* damping: while the clamp is active during
+    /// Clamps the model's force to the limit [N], keeping its direction; returns the force and
+    /// whether it was clamped. This happens *before* damping: while the clamp is active during
     /// loading, damping cannot act, so during unloading it must be subtracted from the force that
     /// the user feels, not from a much larger force behind the clamp.
     #[must_use]
-    pub fn shorten(limits: &LoopLimits, model_n: &Vector3<f32>) -> (Vector3<f32>, f32) {
+    pub fn shorten(limits: &LoopLimits, model_n: &Vector3<f32>) -> (Vector3<f32>, bool) {
         let (square, most_n) = (model_n.dot(model_n), limits.values.max_force_n);
         match square > most_n * most_n {
-            true => {
-                let share = most_n / length(model_n);
-                (model_n * share, share)
-            }
-            false => (*model_n, 1.0),
+            true => (model_n * (most_n / length(model_n)), true),
+            false => (*model_n, false),
         }
     }
 

@@ -82,7 +82,9 @@ pub(crate) fn exp(x: f32) -> f32 {
     // a NaN becomes zero halvings and stays in the series
     let doublings = (x * core::f32::consts::LOG2_E) as i32;
     let r = x - doublings as f32 * core::f32::consts::LN_2;
-    let series = 1.0 + r * (1.0 + r * (1.0 / 2.0 + r * (1.0 / 6.0 + r * (1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0))))));
+    let series = 1.0
+        + r * (1.0
+            + r * (1.0 / 2.0 + r * (1.0 / 6.0 + r * (1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0 + r * (1.0 / 5040.0)))))));
     series * f32::from_bits(((127 + doublings) as u32) << 23)
 }
 

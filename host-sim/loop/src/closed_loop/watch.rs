@@ -199,7 +199,7 @@ impl Watch {
         hold("I4", "board's finding", now.command.found.is_none() || told.mode == Mode::Fault)?;
         hold("I3", "free space", told.output.depth_m > 0.0 || told.output.force_n != Vector3::zeros() || length_n == 0.0)?;
         // on a flank friction alone may point inward; without it what the model pushes never pulls
-        let pushes = told.output.push_n() >= 0.0;
+        let pushes = told.output.force_n.dot(&told.output.normal) >= 0.0;
         hold("I1", "pull", !pushes || force_n.dot(&told.output.normal) >= -told.output.grip_n - ROUNDING_N)?;
         if !told.limiters.contains(Limiters::SLEW) && length_n > 1e-3 {
             let aside = force_n.cross(&told.wanted_n).norm();
