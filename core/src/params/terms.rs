@@ -1,6 +1,6 @@
 //! Terms of the model, each of which can be left out.
 
-/// Which terms act. All on is the product; springs alone are the papers' plain model.
+/// Terms of the model that act. All on is the product; springs alone are the papers' plain model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Terms {
     /// Nodal-averaged and per-tet volume energy.

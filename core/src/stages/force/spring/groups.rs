@@ -6,9 +6,10 @@ use crate::model::Spring;
 use crate::params::Tuned;
 use crate::state::{Node, node};
 
-/// Adds the forces of `W` springs at a time.
+/// Adds the forces of `W` springs at a time; if `STIFFENED`, each as much stiffer as its ends are,
+/// half of the factor of which is in `node.p`.
 #[inline(always)]
-pub(super) fn by_groups<L: Lanes<W>, const W: usize, const COMPENSATED: bool>(
+pub(super) fn by_groups<L: Lanes<W>, const W: usize, const COMPENSATED: bool, const STIFFENED: bool>(
     groups: &[[Spring; W]],
     tuned: &Tuned,
     nodes: &mut [Node],
@@ -22,7 +23,10 @@ pub(super) fn by_groups<L: Lanes<W>, const W: usize, const COMPENSATED: bool>(
         let d = L::from_rows(along);
         let k = L::from_array(group.each_ref().map(|s| s.k));
         let k_rest = L::from_array(group.each_ref().map(|s| s.k_rest));
-        let q = force_per_length::<L, W, COMPENSATED>(d, k, k_rest, tuned);
+        let mut q = force_per_length::<L, W, COMPENSATED>(d, k, k_rest, tuned);
+        if STIFFENED {
+            q = q * L::from_array(group.each_ref().map(|s| node(nodes, s.i).p + node(nodes, s.j).p));
+        }
         for ((s, d), q) in group.iter().zip(&along).zip(q.to_array()) {
             let f = scaled(d, q);
             if let Some(node) = nodes.get_mut(usize::from(s.i)) {

@@ -2,14 +2,11 @@
 
 use nalgebra::Vector3;
 
-use super::force_per_length;
-use crate::lanes::Lanes;
-use crate::lanes::{add, difference, scaled, subtract};
-use crate::model::Model;
-use crate::model::Spring;
+use super::groups::by_groups;
+use crate::lanes::{Lanes, difference};
+use crate::model::{Model, Spring};
 use crate::params::Tuned;
-use crate::state::Node;
-use crate::state::node;
+use crate::state::{Node, node};
 
 /// Half the energy of a spring over E [m^3], each end's share: `k (l - l0)^2 / 4`, with
 /// compensation `chi k (l - onset l0)^2 / 4` more where that acts.
@@ -32,8 +29,8 @@ fn half_energy<L: Lanes<W>, const W: usize, const COMPENSATED: bool>(d: Vector3<
 #[inline(always)]
 pub(super) fn run<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {
     let (fours, rest) = model.springs.as_chunks::<4>();
-    pull_groups::<wide::f32x4, 4, COMPENSATED>(fours, tuned, nodes);
-    pull_groups::<f32, 1, COMPENSATED>(rest.as_chunks().0, tuned, nodes);
+    by_groups::<wide::f32x4, 4, COMPENSATED, true>(fours, tuned, nodes);
+    by_groups::<f32, 1, COMPENSATED, true>(rest.as_chunks().0, tuned, nodes);
 }
 
 #[inline(always)]
@@ -41,30 +38,6 @@ pub(super) fn store<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nodes
     let (fours, rest) = model.springs.as_chunks::<4>();
     store_groups::<wide::f32x4, 4, COMPENSATED>(fours, tuned, nodes);
     store_groups::<f32, 1, COMPENSATED>(rest.as_chunks().0, tuned, nodes);
-}
-
-#[inline(always)]
-fn pull_groups<L: Lanes<W>, const W: usize, const COMPENSATED: bool>(groups: &[[Spring; W]], tuned: &Tuned, nodes: &mut [Node]) {
-    for group in groups {
-        // always so for a checked model; said once, it spares the optimiser a check at every access
-        if !group.iter().flat_map(|s| [s.i, s.j]).all(|n| usize::from(n) < nodes.len()) {
-            return;
-        }
-        let along = group.each_ref().map(|s| difference(&node(nodes, s.j).x, &node(nodes, s.i).x));
-        let k = L::from_array(group.each_ref().map(|s| s.k));
-        let k_rest = L::from_array(group.each_ref().map(|s| s.k_rest));
-        let stiffer = L::from_array(group.each_ref().map(|s| node(nodes, s.i).p + node(nodes, s.j).p));
-        let q = force_per_length::<L, W, COMPENSATED>(L::from_rows(along), k, k_rest, tuned) * stiffer;
-        for ((s, d), q) in group.iter().zip(&along).zip(q.to_array()) {
-            let f = scaled(d, q);
-            if let Some(node) = nodes.get_mut(usize::from(s.i)) {
-                add(&mut node.f, &f);
-            }
-            if let Some(node) = nodes.get_mut(usize::from(s.j)) {
-                subtract(&mut node.f, &f);
-            }
-        }
-    }
 }
 
 #[inline(always)]
