@@ -23,10 +23,11 @@ pub(super) fn by_groups<L: Lanes<W>, const W: usize, const COMPENSATED: bool, co
         let d = L::from_rows(along);
         let k = L::from_array(group.each_ref().map(|s| s.k));
         let k_rest = L::from_array(group.each_ref().map(|s| s.k_rest));
-        let mut q = force_per_length::<L, W, COMPENSATED>(d, k, k_rest, tuned);
-        if STIFFENED {
-            q = q * L::from_array(group.each_ref().map(|s| node(nodes, s.i).p + node(nodes, s.j).p));
-        }
+        let plain = force_per_length::<L, W, COMPENSATED>(d, k, k_rest, tuned);
+        let q = match STIFFENED {
+            true => plain * L::from_array(group.each_ref().map(|s| node(nodes, s.i).p + node(nodes, s.j).p)),
+            false => plain,
+        };
         for ((s, d), q) in group.iter().zip(&along).zip(q.to_array()) {
             let f = scaled(d, q);
             if let Some(node) = nodes.get_mut(usize::from(s.i)) {
