@@ -46,9 +46,14 @@ fn main() -> Result<(), BuildError> {
     for tick in 0..1000 {
         let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(tick).copied();
         let mut patch = PatchRenderer { model: &model, tuned: &tuned, state: &mut state };
-        let told = cycle.run(&mut handle, &mut patch, Command { asked, ..Command::HEARD });
+        let telemetry = cycle.run(&mut handle, &mut patch, Command { asked, ..Command::HEARD });
         if tick % 100 == 99 {
-            println!("{tick:>4} ms: {:?}, {:.2} mm deep, {:.3} N", told.mode, told.output.depth_m * 1e3, handle.force_n.z);
+            println!(
+                "{tick:>4} ms: {:?}, {:.2} mm deep, {:.3} N",
+                telemetry.mode,
+                telemetry.output.depth_m * 1e3,
+                handle.force_n.z
+            );
         }
     }
     assert!(handle.force_n.z > 0.02, "3 mm deep the handle is pushed out");

@@ -28,7 +28,7 @@ pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Si
         marked: false,
     };
     // where the mode lets no force out, from the fault on
-    let fault = run.fault.and(shown.iter().find(|r| r.told.fault.is_some()));
+    let fault = run.fault.and(shown.iter().find(|r| r.telemetry.fault.is_some()));
     let time = ScaledAxis { title: "time [s]", scale: Scale::Linear };
     let chart = |file: &str, title: &str, y: &str, series: &[LineSeries], levels: &[Level]| {
         let y = ScaledAxis { title: y, scale: Scale::Linear };
@@ -37,7 +37,7 @@ pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Si
     let normal = site.normal;
     let along = |force: palpate::Vector3<f32>| f64::from(force.dot(&normal.cast()));
     let mut force = vec![
-        curve("force of the tissue, behind", &|r| along(r.told.output.force_n)),
+        curve("force of the tissue, behind", &|r| along(r.telemetry.output.force_n)),
         curve("force on the hand", &|r| r.acting_n.dot(&normal)),
     ];
     force.extend(fault.map(|r| LineSeries { name: "fault: force off", points: vec![(r.t_s, 0.0)], joined: false, marked: true }));
@@ -46,7 +46,7 @@ pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Si
     chart("depth", "Where the handle is", "depth below the surface [mm]", &depth, &[Level { name: "surface", y: 0.0 }])?;
     let energy = [curve("given since the touch", &|r| r.energy.given_j * 1e3)];
     chart("energy", "Energy given to the hand", "energy [mJ]", &energy, &[Level { name: "above: created", y: 0.0 }])?;
-    let points = density(&run.rows.iter().map(|r| along(r.told.applied_n)).collect::<Vec<_>>());
+    let points = density(&run.rows.iter().map(|r| along(r.telemetry.applied_n)).collect::<Vec<_>>());
     let points: Vec<(f64, f64)> = points.into_iter().map(|(hz, d)| (hz, (d * 1e3).max(1e-6))).collect();
     if points.is_empty() {
         return Ok(());

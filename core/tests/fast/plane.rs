@@ -134,14 +134,14 @@ fn a_body_is_buried_when_no_press_can_have_brought_it_there() {
         assert!((limit_m - 5e-3).abs() < 1e-6);
         for (deep_m, is) in [(above_m - 0.1e-3, false), (above_m + 0.1e-3, true), (30e-3, true), (3e-3, false), (-5e-3, false)] {
             let above_m = Vector3::new(3e-3, 2e-3, -deep_m);
-            let mut told = !is;
+            let mut found = !is;
             // a walk takes a few ticks from wherever it was
             for _ in 0..20 {
                 place(&mut tissue, above_m);
                 let tip_m = tissue.file.site_m + above_m;
-                told = buried(&tissue.file.model, &tissue.tuned, &mut tissue.state, tip_m);
+                found = buried(&tissue.file.model, &tissue.tuned, &mut tissue.state, tip_m);
             }
-            assert_eq!(told, is, "{deep_m} m deep");
+            assert_eq!(found, is, "{deep_m} m deep");
         }
     }
 }

@@ -219,8 +219,12 @@ fn a_force_outside_is_dropped_in_the_same_tick_and_a_fault_if_it_goes_on() {
     for tick in 0..5 {
         let record = bench.tick();
         assert_eq!((record.applied_n, record.fault), (Vector3::zeros(), None), "tick {tick}");
-        let told = record.output;
-        assert_eq!((told.force_n, told.normal, told.depth_m), (Vector3::zeros(), Vector3::zeros(), 0.0), "no contact is told");
+        let output = record.output;
+        assert_eq!(
+            (output.force_n, output.normal, output.depth_m),
+            (Vector3::zeros(), Vector3::zeros(), 0.0),
+            "no contact is told"
+        );
         assert!(!bench.cycle.in_contact());
     }
     let record = bench.tick();

@@ -29,8 +29,8 @@ fn a_bad_reading_in_three_is_a_fault_under_force_and_one_in_fifty_is_not() {
                         None => rig.device.missing = true,
                     }
                 }
-                let told = rig.tremble(at_m, n);
-                if let Some(fault) = told.fault {
+                let telemetry = rig.tremble(at_m, n);
+                if let Some(fault) = telemetry.fault {
                     found = Some((n, fault));
                     assert_eq!(rig.device.got_n, Vector3::zeros());
                     break;
@@ -51,10 +51,10 @@ fn an_encoder_that_dies_under_a_strong_force_gives_none_after_six_seconds() {
     assert!(first.applied_n.norm() > 1.6, "{}", first.applied_n);
     let mut last_n = first.applied_n.norm();
     for n in 0..6_100 {
-        let told = rig.tick(Command::HEARD);
-        let force_n = told.applied_n.norm();
+        let telemetry = rig.tick(Command::HEARD);
+        let force_n = telemetry.applied_n.norm();
         if (5_100..5_900).contains(&n) {
-            assert!(told.mode == Mode::Degraded && told.limiters.contains(Limiters::GAIN), "tick {n}: {told:?}");
+            assert!(telemetry.mode == Mode::Degraded && telemetry.limiters.contains(Limiters::GAIN), "tick {n}: {telemetry:?}");
             assert!(force_n < last_n && last_n - force_n < 0.01, "smoothly: tick {n}, {last_n} N, {force_n} N");
         }
         last_n = force_n;
@@ -74,8 +74,8 @@ fn a_strong_force_on_a_hand_that_trembles_stays_for_a_minute() {
     let (mut rig, at_m) = pressed(100e3);
     let first_n = rig.tremble(at_m, 0).applied_n.norm();
     for n in 1..60_000 {
-        let told = rig.tremble(at_m, n);
-        assert!(told.mode == Mode::Active && told.applied_n.norm() > 0.75 * first_n, "tick {n}: {told:?}");
+        let telemetry = rig.tremble(at_m, n);
+        assert!(telemetry.mode == Mode::Active && telemetry.applied_n.norm() > 0.75 * first_n, "tick {n}: {telemetry:?}");
     }
 }
 
@@ -88,9 +88,9 @@ fn an_operator_who_leaves_ends_every_force_and_nothing_arms_until_asked_again() 
     let mut last_n = first_n;
     for n in 0..130 {
         // gone for a moment is gone
-        let told = rig.tick(if n == 0 { absent } else { Command::HEARD });
-        assert!(told.applied_n.norm() <= last_n + 1e-6 && matches!(told.mode, Mode::SafeRamp | Mode::Idle), "tick {n}");
-        last_n = told.applied_n.norm();
+        let telemetry = rig.tick(if n == 0 { absent } else { Command::HEARD });
+        assert!(telemetry.applied_n.norm() <= last_n + 1e-6 && matches!(telemetry.mode, Mode::SafeRamp | Mode::Idle), "tick {n}");
+        last_n = telemetry.applied_n.norm();
     }
     assert_eq!((rig.cycle.mode(), last_n), (Mode::Idle, 0.0));
     rig.go(at_m + rig.normal * (3e-3 + CLEAR_M), 0.05).unwrap();

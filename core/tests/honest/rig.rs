@@ -153,9 +153,9 @@ impl Rig {
             speed = (speed + 1e-3 * self.m_per_s2).min(m_per_s).min(braking.max(0.01));
             gone_m = (gone_m + 1e-3 * speed).min(length_m);
             self.device.at_m = from_m + displacement_m * (gone_m / length_m);
-            let told = self.tick(Command::HEARD);
-            most_n = most_n.max(told.applied_n.norm());
-            if let Some(fault) = told.fault {
+            let telemetry = self.tick(Command::HEARD);
+            most_n = most_n.max(telemetry.applied_n.norm());
+            if let Some(fault) = telemetry.fault {
                 return Err(fault);
             }
         }

@@ -99,10 +99,10 @@ impl Controller {
         self.edge.put(sensed);
         let command = self.present(command);
         let command = self.asked(command, healthy);
-        let told = self.cycle.run(&mut self.edge, renderer, command);
+        let telemetry = self.cycle.run(&mut self.edge, renderer, command);
         // used up by arming, whatever ends it, and by every mode that follows
-        self.fresh &= matches!(told.mode, Mode::Boot | Mode::SelfTest | Mode::Idle);
-        told
+        self.fresh &= matches!(telemetry.mode, Mode::Boot | Mode::SelfTest | Mode::Idle);
+        telemetry
     }
 
     /// Whether a tick may feed the watchdog: the actuators are off, or the mode allows a force and
@@ -166,19 +166,19 @@ mod tests {
 
     /// So many ticks of the same command in the air.
     fn ticks(controller: &mut Controller, ticks: u32, command: Command, healthy: bool) -> Telemetry {
-        let mut told = None;
+        let mut telemetry = None;
         for _ in 0..ticks {
             let sequence = controller.edge.sense().sequence.wrapping_add(1);
             let sensed = Sensed { position_m: Vector3::zeros(), sequence, status: SensorStatus::Good };
-            told = Some(controller.step(&mut Air, sensed, command, healthy));
+            telemetry = Some(controller.step(&mut Air, sensed, command, healthy));
         }
-        told.unwrap()
+        telemetry.unwrap()
     }
 
     fn modes(arming: Arming, healthy: bool, ask: Option<Ask>) -> (Mode, Option<Fault>) {
         let mut controller = controller(arming, Port::DESKTOP);
-        let told = ticks(&mut controller, 300, Command { asked: ask, ..Command::HEARD }, healthy);
-        (controller.mode(), told.fault)
+        let telemetry = ticks(&mut controller, 300, Command { asked: ask, ..Command::HEARD }, healthy);
+        (controller.mode(), telemetry.fault)
     }
 
     #[test]
@@ -223,8 +223,8 @@ mod tests {
     fn a_fault_that_was_cleared_is_no_sign_to_arm() {
         let mut board = controller(Arming::ByItself, Port::DESKTOP);
         ticks(&mut board, 300, Command::HEARD, true);
-        let told = ticks(&mut board, 1, Command { found: Some(Fault::EmergencyStop), ..Command::HEARD }, true);
-        assert_eq!((told.mode, told.fault), (Mode::Fault, Some(Fault::EmergencyStop)));
+        let telemetry = ticks(&mut board, 1, Command { found: Some(Fault::EmergencyStop), ..Command::HEARD }, true);
+        assert_eq!((telemetry.mode, telemetry.fault), (Mode::Fault, Some(Fault::EmergencyStop)));
         ticks(&mut board, 300, Command::HEARD, true);
         assert_eq!(board.mode(), Mode::Fault, "latched");
         ticks(&mut board, 1, Command { asked: Some(Ask::Clear), ..Command::HEARD }, true);
@@ -260,11 +260,11 @@ mod tests {
     #[test]
     fn a_force_without_its_mode_beside_a_fault_or_beyond_the_limit_is_unsound() {
         let mut board = controller(Arming::ByItself, Port::DESKTOP);
-        let told = ticks(&mut board, 300, Command::HEARD, true);
-        assert_eq!(told.mode, Mode::Active);
+        let telemetry = ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(telemetry.mode, Mode::Active);
         let most_n = board.limits().max_force_n;
         board.edge.actuate(Vector3::new(0.0, 0.0, most_n));
-        assert!(board.sound(&told));
+        assert!(board.sound(&telemetry));
         for (mode, fault, force_n) in [
             (Mode::Active, None, 1.001 * most_n),
             (Mode::Active, None, f32::NAN),
@@ -273,9 +273,9 @@ mod tests {
             (Mode::Fault, None, 0.1),
         ] {
             board.edge.actuate(Vector3::new(0.0, 0.0, force_n));
-            assert!(!board.sound(&Telemetry { mode, fault, ..told }), "{mode:?} {fault:?} {force_n}");
+            assert!(!board.sound(&Telemetry { mode, fault, ..telemetry }), "{mode:?} {fault:?} {force_n}");
             board.edge.release();
-            assert!(board.sound(&Telemetry { mode, fault, ..told }), "no force is always sound");
+            assert!(board.sound(&Telemetry { mode, fault, ..telemetry }), "no force is always sound");
         }
     }
 }

@@ -77,7 +77,7 @@ impl<B: Board> HapticLoop<B> {
         let found = self.board.emergency_stop().or(own).or(supply).or(command.found);
         let operator_absent = self.board.operator_absent().unwrap_or(command.operator_absent);
         let command = Command { found, late_ticks: self.late_ticks.max(missed), operator_absent, ..command };
-        let told = self.controller.step(tissue, sensed, command, self.board.healthy());
+        let telemetry = self.controller.step(tissue, sensed, command, self.board.healthy());
         let mut outputs = force_out::outputs(self.controller.drive());
         self.board.write_outputs(outputs);
         let late = period.map_or(0, |period| self.board.periods_begun().wrapping_sub(period));
@@ -90,7 +90,7 @@ impl<B: Board> HapticLoop<B> {
         if late > 0 {
             self.board.drop_period();
         }
-        if self.controller.sound(&told) && self.board.outputs() == outputs {
+        if self.controller.sound(&telemetry) && self.board.outputs() == outputs {
             self.board.feed_watchdog();
         } else {
             self.board.outputs_off();
@@ -108,10 +108,10 @@ impl<B: Board> HapticLoop<B> {
         if let Some(waited) = waited {
             seen.starts = seen.starts.map_or(Some([waited; 2]), |[least, most]| Some([least.min(waited), most.max(waited)]));
         }
-        seen.faults += u32::from(told.mode == Mode::Fault);
-        (seen.mode, seen.fault, seen.force_n) = (told.mode, told.fault, told.applied_n.into());
-        self.forces.vector(told.applied_n);
-        Record::new(&told, outputs, spent)
+        seen.faults += u32::from(telemetry.mode == Mode::Fault);
+        (seen.mode, seen.fault, seen.force_n) = (telemetry.mode, telemetry.fault, telemetry.applied_n.into());
+        self.forces.vector(telemetry.applied_n);
+        Record::new(&telemetry, outputs, spent)
     }
 
     /// Periods that went by since the last tick's, and how long ago this one began. By the numbers

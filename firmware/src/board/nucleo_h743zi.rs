@@ -255,10 +255,10 @@ pub fn write_outputs(outputs: Outputs) {
         pac::GPIOF.bsrr().write(|w| w.set_br(ENABLE_PIN, true));
         pac::TIM1.bdtr().modify(|w| w.set_moe(false));
     }
-    let told = |code: &AtomicI16| Bridge::of(DacCode(code.load(Ordering::Relaxed)), period_steps());
+    let bridge = |code: &AtomicI16| Bridge::of(DacCode(code.load(Ordering::Relaxed)), period_steps());
     let next = outputs.codes.map(|code| Bridge::of(code, period_steps()));
     let passes_zero: [bool; 3] =
-        core::array::from_fn(|axis| CODES.get(axis).is_none_or(|code| told(code).passes_zero(next[axis])));
+        core::array::from_fn(|axis| CODES.get(axis).is_none_or(|code| bridge(code).passes_zero(next[axis])));
     if passes_zero.contains(&true) {
         for (axis, passes) in passes_zero.into_iter().enumerate() {
             if passes {

@@ -68,11 +68,11 @@ fn tick(
     assert!(black_box(true), "shows that the proof bites");
     let (sensed, command) = inbox.clear();
     let sensed: Sensed = sensed.unwrap_or(*unknown());
-    let told = controller.step(tissue, sensed, command, black_box(true));
+    let telemetry = controller.step(tissue, sensed, command, black_box(true));
     let outputs = force_out::outputs(controller.drive());
-    black_box((deadline.judge(black_box(1)), controller.sound(&told)));
+    black_box((deadline.judge(black_box(1)), controller.sound(&telemetry)));
     tissue.settle(controller.in_contact());
     let mut out = [0; FRAME_BYTES];
-    let record = FromBoard::Record(Record::new(&told, outputs, black_box(7)));
+    let record = FromBoard::Record(Record::new(&telemetry, outputs, black_box(7)));
     black_box(encode(black_box(1), &record, &mut out).is_ok());
 }

@@ -191,7 +191,7 @@ impl Beside for There {
         &mut self,
         reading: Option<Sensed>,
         command: Command,
-        told: &Telemetry,
+        telemetry: &Telemetry,
         got_n: Option<Vector3<f32>>,
     ) -> Option<Vector3<f32>> {
         self.sensed = reading.or(self.sensed);
@@ -199,11 +199,11 @@ impl Beside for There {
             return None;
         }
         let drive = got_n.map_or(Drive::Off, Drive::Force);
-        let here = Record::new(told, force_out::outputs(drive), 0);
+        let here = Record::new(telemetry, force_out::outputs(drive), 0);
         let checked = self.answer(command).and_then(|there| match there.first_difference(&here) {
             None => Ok(there),
             Some((what, [there, here])) => {
-                Err(EmulateError::Differs(format!("tick {}: {what} is {there} on the board and {here} here", told.tick)))
+                Err(EmulateError::Differs(format!("tick {}: {what} is {there} on the board and {here} here", telemetry.tick)))
             }
         });
         match checked {

@@ -127,7 +127,7 @@ impl Witness for There {
         self.modulus(youngs_modulus_pa);
     }
 
-    fn tick(&mut self, reading: Sensed, command: Command, told: &Telemetry, got_n: Option<Vector3<f32>>) {
-        let _there_n = Beside::tick(self, Some(reading), command, told, got_n);
+    fn tick(&mut self, reading: Sensed, command: Command, telemetry: &Telemetry, got_n: Option<Vector3<f32>>) {
+        let _there_n = Beside::tick(self, Some(reading), command, telemetry, got_n);
     }
 }

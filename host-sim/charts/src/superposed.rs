@@ -22,7 +22,7 @@ use super::place::{Frame, Page};
 use super::style::{FINE, INK, TICK_PX, line, px, text};
 use super::surface::facets::{Facet, Skin, faces, high_lamp};
 use super::surface::scales::{scale_bar, shaded};
-use super::surface::view::{V3, View, unit};
+use super::surface::view::{V3, View};
 use super::surface::whole_units;
 use super::{ChartError, check, check_series};
 use ghost::{Wire, outline, wires};
@@ -101,7 +101,8 @@ pub fn superposed(folder: &Path, name: &str, superposed: &Superposed) -> Result<
     check("landmarks at_m (x, y, z in turn)", superposed.landmarks.iter().flat_map(|l| l.at_m))?;
     check("eye", superposed.eye)?;
     check("up", superposed.up)?;
-    let (Some(eye), Some(up)) = (unit(superposed.eye), unit(superposed.up)) else {
+    let [eye, up] = [superposed.eye, superposed.up].map(|v| V3::from(v).try_normalize(0.0));
+    let (Some(eye), Some(up)) = (eye, up) else {
         return Err(ChartError::NotDrawable { what: "length of eye and up", index: 0, value: 0.0 });
     };
     save(folder, name, &Drawing { data: superposed, eye, up })
@@ -152,10 +153,10 @@ fn color(layer: &Layer) -> RGBColor {
 impl Drawing<'_> {
     fn view(&self, frame: Frame) -> View {
         let of = |layer: &Layer<'_>| -> Vec<V3> {
-            layer.triangles.iter().flatten().filter_map(|n| layer.nodes_m.get(*n as usize).copied()).collect()
+            layer.triangles.iter().flatten().filter_map(|n| layer.nodes_m.get(*n as usize)).map(|x| V3::from(*x)).collect()
         };
         let mut points: Vec<V3> = self.data.layers.iter().flat_map(of).collect();
-        points.extend(self.data.landmarks.iter().map(|l| l.at_m));
+        points.extend(self.data.landmarks.iter().map(|l| V3::from(l.at_m)));
         View::from_eye(self.eye, self.up, &points.iter().copied(), frame)
     }
 
@@ -188,7 +189,7 @@ impl Drawing<'_> {
 
     fn landmarks<DB: DrawingBackend>(&self, area: &Area<DB>, view: &View, frame: Frame) -> Drawn<DB> {
         let mut page = Page::new(frame);
-        let spots: Vec<_> = self.data.landmarks.iter().map(|l| view.spot(l.at_m)).collect();
+        let spots: Vec<_> = self.data.landmarks.iter().map(|l| view.spot(V3::from(l.at_m))).collect();
         for spot in &spots {
             page.add_dot(*spot, px(6.0));
         }

@@ -21,7 +21,7 @@ use super::{ChartError, check};
 use facets::{Face, Facet, Skin, faces, low_lamp};
 pub use probe::{Probe, ProbeShape};
 use scales::{BAR_PX, colour, colour_bar, scale_bar, shaded};
-use view::{View, length};
+use view::{V3, View};
 
 /// A closed surface at rest and pressed.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +48,7 @@ pub struct Surface<'a> {
 pub fn surface(folder: &Path, name: &str, surface: &Surface) -> Result<(), ChartError> {
     surface.check()?;
     let moved_m: Vec<f64> =
-        (surface.rest_m.iter().zip(surface.deformed_m)).map(|(a, b)| length([b[0] - a[0], b[1] - a[1], b[2] - a[2]])).collect();
+        (surface.rest_m.iter().zip(surface.deformed_m)).map(|(a, b)| (V3::from(*b) - V3::from(*a)).norm()).collect();
     let used = surface.triangles.iter().flatten();
     let most_m = used.filter_map(|n| moved_m.get(*n as usize)).fold(0.0, |most: f64, m| most.max(*m));
     let unit = Unit::of_length([most_m]);
@@ -88,7 +88,9 @@ impl SurfacePicture<'_> {
     fn view<DB: DrawingBackend>(&self, area: &Area<DB>) -> View {
         let probe = &self.surface.probe;
         let axis = probe.direction();
-        let used = (self.surface.triangles.iter().flatten()).filter_map(|n| self.surface.deformed_m.get(*n as usize).copied());
+        let used = (self.surface.triangles.iter().flatten())
+            .filter_map(|n| self.surface.deformed_m.get(*n as usize))
+            .map(|x| V3::from(*x));
         let (width, height) = area.dim_in_pixel();
         let frame = super::place::Frame {
             low: (px(MARGIN_PX + 10.0), px(TITLE_HEIGHT_PX + 6.0)),

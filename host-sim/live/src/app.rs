@@ -167,13 +167,13 @@ impl App {
                     self.frame = *frame;
                 }
                 Answer::Trace(bytes, why) => {
-                    let (told, bad) = self.files.recorded(bytes);
+                    let (message, bad) = self.files.recorded(bytes);
                     let why = match why {
                         Ended::Asked => "",
                         Ended::Changed => "The recording ended with the change. ",
                         Ended::Full => "The recording is ten minutes long and ended here. ",
                     };
-                    self.said = (format!("{why}{told}"), bad);
+                    self.said = (format!("{why}{message}"), bad);
                 }
                 Answer::Table(table) => self.said = self.files.tabulated(&table),
                 Answer::Said(text) => self.said = (text, false),

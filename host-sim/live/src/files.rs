@@ -35,11 +35,11 @@ impl Files {
     /// it is bad news.
     pub fn recorded(&mut self, bytes: Vec<u8>) -> (String, bool) {
         let kb = bytes.len() / 1024;
-        let told = match keeps_at_once() {
+        let message = match keeps_at_once() {
             true => {
-                let (told, number) = self.keep("trace", &bytes);
+                let (message, number) = self.keep("trace", &bytes);
                 self.number = number;
-                told
+                message
             }
             false => {
                 self.number += 1;
@@ -47,7 +47,7 @@ impl Files {
             }
         };
         self.trace = Some(bytes);
-        told
+        message
     }
 
     /// Writes a file of a number that no other has: a sentence, whether it is bad news, and the

@@ -36,8 +36,8 @@ pub mod thread {
         #[must_use]
         pub fn start(choice: Choice, holding: Holding) -> Self {
             let (requests, asked) = channel();
-            let (told, answers) = channel();
-            std::thread::spawn(move || run(&choice, &holding, &asked, &told));
+            let (answering, answers) = channel();
+            std::thread::spawn(move || run(&choice, &holding, &asked, &answering));
             Self { requests, answers }
         }
     }
@@ -53,11 +53,11 @@ pub mod thread {
         }
     }
 
-    fn run(choice: &Choice, holding: &Holding, asked: &Receiver<Request>, told: &Sender<Answer>) {
+    fn run(choice: &Choice, holding: &Holding, asked: &Receiver<Request>, answering: &Sender<Answer>) {
         let begun = Instant::now();
         let clock = || begun.elapsed().as_secs_f64();
         let mut answer = |a: Answer| {
-            let _closed = told.send(a);
+            let _closed = answering.send(a);
         };
         let mut physics = match Physics::new(choice, holding, clock()) {
             Ok(physics) => physics,

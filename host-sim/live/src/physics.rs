@@ -169,9 +169,9 @@ impl Physics {
         let target_m = if heard { self.target_m } else { self.away_m() };
         let first = self.samples.len();
         for _ in 0..run {
-            let told = self.live.step(target_m, heard);
+            let step = self.live.step(target_m, heard);
             self.ticks += 1;
-            let t = &told.telemetry;
+            let t = &step.telemetry;
             if self.ticks.is_multiple_of(SAMPLE_EVERY) && self.samples.len() < MOST_SAMPLES {
                 self.samples.push(Sample {
                     t_s: self.ticks as f64 * 1e-3,
@@ -181,7 +181,7 @@ impl Physics {
                     tick_us: 0.0,
                 });
             }
-            self.last.tip_m = told.at_m.cast::<f32>().into();
+            self.last.tip_m = step.at_m.cast::<f32>().into();
             self.last.mode = t.mode as u8;
             self.last.fault = t.fault.map_or(0, |f| f as u8);
             self.last.limiters = t.limiters.bits();

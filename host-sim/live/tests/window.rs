@@ -122,7 +122,7 @@ fn the_window_is_pressed_and_its_trace_repeats() {
     }
     let again = palpate_loop::live::replay::replay(&palpate_loop::live::trace::Trace::read(&bytes).unwrap()).unwrap();
     assert_eq!(again.differs, None);
-    assert!(again.told.iter().any(|t| f64::from(t.applied_n.norm()) > number(&soft, "force_n")));
+    assert!(again.telemetry.iter().any(|t| f64::from(t.applied_n.norm()) > number(&soft, "force_n")));
     println!(
         "{} ticks/s, {} frames/s, longest tick {} us",
         stiff["ticks_per_s"], stiff["frames_per_s"], stiff["longest_tick_us"]

@@ -255,14 +255,14 @@ fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus]) {
         report.runs.iter().filter(|r| r.verdict == "quiet").count(),
         report.runs.len()
     );
-    let told = |number: Option<f64>, digits: usize| number.map_or("-".into(), |n| format!("{n:.digits$}"));
+    let worst = |number: Option<f64>, digits: usize| number.map_or("-".into(), |n| format!("{n:.digits$}"));
     println!(
         "worst: created {} mJ, slow press {} mN above 50 Hz, hold {} mN, static error {} %, turn {} degrees a tick (-: in none of these runs)",
-        told(report.most(|r| Some(r.created_mj)), 4),
-        told(report.most(|r| r.buzz_mn), 1),
-        told(report.most(|r| r.hold_buzz_mn), 1),
-        told(report.most(|r| r.static_error_pct), 3),
-        told(report.most(|r| r.turn_deg), 1)
+        worst(report.most(|r| Some(r.created_mj)), 4),
+        worst(report.most(|r| r.buzz_mn), 1),
+        worst(report.most(|r| r.hold_buzz_mn), 1),
+        worst(report.most(|r| r.static_error_pct), 3),
+        worst(report.most(|r| r.turn_deg), 1)
     );
 }
 

@@ -97,7 +97,7 @@ impl EmulateArgs {
             in_time = Some(timed::run(&image, machine, timed::IN_TIME_SHIFT, STARTED_TICKS)?);
             overruns = timed::overruns(&image, machine)?;
         }
-        let told = Emulated {
+        let emulated = Emulated {
             board: format!("{machine:?}"),
             image: image.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
             patch_bytes: bytes.len(),
@@ -117,15 +117,15 @@ impl EmulateArgs {
                 .map(|d| format!("tick {}: {} is {} on the board and {} here", d.tick, d.what, d.values[0], d.values[1])),
         };
         summary::write(&folder, &scene, &session, &press, &[], false)?;
-        folder.write_json("emulated.json", &told)?;
+        folder.write_json("emulated.json", &emulated)?;
         if self.timing {
-            write_timing(&folder, &scene, &session, machine, &seen, &told)?;
+            write_timing(&folder, &scene, &session, machine, &seen, &emulated)?;
         }
         print_holds(&scene, &press);
-        print(&told);
+        print(&emulated);
         let out = folder.publish()?;
         println!("\nwrote {}: summary.json, emulated.json, trace.csv, surface_*.csv, pictures as SVG and PNG", out.display());
-        if let Some(difference) = &told.first_difference {
+        if let Some(difference) = &emulated.first_difference {
             return Err(TissueError::Check(format!("board and desktop part: {difference}")).into());
         }
         if let Some((tick, broken)) = twin.broken {

@@ -66,8 +66,8 @@ impl ReplayArgs {
         let trace = Trace::read(&bytes).map_err(|cause| Error::Trace { path: self.file.clone(), cause })?;
         let folder = OutputFolder::open(&self.out)?;
         let again = self.again(&trace)?;
-        let peak_force_n = again.told.iter().map(|t| t.applied_n.norm()).fold(0.0, f32::max);
-        let deepest_m = again.told.iter().map(|t| t.output.depth_m).fold(0.0, f32::max);
+        let peak_force_n = again.telemetry.iter().map(|t| t.applied_n.norm()).fold(0.0, f32::max);
+        let deepest_m = again.telemetry.iter().map(|t| t.output.depth_m).fold(0.0, f32::max);
         let summary = Summary {
             trace_version: VERSION,
             head: &trace.head,

@@ -29,8 +29,8 @@ impl Tools {
     /// knows nothing of may have it.
     pub fn add_target(&self, target: &str) -> Result<(), Error> {
         let mut ask = self.command(&self.rustc);
-        if let Ok(told) = ask.args(["--print", "target-libdir", "--target", target]).output()
-            && Path::new(String::from_utf8_lossy(&told.stdout).trim()).is_dir()
+        if let Ok(output) = ask.args(["--print", "target-libdir", "--target", target]).output()
+            && Path::new(String::from_utf8_lossy(&output.stdout).trim()).is_dir()
         {
             return Ok(());
         }
@@ -41,8 +41,8 @@ impl Tools {
         match self.command(&self.rustup).args(["target", "add", target]).output() {
             Ok(added) if added.status.success() => Ok(()),
             Ok(added) => {
-                let told = String::from_utf8_lossy(&added.stderr);
-                let why = told.lines().find_map(|l| l.strip_prefix("error: ")).unwrap_or("rustup does not say why");
+                let output = String::from_utf8_lossy(&added.stderr);
+                let why = output.lines().find_map(|l| l.strip_prefix("error: ")).unwrap_or("rustup does not say why");
                 let package = self.package.display();
                 Err(Error::Tissue(refused(why, &format!("run `rustup target add {target}` in {package}, with a network"))))
             }
@@ -58,8 +58,8 @@ impl Tools {
         cargo.args(["build", "--message-format", "json-render-diagnostics"]).args(arguments).stderr(Stdio::inherit());
         let built = cargo.output().map_err(|why| TissueError::Usage(format!("{what}: {why}: {INSTALL}")))?;
         ended(built.status, &what)?;
-        let told = String::from_utf8_lossy(&built.stdout);
-        Ok(told.lines().find_map(|line| file_of(target, line)).ok_or_else(|| {
+        let output = String::from_utf8_lossy(&built.stdout);
+        Ok(output.lines().find_map(|line| file_of(target, line)).ok_or_else(|| {
             TissueError::Usage(format!("{what}: it names no file of {target}: {INSTALL} that rust-toolchain.toml names"))
         })?)
     }
@@ -81,12 +81,12 @@ impl Tools {
 
 /// The program or the module that a line of cargo's messages names.
 fn file_of(target: &str, line: &str) -> Option<PathBuf> {
-    let told: Value = serde_json::from_str(line).ok()?;
-    if told["reason"] != "compiler-artifact" || told["target"]["name"] != target {
+    let output: Value = serde_json::from_str(line).ok()?;
+    if output["reason"] != "compiler-artifact" || output["target"]["name"] != target {
         return None;
     }
-    let module = || told["filenames"].as_array()?.iter().filter_map(Value::as_str).find(|f| f.ends_with(".wasm"));
-    told["executable"].as_str().or_else(module).map(PathBuf::from)
+    let module = || output["filenames"].as_array()?.iter().filter_map(Value::as_str).find(|f| f.ends_with(".wasm"));
+    output["executable"].as_str().or_else(module).map(PathBuf::from)
 }
 
 /// Runs a program that says itself what is wrong.
@@ -152,8 +152,11 @@ mod tests {
         for (rustup, says) in [("", "https://rustup.rs"), (no_net, "could not download: run `rustup target add")] {
             let (_folder, tools) = scripts("echo /nowhere", rustup, "");
             let error = tools.add_target(WASM).unwrap_err();
-            let told = error.to_string();
-            assert!(told.contains(says) && told.contains(WASM) && !told.contains('\n') && error.exit_code() == 2, "{told}");
+            let output = error.to_string();
+            assert!(
+                output.contains(says) && output.contains(WASM) && !output.contains('\n') && error.exit_code() == 2,
+                "{output}"
+            );
         }
     }
 
@@ -173,8 +176,8 @@ mod tests {
     fn what_is_wrong_with_a_build_is_told_apart() {
         for (cargo, says) in [("", INSTALL), ("exit 101", "what it said above"), ("echo {}", "no file of palpate-live")] {
             let (_folder, tools) = scripts("", "", cargo);
-            let told = tools.build(&["--release"], "palpate-live").unwrap_err().to_string();
-            assert!(told.contains(says) && told.contains("cargo build --release"), "{told}");
+            let output = tools.build(&["--release"], "palpate-live").unwrap_err().to_string();
+            assert!(output.contains(says) && output.contains("cargo build --release"), "{output}");
         }
     }
 }

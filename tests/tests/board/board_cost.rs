@@ -128,8 +128,8 @@ fn worst_tick(patch: &Path) -> Worst {
     let cycles = instructions as f64 * tick / worst.total().instructions() as f64;
     let model = PatchFile::open(packed::on_words(patch)).unwrap();
     let touched = triangles_in_reach(&model.model, model.site_m.into(), model.params.probe.radius_m);
-    let told = Board::named("m4f-168").unwrap().cost(&model.model, touched, 1).units;
-    println!("{name}: {touched} triangles in reach, the budget counts with {told:.0} cycles");
+    let budgeted = Board::named("m4f-168").unwrap().cost(&model.model, touched, 1).units;
+    println!("{name}: {touched} triangles in reach, the budget counts with {budgeted:.0} cycles");
     println!(
         "{name}: rim springs {:.1} % of the tick; longest tick of 4 000, haptic cycle, pose and converters included: {instructions} instructions, about {cycles:.0} cycles \
          by the M4F's table ({:.1} % of 1 ms at 168 MHz, {:.1} % at 480 MHz), {:.0} by CoreMark's ratio M7 : M4 ({:.1} % at 480 MHz)\n",
@@ -241,8 +241,8 @@ fn the_budget_knows_what_a_rim_costs() {
 
     let board = Board::named("m4f-168").unwrap();
     let none = Model { rim_nodes: &[], rim_edges: &[], ..model };
-    let told = board.cost(&model, 0, 1).units - board.cost(&none, 0, 1).units;
-    assert!((told / with - 1.0).abs() < 0.05, "the budget says {told:.0} cycles for a rim of {with:.0}");
+    let budgeted = board.cost(&model, 0, 1).units - board.cost(&none, 0, 1).units;
+    assert!((budgeted / with - 1.0).abs() < 0.05, "the budget says {budgeted:.0} cycles for a rim of {with:.0}");
 }
 
 fn rim_cycles(patch: &Path) -> f64 {

@@ -27,11 +27,11 @@ fn prepared(scene: &str, patch: &str, device: &DeviceProfile) -> (InLoop, Target
 /// Everything that a tick told and did, as bits.
 fn bits(run: &Run) -> Vec<[u64; 14]> {
     let rows = run.rows.iter().map(|row| {
-        let told = &row.told;
+        let telemetry = &row.telemetry;
         let single = |x: f32| u64::from(x.to_bits());
-        let [a, f, w] = [told.applied_n, told.output.force_n, told.wanted_n].map(|v| [v.x, v.y, v.z].map(single));
+        let [a, f, w] = [telemetry.applied_n, telemetry.output.force_n, telemetry.wanted_n].map(|v| [v.x, v.y, v.z].map(single));
         let at = [row.at_m.x, row.at_m.y, row.at_m.z].map(f64::to_bits);
-        let rest = [u64::from(told.tick), single(told.output.depth_m)];
+        let rest = [u64::from(telemetry.tick), single(telemetry.output.depth_m)];
         [a[0], a[1], a[2], f[0], f[1], f[2], w[0], w[1], w[2], at[0], at[1], at[2], rest[0], rest[1]]
     });
     rows.collect()

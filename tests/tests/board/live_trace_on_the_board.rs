@@ -46,8 +46,8 @@ fn pointer_and_hand_are_repeated_to_the_bit() {
     for (holding, machine) in [(Holding::default(), EmulatedBoard::M7), (held, EmulatedBoard::M7)] {
         let trace = recorded(&choice(130), &holding, 5000.0);
         let again = live_trace::replay(&trace, Some(&image), machine).unwrap();
-        assert_eq!((again.differs, again.told.len()), (None, trace.ticks as usize), "{holding:?}");
-        let strongest_n = again.told.iter().map(|t| t.applied_n.norm()).fold(0.0, f32::max);
+        assert_eq!((again.differs, again.telemetry.len()), (None, trace.ticks as usize), "{holding:?}");
+        let strongest_n = again.telemetry.iter().map(|t| t.applied_n.norm()).fold(0.0, f32::max);
         println!("{machine:?}: {} ticks, {strongest_n:.3} N at most", trace.ticks);
         assert!(strongest_n > 0.1);
     }

@@ -70,13 +70,13 @@ fn judged(name: &str, bench: &Bench, bounds: &[Bound]) {
     for (truth, most_at, most_rms, most_peak) in bounds {
         let e = errors(bench, truth);
         let [a, b, c, d] = e.at_pct;
-        let told = format!(
+        let message = format!(
             "{name:>9} {truth:<18} {a:+6.1} {b:+6.1} {c:+6.1} {d:+6.1} % at 1 2 3 4 mm, {:5.1} % rms, peak {:+5.1} %",
             e.rms_pct, e.peak_pct
         );
-        println!("{told}");
+        println!("{message}");
         if e.at_pct.iter().any(|at| at.abs() > *most_at) || e.rms_pct > *most_rms || e.peak_pct.abs() > *most_peak {
-            beyond.push(told);
+            beyond.push(message);
         }
     }
     assert!(beyond.is_empty(), "beyond what is promised:\n{}", beyond.join("\n"));
@@ -164,13 +164,13 @@ fn taps_swings_and_drags() {
             let e = CourseError::of(&truth, &bench.patch, &bench.params, site_m)
                 .unwrap()
                 .unwrap_or_else(|fault| panic!("{}: {fault}", truth.name));
-            let told = format!(
+            let message = format!(
                 "{name:>9} {:<20} {:5.1} % rms, across {:5.1} %, peak {:+5.1} %",
                 truth.name, e.rms_pct, e.across_rms_pct, e.peak_pct
             );
-            println!("{told}");
+            println!("{message}");
             if e.rms_pct > *most_rms || e.peak_pct.abs() > *most_peak {
-                beyond.push(told);
+                beyond.push(message);
             }
         }
     }

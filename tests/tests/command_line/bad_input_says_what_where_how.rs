@@ -22,18 +22,18 @@ const TWO_TETS: &str =
 pub(crate) fn refused(desk: &Desk, arguments: &[&str], says: &[&str]) {
     let before = desk.listing();
     let outcome = palpate(SCRATCH, desk.folder(), arguments);
-    let told = format!("{arguments:?}: {outcome:?}");
-    assert_eq!(outcome.code, Some(2), "{told}");
-    assert!(outcome.stderr.starts_with("palpate: ") && outcome.stderr.ends_with('\n'), "{told}");
-    assert_eq!(outcome.stderr.lines().count(), 1, "{told}");
+    let message = format!("{arguments:?}: {outcome:?}");
+    assert_eq!(outcome.code, Some(2), "{message}");
+    assert!(outcome.stderr.starts_with("palpate: ") && outcome.stderr.ends_with('\n'), "{message}");
+    assert_eq!(outcome.stderr.lines().count(), 1, "{message}");
     for words in says {
-        assert!(outcome.stderr.contains(words), "not a word of `{words}`\n{told}");
+        assert!(outcome.stderr.contains(words), "not a word of `{words}`\n{message}");
     }
     for noise in ["panicked", "backtrace", "src/", "Error {", "Some("] {
-        assert!(!outcome.stderr.contains(noise), "{told}");
+        assert!(!outcome.stderr.contains(noise), "{message}");
     }
-    assert_eq!(outcome.stdout, "", "{told}");
-    assert_eq!(desk.listing(), before, "{told}");
+    assert_eq!(outcome.stdout, "", "{message}");
+    assert_eq!(desk.listing(), before, "{message}");
 }
 
 /// Presses a scene that must be refused.

@@ -49,8 +49,8 @@ fn as_run(command: &str, out: &Path) -> String {
     }
     let writes = ["press", "pack", "cut", "score"].iter().any(|c| command.contains(&format!("-- {c}")))
         || command.ends_with("cargo run --release");
-    let told = command.contains("--out");
-    match (writes && !told, command.contains(" -- ")) {
+    let has_folder = command.contains("--out");
+    match (writes && !has_folder, command.contains(" -- ")) {
         (false, _) => command.to_owned(),
         (true, true) => format!("{command} --out '{}'", out.display()),
         (true, false) => format!("{command} -- press --out '{}'", out.display()),
@@ -62,8 +62,8 @@ fn failure(line: &str) -> Option<String> {
     let begun = Instant::now();
     let run = Command::new("sh").args(["-c", line]).current_dir(repository()).output().expect("sh starts");
     println!("$ {line}: {:.1} s", begun.elapsed().as_secs_f64());
-    let told = || format!("$ {line}\n{}\n{}", run.status, String::from_utf8_lossy(&run.stderr));
-    (!run.status.success()).then(told)
+    let message = || format!("$ {line}\n{}\n{}", run.status, String::from_utf8_lossy(&run.stderr));
+    (!run.status.success()).then(message)
 }
 
 /// Commands that take minutes of a core. Each has a quick form among the other tests, except `cut`

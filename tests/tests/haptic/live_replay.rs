@@ -48,8 +48,8 @@ fn a_recording_repeats_bit_for_bit_with_pointer_and_with_a_hand_on_a_device() {
         let trace = Trace::read(&bytes).unwrap();
         let again = replay(&trace).unwrap();
         assert_eq!(again.differs, None, "{holding:?}");
-        assert_eq!(again.told.len(), trace.ticks as usize);
-        let strongest_n = again.told.iter().map(|t| t.applied_n.norm()).fold(0.0, f32::max);
+        assert_eq!(again.telemetry.len(), trace.ticks as usize);
+        let strongest_n = again.telemetry.iter().map(|t| t.applied_n.norm()).fold(0.0, f32::max);
         assert!(strongest_n >= stiff_n);
     }
 }

@@ -161,9 +161,9 @@ fn the_product_stands_what_it_promises() {
         let mut worse = matrix.clone();
         let cell = worse.cells.iter_mut().find(|c| c.case.name == name).expect("a cell of this case");
         spoil(&mut cell.figures);
-        let told = promises(&worse);
-        assert_eq!(told.len(), 1, "{told:?}");
-        assert!(told[0].contains(name) && told[0].contains("palpate at 3.5 kPa") && !told[0].contains('\n'), "{told:?}");
+        let broken = promises(&worse);
+        assert_eq!(broken.len(), 1, "{broken:?}");
+        assert!(broken[0].contains(name) && broken[0].contains("palpate at 3.5 kPa") && !broken[0].contains('\n'), "{broken:?}");
     }
 
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -82,13 +82,13 @@ impl Pins {
     /// The outputs that these pins stand for: what was told if registers and levels agree with it,
     /// [`Outputs::UNKNOWN`] codes if not.
     #[must_use]
-    pub fn outputs(&self, told: [DacCode; 3], period_steps: u16) -> Outputs {
-        let agree = self.axes.iter().zip(told).all(|(pins, code)| {
+    pub fn outputs(&self, written: [DacCode; 3], period_steps: u16) -> Outputs {
+        let agree = self.axes.iter().zip(written).all(|(pins, code)| {
             let bridge = Bridge::of(code, period_steps);
             let silent = pins.steps == 0 || !self.main_output;
             pins.steps == bridge.steps && pins.reverse.is(bridge.reverse) && !(silent && pins.pwm_level)
         });
-        Outputs { enabled: self.enable.any() || self.main_output, codes: if agree { told } else { Outputs::UNKNOWN } }
+        Outputs { enabled: self.enable.any() || self.main_output, codes: if agree { written } else { Outputs::UNKNOWN } }
     }
 }
 
@@ -130,8 +130,8 @@ mod tests {
 
     const PERIOD: u16 = 12_000;
 
-    fn pins(told: [DacCode; 3], enabled: bool) -> Pins {
-        let axes = told.map(|code| {
+    fn pins(written: [DacCode; 3], enabled: bool) -> Pins {
+        let axes = written.map(|code| {
             let Bridge { steps, reverse } = Bridge::of(code, PERIOD);
             AxisPins { steps, pwm_level: false, reverse: Line { register: reverse, level: reverse } }
         });
@@ -160,17 +160,17 @@ mod tests {
 
     #[test]
     fn pins_that_agree_are_what_was_told_and_a_pulse_may_be_high_or_low() {
-        let told = [DacCode(1_000), DacCode(-2_000), DacCode::ZERO];
-        let mut read = pins(told, true);
-        assert_eq!(read.outputs(told, PERIOD), Outputs { enabled: true, codes: told });
+        let written = [DacCode(1_000), DacCode(-2_000), DacCode::ZERO];
+        let mut read = pins(written, true);
+        assert_eq!(read.outputs(written, PERIOD), Outputs { enabled: true, codes: written });
         read.axes[0].pwm_level = true;
-        assert_eq!(read.outputs(told, PERIOD), Outputs { enabled: true, codes: told });
+        assert_eq!(read.outputs(written, PERIOD), Outputs { enabled: true, codes: written });
         assert_eq!(pins([DacCode::ZERO; 3], false).outputs([DacCode::ZERO; 3], PERIOD), Outputs::OFF);
     }
 
     #[test]
     fn each_pin_that_disagrees_is_seen_by_its_register_and_by_its_level() {
-        let told = [DacCode(1_000), DacCode(-2_000), DacCode::ZERO];
+        let written = [DacCode(1_000), DacCode(-2_000), DacCode::ZERO];
         let wrong: [fn(&mut Pins); 6] = [
             |pins| pins.axes[0].steps += 1,
             |pins| pins.axes[0].reverse.register = true,
@@ -183,9 +183,9 @@ mod tests {
             },
         ];
         for (n, spoil) in wrong.into_iter().enumerate() {
-            let mut read = pins(told, true);
+            let mut read = pins(written, true);
             spoil(&mut read);
-            assert_eq!(read.outputs(told, PERIOD).codes, Outputs::UNKNOWN, "{n}");
+            assert_eq!(read.outputs(written, PERIOD).codes, Outputs::UNKNOWN, "{n}");
         }
         let off: [fn(&mut Pins); 4] = [
             |pins| pins.enable.level = true, // a stuck or shorted line

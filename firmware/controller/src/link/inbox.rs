@@ -129,7 +129,7 @@ mod tests {
     use crate::controller::Arming;
     use crate::port::Port;
 
-    fn told(messages: &[ToBoard<'_>]) -> Command {
+    fn heard(messages: &[ToBoard<'_>]) -> Command {
         let settings = Settings::safe(&Port::DESKTOP.limits());
         let mut controller = Controller::build(&settings, Port::DESKTOP, Arming::OnRequest).unwrap();
         let mut inbox = Inbox::default();
@@ -141,19 +141,19 @@ mod tests {
     fn nothing_that_comes_behind_a_stop_takes_it_back() {
         for behind in [HostAsk::Arm, HostAsk::Clear, HostAsk::Stop] {
             for before in [HostAsk::Arm, HostAsk::Clear] {
-                let asked = told(&[before, HostAsk::Stop, behind].map(ToBoard::Ask)).asked;
+                let asked = heard(&[before, HostAsk::Stop, behind].map(ToBoard::Ask)).asked;
                 assert_eq!(asked, Some(Ask::Stop), "{before:?}, stop, {behind:?}");
             }
         }
-        assert_eq!(told(&[HostAsk::Clear, HostAsk::Arm].map(ToBoard::Ask)).asked, Some(Ask::Arm), "else the last one counts");
+        assert_eq!(heard(&[HostAsk::Clear, HostAsk::Arm].map(ToBoard::Ask)).asked, Some(Ask::Arm), "else the last one counts");
     }
 
     #[test]
     fn a_host_tells_of_a_stop_circuit_and_of_an_operator_that_the_board_cannot_see() {
-        assert_eq!(told(&[ToBoard::EmergencyStop, ToBoard::Heartbeat]).found, Some(Fault::EmergencyStop));
-        assert!(told(&[ToBoard::Heartbeat]).operator_absent, "absent until somebody is there");
-        assert!(!told(&[ToBoard::Operator(true), ToBoard::Heartbeat]).operator_absent);
-        assert!(told(&[ToBoard::Operator(true), ToBoard::Operator(false)]).operator_absent);
+        assert_eq!(heard(&[ToBoard::EmergencyStop, ToBoard::Heartbeat]).found, Some(Fault::EmergencyStop));
+        assert!(heard(&[ToBoard::Heartbeat]).operator_absent, "absent until somebody is there");
+        assert!(!heard(&[ToBoard::Operator(true), ToBoard::Heartbeat]).operator_absent);
+        assert!(heard(&[ToBoard::Operator(true), ToBoard::Operator(false)]).operator_absent);
     }
 
     #[test]

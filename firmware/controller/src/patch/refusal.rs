@@ -33,7 +33,7 @@ mod tests {
         let size = BuildError::TooLarge { item: "nodes", need: 2, have: 1 };
         let length = BuildError::LengthMismatch { item: "springs", need: 2, have: 1 };
         let range = |parameter| BuildError::OutOfRange { parameter, value: 2.0, min: 0.0, max: 1.0 };
-        let told = [
+        let refusals = [
             (BuildError::Checksum { expected: 1, found: 2 }, Refusal::PatchDamaged),
             (BuildError::NotAPatch, Refusal::PatchVersion),
             (size, Refusal::PatchTooLarge),
@@ -46,7 +46,7 @@ mod tests {
             (range("poisson_ratio"), Refusal::PatchInvalid),
             (BuildError::Empty, Refusal::PatchInvalid),
         ];
-        for (error, refusal) in told {
+        for (error, refusal) in refusals {
             assert_eq!(Refusal::from(error), refusal);
         }
     }

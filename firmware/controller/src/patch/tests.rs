@@ -70,7 +70,7 @@ fn cost_and_mass_are_the_boards_own_word() {
     assert_eq!(opened(&Budget::M7_480, stiffens), Err(Refusal::PatchCost), "the image does not know the term");
 }
 
-fn told(bytes: &'static [u8]) -> Result<(), BuildError> {
+fn checked(bytes: &'static [u8]) -> Result<(), BuildError> {
     let mut memory = Box::new(Memory::RESERVED);
     Patch::open_within(&Budget::M7_480, bytes, &mut memory, None, &mut || {}).map(|_| ())
 }
@@ -83,9 +83,9 @@ fn a_foundation_much_stiffer_than_the_tissue_is_refused() {
         let points = Vec::leak(points);
         changed(|file| (file.model.foundation, file.model.stiffening_per_m) = (points, more * file.model.stiffening_per_m))
     };
-    assert_eq!(told(times(1.0, 1.0)), Ok(()));
+    assert_eq!(checked(times(1.0, 1.0)), Ok(()));
     for (factor, more) in [(1e3, 1.0), (1.0, 1e4), (f32::MAX, 1.0)] {
-        let error = told(times(factor, more)).unwrap_err();
+        let error = checked(times(factor, more)).unwrap_err();
         assert!(matches!(error, BuildError::OutOfRange { parameter: step::CONTACT, .. }), "{factor} {more}: {error:?}");
         assert_eq!(Refusal::from(error), Refusal::PatchStep);
     }
@@ -106,8 +106,8 @@ fn neighbours_that_outweigh_a_node_are_refused() {
         let (springs, points) = (Vec::leak(springs), Vec::leak(points));
         changed_of(&RELATIVE.0, |file| (file.model.springs, file.model.foundation) = (springs, points))
     };
-    assert_eq!(told(weaker(1.0)), Ok(()));
-    let error = told(weaker(1e-4)).unwrap_err();
+    assert_eq!(checked(weaker(1.0)), Ok(()));
+    let error = checked(weaker(1e-4)).unwrap_err();
     assert!(matches!(error, BuildError::OutOfRange { parameter: step::SERIES, .. }), "{error:?}");
     assert_eq!(Refusal::from(error), Refusal::PatchStep);
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Layer;
 use crate::style::FINE;
-use crate::surface::view::{V3, View, cross, dot, length, sub};
+use crate::surface::view::{V3, View};
 
 /// A piece of an edge.
 pub struct Wire {
@@ -18,13 +18,14 @@ pub struct Wire {
 fn edges(layer: &Layer, view: &View) -> BTreeMap<[u32; 2], [u32; 2]> {
     let mut edges = BTreeMap::new();
     for triangle in layer.triangles {
-        let [Some(a), Some(b), Some(c)] = triangle.map(|n| layer.nodes_m.get(n as usize).copied()) else { continue };
-        let normal = cross(sub(b, a), sub(c, a));
+        let [Some(a), Some(b), Some(c)] = triangle.map(|n| place(layer, n)) else { continue };
+        let (ab, ac) = (b - a, c - a);
+        let normal = ab.cross(&ac);
         // a triangle without area faces nowhere
-        if length(normal) <= 1e-9 * dot(sub(b, a), sub(b, a)).max(dot(sub(c, a), sub(c, a))) {
+        if normal.norm() <= 1e-9 * ab.norm_squared().max(ac.norm_squared()) {
             continue;
         }
-        let away = usize::from(dot(normal, view.eye) <= 0.0);
+        let away = usize::from(normal.dot(&view.eye) <= 0.0);
         for k in 0..3 {
             let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
             let sides: &mut [u32; 2] = edges.entry([a.min(b), a.max(b)]).or_default();
@@ -34,8 +35,12 @@ fn edges(layer: &Layer, view: &View) -> BTreeMap<[u32; 2], [u32; 2]> {
     edges
 }
 
+fn place(layer: &Layer, node: u32) -> Option<V3> {
+    layer.nodes_m.get(node as usize).copied().map(V3::from)
+}
+
 fn ends(layer: &Layer, edge: [u32; 2]) -> Option<[V3; 2]> {
-    let [a, b] = edge.map(|n| layer.nodes_m.get(n as usize).copied());
+    let [a, b] = edge.map(|n| place(layer, n));
     Some([a?, b?])
 }
 
@@ -51,7 +56,7 @@ pub fn wires(layer: &Layer, view: &View, piece_px: f64) -> Vec<Wire> {
         let (from, to) = (view.at(a), view.at(b));
         let length_px = (to.0 - from.0).hypot(to.1 - from.1) / f64::from(FINE);
         let count = (length_px / piece_px).ceil().clamp(1.0, 200.0);
-        let near = |p: V3| dot(p, view.eye);
+        let near = |p: V3| p.dot(&view.eye);
         let mix = |a: f64, b: f64, k: f64| a + (b - a) * k / count;
         for k in 0..count as u32 {
             let (k, next) = (f64::from(k), f64::from(k) + 1.0);

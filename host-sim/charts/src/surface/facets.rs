@@ -1,6 +1,6 @@
 //! Splits the surface into small flat-coloured pieces, farthest first.
 
-use super::view::{V3, View, add, cross, dot, length, sub, unit};
+use super::view::{V3, View};
 use crate::style::FINE;
 
 /// A triangle of the mesh that faces the eye.
@@ -27,7 +27,7 @@ pub struct Facet {
 #[derive(Clone, Copy)]
 pub struct Skin<'a> {
     /// Node positions [m].
-    pub places_m: &'a [V3],
+    pub places_m: &'a [[f64; 3]],
     /// Nodes of each triangle, counter-clockwise seen from outside.
     pub triangles: &'a [[u32; 3]],
     /// How far each node has moved [m].
@@ -74,8 +74,7 @@ pub fn high_lamp(view: &View) -> V3 {
 
 /// Rightward, upward, toward the eye.
 fn lamp(view: &View, [right, up, near]: [f64; 3]) -> V3 {
-    let lamp = add(add([0.0; 3], near, view.eye), up, view.up);
-    unit(add(lamp, right, view.right)).unwrap_or(view.eye)
+    (view.eye * near + view.up * up + view.right * right).try_normalize(0.0).unwrap_or(view.eye)
 }
 
 /// The faces turned toward the eye, farthest first.
@@ -86,15 +85,15 @@ pub fn faces(skin: &Skin, view: &View) -> Vec<Face> {
         let corner = |k: usize| {
             let node = triangle[k] as usize;
             Some(Corner {
-                at: *skin.places_m.get(node)?,
+                at: V3::from(*skin.places_m.get(node)?),
                 moved_m: *skin.moved_m.get(node)?,
-                light: dot(normals[k], skin.lamp).max(0.0),
+                light: normals[k].dot(&skin.lamp).max(0.0),
             })
         };
         let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) else {
             continue;
         };
-        if dot(cross(sub(b.at, a.at), sub(c.at, a.at)), view.eye) > 0.0 {
+        if (b.at - a.at).cross(&(c.at - a.at)).dot(&view.eye) > 0.0 {
             all.push(Face { whole: facet([a, b, c], view), parts: split([a, b, c], skin, view) });
         }
     }
@@ -117,7 +116,7 @@ fn split(corners: [Corner; 3], skin: &Skin, view: &View) -> Vec<Facet> {
     };
     let colour = range(|c| c.moved_m) / skin.scale_m;
     let [a, b, c] = corners.map(|c| c.at);
-    let side = length(sub(b, a)).max(length(sub(c, b))).max(length(sub(a, c)));
+    let side = (b - a).norm().max((c - b).norm()).max((a - c).norm());
     let room = view.scale * side / (SMALLEST_PX * f64::from(FINE));
     let least = view.scale * side / (skin.largest_px * f64::from(FINE));
     let parts = (SHADES * colour.max(range(|c| c.light))).min(room).max(least).ceil().clamp(1.0, 64.0) as u32;
@@ -127,7 +126,7 @@ fn split(corners: [Corner; 3], skin: &Skin, view: &View) -> Vec<Facet> {
         let lerp = |a: f64, b: f64, c: f64| a + u * (b - a) + v * (c - a);
         let [a, b, c] = &corners;
         Corner {
-            at: [lerp(a.at[0], b.at[0], c.at[0]), lerp(a.at[1], b.at[1], c.at[1]), lerp(a.at[2], b.at[2], c.at[2])],
+            at: a.at + (b.at - a.at) * u + (c.at - a.at) * v,
             moved_m: lerp(a.moved_m, b.moved_m, c.moved_m),
             light: lerp(a.light, b.light, c.light),
         }
@@ -149,15 +148,14 @@ fn split(corners: [Corner; 3], skin: &Skin, view: &View) -> Vec<Facet> {
 
 fn facet(corners: [Corner; 3], view: &View) -> Facet {
     let mean = |of: fn(&Corner) -> f64| corners.iter().map(of).sum::<f64>() / 3.0;
-    let near = corners.iter().map(|c| dot(c.at, view.eye)).sum::<f64>() / 3.0;
+    let near = corners.iter().map(|c| c.at.dot(&view.eye)).sum::<f64>() / 3.0;
     Facet { corners: corners.map(|c| view.at(c.at)), moved_m: mean(|c| c.moved_m), light: mean(|c| c.light), near }
 }
 
 /// Unit normals at the three corners of every triangle, smooth over bends, split at creases.
 fn corner_normals(surface: &Skin) -> Vec<[V3; 3]> {
-    let place = |node: u32| surface.places_m.get(node as usize).copied().unwrap_or_default();
-    let faces: Vec<V3> =
-        (surface.triangles.iter()).map(|t| cross(sub(place(t[1]), place(t[0])), sub(place(t[2]), place(t[0])))).collect();
+    let place = |node: u32| surface.places_m.get(node as usize).copied().map_or_else(V3::zeros, V3::from);
+    let faces: Vec<V3> = (surface.triangles.iter()).map(|t| t.map(place)).map(|[a, b, c]| (b - a).cross(&(c - a))).collect();
     let mut around = vec![Vec::new(); surface.places_m.len()];
     for (face, triangle) in faces.iter().zip(surface.triangles) {
         for node in triangle {
@@ -167,13 +165,9 @@ fn corner_normals(surface: &Skin) -> Vec<[V3; 3]> {
         }
     }
     let normal = |own: V3, node: u32| {
-        let mut sum = [0.0; 3];
-        for face in around.get(node as usize).into_iter().flatten() {
-            if dot(own, *face) >= CREASE * length(own) * length(*face) {
-                sum = add(sum, 1.0, *face);
-            }
-        }
-        unit(sum).unwrap_or_default()
+        let around = around.get(node as usize).into_iter().flatten();
+        let bent = around.filter(|face| own.dot(face) >= CREASE * own.norm() * face.norm());
+        bent.sum::<V3>().try_normalize(0.0).unwrap_or_default()
     };
     (faces.iter().zip(surface.triangles)).map(|(own, triangle)| triangle.map(|node| normal(*own, node))).collect()
 }

@@ -1,6 +1,6 @@
 //! The probe as a wire, so that the dent shows through it.
 
-use super::view::{V3, View, across, add, cross, dot, unit};
+use super::view::{V3, View, across};
 
 /// The end of the probe that touches the tissue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +42,7 @@ fn circle() -> impl Iterator<Item = (f64, f64)> + Clone {
 impl Probe {
     /// The axis at length one; straight up if it has no length.
     pub fn direction(&self) -> V3 {
-        unit(self.axis).unwrap_or([0.0, 0.0, 1.0])
+        V3::from(self.axis).try_normalize(0.0).unwrap_or_else(V3::z)
     }
 
     /// How far the drawn part reaches from the tip along the axis [m].
@@ -55,24 +55,24 @@ impl Probe {
 
     /// Corners of the box around the drawn part [m].
     pub fn hull(&self) -> impl Iterator<Item = V3> + Clone {
-        let (tip, radius, axis) = (self.tip_m, self.radius_m, self.direction());
-        let u = across(axis, [1.0, 0.0, 0.0]);
-        let v = cross(axis, u);
+        let (tip_m, radius, axis) = (V3::from(self.tip_m), self.radius_m, self.direction());
+        let u = across(axis, V3::x()) * radius;
+        let v = axis.cross(&u);
         [0.0, self.height_m()].into_iter().flat_map(move |height| {
-            let center = add(tip, height, axis);
-            [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)].map(|(a, b)| add(add(center, a * radius, u), b * radius, v))
+            let center = tip_m + axis * height;
+            [center + u + v, center + u - v, center - u + v, center - u - v]
         })
     }
 
     /// The lines to draw, with the far side of the probe left out.
     pub fn wire(&self, view: &View) -> Vec<Wire> {
         let axis = self.direction();
-        let radius = self.radius_m;
-        let u = across(axis, [1.0, 0.0, 0.0]);
-        let v = cross(axis, u);
+        let (tip_m, radius) = (V3::from(self.tip_m), self.radius_m);
+        let u = across(axis, V3::x());
+        let v = axis.cross(&u);
         let ring = |height: f64, radius: f64| {
-            let center = add(self.tip_m, height, axis);
-            circle().map(move |(c, s)| add(add(center, radius * c, u), radius * s, v))
+            let center = tip_m + axis * height;
+            circle().map(move |(c, s)| center + (u * c + v * s) * radius)
         };
         let mut wires = Vec::new();
         if self.shape == ProbeShape::Flat {
@@ -80,15 +80,15 @@ impl Probe {
                 wires.push(outline(ring(height, radius).collect()));
             }
             for side in [1.0, -1.0] {
-                let foot = add(self.tip_m, side * radius, view.right);
-                wires.push(outline(vec![foot, add(foot, self.height_m(), axis)]));
+                let foot = tip_m + view.right * (side * radius);
+                wires.push(outline(vec![foot, foot + axis * self.height_m()]));
             }
             return wires;
         }
-        let center = add(self.tip_m, radius, axis);
+        let center = tip_m + axis * radius;
         let whole = self.shape == ProbeShape::Sphere;
-        let faces_eye = |p: &V3| dot(*p, view.eye) >= dot(center, view.eye);
-        let present = |p: &V3| whole || dot(*p, axis) <= dot(center, axis) + 1e-9 * radius;
+        let faces_eye = |p: &V3| p.dot(&view.eye) >= center.dot(&view.eye);
+        let present = |p: &V3| whole || p.dot(&axis) <= center.dot(&axis) + 1e-9 * radius;
 
         // lines of latitude every 30 degrees, without the poles
         for (c, s) in circle().step_by(8).skip(1).take(5) {
@@ -101,11 +101,11 @@ impl Probe {
             }
         }
         for (c, s) in circle().step_by(16).take(3) {
-            let across = add(add([0.0; 3], c, u), s, v);
-            let meridian = circle().map(|(c, s)| add(add(center, radius * c, axis), radius * s, across));
+            let across = u * c + v * s;
+            let meridian = circle().map(|(c, s)| center + (axis * c + across * s) * radius);
             wires.extend(runs(meridian, |p| faces_eye(p) && present(p), false));
         }
-        let limb = circle().map(|(c, s)| add(add(center, radius * c, view.right), radius * s, view.up));
+        let limb = circle().map(|(c, s)| center + (view.right * c + view.up * s) * radius);
         wires.extend(runs(limb, present, true));
         wires
     }

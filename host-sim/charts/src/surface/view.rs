@@ -2,45 +2,13 @@
 
 use super::super::place::Frame;
 
-pub type V3 = [f64; 3];
-
-pub fn sub(a: V3, b: V3) -> V3 {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-/// `a + k b`
-pub fn add(a: V3, k: f64, b: V3) -> V3 {
-    [a[0] + k * b[0], a[1] + k * b[1], a[2] + k * b[2]]
-}
-
-pub fn dot(a: V3, b: V3) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub fn cross(a: V3, b: V3) -> V3 {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-pub fn length(a: V3) -> f64 {
-    dot(a, a).sqrt()
-}
-
-/// `a` at length one; `None` for the null vector.
-pub fn unit(a: V3) -> Option<V3> {
-    let l = length(a);
-    (l > 0.0).then(|| [a[0] / l, a[1] / l, a[2] / l])
-}
+pub type V3 = nalgebra::Vector3<f64>;
 
 /// A unit vector at right angles to the unit vector `axis`, as near to `wish` as that allows.
 pub fn across(axis: V3, wish: V3) -> V3 {
     // along `wish` itself there is no nearest one: turn to the next axis
-    let other = [wish[1], wish[2], wish[0]];
-    [wish, other]
-        .into_iter()
-        .map(|w| add(w, -dot(w, axis), axis))
-        .find(|w| length(*w) > 0.3)
-        .and_then(unit)
-        .unwrap_or([0.0, 0.0, 1.0])
+    let across = |wish: V3| (wish - axis * wish.dot(&axis)).try_normalize(0.3);
+    across(wish).or_else(|| across(wish.yzx())).unwrap_or_else(V3::z)
 }
 
 /// Where the eye is and how the picture lies on the canvas.
@@ -65,10 +33,9 @@ impl View {
     /// Looks at the side of the body that `axis` (unit, out of the body) points from, with
     /// everything in `points` inside `frame`.
     pub fn onto(axis: V3, points: &(impl Iterator<Item = V3> + Clone), frame: Frame) -> Self {
-        let front = across(axis, [1.0, 0.0, 0.0]);
-        let side = cross(axis, front);
-        let eye = add(add([0.0; 3], EYE[0], axis), EYE[1], front);
-        let eye = unit(add(eye, EYE[2], side)).unwrap_or(axis);
+        let front = across(axis, V3::x());
+        let side = axis.cross(&front);
+        let eye = (axis * EYE[0] + front * EYE[1] + side * EYE[2]).try_normalize(0.0).unwrap_or(axis);
         Self::from_eye(eye, axis, points, frame)
     }
 
@@ -76,11 +43,10 @@ impl View {
     /// inside `frame`.
     pub fn from_eye(eye: V3, axis: V3, points: &(impl Iterator<Item = V3> + Clone), frame: Frame) -> Self {
         // straight along the axis there is no upward: any right will do
-        let side = across(axis, [0.0, 1.0, 0.0]);
-        let right = Some(cross(axis, eye)).filter(|r| length(*r) > 1e-6).and_then(unit).unwrap_or(side);
-        let up = cross(eye, right);
+        let right = axis.cross(&eye).try_normalize(1e-6).unwrap_or_else(|| across(axis, V3::y()));
+        let up = eye.cross(&right);
         let extent = |along: V3| {
-            let all = points.clone().map(|p| dot(p, along));
+            let all = points.clone().map(|p| p.dot(&along));
             all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
         };
         let (x, y) = (extent(right), extent(up));
@@ -104,7 +70,7 @@ impl View {
 
     /// Place of a point [m] on the canvas [canvas units], y down.
     pub fn at(&self, p: V3) -> (f64, f64) {
-        (self.shift.0 + self.scale * dot(p, self.right), self.shift.1 - self.scale * dot(p, self.up))
+        (self.shift.0 + self.scale * p.dot(&self.right), self.shift.1 - self.scale * p.dot(&self.up))
     }
 
     /// Returns the place of a point [m] on the canvas in whole canvas units, y down.

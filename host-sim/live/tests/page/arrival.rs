@@ -11,13 +11,13 @@ use crate::{active, empty, page, until};
 fn sentence(browser: &mut Browser) -> String {
     let end = Instant::now() + Duration::from_secs(20);
     loop {
-        let told = browser.run("const p = document.getElementById('said'); return p.hidden ? '' : p.textContent;");
-        let told = told.as_str().unwrap_or_default().to_owned();
-        if !told.is_empty() && !told.starts_with("Preparing") {
-            println!("{told}");
-            return told;
+        let shown = browser.run("const p = document.getElementById('said'); return p.hidden ? '' : p.textContent;");
+        let shown = shown.as_str().unwrap_or_default().to_owned();
+        if !shown.is_empty() && !shown.starts_with("Preparing") {
+            println!("{shown}");
+            return shown;
         }
-        assert!(Instant::now() < end, "no sentence: {told:?}");
+        assert!(Instant::now() < end, "no sentence: {shown:?}");
         std::thread::sleep(Duration::from_millis(50));
     }
 }
@@ -67,8 +67,8 @@ fn a_page_that_cannot_start_says_why() {
     for (name, change, says) in cases {
         let copy = changed(&folder, name, change);
         browser.go(&serve(copy.path(), false));
-        let told = sentence(&mut browser);
-        assert!(told.contains(says), "{name}: {told}");
+        let shown = sentence(&mut browser);
+        assert!(shown.contains(says), "{name}: {shown}");
     }
 }
 

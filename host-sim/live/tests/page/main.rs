@@ -128,7 +128,7 @@ fn the_page_is_pressed_and_replays_its_own_bits() {
     assert_eq!(replayed["refused"], false, "{replayed}");
     println!("{}", replayed["said"]);
     let trace = browser.trace();
-    assert!(repeated(&trace).told.iter().any(|t| t.applied_n.norm() > 0.05));
+    assert!(repeated(&trace).telemetry.iter().any(|t| t.applied_n.norm() > 0.05));
     if let Some(folder) = &pictures {
         std::fs::write(folder.join("page.trace"), &trace).unwrap();
     }

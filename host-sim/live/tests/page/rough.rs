@@ -28,7 +28,7 @@ fn a_tab_that_sleeps_lets_go_and_keeps_its_recording() {
     browser.key("r");
     until(&mut browser, "recorded", 20, |s| says(s, "Recorded"));
     let again = repeated(&browser.trace());
-    let felt: Vec<bool> = again.told.iter().map(|t| t.applied_n.norm() > 0.0).collect();
+    let felt: Vec<bool> = again.shown.iter().map(|t| t.applied_n.norm() > 0.0).collect();
     let (first, last) = (felt.iter().position(|f| *f).unwrap(), felt.iter().rposition(|f| *f).unwrap());
     let silent = felt[first..last].chunk_by(|a, b| a == b).filter(|run| !run[0]).map(<[bool]>::len).max();
     println!("{} ticks recorded, {silent:?} of them without force behind another tab", felt.len());
@@ -93,10 +93,10 @@ fn foreign_files_get_a_sentence_and_take_nothing_away() {
         ("holiday.jpg", &[0xff, 0xd8, 0xff], "neither"),
     ] {
         browser.drop_file(name, bytes);
-        let told = until(&mut browser, name, 20, |s| says(s, said));
-        let text = told["said"].as_str().unwrap();
+        let shown = until(&mut browser, name, 20, |s| says(s, said));
+        let text = shown["said"].as_str().unwrap();
         println!("{name}: {text}");
-        assert!(told["refused"] == true && !text.contains('\n') && number(&told, "force_n") == 0.0, "{told}");
+        assert!(shown["refused"] == true && !text.contains('\n') && number(&shown, "force_n") == 0.0, "{shown}");
     }
     // what was there is there: the recording, the scene, and its sliders
     let kept = browser.shown();
@@ -109,5 +109,5 @@ fn foreign_files_get_a_sentence_and_take_nothing_away() {
     let_go(&mut browser, MIDDLE);
     browser.key("r");
     until(&mut browser, "recorded", 20, |s| says(s, "Recorded"));
-    assert!(repeated(&browser.trace()).told.len() > 1000);
+    assert!(repeated(&browser.trace()).shown.len() > 1000);
 }

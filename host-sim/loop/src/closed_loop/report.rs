@@ -123,7 +123,7 @@ impl Row {
         // theirs
         let steady = !matches!(hand.grip, Grip::Released | Grip::Changing { .. });
         // a contact that was long at the force limit is weakened on purpose until it ends
-        let relieved = run.rows.last().is_some_and(|r| r.told.limiters.contains(Limiters::GAIN));
+        let relieved = run.rows.last().is_some_and(|r| r.telemetry.limiters.contains(Limiters::GAIN));
         let still = run.hold.filter(|h| h.swing_m <= 1e-9 && !relieved);
         Self {
             hand: hand.id,

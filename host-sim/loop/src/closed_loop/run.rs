@@ -51,7 +51,7 @@ pub struct Row {
     /// Energy at the port.
     pub energy: PortEnergy,
     /// Telemetry of the loop.
-    pub told: Telemetry,
+    pub telemetry: Telemetry,
 }
 
 /// Result of a run.
@@ -98,7 +98,7 @@ pub trait Beside {
         &mut self,
         reading: Option<Sensed>,
         command: Command,
-        told: &Telemetry,
+        telemetry: &Telemetry,
         got_n: Option<Vector3<f32>>,
     ) -> Option<Vector3<f32>>;
 }
@@ -147,13 +147,20 @@ pub fn run_beside(setup: &Setup, surface: &mut impl Surface, beside: &mut impl B
             surface.change(change);
             beside.change(change);
         }
-        let told = watched.cycle_beside(&mut cycle, &mut plant, surface, Command::HEARD, beside);
+        let telemetry = watched.cycle_beside(&mut cycle, &mut plant, surface, Command::HEARD, beside);
         surface.settle(cycle.in_contact());
         let aim = course.aim(t_s);
-        let touched = told.output.depth_m > 0.0 || told.applied_n != Vector3::zeros();
+        let touched = telemetry.output.depth_m > 0.0 || telemetry.applied_n != Vector3::zeros();
         plant.step(&aim, touched);
-        rows.push(Row { t_s, at_m: plant.at_m(), target_m: aim.at_m, acting_n: plant.acting_n(), energy: plant.energy(), told });
-        if told.mode == Mode::Fault {
+        rows.push(Row {
+            t_s,
+            at_m: plant.at_m(),
+            target_m: aim.at_m,
+            acting_n: plant.acting_n(),
+            energy: plant.energy(),
+            telemetry,
+        });
+        if telemetry.mode == Mode::Fault {
             break;
         }
         ticks += 1;
@@ -211,9 +218,9 @@ impl Watched {
     ) -> Telemetry {
         let limits = *cycle.limits();
         let mut seen = Seen { device, reading: None, got_n: None };
-        let told = cycle.run(&mut seen, surface, command);
+        let telemetry = cycle.run(&mut seen, surface, command);
         let Seen { reading, got_n, .. } = seen;
-        match beside.tick(reading, command, &told, got_n) {
+        match beside.tick(reading, command, &telemetry, got_n) {
             Some(force_n) => device.actuate(force_n),
             None => device.release(),
         }
@@ -222,12 +229,12 @@ impl Watched {
         // reading every node is dear, and what is not finite does not become so again
         let unsound = if self.ticks.is_multiple_of(16) { surface.unsound() } else { None };
         if let Some(reading) = self.reading
-            && let Err(broken) = self.watch.check(&Tick { command, reading, limits, told, got_n, unsound })
+            && let Err(broken) = self.watch.check(&Tick { command, reading, limits, telemetry, got_n, unsound })
             && !self.broken.contains(&broken)
         {
             self.broken.push(broken);
         }
-        told
+        telemetry
     }
 }
 
@@ -260,20 +267,20 @@ impl<D: HapticDevice> HapticDevice for Seen<'_, D> {
 
 fn judge(setup: &Setup, course: &Course, rows: Vec<Row>, broken: Vec<Broken>) -> Run {
     let at_m: Vec<Vector3<f64>> = rows.iter().map(|r| r.at_m).collect();
-    let force_n: Vec<Vector3<f64>> = rows.iter().map(|r| r.told.applied_n.cast()).collect();
+    let force_n: Vec<Vector3<f64>> = rows.iter().map(|r| r.telemetry.applied_n.cast()).collect();
     let ends = setup.stimulus.ends_in_hold();
-    let fault = rows.last().and_then(|r| r.told.fault);
+    let fault = rows.last().and_then(|r| r.telemetry.fault);
     let held_from = rows.len().saturating_sub(super::verdict::JUDGED);
     // from the first touch until the hand stops
     let pressing = || {
-        let from = rows.iter().position(|r| r.told.output.depth_m > 0.3e-3)?;
+        let from = rows.iter().position(|r| r.telemetry.output.depth_m > 0.3e-3)?;
         let stop_s = course.seconds() - super::stimulus::HOLD_S - 0.5;
         let to = rows.iter().position(|r| r.t_s >= stop_s)?;
         (to > from + 50).then(|| rms_above(force_n.get(..to).unwrap_or_default(), 50.0, from))
     };
     let static_error = rows.last().map_or(0.0, |r| {
-        let model_n = r.told.output.force_n;
-        if model_n.norm() > 0.0 { f64::from((r.told.applied_n - model_n).norm() / model_n.norm()) } else { 0.0 }
+        let model_n = r.telemetry.output.force_n;
+        if model_n.norm() > 0.0 { f64::from((r.telemetry.applied_n - model_n).norm() / model_n.norm()) } else { 0.0 }
     });
     Run {
         hold: ends.then(|| Hold::judge(&at_m, &force_n, setup.device.count_m)),

@@ -93,11 +93,11 @@ struct Loop<'s, S> {
 
 impl<S: Surface> Loop<'_, S> {
     fn tick(&mut self, device: &mut Faulty<Plant>, asked: Option<Ask>) -> bool {
-        let told = self.watched.cycle(&mut self.cycle, device, self.surface, Command { asked, ..Command::HEARD });
+        let telemetry = self.watched.cycle(&mut self.cycle, device, self.surface, Command { asked, ..Command::HEARD });
         self.readings = self.readings.wrapping_add(1);
         self.seen.ticks += 1;
-        self.seen.peak_n = self.seen.peak_n.max(told.applied_n.norm());
-        told.output.depth_m > 0.0 || told.applied_n != Vector3::zeros()
+        self.seen.peak_n = self.seen.peak_n.max(telemetry.applied_n.norm());
+        telemetry.output.depth_m > 0.0 || telemetry.applied_n != Vector3::zeros()
     }
 
     /// Returns the device in another hand, its readings numbered on.
@@ -176,13 +176,13 @@ fn on<S: Surface>(
 impl<S: Surface> Loop<'_, S> {
     /// Which fault it was; clears it.
     fn trip(&mut self, device: &mut Faulty<Plant>) -> Option<Fault> {
-        let told = self.watched.cycle(&mut self.cycle, device, self.surface, Command::HEARD);
+        let telemetry = self.watched.cycle(&mut self.cycle, device, self.surface, Command::HEARD);
         self.readings = self.readings.wrapping_add(1);
         for _ in 0..150 {
             self.tick(device, None);
         }
         self.tick(device, Some(Ask::Clear));
-        told.fault
+        telemetry.fault
     }
 }
 

@@ -31,8 +31,8 @@ pub fn write(folder: &OutputFolder, run: &Run, site: &Site) -> Result<(), Error>
         "fault",
     ];
     let rows = run.rows.iter().map(|r| {
-        let (told, at, target, normal) = (&r.told, r.at_m, r.target_m, site.normal);
-        let force = told.applied_n.cast::<f64>();
+        let (telemetry, at, target, normal) = (&r.telemetry, r.at_m, r.target_m, site.normal);
+        let force = telemetry.applied_n.cast::<f64>();
         [
             r.t_s,
             at.x,
@@ -41,17 +41,17 @@ pub fn write(folder: &OutputFolder, run: &Run, site: &Site) -> Result<(), Error>
             target.x,
             target.y,
             target.z,
-            f64::from(told.output.depth_m),
-            told.output.force_n.cast::<f64>().dot(&normal),
+            f64::from(telemetry.output.depth_m),
+            telemetry.output.force_n.cast::<f64>().dot(&normal),
             force.x,
             force.y,
             force.z,
             r.acting_n.dot(&normal),
             r.energy.given_j,
             r.energy.created_j,
-            f64::from(told.mode as u8),
-            f64::from(told.limiters.bits()),
-            told.fault.map_or(0.0, |f| f64::from(f as u8)),
+            f64::from(telemetry.mode as u8),
+            f64::from(telemetry.limiters.bits()),
+            telemetry.fault.map_or(0.0, |f| f64::from(f as u8)),
         ]
     });
     folder.write_csv("trace.csv", header, rows)

@@ -38,7 +38,7 @@ pub struct Tick {
     /// Limits in force.
     pub limits: LoopLimitSettings,
     /// Telemetry of the loop.
-    pub told: Telemetry,
+    pub telemetry: Telemetry,
     /// Output to the device: a force [N], or its release.
     pub got_n: Option<Vector3<f32>>,
     /// Defect of the tissue's state, if any.
@@ -164,52 +164,60 @@ impl Watch {
         self.count(now);
         let by_geometry = self.by_geometry.as_mut().map_or(Ok(()), |g| g.check(&now.reading, now.force_n()));
         let answer = self.judge(now).and(by_geometry);
-        self.arming = if now.told.mode == Mode::Arming { self.arming + 1 } else { 0 };
+        self.arming = if now.telemetry.mode == Mode::Arming { self.arming + 1 } else { 0 };
         self.past = [Some(*now), self.past[0], self.past[1]];
         answer
     }
 
     fn count(&mut self, now: &Tick) {
-        let told = &now.told;
-        let touched = told.output.depth_m > 0.0 || told.output.force_n != Vector3::zeros();
-        self.free = match told.mode {
+        let telemetry = &now.telemetry;
+        let touched = telemetry.output.depth_m > 0.0 || telemetry.output.force_n != Vector3::zeros();
+        self.free = match telemetry.mode {
             Mode::Active | Mode::Degraded => self.free + u32::from(!touched),
             _ => 0,
         };
-        let at_end = told.mode == Mode::Active && told.output.force_n.norm() >= now.limits.max_force_n;
+        let at_end = telemetry.mode == Mode::Active && telemetry.output.force_n.norm() >= now.limits.max_force_n;
         self.saturated = if at_end { self.saturated + 1 } else { 0 };
-        let over = self.settled.is_some_and(|s| told.energy.created_j > s.alarm_j);
+        let over = self.settled.is_some_and(|s| telemetry.energy.created_j > s.alarm_j);
         self.alarmed = if over { self.alarmed + 1 } else { 0 };
     }
 
     fn judge(&mut self, now: &Tick) -> Result<(), Broken> {
         let hold = |id, what, holds: bool| if holds { Ok(()) } else { Err(Broken { id, what }) };
-        let (told, force_n) = (&now.told, now.force_n());
+        let (telemetry, force_n) = (&now.telemetry, now.force_n());
         let length_n = force_n.norm();
         hold("I1", "finite", force_n.iter().all(|c| c.is_finite()))?;
-        hold("I9", "told is given", told.applied_n == force_n)?;
-        hold("I5", now.unsound.unwrap_or_default(), now.unsound.is_none() || told.mode == Mode::Fault)?;
+        hold("I9", "told is given", telemetry.applied_n == force_n)?;
+        hold("I5", now.unsound.unwrap_or_default(), now.unsound.is_none() || telemetry.mode == Mode::Fault)?;
         hold("I1", "longest", length_n <= now.limits.max_force_n + ROUNDING_N)?;
-        hold("I3", "force without mode", allows_force(told.mode) || now.got_n.is_none())?;
-        hold("I4", "fault without mode", told.fault.is_some() == (told.mode == Mode::Fault))?;
+        hold("I3", "force without mode", allows_force(telemetry.mode) || now.got_n.is_none())?;
+        hold("I4", "fault without mode", telemetry.fault.is_some() == (telemetry.mode == Mode::Fault))?;
 
         let pose = now.reading.position_m;
         let readable = pose.iter().all(|c| c.is_finite()) && now.reading.status == SensorStatus::Good;
-        hold("I7", "bad reading", readable || told.mode == Mode::Fault)?;
-        hold("I4", "board's finding", now.command.found.is_none() || told.mode == Mode::Fault)?;
-        hold("I3", "free space", told.output.depth_m > 0.0 || told.output.force_n != Vector3::zeros() || length_n == 0.0)?;
+        hold("I7", "bad reading", readable || telemetry.mode == Mode::Fault)?;
+        hold("I4", "board's finding", now.command.found.is_none() || telemetry.mode == Mode::Fault)?;
+        hold(
+            "I3",
+            "free space",
+            telemetry.output.depth_m > 0.0 || telemetry.output.force_n != Vector3::zeros() || length_n == 0.0,
+        )?;
         // on a flank friction alone may point inward; without it what the model pushes never pulls
-        let pushes = told.output.force_n.dot(&told.output.normal) >= 0.0;
-        hold("I1", "pull", !pushes || force_n.dot(&told.output.normal) >= -told.output.grip_n - ROUNDING_N)?;
-        if !told.limiters.contains(Limiters::SLEW) && length_n > 1e-3 {
-            let aside = force_n.cross(&told.wanted_n).norm();
-            hold("I2", "direction", aside <= 0.03 * length_n * told.wanted_n.norm() && force_n.dot(&told.wanted_n) > 0.0)?;
+        let pushes = telemetry.output.force_n.dot(&telemetry.output.normal) >= 0.0;
+        hold("I1", "pull", !pushes || force_n.dot(&telemetry.output.normal) >= -telemetry.output.grip_n - ROUNDING_N)?;
+        if !telemetry.limiters.contains(Limiters::SLEW) && length_n > 1e-3 {
+            let aside = force_n.cross(&telemetry.wanted_n).norm();
+            hold(
+                "I2",
+                "direction",
+                aside <= 0.03 * length_n * telemetry.wanted_n.norm() && force_n.dot(&telemetry.wanted_n) > 0.0,
+            )?;
         }
-        let wanted_n = told.wanted_n.norm();
-        hold("I2", "longer than wanted", length_n <= 1.0001 * wanted_n + ROUNDING_N || told.mode == Mode::Fault)?;
+        let wanted_n = telemetry.wanted_n.norm();
+        hold("I2", "longer than wanted", length_n <= 1.0001 * wanted_n + ROUNDING_N || telemetry.mode == Mode::Fault)?;
         hold("I3", "saturation", self.saturated <= u32::from(now.limits.saturated_ticks) + 1)?;
         if let Some(settled) = self.settled
-            && matches!(told.mode, Mode::Active | Mode::Degraded)
+            && matches!(telemetry.mode, Mode::Active | Mode::Degraded)
         {
             let risen = self.free as f32 * settled.ramp_in_per_tick;
             hold("I3", "ramp-in", length_n <= 1.001 * risen * wanted_n + ROUNDING_N)?;
@@ -217,29 +225,31 @@ impl Watch {
         }
         hold("I3", "host silence", self.silent < 150 || length_n <= 0.05)?;
 
-        let Some(before) = self.past[0] else { return hold("I3", "boot", !allows_force(told.mode) && told.mode != Mode::Arming) };
+        let Some(before) = self.past[0] else {
+            return hold("I3", "boot", !allows_force(telemetry.mode) && telemetry.mode != Mode::Arming);
+        };
         hold("I8", "a limit rose", lower(&now.limits, &before.limits))?;
-        hold("I10", "count", told.tick == before.told.tick.wrapping_add(1))?;
+        hold("I10", "count", telemetry.tick == before.telemetry.tick.wrapping_add(1))?;
         self.against(now, &before)
     }
 
     fn against(&mut self, now: &Tick, before: &Tick) -> Result<(), Broken> {
         let hold = |id, what, holds: bool| if holds { Ok(()) } else { Err(Broken { id, what }) };
-        let (told, force_n, last_n) = (&now.told, now.force_n(), before.force_n());
+        let (telemetry, force_n, last_n) = (&now.telemetry, now.force_n(), before.force_n());
 
         // some share of the last force, and at most the slew more
         let square = last_n.norm_squared();
         let share = if square > 0.0 { (force_n.dot(&last_n) / square).clamp(0.0, 1.0) } else { 0.0 };
         hold("I2", "slew", (force_n - last_n * share).norm() <= now.limits.max_slew_n_per_s * 1e-3 + 10.0 * ROUNDING_N)?;
-        hold("I3", "ramp falls", told.mode != Mode::SafeRamp || force_n.norm() <= last_n.norm() + ROUNDING_N)?;
+        hold("I3", "ramp falls", telemetry.mode != Mode::SafeRamp || force_n.norm() <= last_n.norm() + ROUNDING_N)?;
 
-        let late = now.command.late_ticks > 0 && allows_force(before.told.mode);
+        let late = now.command.late_ticks > 0 && allows_force(before.telemetry.mode);
         hold("I3", "late", !late || force_n.norm() <= 0.5 * last_n.norm() + ROUNDING_N)?;
-        let twice = now.command.late_ticks > 1 || before.command.late_ticks > 0 && before.told.fault.is_none();
-        hold("I3", "late twice", !(late && twice) || told.mode == Mode::Fault)?;
+        let twice = now.command.late_ticks > 1 || before.command.late_ticks > 0 && before.telemetry.fault.is_none();
+        hold("I3", "late twice", !(late && twice) || telemetry.mode == Mode::Fault)?;
         self.energy(now, before)?;
 
-        let (from, to) = (before.told.mode, told.mode);
+        let (from, to) = (before.telemetry.mode, telemetry.mode);
         let comes_from = match to {
             Mode::Active => matches!(from, Mode::Active | Mode::Arming | Mode::Degraded),
             Mode::Degraded => matches!(from, Mode::Active | Mode::Degraded),
@@ -252,7 +262,7 @@ impl Watch {
 
         let healed = from == Mode::Fault && to != Mode::Fault;
         hold("I4", "latched", !healed || (now.command.asked == Some(Ask::Clear) && self.good >= 100))?;
-        hold("I4", "first fault", from != Mode::Fault || healed || told.fault == before.told.fault)?;
+        hold("I4", "first fault", from != Mode::Fault || healed || telemetry.fault == before.telemetry.fault)?;
         self.good = if from == Mode::Fault && now.command.found.is_none() { self.good + 1 } else { 0 };
 
         let fresh = now.reading.sequence.wrapping_sub(before.reading.sequence).cast_signed() > 0;
@@ -260,7 +270,7 @@ impl Watch {
         hold("I7", "stale", self.old <= 2 || to == Mode::Fault)?;
 
         if let [Some(one), Some(two), _] = self.past {
-            let believed = two.told.fault.is_none() && !two.told.limiters.contains(Limiters::HELD);
+            let believed = two.telemetry.fault.is_none() && !two.telemetry.limiters.contains(Limiters::HELD);
             let forced = one.force_n() != Vector3::zeros() && two.force_n() != Vector3::zeros();
             let new = fresh && one.reading.sequence.wrapping_sub(two.reading.sequence).cast_signed() > 0;
             let far = |t: &Tick| (t.reading.position_m - two.reading.position_m).norm() > 3.3e-3;
@@ -272,11 +282,11 @@ impl Watch {
     /// The work of the force that acted is what the loop counted.
     fn energy(&mut self, now: &Tick, before: &Tick) -> Result<(), Broken> {
         let Some(settled) = self.settled else { return Ok(()) };
-        if now.told.fault.is_some() || before.told.fault.is_some() {
+        if now.telemetry.fault.is_some() || before.telemetry.fault.is_some() {
             self.slack_m = [Slack(None); 3];
             return Ok(());
         }
-        let displacement_m = now.told.position_m - before.told.position_m;
+        let displacement_m = now.telemetry.position_m - before.telemetry.position_m;
         let mut passed_m = [None; 3];
         for ((passed, slack), way) in passed_m.iter_mut().zip(&mut self.slack_m).zip(displacement_m.iter()) {
             *passed = slack.pass(*way, settled.play_m);
@@ -288,8 +298,8 @@ impl Watch {
             return Ok(());
         }
         let work_j = force_n.dot(&Vector3::new(x, y, z));
-        let counted_j = now.told.energy.given_j - before.told.energy.given_j;
-        match (counted_j - work_j).abs() <= 1e-7 + 1e-3 * work_j.abs() + 1e-5 * now.told.energy.given_j.abs() {
+        let counted_j = now.telemetry.energy.given_j - before.telemetry.energy.given_j;
+        match (counted_j - work_j).abs() <= 1e-7 + 1e-3 * work_j.abs() + 1e-5 * now.telemetry.energy.given_j.abs() {
             true => Ok(()),
             false => Err(Broken { id: "I11", what: "energy counted" }),
         }

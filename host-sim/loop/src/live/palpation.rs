@@ -218,11 +218,10 @@ impl Live {
         let command = Command { heard, asked, ..Command::default() };
         let limits = *self.cycle.limits();
         let mut listened = Listened { port: &mut self.port, reading: None, got_n: None };
-        let told = self.cycle.run(&mut listened, &mut self.tissue, command);
+        let telemetry = self.cycle.run(&mut listened, &mut self.tissue, command);
         let Listened { reading, got_n, .. } = listened;
-        let seen = reading.map(|reading| Tick { command, reading, limits, told, got_n, unsound: None });
+        let seen = reading.map(|reading| Tick { command, reading, limits, telemetry, got_n, unsound: None });
         let broken = seen.and_then(|tick| self.watch.check(&tick).err());
-        let telemetry = told;
         if let (Some(recorder), Some(reading)) = (&mut self.recorder, reading) {
             recorder.row(&reading, &command, &telemetry);
             if recorder.hash_due() {

@@ -14,7 +14,7 @@ use palpate_tissue::patch::Patch;
 #[derive(Clone, Debug)]
 pub struct Replayed {
     /// One a tick, as told here.
-    pub told: Vec<Telemetry>,
+    pub telemetry: Vec<Telemetry>,
     /// Hash of all nodes at the end.
     pub hash: u64,
     /// The first thing that differs: its tick, and what.
@@ -31,7 +31,7 @@ pub trait Witness {
 
     /// Called once per tick with what was read, asked, reported and applied to the device [N];
     /// `None` is its release.
-    fn tick(&mut self, reading: Sensed, command: Command, told: &Telemetry, got_n: Option<Vector3<f32>>);
+    fn tick(&mut self, reading: Sensed, command: Command, telemetry: &Telemetry, got_n: Option<Vector3<f32>>);
 }
 
 /// No controller beside the replayed one.
@@ -57,8 +57,8 @@ pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replay
     let mut cycle = Cycle::build(&trace.settings, &trace.device)?;
     let mut device = Replay { limits: trace.device, reading: UNREAD, got_n: None };
     let mut tissue: Option<LiveTissue> = None;
-    let mut told = Vec::with_capacity(trace.ticks as usize);
-    let mut replayed = Replayed { told: Vec::new(), hash: 0, differs: None, broken: Vec::new() };
+    let mut telemetry = Vec::with_capacity(trace.ticks as usize);
+    let mut replayed = Replayed { telemetry: Vec::new(), hash: 0, differs: None, broken: Vec::new() };
     let mut watch = Watch::of(&trace.settings, &trace.device);
     for (n, piece) in trace.pieces.iter().enumerate() {
         match piece {
@@ -75,7 +75,7 @@ pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replay
             Piece::Hash(expected) => {
                 replayed.hash = tissue.as_mut().map_or(0, LiveTissue::hash);
                 if replayed.hash != *expected && replayed.differs.is_none() {
-                    replayed.differs = Some((told.len() as u32, "the nodes"));
+                    replayed.differs = Some((telemetry.len() as u32, "the nodes"));
                 }
             }
             Piece::Rows(rows) => {
@@ -90,7 +90,7 @@ pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replay
                     let limits = *cycle.limits();
                     let now = cycle.run(&mut device, tissue, row.command);
                     let (command, reading, got_n) = (row.command, device.reading, device.got_n);
-                    if let Err(broken) = watch.check(&Tick { command, reading, limits, told: now, got_n, unsound: None })
+                    if let Err(broken) = watch.check(&Tick { command, reading, limits, telemetry: now, got_n, unsound: None })
                         && !replayed.broken.iter().any(|(_, b)| *b == broken)
                     {
                         replayed.broken.push((now.tick, broken));
@@ -103,12 +103,12 @@ pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replay
                     if digest(&now) != row.digest && replayed.differs.is_none() {
                         replayed.differs = Some((now.tick, "what the loop told"));
                     }
-                    told.push(now);
+                    telemetry.push(now);
                 }
             }
         }
     }
-    replayed.told = told;
+    replayed.telemetry = telemetry;
     Ok(replayed)
 }
 
@@ -173,9 +173,9 @@ impl HapticDevice for Replay {
 pub fn table(replayed: &Replayed) -> String {
     use std::fmt::Write;
     let mut text = String::from("t_s,probe_x_m,probe_y_m,probe_z_m,depth_m,force_x_n,force_y_n,force_z_n,energy_given_j,mode\n");
-    for (n, told) in replayed.told.iter().enumerate() {
-        let (p, f) = (told.position_m, told.applied_n);
-        let (depth_m, energy_j, mode) = (told.output.depth_m, told.energy.given_j, told.mode);
+    for (n, telemetry) in replayed.telemetry.iter().enumerate() {
+        let (p, f) = (telemetry.position_m, telemetry.applied_n);
+        let (depth_m, energy_j, mode) = (telemetry.output.depth_m, telemetry.energy.given_j, telemetry.mode);
         let t_s = n as f64 * palpate_tissue::scene::TICK_S;
         // a string takes every write
         let _taken = writeln!(text, "{t_s:.3},{},{},{},{depth_m},{},{},{},{energy_j},{mode:?}", p.x, p.y, p.z, f.x, f.y, f.z);

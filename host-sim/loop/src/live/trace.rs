@@ -120,17 +120,18 @@ impl std::error::Error for TraceError {}
 
 /// Everything that a tick told beside the force, folded into 32 bits.
 #[must_use]
-pub fn digest(told: &Telemetry) -> u32 {
-    let o = &told.output;
-    let fault = told.fault.map_or(0, |f| f as u8);
+pub fn digest(telemetry: &Telemetry) -> u32 {
+    let o = &telemetry.output;
+    let fault = telemetry.fault.map_or(0, |f| f as u8);
     let model_fault = o.fault.map_or(0, |f| f as u8);
-    let mut bytes = vec![told.mode as u8, fault, model_fault, told.limiters.bits(), o.limiters.bits(), u8::from(told.refused)];
-    bytes.extend(told.tick.to_le_bytes());
+    let mut bytes =
+        vec![telemetry.mode as u8, fault, model_fault, telemetry.limiters.bits(), o.limiters.bits(), u8::from(telemetry.refused)];
+    bytes.extend(telemetry.tick.to_le_bytes());
     bytes.extend(o.active_nodes.to_le_bytes());
-    for v in [told.position_m, o.force_n, o.point_m, o.normal, told.wanted_n, told.applied_n] {
+    for v in [telemetry.position_m, o.force_n, o.point_m, o.normal, telemetry.wanted_n, telemetry.applied_n] {
         v.iter().for_each(|c| bytes.extend(c.to_bits().to_le_bytes()));
     }
-    for c in [o.depth_m, told.energy.given_j, told.energy.created_j, told.energy.total_created_j] {
+    for c in [o.depth_m, telemetry.energy.given_j, telemetry.energy.created_j, telemetry.energy.total_created_j] {
         bytes.extend(c.to_bits().to_le_bytes());
     }
     let hash = fnv(&bytes);
@@ -179,13 +180,13 @@ impl Recorder {
     }
 
     /// A tick.
-    pub fn row(&mut self, reading: &Sensed, command: &Command, told: &Telemetry) {
+    pub fn row(&mut self, reading: &Sensed, command: &Command, telemetry: &Telemetry) {
         let asked = command.asked.map_or(0, |a| 1 + a as u8);
-        for v in [reading.position_m, told.applied_n] {
+        for v in [reading.position_m, telemetry.applied_n] {
             v.iter().for_each(|c| self.rows.extend(c.to_le_bytes()));
         }
         self.rows.push(u8::from(command.heard) | asked << 1);
-        self.rows.extend(digest(told).to_le_bytes());
+        self.rows.extend(digest(telemetry).to_le_bytes());
         self.ticks += 1;
     }
 

@@ -46,33 +46,38 @@ pub fn write_timing(
     session: &Session,
     machine: EmulatedBoard,
     seen: &[u64],
-    told: &Emulated,
+    emulated: &Emulated,
 ) -> Result<(), Error> {
     folder.write_csv("instructions.csv", ["instructions", "ticks"], timing::histogram(seen))?;
     let tick_us: Vec<f32> = seen.iter().map(|n| palpate_board::press::estimated_us(*n, machine)).collect();
     let (node_count, machine) = (session.report.nodes, machine.timed_on());
     let times = TickTimes { scene: &scene.name, node_count, machine, tick_us: &tick_us };
     charts::tick_time(folder.draft(), "tick_time_all", &times)?;
-    folder.write("board.log", told.in_time.as_ref().map_or("", |run| &run.log).as_bytes())?;
+    folder.write("board.log", emulated.in_time.as_ref().map_or("", |run| &run.log).as_bytes())?;
     let head = ["shift", "tick_over_period", "ticks", "late_ticks", "missed_periods", "uncounted_periods", "watchdog_us"];
-    let number = |told: Option<u64>| told.map_or(f64::NAN, |n| n as f64);
+    let number = |emulated: Option<u64>| emulated.map_or(f64::NAN, |n| n as f64);
     Ok(folder.write_csv(
         "overruns.csv",
         head,
-        told.overruns.iter().map(|run| {
-            let times = [f64::from(run.shift), told.tick_over_period(run)];
+        emulated.overruns.iter().map(|run| {
+            let times = [f64::from(run.shift), emulated.tick_over_period(run)];
             let counts = [run.ticks, run.late_ticks, run.missed_periods, run.uncounted(), run.watchdog_us].map(number);
             [times[0], times[1], counts[0], counts[1], counts[2], counts[3], counts[4]]
         }),
     )?)
 }
 
-pub fn print(told: &Emulated) {
+pub fn print(emulated: &Emulated) {
     println!(
         "\nboard {} in lock-step: {} exchanges in {:.1} s, {:.1} times real time; patch of {} bytes uploaded; stack {} bytes",
-        told.board, told.exchanges, told.seconds, told.times_real_time, told.patch_bytes, told.stack_used_bytes
+        emulated.board,
+        emulated.exchanges,
+        emulated.seconds,
+        emulated.times_real_time,
+        emulated.patch_bytes,
+        emulated.stack_used_bytes
     );
-    let met = &told.campaign;
+    let met = &emulated.campaign;
     println!(
         "{} ticks of contact, faults and recovery: force felt in {}, fault in {}, falling force in {}, recovered {} times; {} faults met",
         met.ticks,
@@ -80,14 +85,14 @@ pub fn print(told: &Emulated) {
         met.faulted,
         met.ramping,
         met.recovered,
-        told.faults.len()
+        emulated.faults.len()
     );
-    let took = &told.instructions;
+    let took = &emulated.instructions;
     println!(
         "a tick of the patch takes {} instructions, at most {} (exact; x {:.3}); {} ticks did not run it",
         took.median, took.max, took.worst_over_median, took.without_patch
     );
-    if let Some(cycles) = told.cycles_per_instruction {
+    if let Some(cycles) = emulated.cycles_per_instruction {
         let worst = took.max as f64 * cycles;
         println!(
             "estimated by the M4F's table: {cycles:.3} cycles an instruction, worst tick {worst:.0} cycles, {:.1} % of 1 ms at 168 MHz, {:.1} % at 480 MHz; not hardware timing",
@@ -95,16 +100,16 @@ pub fn print(told: &Emulated) {
             worst / 4.8e3
         );
     }
-    print_timed(told);
-    match &told.first_difference {
+    print_timed(emulated);
+    match &emulated.first_difference {
         None => println!("equal to the desktop's run to the last bit, in every tick and in the final state"),
         Some(difference) => println!("NOT equal to the desktop's run: {difference}"),
     }
 }
 
 /// Starts and late ticks of the image paced by its timer.
-fn print_timed(told: &Emulated) {
-    let Some(in_time) = &told.in_time else { return };
+fn print_timed(emulated: &Emulated) {
+    let Some(in_time) = &emulated.in_time else { return };
     println!("\nthe image's own patch, paced by the tick timer (emulated counts, not hardware time):");
     if let Some([first, last]) = in_time.start_instructions {
         println!(
@@ -118,10 +123,10 @@ fn print_timed(told: &Emulated) {
     }
     println!("{:>14} {:>7} {:>6} {:>15} {:>10}  end", "tick / period", "ticks", "late", "missed periods", "uncounted");
     let number = |n: Option<u64>| n.map_or("-".into(), |n| n.to_string());
-    for run in &told.overruns {
+    for run in &emulated.overruns {
         println!(
             "{:>14.1} {:>7} {:>6} {:>15} {:>10}  {}",
-            told.tick_over_period(run),
+            emulated.tick_over_period(run),
             number(run.ticks),
             number(run.late_ticks),
             number(run.missed_periods),

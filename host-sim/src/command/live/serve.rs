@@ -97,9 +97,9 @@ mod tests {
         let mut stream = TcpStream::connect(address).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
         stream.write_all(format!("GET {path} HTTP/1.1\r\nHost: here\r\n\r\n").as_bytes()).unwrap();
-        let mut told = String::new();
-        stream.read_to_string(&mut told).unwrap();
-        told
+        let mut response = String::new();
+        stream.read_to_string(&mut response).unwrap();
+        response
     }
 
     #[test]
@@ -108,8 +108,8 @@ mod tests {
         std::fs::write(folder.path().join("page.js"), "drawn").unwrap();
         let address = served(folder.path().into());
         let _silent = [TcpStream::connect(address).unwrap(), TcpStream::connect(address).unwrap()];
-        let told = get(address, "/page.js?again");
-        assert!(told.starts_with("HTTP/1.1 200") && told.ends_with("\r\n\r\ndrawn"), "{told}");
+        let response = get(address, "/page.js?again");
+        assert!(response.starts_with("HTTP/1.1 200") && response.ends_with("\r\n\r\ndrawn"), "{response}");
     }
 
     #[test]

@@ -33,7 +33,7 @@ fn tissue_is_quiet_in_every_hand() {
                 assert!(run.quiet(), "{label}");
                 assert!(run.created_j <= 0.01e-3, "{label}: {} J", run.created_j);
                 if id != "S7" {
-                    let last = run.rows.last().unwrap().told;
+                    let last = run.rows.last().unwrap().telemetry;
                     assert!((last.applied_n - last.output.force_n).norm() < 1e-3, "static force untouched: {label}");
                     assert!(f64::from(last.applied_n.norm()) > 0.8 * static_n.min(0.5), "{label}");
                 }

@@ -69,7 +69,7 @@ fn damped_by_the_tangent_400_n_per_m_is_quiet_in_every_hand() {
 fn damping_leaves_the_static_force_alone() {
     for hand in &HANDS[..3] {
         let run = on_wall(400.0, &device("touch", 1), *hand, "S1-0.2", Settings::safe);
-        let last = run.rows.last().unwrap().told;
+        let last = run.rows.last().unwrap().telemetry;
         assert!(last.output.force_n.norm() > 0.1, "{last:?}");
         assert_eq!(last.applied_n, last.output.force_n);
     }
@@ -80,7 +80,7 @@ fn the_observer_sees_the_energy_that_the_plant_gets() {
     // counting fakes up to the longest force times one count, along each of three axes
     for (n_per_m, delay) in [(100.0, 1), (160.0, 1), (80.0, 2)] {
         let run = on_wall(n_per_m, &device("touch", delay), HANDS[0], "S1-0.2", raw);
-        let counted_j = run.rows.iter().map(|r| f64::from(r.told.energy.created_j)).fold(0.0, f64::max);
+        let counted_j = run.rows.iter().map(|r| f64::from(r.telemetry.energy.created_j)).fold(0.0, f64::max);
         assert!(run.created_j > 0.3e-3, "{}", label(&run));
         assert!((run.created_j - counted_j).abs() < LIMIT_N * 55e-6 * 1.74, "{n_per_m} N/m: {counted_j} J, {}", label(&run));
     }
@@ -99,7 +99,7 @@ fn the_last_resort_ends_what_the_raw_spring_does() {
         assert!(watched.created_j < 0.5 * free.created_j, "{} J instead of {} J", watched.created_j, free.created_j);
         // contact after contact: then it is a fault, and the hand is let go
         assert!(matches!(watched.fault, None | Some(Fault::EnergyCreated)), "{}", label(&watched));
-        assert!(watched.fault.is_none() || watched.rows.last().unwrap().told.applied_n == Vector3::zeros());
+        assert!(watched.fault.is_none() || watched.rows.last().unwrap().telemetry.applied_n == Vector3::zeros());
     }
 }
 
@@ -119,7 +119,7 @@ fn a_strong_force_is_held_for_long_by_every_hand_on_every_device() {
             let n_per_m = static_n / 5e-3;
             let setup = Setup { device: &device, hand, stimulus: Stimulus::hold(14.0), settings, depth_m: 5e-3, static_n };
             let run = run(&setup, &mut Wall::new(n_per_m, device.force_limit_n, normal)).unwrap();
-            let last = run.rows.last().unwrap().told;
+            let last = run.rows.last().unwrap().telemetry;
             if run.fault.is_some() || last.limiters.contains(Limiters::GAIN) {
                 faded.push(format!("{name}, {}: {} N, {:?}, {}", hand.id, last.applied_n.norm(), last.limiters, label(&run)));
             }

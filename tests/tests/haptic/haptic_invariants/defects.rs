@@ -81,13 +81,13 @@ fn script(defect: Option<Defect>) -> Rig {
 
 /// Tells and gives this force.
 fn give(tick: &mut Tick, force_n: Vector3<f32>) {
-    tick.told.applied_n = force_n;
+    tick.telemetry.applied_n = force_n;
     tick.got_n = Some(force_n);
 }
 
 /// Goes on as if nothing had happened.
 fn carry_on(before: &Tick, now: &mut Tick) {
-    (now.told.mode, now.told.fault) = (before.told.mode, before.told.fault);
+    (now.telemetry.mode, now.telemetry.fault) = (before.telemetry.mode, before.telemetry.fault);
     give(now, before.force_n());
 }
 
@@ -96,39 +96,39 @@ fn clipped(force_n: Vector3<f32>, most_n: f32) -> Vector3<f32> {
 }
 
 fn forced(tick: &Tick) -> bool {
-    matches!(tick.told.mode, Mode::Active | Mode::Degraded)
+    matches!(tick.telemetry.mode, Mode::Active | Mode::Degraded)
 }
 
 /// Name, what the broken loop does.
 const DEFECTS: [(&str, Defect); 26] = [
     ("no force limit", |_, now| {
         if forced(now) {
-            give(now, now.told.wanted_n);
+            give(now, now.telemetry.wanted_n);
         }
     }),
     ("limit of each axis instead of the vector", |_, now| {
-        if now.told.limiters.contains(Limiters::FORCE) {
-            give(now, clipped(now.told.wanted_n, 0.57 * now.limits.max_force_n));
+        if now.telemetry.limiters.contains(Limiters::FORCE) {
+            give(now, clipped(now.telemetry.wanted_n, 0.57 * now.limits.max_force_n));
         }
     }),
     ("no slew limit", |_, now| {
-        if now.told.limiters.contains(Limiters::SLEW) {
-            give(now, now.told.wanted_n * (now.limits.max_force_n / now.told.wanted_n.norm()).min(1.0));
+        if now.telemetry.limiters.contains(Limiters::SLEW) {
+            give(now, now.telemetry.wanted_n * (now.limits.max_force_n / now.telemetry.wanted_n.norm()).min(1.0));
         }
     }),
     ("a slew limit twice too high", |before, now| {
-        if now.told.limiters.contains(Limiters::SLEW) {
-            give(now, before.force_n() + (now.told.wanted_n - before.force_n()).cap_magnitude(1.0));
+        if now.telemetry.limiters.contains(Limiters::SLEW) {
+            give(now, before.force_n() + (now.telemetry.wanted_n - before.force_n()).cap_magnitude(1.0));
         }
     }),
     ("a lowered limit is forgotten", |_, now| {
         if forced(now) && now.limits.max_force_n < 2.0 {
-            give(now, now.told.wanted_n);
+            give(now, now.telemetry.wanted_n);
         }
     }),
     ("a NaN limit lets all pass", |_, now| {
         if forced(now) {
-            give(now, now.told.wanted_n * f32::NAN);
+            give(now, now.telemetry.wanted_n * f32::NAN);
         }
     }),
     ("a NaN pose is ignored", |before, now| {
@@ -142,55 +142,55 @@ const DEFECTS: [(&str, Defect); 26] = [
         }
     }),
     ("fault told, device not released", |before, now| {
-        if now.told.mode == Mode::Fault {
+        if now.telemetry.mode == Mode::Fault {
             give(now, before.force_n());
         }
     }),
     ("force told zero, device keeps the last", |before, now| {
-        if now.told.mode == Mode::Fault && forced(before) {
+        if now.telemetry.mode == Mode::Fault && forced(before) {
             now.got_n = before.got_n;
         }
     }),
     ("a fault ends by itself", |before, now| {
-        if before.told.mode == Mode::Fault {
-            (now.told.mode, now.told.fault) = (Mode::Idle, None);
+        if before.telemetry.mode == Mode::Fault {
+            (now.telemetry.mode, now.telemetry.fault) = (Mode::Idle, None);
         }
     }),
     ("a fault is cleared at once", |before, now| {
-        if before.told.mode == Mode::Fault && now.command.asked == Some(Ask::Clear) {
-            (now.told.mode, now.told.fault) = (Mode::SelfTest, None);
+        if before.telemetry.mode == Mode::Fault && now.command.asked == Some(Ask::Clear) {
+            (now.telemetry.mode, now.telemetry.fault) = (Mode::SelfTest, None);
         }
     }),
     ("a later fault replaces the first", |before, now| {
-        if before.told.mode == Mode::Fault && now.told.mode == Mode::Fault {
-            now.told.fault = Some(palpate::Fault::DeadlineMissed);
+        if before.telemetry.mode == Mode::Fault && now.telemetry.mode == Mode::Fault {
+            now.telemetry.fault = Some(palpate::Fault::DeadlineMissed);
         }
     }),
-    ("a fault's mode is kept without its reason", |_, now| now.told.fault = None),
+    ("a fault's mode is kept without its reason", |_, now| now.telemetry.fault = None),
     ("old poses are rendered", |before, now| {
         if now.reading.sequence == before.reading.sequence && forced(before) {
             carry_on(before, now);
         }
     }),
     ("speed is no fault", |before, now| {
-        if now.told.fault == Some(palpate::Fault::OverSpeed) {
+        if now.telemetry.fault == Some(palpate::Fault::OverSpeed) {
             carry_on(before, now);
         }
     }),
     ("force while arming", |_, now| {
-        if now.told.mode == Mode::Arming {
-            give(now, now.told.wanted_n);
+        if now.telemetry.mode == Mode::Arming {
+            give(now, now.telemetry.wanted_n);
         }
     }),
     ("arming without waiting", |_, now| {
-        if now.told.mode == Mode::Arming {
-            now.told.mode = Mode::Active;
+        if now.telemetry.mode == Mode::Arming {
+            now.telemetry.mode = Mode::Active;
             give(now, Vector3::zeros());
         }
     }),
     ("force without arming", |_, now| {
-        if now.told.mode == Mode::Idle {
-            now.told.mode = Mode::Active;
+        if now.telemetry.mode == Mode::Idle {
+            now.telemetry.mode = Mode::Active;
             give(now, Vector3::zeros());
         }
     }),
@@ -200,32 +200,32 @@ const DEFECTS: [(&str, Defect); 26] = [
         }
     }),
     ("a ramp that does not fall", |before, now| {
-        if now.told.mode == Mode::SafeRamp {
+        if now.telemetry.mode == Mode::SafeRamp {
             give(now, before.force_n() * 1.001);
         }
     }),
     ("a rest of force in free space", |_, now| {
-        if forced(now) && now.told.output.depth_m == 0.0 {
+        if forced(now) && now.telemetry.output.depth_m == 0.0 {
             give(now, NORMAL * 1e-3);
         }
     }),
     ("damping in free space", |before, now| {
-        if forced(now) && now.told.output.depth_m == 0.0 {
-            give(now, (before.told.position_m - now.told.position_m) * 300.0);
+        if forced(now) && now.telemetry.output.depth_m == 0.0 {
+            give(now, (before.telemetry.position_m - now.telemetry.position_m) * 300.0);
         }
     }),
     ("damping that sticks", |before, now| {
-        if forced(now) && now.told.output.depth_m > 0.0 {
-            let displacement_m = now.told.position_m - before.told.position_m;
-            give(now, now.told.applied_n - displacement_m * 2000.0);
+        if forced(now) && now.telemetry.output.depth_m > 0.0 {
+            let displacement_m = now.telemetry.position_m - before.telemetry.position_m;
+            give(now, now.telemetry.applied_n - displacement_m * 2000.0);
         }
     }),
     ("the force points in", |_, now| {
         if forced(now) {
-            give(now, -now.told.applied_n);
+            give(now, -now.telemetry.applied_n);
         }
     }),
-    ("the tick count stands still", |before, now| now.told.tick = before.told.tick),
+    ("the tick count stands still", |before, now| now.telemetry.tick = before.telemetry.tick),
 ];
 
 #[test]

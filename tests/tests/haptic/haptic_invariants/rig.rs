@@ -118,12 +118,12 @@ impl Rig {
             self.device.reading.sequence = self.device.reading.sequence.wrapping_add(1);
         }
         let limits: LoopLimitSettings = *self.cycle.limits();
-        let told = self.cycle.run(&mut self.device, &mut self.tissue, command);
-        self.limiters.set(told.limiters);
-        if !self.modes.contains(&told.mode) {
-            self.modes.push(told.mode);
+        let telemetry = self.cycle.run(&mut self.device, &mut self.tissue, command);
+        self.limiters.set(telemetry.limiters);
+        if !self.modes.contains(&telemetry.mode) {
+            self.modes.push(telemetry.mode);
         }
-        let mut tick = Tick { command, reading: self.device.reading, limits, told, got_n: self.device.got_n, unsound: None };
+        let mut tick = Tick { command, reading: self.device.reading, limits, telemetry, got_n: self.device.got_n, unsound: None };
         if let (Some(defect), Some(before)) = (self.defect, &self.last) {
             defect(before, &mut tick);
         }
@@ -161,7 +161,7 @@ impl Rig {
         self.device.reading = Sensed { position_m: NORMAL * 5e-3, status: SensorStatus::Good, ..self.device.reading };
         self.hold(120);
         for asked in [Ask::Clear, Ask::TestPassed, Ask::Arm] {
-            assert!(!self.ask(asked).told.refused, "{asked:?}");
+            assert!(!self.ask(asked).telemetry.refused, "{asked:?}");
         }
         assert_eq!(self.hold(700), Mode::Active);
     }
@@ -170,8 +170,8 @@ impl Rig {
     #[track_caller]
     pub fn expect_fault(&self, fault: Fault) {
         let tick = self.last.unwrap();
-        assert_eq!((tick.told.mode, tick.told.fault, tick.got_n), (Mode::Fault, Some(fault), None), "{tick:?}");
-        assert_eq!(tick.told.applied_n, Vector3::zeros());
+        assert_eq!((tick.telemetry.mode, tick.telemetry.fault, tick.got_n), (Mode::Fault, Some(fault), None), "{tick:?}");
+        assert_eq!(tick.telemetry.applied_n, Vector3::zeros());
     }
 
     /// No invariant was broken.

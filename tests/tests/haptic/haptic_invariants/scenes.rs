@@ -34,7 +34,7 @@ fn silence_of_the_host_ends_every_force_within_150_ms_and_only_arming_brings_it_
             let length_n = tick.force_n().norm();
             if n >= 20 {
                 assert!(length_n <= last_n + 1e-6, "{depth_m} m, tick {n}: {length_n} N after {last_n} N");
-                assert!(matches!(tick.told.mode, Mode::SafeRamp | Mode::Idle));
+                assert!(matches!(tick.telemetry.mode, Mode::SafeRamp | Mode::Idle));
             }
             assert!(n < 150 || length_n <= 0.05, "tick {n}: {length_n} N");
             last_n = length_n;
@@ -96,7 +96,7 @@ fn every_fault_of_device_model_and_board_is_nothing_within_the_tick() {
         rig.expect_fault(fault);
         // latched, whatever comes
         for asked in [Ask::Arm, Ask::Clear, Ask::Booted, Ask::TestPassed] {
-            assert!(rig.ask(asked).told.refused);
+            assert!(rig.ask(asked).telemetry.refused);
             rig.expect_fault(fault);
         }
         rig.recover();
@@ -112,7 +112,7 @@ fn old_poses_are_held_for_two_ticks_and_no_longer() {
     rig.hold(50);
     for _ in 0..2 {
         let tick = rig.tick(Command::HEARD, false);
-        assert!(tick.told.limiters.contains(Limiters::HELD) && tick.force_n().norm() > 1.5);
+        assert!(tick.telemetry.limiters.contains(Limiters::HELD) && tick.force_n().norm() > 1.5);
     }
     rig.tick(Command::HEARD, false);
     rig.expect_fault(Fault::PoseStale);
@@ -183,7 +183,7 @@ fn a_touch_while_the_gain_ramps_in_keeps_its_gain_and_creates_nothing() {
     rig.hold(1000);
     let weak_n = rig.last.unwrap().force_n().norm();
     assert!((0.1..1.0).contains(&weak_n), "{weak_n} N instead of 1.6 N");
-    let energy = rig.go(-2e-3, 0.05).told.energy;
+    let energy = rig.go(-2e-3, 0.05).telemetry.energy;
     assert!(energy.total_created_j + energy.created_j < 1e-6, "{energy:?}");
     rig.hold(500);
     rig.go(4e-3, 0.05);
@@ -212,7 +212,7 @@ fn contacts_that_create_energy_are_weakened_and_then_a_fault_that_can_be_cleared
         }
     }
     assert!(peaks_n.len() >= 5 && peaks_n.windows(2).all(|p| p[1] < 0.8 * p[0]), "{peaks_n:?}");
-    assert_eq!(rig.last.unwrap().told.fault, Some(Fault::EnergyCreated));
+    assert_eq!(rig.last.unwrap().telemetry.fault, Some(Fault::EnergyCreated));
     rig.recover();
     rig.go(3e-3, 0.05);
     rig.hold(200);
@@ -228,11 +228,11 @@ fn a_fast_hand_or_a_force_in_free_space_does_not_arm() {
         // to and fro at 0.8 m/s
         let displacement_m = if n % 100 < 50 { n % 100 } else { 100 - n % 100 };
         rig.device.reading.position_m = NORMAL * (5e-3 + 0.8e-3 * f32::from(displacement_m));
-        assert_eq!(rig.tick(Command::HEARD, true).told.mode, Mode::Arming, "tick {n}");
+        assert_eq!(rig.tick(Command::HEARD, true).telemetry.mode, Mode::Arming, "tick {n}");
     }
     for _ in 0..300 {
         rig.tissue.sick_n = Some(NORMAL * 0.21);
-        assert_eq!(rig.tick(Command::HEARD, true).told.mode, Mode::Arming);
+        assert_eq!(rig.tick(Command::HEARD, true).telemetry.mode, Mode::Arming);
     }
     assert_eq!(rig.hold(101), Mode::Active);
     rig.expect_clean();

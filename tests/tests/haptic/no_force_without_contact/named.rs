@@ -32,7 +32,7 @@ fn follow(ground: &PathGround, patch: &str, kpa: f64, device: &str, route: Route
     let outcome = case.follow(ground, |track| {
         n += 1;
         if n > ticks - 1000 {
-            rest_n = rest_n.max(track.told.applied_n.norm());
+            rest_n = rest_n.max(track.telemetry.applied_n.norm());
         }
     });
     (outcome.unwrap(), rest_n)

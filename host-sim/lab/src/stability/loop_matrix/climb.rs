@@ -57,12 +57,12 @@ impl Trial {
 /// energy never acted.
 #[must_use]
 pub fn quiet(run: &Run) -> bool {
-    run.quiet() && !run.rows.iter().any(|row| row.told.limiters.contains(Limiters::ENERGY))
+    run.quiet() && !run.rows.iter().any(|row| row.telemetry.limiters.contains(Limiters::ENERGY))
 }
 
 /// The force at the end is weaker than what was wanted.
 pub(super) fn weakened(run: &Run) -> bool {
-    judged(run).iter().any(|row| row.told.limiters.contains(Limiters::GAIN))
+    judged(run).iter().any(|row| row.telemetry.limiters.contains(Limiters::GAIN))
 }
 
 fn judged(run: &Run) -> &[Row] {
@@ -121,8 +121,8 @@ impl Case<'_> {
 fn static_error(run: &Run, mut wall: Wall) -> f64 {
     let (mut given_n, mut own_n) = (0.0, 0.0);
     for row in judged(run) {
-        let own = wall.render(ProbePose { tip_m: row.told.position_m });
-        given_n += f64::from(row.told.applied_n.dot(&own.normal));
+        let own = wall.render(ProbePose { tip_m: row.telemetry.position_m });
+        given_n += f64::from(row.telemetry.applied_n.dot(&own.normal));
         own_n += f64::from(own.force_n.norm());
     }
     if own_n > 0.0 { given_n / own_n - 1.0 } else { 0.0 }

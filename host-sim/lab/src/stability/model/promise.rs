@@ -31,7 +31,7 @@ fn broken(cell: &Cell) -> Option<String> {
         Promise::Pass | Promise::None => Verdict::Pass,
     };
     let kept = figures.verdict == wanted && figures.lowest_j > LEAST_J;
-    let told = || {
+    let message = || {
         format!(
             "{} at {} kPa, {}: {} where {} is promised, smallest J {:.3} (promised above {LEAST_J}), {:.3} mm left",
             cell.row.name(),
@@ -43,5 +43,5 @@ fn broken(cell: &Cell) -> Option<String> {
             figures.residual_mm,
         )
     };
-    (!kept).then(told)
+    (!kept).then(message)
 }

@@ -56,9 +56,9 @@ impl<'a> Bed<'a> {
         let mut fresh = armed.clone();
         for n in 0..ARMING_TICKS {
             let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(n as usize).copied();
-            let told = armed.watched.cycle(&mut armed.cycle, &mut plant, surface, Command { asked, ..Command::HEARD });
+            let telemetry = armed.watched.cycle(&mut armed.cycle, &mut plant, surface, Command { asked, ..Command::HEARD });
             armed.readings += 1;
-            if told.mode != Mode::Active {
+            if telemetry.mode != Mode::Active {
                 fresh = armed.clone();
             }
         }
@@ -124,10 +124,10 @@ fn never_felt<S: Surface>(case: &Case, scene: &mut Scene<'_, S>) -> Outcome {
         let out_m = if inside { -(0.3e-3 + 4e-3 * case.share) } else { CLEAR_M + 0.8e-3 * to_and_fro };
         scene.plant().put(site.point_m(-out_m, 8e-3 * (case.share - 0.5), 0.0));
         let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(n as usize).copied();
-        let told = scene.cycle(Command { asked, ..Command::HEARD });
-        outcome.peak_n = outcome.peak_n.max(told.applied_n.norm());
-        outcome.fault = outcome.fault.or(told.fault);
-        if told.mode.allows_force() {
+        let telemetry = scene.cycle(Command { asked, ..Command::HEARD });
+        outcome.peak_n = outcome.peak_n.max(telemetry.applied_n.norm());
+        outcome.fault = outcome.fault.or(telemetry.fault);
+        if telemetry.mode.allows_force() {
             outcome.wrong = Some("armed where no force may come");
         }
     }
@@ -183,23 +183,23 @@ fn follow<S: Surface>(case: &Case, course: &Course, from_s: f64, scene: &mut Sce
         for _ in 0..command.late_ticks {
             scene.plant().step(&aim, last_n > 0.0);
         }
-        let told = scene.cycle(command);
-        last_n = told.applied_n.norm();
-        last_mode = told.mode;
-        let touches = told.output.depth_m > 0.0;
+        let telemetry = scene.cycle(command);
+        last_n = telemetry.applied_n.norm();
+        last_mode = telemetry.mode;
+        let touches = telemetry.output.depth_m > 0.0;
         touched_ticks += u32::from(touches);
         scene.plant().step(&aim, touches || last_n > 0.0);
         if let Some(since) = since {
             outcome.peak_n = outcome.peak_n.max(last_n);
-            if outcome.reaction_ticks.is_none() && reacted(&kind.expected, &told) {
+            if outcome.reaction_ticks.is_none() && reacted(&kind.expected, &telemetry) {
                 outcome.reaction_ticks = Some(since + 1);
             }
             if matches!(kind.expected, Expected::Ramp(_)) && since >= RAMP_TICKS && last_n > RAMP_END_N {
                 outcome.wrong = Some("the force did not end in its ramp");
             }
         }
-        if ended.is_none() && told.mode == Mode::Fault {
-            (ended, outcome.fault) = (Some(n), told.fault);
+        if ended.is_none() && telemetry.mode == Mode::Fault {
+            (ended, outcome.fault) = (Some(n), telemetry.fault);
         }
         if ended.is_some_and(|e| n - e > AFTER_FAULT_TICKS) || since.is_some_and(|s| s > AFTER_TICKS) {
             break;

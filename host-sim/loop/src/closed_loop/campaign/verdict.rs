@@ -9,13 +9,13 @@ use super::state::Outcome;
 use crate::closed_loop::faulty::Expected;
 
 /// Whether this tick is what has to follow.
-pub(super) fn reacted(expected: &Expected, told: &Telemetry) -> bool {
+pub(super) fn reacted(expected: &Expected, telemetry: &Telemetry) -> bool {
     match expected {
-        Expected::Ramp(_) => matches!(told.mode, Mode::SafeRamp | Mode::Idle),
+        Expected::Ramp(_) => matches!(telemetry.mode, Mode::SafeRamp | Mode::Idle),
         // a renderer that goes on asking for a force when it has pushed the probe out is found by
         // the comparison of the tips
-        Expected::Degraded(_) => told.mode == Mode::Degraded || told.fault == Some(Fault::TipApart),
-        _ => told.mode == Mode::Fault && told.applied_n == Vector3::zeros(),
+        Expected::Degraded(_) => telemetry.mode == Mode::Degraded || telemetry.fault == Some(Fault::TipApart),
+        _ => telemetry.mode == Mode::Fault && telemetry.applied_n == Vector3::zeros(),
     }
 }
 

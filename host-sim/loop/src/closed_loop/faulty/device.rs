@@ -27,7 +27,7 @@ pub struct Faulty<D> {
     /// True readings, newest last.
     past: VecDeque<Sensed>,
     /// As the loop got it last.
-    told: Option<Sensed>,
+    telemetry: Option<Sensed>,
     /// Where it was when the fault began [m].
     stuck_m: Vector3<f32>,
     /// Added to every number.
@@ -49,7 +49,7 @@ impl<D: HapticDevice> Faulty<D> {
             reading: None,
             drive: None,
             past: VecDeque::with_capacity(KEPT),
-            told: None,
+            telemetry: None,
             stuck_m: Vector3::zeros(),
             number_offset: 0,
             line_n: VecDeque::new(),
@@ -93,7 +93,7 @@ impl<D: HapticDevice> Faulty<D> {
         match fault {
             Reading::Is(value) => position_m[axis] = value,
             Reading::Shifted { out_m, aside_m } => *position_m += self.normal * out_m + self.along * aside_m,
-            Reading::Repeated => return self.told.unwrap_or(now),
+            Reading::Repeated => return self.telemetry.unwrap_or(now),
             Reading::Behind(by) => now.sequence = now.sequence.wrapping_sub(by),
             Reading::Failed => now.status = SensorStatus::Failed,
             Reading::Stuck => *position_m = self.stuck_m,
@@ -138,12 +138,12 @@ impl<D: HapticDevice> HapticDevice for Faulty<D> {
             self.past.pop_front();
         }
         self.past.push_back(now);
-        let told = match self.reading {
+        let telemetry = match self.reading {
             Some(fault) => self.wrong(fault, now),
             None => now,
         };
-        self.told = Some(told);
-        told
+        self.telemetry = Some(telemetry);
+        telemetry
     }
 
     fn actuate(&mut self, force_n: Vector3<f32>) {

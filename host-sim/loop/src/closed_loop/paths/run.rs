@@ -55,7 +55,7 @@ pub struct Track {
     /// True position [m].
     pub at_m: Vector3<f64>,
     /// The loop's record of this tick.
-    pub told: Telemetry,
+    pub telemetry: Telemetry,
     /// Created by the contact so far [J].
     pub created_j: f64,
 }
@@ -92,8 +92,8 @@ impl PathCase {
         for n in 0..ARMING_TICKS {
             let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(n as usize).copied();
             // arming happens far from the tissue, where a patch at rest answers with nothing
-            let told = cycle.run(&mut device, &mut Nothing, Command { asked, ..Command::HEARD });
-            let _armed = watch.check(&device.tick(&cycle, asked, told));
+            let telemetry = cycle.run(&mut device, &mut Nothing, Command { asked, ..Command::HEARD });
+            let _armed = watch.check(&device.tick(&cycle, asked, telemetry));
         }
         let limits: LoopLimitSettings = *cycle.limits();
         let mut outcome = PathOutcome { honest: true, ..PathOutcome::default() };
@@ -107,10 +107,10 @@ impl PathCase {
             device.energy.step(&displacement_m);
             (last_m, last_way_m) = (*at_m, displacement_m);
             device.at_m = *at_m;
-            let told =
+            let telemetry =
                 cycle.run(&mut device, &mut PatchRenderer { model: &model, tuned: &tuned, state: &mut state }, Command::HEARD);
-            let tick = Tick { limits, ..device.tick(&cycle, None, told) };
-            device.energy.push(tick.force_n().cast(), told.output.depth_m > 0.0);
+            let tick = Tick { limits, ..device.tick(&cycle, None, telemetry) };
+            device.energy.push(tick.force_n().cast(), telemetry.output.depth_m > 0.0);
             if let Err(broken) = watch.check(&tick)
                 && !outcome.broken.iter().any(|(b, _)| *b == broken)
             {
@@ -118,9 +118,9 @@ impl PathCase {
             }
             outcome.peak_n = outcome.peak_n.max(tick.force_n().norm());
             outcome.ticks += 1;
-            see(&Track { at_m: *at_m, told, created_j: device.energy.created_j });
-            if told.mode == Mode::Fault {
-                outcome.fault = outcome.fault.or(told.fault);
+            see(&Track { at_m: *at_m, telemetry, created_j: device.energy.created_j });
+            if telemetry.mode == Mode::Fault {
+                outcome.fault = outcome.fault.or(telemetry.fault);
                 let since = ended.get_or_insert(0);
                 *since += 1;
                 if *since > AFTER_FAULT_TICKS {
@@ -169,9 +169,9 @@ impl Scripted {
         Self { limits, at_m, reading, got_n: None, energy: TrueEnergy::of(profile) }
     }
 
-    fn tick(&self, cycle: &Cycle, asked: Option<Ask>, told: Telemetry) -> Tick {
+    fn tick(&self, cycle: &Cycle, asked: Option<Ask>, telemetry: Telemetry) -> Tick {
         let command = Command { asked, ..Command::HEARD };
-        Tick { command, reading: self.reading, limits: *cycle.limits(), told, got_n: self.got_n, unsound: None }
+        Tick { command, reading: self.reading, limits: *cycle.limits(), telemetry, got_n: self.got_n, unsound: None }
     }
 }
 

@@ -128,7 +128,7 @@ impl PathTable {
         let bad = !outcome.broken.is_empty() || !row.honest_faults.is_empty();
         for (examples, shows) in [(&mut self.examples, bad), (&mut self.creating, row.creating_by_hand > 0)] {
             if shows && examples.len() < SHOWN {
-                examples.push(case.told(ground, outcome));
+                examples.push(case.telemetry(ground, outcome));
             }
         }
         *self.patches.entry(ground.patches[case.patch].name).or_default() += 1;
@@ -159,7 +159,7 @@ impl PathTable {
 impl PathCase {
     /// The run in a line: what it was, and what was bad.
     #[must_use]
-    pub fn told(&self, ground: &PathGround, outcome: &PathOutcome) -> String {
+    pub fn telemetry(&self, ground: &PathGround, outcome: &PathOutcome) -> String {
         format!(
             "path {} of seed {}: {}, {}, {:.1} kPa, {}{}: {:?}, fault {:?}{}, {:.1} mm outside, {} ticks, chatter {}, into {:.3} N, peak {:.2} N, created {:.4} mJ",
             self.number,
