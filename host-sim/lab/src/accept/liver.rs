@@ -128,7 +128,7 @@ impl Liver {
             data: format!("pig liver, {}, {} sites", region.name, region.sites),
             source: SOURCE,
             term: "stiffening",
-            fitted: format!("{}, to every second depth; {:.0} mm thick is assumed", found.told(), THICKNESS_M * 1e3),
+            fitted: format!("to every second depth: {}", found.told()),
             predicted: "force at the five depths between, on the patch".into(),
             figures: vec![
                 Figure {
@@ -180,10 +180,11 @@ impl Region {
 impl StiffeningFit {
     fn told(&self) -> String {
         format!(
-            "E = {:.1} kPa, b = {:.1}, contact {:.2} mm before it was declared",
+            "E = {:.1} kPa, b = {:.1}, contact {:.2} mm before it was declared; {:.0} mm thick is assumed",
             self.youngs_modulus_pa * 1e-3,
             self.stiffening_b,
-            self.offset_m * 1e3
+            self.offset_m * 1e3,
+            THICKNESS_M * 1e3
         )
     }
 }
