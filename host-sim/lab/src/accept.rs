@@ -5,8 +5,10 @@
 //! not without the term: a test that passes either way says nothing about the term.
 
 mod beef;
+mod liver;
 mod prony_fit;
 mod silicone;
+mod stiffening_fit;
 mod uniform;
 
 use serde::Serialize;
@@ -112,4 +114,8 @@ pub struct Outcome {
 pub type Test = (&'static str, &'static str, fn() -> Result<Outcome, Error>);
 
 /// Every test, in the order of the table.
-pub const TESTS: [Test; 2] = [("T1", "beef, indented and held", beef::run), ("T3", "silicone, squeezed", silicone::run)];
+pub const TESTS: [Test; 3] = [
+    ("T1", "beef, indented and held", beef::run),
+    ("T2", "pig liver, indented", liver::run),
+    ("T3", "silicone, squeezed", silicone::run),
+];

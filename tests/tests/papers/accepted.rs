@@ -17,6 +17,9 @@ fn every_row_is_accepted_and_needs_its_term() {
                 println!("  {}: {:.4} in {:?}, {:.4} without", figure.what, figure.ours, figure.accepted, figure.without_term);
                 assert!(figure.holds(), "{name}, {}: {figure:?}", row.data);
                 assert!(figure.needs_term() || name == "T3", "{name}, {}: {figure:?}", row.data);
+                // far from accepted, not just outside
+                let rms = name == "T2" && figure.what.starts_with("rms");
+                assert!(!rms || figure.without_term > 0.034, "{name}, {}: {figure:?}", row.data);
             }
             assert!(row.accepted());
         }

@@ -1,0 +1,214 @@
+//! T2: pig liver, indented with a ball. Modulus, stiffening exponent and the place of first contact
+//! are fitted to every second depth with the patch's statics; the patch is then pressed to all ten.
+
+use palpate::Params;
+use palpate_fit::statics::{Solver, Statics, Vector};
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::press;
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::Session;
+use serde::Deserialize;
+
+use super::stiffening_fit::{Curves, StiffeningFit, Tried, fit};
+use super::{Curve, Figure, Outcome, Picture, Row};
+use crate::Error;
+
+const DATA: &str = include_str!("../../../../tests/data/pig_liver_indentation.toml");
+const SOURCE: &str = "tests/data/pig_liver_indentation.toml (Wang et al., robot-palpation-data, raw records)";
+/// Largest root mean square of the predicted forces over the largest measured (1).
+const MOST_RMS: f64 = 0.03;
+/// Largest difference of the last exponent (1).
+const MOST_OFF: f64 = 0.25;
+
+/// Thickness of the liver [m]: the records do not say it. The thinner the tissue, the smaller the
+/// exponent that bends a force as much; 40 mm bend no force as much as region 1's.
+const THICKNESS_M: f64 = 0.01;
+const SIDE_M: f64 = 0.04;
+/// Exponents that the force is computed at, and what is tried between them.
+const EXPONENTS: [f64; 5] = [0.0, 2.5, 5.0, 7.5, 10.0];
+const TRIED_B: (f64, f64, usize) = (0.0, 10.0, 200);
+/// Depths that the force is computed at.
+const STEP_M: f64 = 2.5e-4;
+const DEPTHS: usize = 17;
+/// The ball touched before contact was declared. Without the term it may also have touched later:
+/// a force of whatever place of contact is not to fit.
+const OFFSETS_M: (f64, f64, usize) = (0.0, 1.25e-3, 125);
+const ANY_OFFSET_M: (f64, f64, usize) = (-1.5e-3, 1.25e-3, 275);
+
+#[derive(Deserialize)]
+struct Liver {
+    ball_radius_m: f64,
+    depth_m: Vec<f64>,
+    region: Vec<Region>,
+}
+
+#[derive(Deserialize)]
+struct Region {
+    name: String,
+    sites: usize,
+    force_n: Vec<f64>,
+    last_exponent: f64,
+}
+
+/// Every second value, the deepest among them.
+fn to_fit(values: &[f64]) -> Vec<f64> {
+    values.iter().skip(1).step_by(2).copied().collect()
+}
+
+fn to_predict(values: &[f64]) -> Vec<f64> {
+    values.iter().step_by(2).copied().collect()
+}
+
+impl Liver {
+    fn scene(&self, youngs_modulus_pa: f64, b: f64, holds_m: &[f64]) -> Result<Scene, Error> {
+        let holds: Vec<String> = holds_m.iter().map(f64::to_string).collect();
+        let text = format!(
+            "name = \"liver\"\n[tissue]\nblock_m = [{SIDE_M}, {SIDE_M}, {THICKNESS_M}]\n\
+             youngs_modulus_pa = {youngs_modulus_pa}\npoisson_ratio = 0.45\ndensity_kg_per_m3 = 1060.0\nnodes = 410\n\
+             stiffening_b = {b}\n[probe]\nshape = \"hemisphere\"\nradius_m = {}\nposition_m = [0.0, 0.0]\n[drive]\n\
+             kind = \"depth\"\nholds_m = [{}]\nramp_m_per_s = 0.02\nhold_s = 0.3\n",
+            self.ball_radius_m,
+            holds.join(", ")
+        );
+        Ok(Scene::parse("liver", &text)?)
+    }
+
+    /// Forces over E of the patch at rest, with an exponent [m^2].
+    fn forces(&self, session: &Session, b: f64) -> Result<Vec<f64>, Error> {
+        let failed = |what: String| TissueError::Check(format!("liver, b = {b}: {what}"));
+        let params = Params { stiffening_b: b as f32, ..session.params };
+        let statics = Statics::of(&session.patch.model(), &params).map_err(TissueError::from)?;
+        let solver = Solver::of(&statics).ok_or_else(|| failed("the mesh is too large".into()))?;
+        let site_m: Vector = session.patch.site_m().cast();
+        let mut here = solver.rest(&statics, site_m, 1e-6).map_err(|e| failed(e.to_string()))?;
+        let depths = (1..=DEPTHS).map(|n| STEP_M * n as f64);
+        let force = depths.map(|depth_m| {
+            let tip_m = site_m - statics.axis() * depth_m;
+            here = solver.press(&statics, &here, tip_m, depth_m).map_err(|e| failed(e.to_string()))?;
+            Ok(here.force)
+        });
+        force.collect()
+    }
+
+    fn curves(&self) -> Result<Curves, Error> {
+        let session = Session::prepare(&self.scene(5e3, 0.0, &[STEP_M * DEPTHS as f64])?)?;
+        let curves = EXPONENTS.map(|b| self.forces(&session, b).map(|force| (b, force)));
+        let curves = curves.into_iter().collect::<Result<Vec<_>, Error>>()?;
+        Ok(Curves::new(STEP_M, &curves).ok_or_else(|| TissueError::Check("liver: a force is not positive".into()))?)
+    }
+
+    /// Force of the running patch at the end of a hold at each depth [N]; none above the surface.
+    fn press(&self, found: &StiffeningFit) -> Result<Vec<f64>, Error> {
+        let depth_m: Vec<f64> = self.depth_m.iter().map(|d| d + found.offset_m).collect();
+        let holds_m: Vec<f64> = depth_m.iter().copied().filter(|d| *d > 0.0).collect();
+        let scene = self.scene(found.youngs_modulus_pa, found.stiffening_b, &holds_m)?;
+        let session = Session::prepare(&scene)?;
+        let run = press::run(&scene, &session, |_| ())?;
+        if let Some(fault) = run.fault {
+            return Err(TissueError::Check(format!("liver: {fault}")).into());
+        }
+        let above = std::iter::repeat_n(0.0, depth_m.len() - holds_m.len());
+        Ok(above.chain(run.holds.iter().map(|hold| hold.force_n)).collect())
+    }
+
+    fn fit(&self, curves: &Curves, tried: Tried, region: &Region) -> Option<StiffeningFit> {
+        // contact was declared no later than the first depth, at no more than its force
+        let most_at_contact_n = region.force_n.first()?;
+        fit(curves, tried, &to_fit(&self.depth_m), &to_fit(&region.force_n), *most_at_contact_n)
+    }
+
+    fn last_exponent(&self, force_n: &[f64]) -> f64 {
+        let ([.., f, g], [.., d, e]) = (force_n, self.depth_m.as_slice()) else { return f64::NAN };
+        (g / f).ln() / (e / d).ln()
+    }
+
+    fn row(&self, region: &Region, found: &StiffeningFit, ours: &[f64], without: &[f64]) -> Row {
+        Row {
+            test: "T2",
+            data: format!("pig liver, {}, {} sites", region.name, region.sites),
+            source: SOURCE,
+            term: "stiffening",
+            fitted: format!("to every second depth: {}", found.told()),
+            predicted: "force at the five depths between, on the patch".into(),
+            figures: vec![
+                Figure {
+                    what: "rms at these depths over largest force".into(),
+                    accepted: [0.0, MOST_RMS],
+                    ours: region.rms(ours),
+                    without_term: region.rms(without),
+                },
+                Figure {
+                    what: "exponent of the force at 2.8 mm (1)".into(),
+                    accepted: [region.last_exponent - MOST_OFF, region.last_exponent + MOST_OFF],
+                    ours: self.last_exponent(ours),
+                    without_term: self.last_exponent(without),
+                },
+            ],
+        }
+    }
+
+    fn picture(&self, region: &Region, found: &StiffeningFit, ours: &[f64], without: &[f64]) -> Picture {
+        let curve = |name: &str, force_n: &[f64], measured: bool| Curve {
+            name: name.into(),
+            points: self.depth_m.iter().map(|d| d * 1e3).zip(force_n.iter().copied()).collect(),
+            measured,
+        };
+        Picture {
+            name: format!("liver_{}", region.name.replace(' ', "_")),
+            title: format!("pig liver, {}: every second depth fitted, the others predicted", region.name),
+            below: format!("{} sites; ball of {} mm; {}", region.sites, self.ball_radius_m * 1e3, found.told()),
+            axes: ["depth since contact was declared [mm]", "force [N]"],
+            curves: vec![
+                curve("measured, median", &region.force_n, true),
+                curve("ours", ours, false),
+                curve("ours without stiffening", without, false),
+            ],
+        }
+    }
+}
+
+impl Region {
+    /// Root mean square of what was predicted less what was measured, over the largest force (1).
+    fn rms(&self, force_n: &[f64]) -> f64 {
+        let largest = self.force_n.iter().copied().fold(0.0, f64::max);
+        let (ours, measured) = (to_predict(force_n), to_predict(&self.force_n));
+        let square: f64 = ours.iter().zip(&measured).map(|(a, b)| (a - b).powi(2)).sum();
+        (square / measured.len() as f64).sqrt() / largest
+    }
+}
+
+impl StiffeningFit {
+    fn told(&self) -> String {
+        format!(
+            "E = {:.1} kPa, b = {:.1}, contact {:.2} mm before it was declared; {:.0} mm thick is assumed",
+            self.youngs_modulus_pa * 1e-3,
+            self.stiffening_b,
+            self.offset_m * 1e3,
+            THICKNESS_M * 1e3
+        )
+    }
+}
+
+/// Runs the test.
+pub(super) fn run() -> Result<Outcome, Error> {
+    let damaged =
+        |what: &str| TissueError::Check(format!("tests/data/pig_liver_indentation.toml: {what}: take the file as it ships"));
+    let liver: Liver = toml::from_str(DATA).map_err(|e| damaged(e.message()))?;
+    let curves = liver.curves()?;
+    let mut outcome = Outcome { rows: Vec::new(), pictures: Vec::new() };
+    for region in &liver.region {
+        if region.force_n.len() != liver.depth_m.len() {
+            return Err(damaged("not one force a depth").into());
+        }
+        let pressed = |b: (f64, f64, usize), offset_m: (f64, f64, usize)| {
+            let found = liver.fit(&curves, Tried { b, offset_m }, region);
+            let found = found.ok_or_else(|| damaged("no modulus fits the forces"))?;
+            Ok::<_, Error>((found, liver.press(&found)?))
+        };
+        let (found, ours) = pressed(TRIED_B, OFFSETS_M)?;
+        let (_, without) = pressed((0.0, 0.0, 0), ANY_OFFSET_M)?;
+        outcome.rows.push(liver.row(region, &found, &ours, &without));
+        outcome.pictures.push(liver.picture(region, &found, &ours, &without));
+    }
+    Ok(outcome)
+}
