@@ -1,5 +1,6 @@
 //! T5: a ball with friction that is pressed and dragged, against Cattaneo and Mindlin; a flat end
-//! that slides, against Coulomb's law; one that sticks, against a glued disc of finite elements.
+//! that slides, against Coulomb's law; one that sticks, against a glued disc of finite elements; a
+//! ball that is held aside, against time.
 //!
 //! The closed form begins with no force along the surface. A press with friction leaves some, which
 //! at a small coefficient takes up much of what friction can bear; so the ball is pressed without
@@ -150,5 +151,5 @@ fn ball() -> Result<(Row, Picture), Error> {
 /// Runs the test.
 pub(super) fn run() -> Result<Outcome, Error> {
     let (row, picture) = ball()?;
-    Ok(Outcome { rows: vec![row, shipped::flat()?, shipped::glued()?], pictures: vec![picture] })
+    Ok(Outcome { rows: vec![row, shipped::flat()?, shipped::glued()?, shipped::held()?], pictures: vec![picture] })
 }

@@ -1,9 +1,9 @@
-//! The shipped patches under a flat end that slides and under one that sticks.
+//! The shipped patches under a probe that slides, sticks, and is held aside for a minute.
 
 use super::{Answer, Bench, Error, FRICTION, Figure, Memory, Params, ProbeShape, Row, Run, SLIDES, parts};
 use rayon::prelude::*;
 
-/// Nodes of the patch on which it slides, and of those on which it sticks.
+/// Nodes of the patch on which it slides or is held, and of those on which it sticks.
 const NODES: usize = 410;
 const STUCK_NODES: [usize; 3] = [130, 410, 1020];
 /// Ticks of a press.
@@ -23,6 +23,16 @@ const STICKS: f32 = 5.0;
 const GLUED: [f64; 2] = [0.97, 1.03];
 /// The mesh has sides and a disc has none: these are averaged [rad].
 const HEADINGS: [f64; 3] = [0.0, 0.8, 2.1];
+/// A hold: depth [m], pull over what friction bears, ticks until it has settled and after it.
+const HOLD_M: f64 = 2e-3;
+const PULL: f64 = 0.9;
+const SETTLED: usize = 5000;
+const HELD: usize = 60_000;
+/// Damper of the light handle that is pulled [N s/m].
+const HANDLE_N_S_PER_M: f64 = 1.0;
+/// Farthest that a hold may creep in a minute [um].
+const CREEPS_UM: f64 = 1.0;
+
 /// Presses from the surface on and rests; returns force along the surface and push [N].
 fn pressed(run: &mut Run, depth_m: f64, turned: f64) -> Result<[f64; 2], Error> {
     let mut last = [0.0; 2];
@@ -107,5 +117,47 @@ pub(super) fn glued() -> Result<Row, Error> {
         fitted: "nothing of friction (the patches to frictionless presses)".into(),
         predicted: "stiffness along the surface, mean of three headings".into(),
         figures: STUCK_NODES.par_iter().map(figure).collect::<Result<_, Error>>()?,
+    })
+}
+
+/// Farthest from where a ball was after five seconds that it is found in the minute after [um],
+/// pulled aside with nine tenths of `bears` times the push.
+fn creeps_um(friction: f64, bears: f64) -> Result<f64, Error> {
+    let bench = Bench::shipped(NODES, ProbeShape::Hemisphere)?;
+    let model = bench.patch.wide_model();
+    let mut memory = Memory::for_model(&model);
+    let mut run = Run::start(&model, &Params { friction: friction as f32, ..bench.params }, &mut memory)?;
+    let pull_n = PULL * bears * pressed(&mut run, HOLD_M, 0.0)?[1];
+    let (mut x_m, mut last_n, mut settled_m, mut farthest_m) = (0.0, 0.0, 0.0, 0.0_f64);
+    for n in 0..SETTLED + HELD {
+        let pulled = (n as f64 * 1e-3).min(1.0);
+        x_m += 1e-3 * (pull_n * pulled + last_n) / HANDLE_N_S_PER_M;
+        last_n = f64::from(run.at([x_m, 0.0], HOLD_M)?.force_n.x);
+        if n < SETTLED {
+            settled_m = x_m;
+        }
+        farthest_m = farthest_m.max((x_m - settled_m).abs());
+    }
+    Ok(farthest_m * 1e6)
+}
+
+/// The row of a ball that is held aside.
+pub(super) fn held() -> Result<Row, Error> {
+    let figure = |friction: &f64| -> Result<Figure, Error> {
+        Ok(Figure {
+            what: format!("creep in a minute, mu {friction} [um]"),
+            accepted: [0.0, CREEPS_UM],
+            ours: creeps_um(*friction, *friction)?,
+            without_term: creeps_um(0.0, *friction)?,
+        })
+    };
+    Ok(Row {
+        test: "T5",
+        data: format!("hold, ball of 8 mm, 2 mm deep, {NODES} nodes"),
+        source: "a place that is held does not move",
+        term: "friction",
+        fitted: "nothing".into(),
+        predicted: "way of a probe pulled aside with 0.9 of what friction bears".into(),
+        figures: FRICTION.par_iter().map(figure).collect::<Result<_, Error>>()?,
     })
 }
