@@ -55,22 +55,29 @@ impl HalfSpace {
         depths_m.iter().map(&mut force_n).collect()
     }
 
-    /// Lee and Radok's force [N] at the end of a motion that never turned back.
+    /// Hertz's force [N] at a depth, what the half-space answers at once.
     #[must_use]
-    pub fn loaded_n(&self, depths_m: &[f64], dt_s: f64) -> f64 {
-        self.history(depths_m, dt_s, depths_m.len())
+    pub fn hertz_n(&self, depth_m: f64) -> f64 {
+        4.0 / 3.0 * self.plane_modulus_pa * self.radius_m.sqrt() * depth_m.max(0.0).powf(1.5)
+    }
+
+    /// Lee and Radok's force [N] at the end of a motion that never turned back, `dt_s` a step, from
+    /// the forces that an elastic body bears during it: Hertz's, or those of any other body.
+    #[must_use]
+    pub fn loaded_n(&self, elastic_n: &[f64], dt_s: f64) -> f64 {
+        self.history(elastic_n, dt_s, elastic_n.len())
     }
 
     /// Ting's force [N] at the end of a motion that turned back once: the history up to the time at
     /// which the contact was as wide on the way in.
     #[must_use]
-    pub fn retreating_n(&self, depths_m: &[f64], dt_s: f64) -> f64 {
+    pub fn retreating_n(&self, elastic_n: &[f64], depths_m: &[f64], dt_s: f64) -> f64 {
         let mut relaxed_m = 0.0;
         let end = depths_m.len();
         for n in (1..end).rev() {
             relaxed_m += self.left(((end - n) as f64 - 0.5) * dt_s) * (depths_m[n] - depths_m[n - 1]);
             if relaxed_m >= 0.0 {
-                return self.history(depths_m, dt_s, n);
+                return self.history(elastic_n, dt_s, n);
             }
         }
         0.0
@@ -89,16 +96,11 @@ impl HalfSpace {
         })
     }
 
-    /// `4/3 E* sqrt(R) int G(t - s) d(d^1.5)` over the first `until` depths.
-    fn history(&self, depths_m: &[f64], dt_s: f64, until: usize) -> f64 {
-        let end = depths_m.len();
-        let sum: f64 = (1..until)
-            .map(|n| {
-                let [a, b] = [depths_m[n - 1], depths_m[n]].map(|d| d.max(0.0).powf(1.5));
-                self.left(((end - n) as f64 - 0.5) * dt_s) * (b - a)
-            })
-            .sum();
-        4.0 / 3.0 * self.plane_modulus_pa * self.radius_m.sqrt() * sum
+    /// `int G(t - s) dF` over the first `until` of the forces an elastic body bears, at the end of
+    /// all.
+    fn history(&self, elastic_n: &[f64], dt_s: f64, until: usize) -> f64 {
+        let end = elastic_n.len();
+        (1..until).map(|n| self.left(((end - n) as f64 - 0.5) * dt_s) * (elastic_n[n] - elastic_n[n - 1])).sum()
     }
 }
 
@@ -146,10 +148,11 @@ mod tests {
     fn the_row_loads_and_holds_as_lee_and_radok_and_retreats_as_ting() {
         let (space, depths_m) = (meat(), motion());
         let row_n = space.forces_n(&depths_m, DT_S);
+        let hertz_n: Vec<f64> = depths_m.iter().map(|d| space.hertz_n(*d)).collect();
         let peak_n = row_n.iter().copied().fold(0.0, f64::max);
         for (until, integral) in [(200, true), (401, true), (2000, true), (2450, false), (2500, false), (2600, false)] {
-            let past = &depths_m[..until];
-            let expected_n = if integral { space.loaded_n(past, DT_S) } else { space.retreating_n(past, DT_S) };
+            let (past, elastic_n) = (&depths_m[..until], &hertz_n[..until]);
+            let expected_n = if integral { space.loaded_n(elastic_n, DT_S) } else { space.retreating_n(elastic_n, past, DT_S) };
             let found_n = row_n[until - 1];
             assert!((found_n - expected_n).abs() < 3e-3 * peak_n, "tick {until}: {found_n} N for {expected_n} N");
         }
@@ -170,6 +173,7 @@ mod tests {
         let depths_m = motion();
         for (n, force_n) in space.forces_n(&depths_m, DT_S).iter().enumerate().step_by(100) {
             let hertz_n = 4.0 / 3.0 * 4e3 * 8e-3_f64.sqrt() * depths_m[n].max(0.0).powf(1.5);
+            assert!((space.hertz_n(depths_m[n]) - hertz_n).abs() < 1e-12);
             assert!((force_n - hertz_n).abs() < 1e-6 + 1e-3 * hertz_n, "{force_n} {hertz_n}");
         }
     }

@@ -15,6 +15,7 @@ pub mod calibrate;
 pub mod dynamic;
 pub mod far_field;
 pub mod half_space;
+pub mod partial_slip;
 pub mod plan;
 pub mod reference;
 pub mod statics;

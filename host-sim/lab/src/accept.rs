@@ -1,12 +1,16 @@
-//! The model against raw measurements that others made: for each data set what is fitted, what is
-//! predicted, and what the same prediction is without the term that it tests.
+//! The model against raw measurements that others made, and against closed forms of contact: for
+//! each data set what is fitted, what is predicted, and what the same prediction is without the
+//! term that it tests.
 //!
 //! A row is accepted if every figure lies where it was measured and if at least one of them does
 //! not without the term: a test that passes either way says nothing about the term.
 
 mod beef;
+mod bench;
+mod drag;
 mod liver;
 mod prony_fit;
+mod retreat;
 mod silicone;
 mod stiffening_fit;
 mod uniform;
@@ -114,8 +118,10 @@ pub struct Outcome {
 pub type Test = (&'static str, &'static str, fn() -> Result<Outcome, Error>);
 
 /// Every test, in the order of the table.
-pub const TESTS: [Test; 3] = [
+pub const TESTS: [Test; 5] = [
     ("T1", "beef, indented and held", beef::run),
     ("T2", "pig liver, indented", liver::run),
     ("T3", "silicone, squeezed", silicone::run),
+    ("T4", "a relaxing half-space, pressed and left", retreat::run),
+    ("T5", "a half-space and a disc, rubbed", drag::run),
 ];

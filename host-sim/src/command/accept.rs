@@ -78,7 +78,7 @@ fn refusal(row: &Row) -> String {
     match row.figures.iter().find(|figure| !figure.holds()) {
         Some(figure) => {
             let [low, high] = figure.accepted;
-            format!("{}, {}: {:.3}, {low} to {high} were measured", row.data, figure.what, figure.ours)
+            format!("{}, {}: {:.3}, {low} to {high} are accepted", row.data, figure.what, figure.ours)
         }
         None => format!("{}: everything holds without {} as well, so it shows nothing", row.data, row.term),
     }
@@ -93,13 +93,15 @@ fn print(row: &Row) {
     for figure in &row.figures {
         let [low, high] = figure.accepted;
         let mark = |good: bool| if good { ' ' } else { '!' };
+        // rounding below zero is not shown as -0.000
+        let without_term = if figure.without_term.abs() < 5e-4 { 0.0 } else { figure.without_term };
         println!(
             "  {:<40} {:>16} {:>7.3}{} {:>19.3}{}",
             figure.what,
             format!("{low:.3} .. {high:.3}"),
             figure.ours,
             mark(figure.holds()),
-            figure.without_term,
+            without_term,
             mark(!figure.needs_term())
         );
     }

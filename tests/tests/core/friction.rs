@@ -6,6 +6,7 @@ use palpate::stages::probe::ProbePose;
 use palpate::{
     Fault, MOST_TERMS, Model, Node, NodeStep, Output, Params, ProbeShape, PronyTerm, State, TetShapes, Tuned, Vector3, tick,
 };
+use palpate_fit::partial_slip::PartialSlip;
 use palpate_tests::bench::{Bench, Noise, at_depth};
 use palpate_tissue::answer::Answer;
 use palpate_tissue::patch::Memory;
@@ -101,15 +102,15 @@ fn off_partial(nodes: usize, mu: f32, turned: f64) -> [f64; 2] {
     let stuck = dragged(&sticks, depth_m, &along, 1e-7, 200);
     // as a share of mu N per metre
     let stiffness = (stuck[199] - stuck[99]) / 1e-5 * 5.0 / f64::from(mu);
-    let nu = f64::from(sticks.params.poisson_ratio);
-    let slips_m = [f64::from(mu) * (2.0 - nu) / (2.0 * (1.0 - nu)) * depth_m, 1.5 / stiffness];
+    let poisson_ratio = f64::from(sticks.params.poisson_ratio);
+    let slips_m = [PartialSlip { friction: f64::from(mu), poisson_ratio, depth_m }.slips_m(), 1.5 / stiffness];
     let most_m = slips_m[0].max(slips_m[1]);
     let slid = dragged(&sticks.with(|p| p.friction = mu), depth_m, &along, STEP_M, (most_m / STEP_M) as u32 + 1);
     slips_m.map(|slips_m| {
         let ticks = (slips_m / STEP_M) as usize;
         let worst = slid.iter().take(ticks).enumerate().map(|(n, share)| {
             let way = (n + 1) as f64 * STEP_M / slips_m;
-            share - (1.0 - (1.0 - way.min(1.0)).powf(1.5))
+            share - PartialSlip::share(way)
         });
         worst.fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a })
     })

@@ -69,6 +69,10 @@ pub(super) fn claim<'b>(bristles: &'b mut [Bristle], live: &mut usize, met: usiz
     Some(slot)
 }
 
+/// A slope that rises by less wavers by rounding (1): to shorten the bristle at each such rise,
+/// when no fall lengthens it, would let a hold creep by micrometres a minute.
+const WAVERS: f32 = 1.0 + 1e-5;
+
 /// Friction of a tick.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rubbed {
@@ -112,12 +116,13 @@ pub(super) fn rub(bristle: &mut Bristle, touch: &Touch, tuned: &Tuned) -> Vector
     let along = |v: Vector3<f32>| v - normal * v.dot(&normal);
     let (slope, at_once) = (tuned.along * touch.slope, tuned.prony.at_once);
     let faded = along(touch.faded);
+    let grows = slope > bristle.slope * WAVERS;
     let stretched = if bristle.slope == 0.0 {
         // no force at the touch, whatever has faded
         faded * (-1.0 / (at_once * slope))
     } else {
         let stretched = along(touch.from_centre_m - bristle.root_m);
-        if slope > bristle.slope { stretched * (bristle.slope / slope) } else { stretched }
+        if grows { stretched * (bristle.slope / slope) } else { stretched }
     };
     let resists = 1.0 + at_once * slope * touch.yields;
     let moves = along(touch.moves_m + touch.others * (at_once * touch.yields)) + faded * touch.yields;
@@ -128,7 +133,10 @@ pub(super) fn rub(bristle: &mut Bristle, touch: &Touch, tuned: &Tuned) -> Vector
         force *= most / sqrt(square);
         left = (force + faded) * (-1.0 / (at_once * slope)) - (moves + force * touch.yields);
     }
-    (bristle.root_m, bristle.slope) = (touch.from_centre_m - left, slope);
+    bristle.root_m = touch.from_centre_m - left;
+    if grows || slope < bristle.slope {
+        bristle.slope = slope;
+    }
     force
 }
 

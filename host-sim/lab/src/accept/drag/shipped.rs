@@ -1,0 +1,169 @@
+//! The shipped patches under a probe that slides, sticks, and is held aside for a minute.
+
+use super::{Answer, Bench, Error, FRICTION, Figure, Memory, Params, ProbeShape, Row, Run, SLIDES, parts};
+use rayon::prelude::*;
+
+/// Nodes of the patch on which it slides or is held, and of those on which it sticks.
+const NODES: usize = 410;
+const STUCK_NODES: [usize; 3] = [130, 410, 1020];
+/// Ticks of a press.
+const PRESSED: usize = 1500;
+/// Depth of a flat end [m], which has no edge that digs in.
+const FLAT_M: f64 = 2e-4;
+/// Step of a slide [m], and its ticks.
+const SLIDE_M: f64 = 2e-6;
+const SLIDE: usize = 1500;
+/// Step of what sticks [m], its ticks, and those with the rest after it.
+const STICK_M: f64 = 2e-7;
+const STICK: usize = 100;
+const STUCK: usize = 1000;
+/// Enough that nothing slips.
+const STICKS: f32 = 5.0;
+/// Stiffness of what sticks over that of the glued disc (1).
+const GLUED: [f64; 2] = [0.97, 1.03];
+/// The mesh has sides and a disc has none: these are averaged [rad].
+const HEADINGS: [f64; 3] = [0.0, 0.8, 2.1];
+/// A hold: depth [m], pull over what friction bears, ticks until it has settled and after it.
+const HOLD_M: f64 = 2e-3;
+const PULL: f64 = 0.9;
+const SETTLED: usize = 5000;
+const HELD: usize = 60_000;
+/// Damper of the light handle that is pulled [N s/m].
+const HANDLE_N_S_PER_M: f64 = 1.0;
+/// Way after which a probe counts as not held [m].
+const LOST_M: f64 = 2e-3;
+/// Farthest that a hold may creep in a minute [um].
+const CREEPS_UM: f64 = 1.0;
+
+/// Presses from the surface on and rests; returns force along the surface and push [N].
+fn pressed(run: &mut Run, depth_m: f64, turned: f64) -> Result<[f64; 2], Error> {
+    let mut last = [0.0; 2];
+    for n in 0..PRESSED {
+        last = parts(&run.at([0.0; 2], (-1e-3 + 2e-5 * n as f64).min(depth_m))?, turned);
+    }
+    Ok(last)
+}
+
+/// A full slide under a flat end: force along the surface over the push.
+fn slides(friction: f64) -> Result<f64, Error> {
+    let bench = Bench::shipped(NODES, ProbeShape::Flat)?;
+    let model = bench.patch.wide_model();
+    let mut memory = Memory::for_model(&model);
+    let mut run = Run::start(&model, &Params { friction: friction as f32, ..bench.params }, &mut memory)?;
+    let mut last = pressed(&mut run, FLAT_M, 0.0)?;
+    for n in 1..=SLIDE {
+        last = parts(&run.at([SLIDE_M * n as f64, 0.0], FLAT_M)?, 0.0);
+    }
+    Ok(last[0] / last[1])
+}
+
+/// The row of a flat end that slides.
+pub(super) fn flat() -> Result<Row, Error> {
+    let without = slides(0.0)?;
+    let figure = |friction: &f64| -> Result<Figure, Error> {
+        Ok(Figure {
+            what: format!("full slip, mu {friction}: over mu N"),
+            accepted: SLIDES,
+            ours: slides(*friction)? / friction,
+            without_term: without / friction,
+        })
+    };
+    Ok(Row {
+        test: "T5",
+        data: format!("Coulomb, flat end of 8 mm, shipped patch of {NODES} nodes"),
+        source: "Coulomb's law",
+        term: "friction",
+        fitted: "nothing".into(),
+        predicted: "force along the surface over the push, 3 mm from where it was pressed".into(),
+        figures: FRICTION.par_iter().map(figure).collect::<Result<_, Error>>()?,
+    })
+}
+
+/// Stiffness along the surface of a flat end over that of the glued disc (1).
+fn stuck(nodes: usize, friction: f32) -> Result<f64, Error> {
+    let bench = Bench::shipped(nodes, ProbeShape::Flat)?;
+    let answer = Answer::block();
+    let glued = answer.glued.iter().find(|g| g.place_m == [0.0; 3] && g.direction == [1.0, 0.0, 0.0]);
+    let right = glued.map_or(f64::NAN, |g| g.stiffness_over_e_m) * f64::from(bench.params.youngs_modulus_pa);
+    let model = bench.patch.wide_model();
+    let of = |turned: f64| {
+        let mut memory = Memory::for_model(&model);
+        let mut run = Run::start(&model, &Params { friction, ..bench.params }, &mut memory)?;
+        let before = pressed(&mut run, FLAT_M, turned)?;
+        let mut last = before;
+        for n in 1..=STUCK {
+            let way_m = STICK_M * n.min(STICK) as f64;
+            last = parts(&run.at([way_m * turned.cos(), way_m * turned.sin()], FLAT_M)?, turned);
+        }
+        Ok((last[0] - before[0]) / (STICK_M * STICK as f64))
+    };
+    let stiffness = HEADINGS.map(of).into_iter().collect::<Result<Vec<f64>, Error>>()?;
+    Ok(stiffness.iter().sum::<f64>() / stiffness.len() as f64 / right)
+}
+
+/// The row of a flat end that sticks.
+pub(super) fn glued() -> Result<Row, Error> {
+    let figure = |nodes: &usize| -> Result<Figure, Error> {
+        Ok(Figure {
+            what: format!("stuck, over glued disc, {nodes} nodes"),
+            accepted: GLUED,
+            ours: stuck(*nodes, STICKS)?,
+            without_term: stuck(*nodes, 0.0)?,
+        })
+    };
+    Ok(Row {
+        test: "T5",
+        data: "finite elements, disc of 8 mm, shipped patches".into(),
+        source: "host-sim/tissue/references/block.json (glued disc, own finite elements)",
+        term: "friction",
+        fitted: "nothing of friction (the patches to frictionless presses)".into(),
+        predicted: "stiffness along the surface, mean of three headings".into(),
+        figures: STUCK_NODES.par_iter().map(figure).collect::<Result<_, Error>>()?,
+    })
+}
+
+/// Farthest from where a ball was after five seconds that it is found in the minute after [um],
+/// pulled aside with nine tenths of `bears` times the push; a probe that is not held is followed no
+/// farther than 2 mm.
+fn creeps_um(friction: f64, bears: f64) -> Result<f64, Error> {
+    let bench = Bench::shipped(NODES, ProbeShape::Hemisphere)?;
+    let model = bench.patch.wide_model();
+    let mut memory = Memory::for_model(&model);
+    let mut run = Run::start(&model, &Params { friction: friction as f32, ..bench.params }, &mut memory)?;
+    let pull_n = PULL * bears * pressed(&mut run, HOLD_M, 0.0)?[1];
+    let (mut x_m, mut last_n, mut settled_m, mut farthest_m) = (0.0, 0.0, 0.0, 0.0_f64);
+    for n in 0..SETTLED + HELD {
+        let pulled = (n as f64 * 1e-3).min(1.0);
+        x_m += 1e-3 * (pull_n * pulled + last_n) / HANDLE_N_S_PER_M;
+        last_n = f64::from(run.at([x_m, 0.0], HOLD_M)?.force_n.x);
+        if n < SETTLED {
+            settled_m = x_m;
+        }
+        farthest_m = farthest_m.max((x_m - settled_m).abs());
+        if farthest_m > LOST_M {
+            break;
+        }
+    }
+    Ok(farthest_m * 1e6)
+}
+
+/// The row of a ball that is held aside.
+pub(super) fn held() -> Result<Row, Error> {
+    let figure = |friction: &f64| -> Result<Figure, Error> {
+        Ok(Figure {
+            what: format!("creep in a minute, mu {friction} [um]"),
+            accepted: [0.0, CREEPS_UM],
+            ours: creeps_um(*friction, *friction)?,
+            without_term: creeps_um(0.0, *friction)?,
+        })
+    };
+    Ok(Row {
+        test: "T5",
+        data: format!("hold, ball of 8 mm, 2 mm deep, {NODES} nodes"),
+        source: "a place that is held does not move",
+        term: "friction",
+        fitted: "nothing".into(),
+        predicted: "way of a probe pulled aside with 0.9 of what friction bears".into(),
+        figures: FRICTION.par_iter().map(figure).collect::<Result<_, Error>>()?,
+    })
+}
