@@ -68,8 +68,19 @@ fn failure(line: &str) -> Option<String> {
 
 /// Commands that take minutes of a core. Each has a quick form among the other tests, except `cut`
 /// and the benchmark.
-const LONG: [&str; 10] =
-    ["accept", "bench", "calibrate --quick", "chart", "cut --scene", "far-field", "paper", "plan", "reference", "stability"];
+const LONG: [&str; 11] = [
+    "accept",
+    "bench",
+    "calibrate --quick",
+    "chart",
+    "cut --scene",
+    "far-field",
+    "loop --quick",
+    "paper",
+    "plan",
+    "reference",
+    "stability",
+];
 
 #[test]
 fn every_short_command_of_the_readme_exits_with_0() {
