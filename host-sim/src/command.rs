@@ -18,6 +18,7 @@ mod far_field;
 mod fault_paths;
 mod faults;
 mod hardware_in_loop;
+mod help;
 mod live;
 mod mesh;
 mod on_demand;
@@ -41,7 +42,7 @@ mod tools;
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::Error;
 
@@ -232,6 +233,16 @@ impl Common {
 }
 
 impl Cli {
+    /// Reads the command line.
+    ///
+    /// # Errors
+    /// Of clap: bad options, or the help or the version that was asked for.
+    pub fn read() -> Result<Self, clap::Error> {
+        let mut command = help::grouped(Self::command());
+        let mut matches = command.try_get_matches_from_mut(std::env::args_os())?;
+        Self::from_arg_matches_mut(&mut matches).map_err(|error| error.format(&mut command))
+    }
+
     /// Runs the command.
     ///
     /// # Errors

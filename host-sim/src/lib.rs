@@ -7,8 +7,6 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 use self::command::Cli;
 
 pub mod command;
@@ -20,7 +18,7 @@ mod vtu;
 /// Reads the command line, runs the command and says in one line what went wrong.
 #[must_use]
 pub fn run() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match Cli::read() {
         Ok(cli) => cli,
         Err(error) if error.use_stderr() => {
             tell(&one_line(&error.to_string()));
