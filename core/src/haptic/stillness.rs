@@ -19,9 +19,10 @@
 
 use nalgebra::Vector3;
 
-/// Force that no hand holds without moving [N] ...
+/// Absolute threshold [N]: a larger force no hand holds without moving.
 pub const STRONG_N: f32 = 1.0;
-/// ... and the same as a share of the longest force, for devices with more friction (1).
+/// Threshold relative to the maximum force (1), for devices with more friction; the larger of the
+/// two holds.
 pub const STRONG_SHARE: f32 = 0.5;
 /// Time without a count after which it fades [s].
 pub const STILL_S: f32 = 5.0;

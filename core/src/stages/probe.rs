@@ -39,7 +39,7 @@ pub struct ProbePose {
     pub tip_m: Vector3<f32>,
 }
 
-/// The way of the tip in one tick.
+/// Displacement of the tip in one tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
     /// Tip at the end of the last tick [m].

@@ -14,13 +14,13 @@ use palpate_fit::statics::{Solver, Statics, Vector};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::patch::RimSprings;
 
-/// Stiffness that holds slaved rims across their modes, in units of the mean diagonal of S: the
-/// force no longer changes in four digits.
+/// Penalty stiffness of slaved rims across their modes, in units of the mean diagonal of S: a
+/// larger one changes no force in four digits.
 const HELD: f64 = 1e4;
 /// Block-diagonal stiffness is kept this share above what positivity needs, so that what is taken
 /// off it stays invertible.
 const ABOVE: f64 = 1e-6;
-/// Between these the factor of Winkler springs is looked for, by halving their ratio so often.
+/// Bracket of the Winkler factor; bisected [`HALVINGS`] times, in its logarithm.
 const WINKLER: (f64, f64) = (1e-3, 10.0);
 const HALVINGS: usize = 24;
 

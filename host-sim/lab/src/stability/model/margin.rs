@@ -99,8 +99,8 @@ pub struct Margin {
 }
 
 /// The largest value between the ends that passes, by bisection of the logarithm: up from the
-/// standard if that passes, else down from it. Whoever fails at a value is taken to fail at all
-/// larger ones.
+/// standard if that passes, else down from it. A method that fails at a value is assumed to fail at
+/// all larger ones.
 ///
 /// # Errors
 /// Any error of `verdict`.
