@@ -4,14 +4,14 @@
 //! force would stay as it was for ever. But nobody holds a strong force without moving: the force
 //! of a holding hand fluctuates by some 3 % and, without a display to follow, drifts by 5 to 10 %
 //! within seconds, and muscles tremble at 8 to 12 Hz. What hides this is the device's friction, 1
-//! to 4 % of its longest force on desktop devices. So above half of the longest force, and above 1
+//! to 4 % of its maximum force on desktop devices. So above half of the maximum force, and above 1
 //! N, five seconds without one count on any axis fade the force to zero within one second. Weaker
 //! forces stay: friction may hide their fluctuation.
 //!
 //! A count that comes ends the fading, and the force stays as faded as it is, as after saturation.
 //! It returns with the next contact, after the probe has moved outside the tissue.
 //!
-//! * in: displacement of the tick [m], force sent last and longest force [N], whether the patch is
+//! * in: displacement of the tick [m], force sent last and maximum force [N], whether the patch is
 //!   touched
 //! * out: gain (1)
 //! * cost: 20 instructions of a Cortex-M4F, estimated

@@ -79,7 +79,7 @@ const fn priority(interrupt: Interrupt) -> u8 {
         Interrupt::Haptic => 0x40,
         Interrupt::Background => 0x60,
         // a byte waits in one register: above the haptic loop, which it costs 60 instructions, 12
-        // times a tick at most
+        // times per tick at most
         Interrupt::UartReceived => 0x30,
         Interrupt::UartSent => 0x50,
     }

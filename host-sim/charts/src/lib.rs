@@ -58,7 +58,7 @@ pub struct Press<'a> {
     pub scene: &'a str,
     /// Size of the patch that was pressed.
     pub node_count: usize,
-    /// The run in time order, one sample a tick.
+    /// The run in time order, one sample per tick.
     pub trace: &'a [Sample],
     /// The last sample of each hold, in time order; may be empty.
     pub holds: &'a [Sample],

@@ -1,4 +1,4 @@
-//! Calibrated patches with a far field stand presses and taps at one step a tick, with a margin,
+//! Calibrated patches with a far field stand presses and taps at one step per tick, with a margin,
 //! jitter and lumps, and come to rest.
 //!
 //! `--nocapture` prints the table.

@@ -70,7 +70,7 @@ impl Share {
 }
 
 impl PoseGate {
-    /// Takes one reading a tick. After a fault the next good reading is believed wherever it is.
+    /// Takes one reading per tick. After a fault the next good reading is believed wherever it is.
     ///
     /// # Errors
     /// See the module. `force_acts` decides whether speed is a fault: without a force a fast hand

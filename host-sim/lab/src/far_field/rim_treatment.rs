@@ -76,7 +76,7 @@ impl RimTreatment {
 /// A stiffness as `blocks - factor factor^T`, over E.
 #[derive(Clone, Debug)]
 pub struct LowRank {
-    /// A symmetric block a rim node [m].
+    /// A symmetric block per rim node [m].
     pub blocks: Vec<[[f64; 3]; 3]>,
     /// Root of what is taken off [m^(1/2)], shape [3 rim nodes][q].
     pub factor: Mat<f64>,

@@ -56,7 +56,7 @@ pub enum Control {
     EnergyBounding,
     /// A spring and a damper between handle and a proxy that the model sees.
     VirtualCoupling,
-    /// The force changes by at most so much a tick.
+    /// The force changes by at most so much per tick.
     Slew {
         /// [N]
         n_per_tick: f32,

@@ -76,7 +76,7 @@ pub enum Host {
     Silent,
     /// It asks this, every tick.
     Asks(Ask),
-    /// It halves the longest force, in place.
+    /// It halves the maximum force, in place.
     Lowers,
     /// It raises a limit, or sets one that is no number; this one of them.
     Raises(u8),
