@@ -1,5 +1,4 @@
-//! The tissue core bound to this image: patch in flash, state in RAM. The only file that names the
-//! core's types.
+//! The tissue core bound to this image: patch in flash, state in RAM.
 
 use palpate::haptic::cycle::Renderer;
 use palpate::{BuildError, Fault, Model, Output, Params, PatchFile, Placement, ProbePose, State, Tuned};

@@ -1,6 +1,6 @@
 //! The table "region radius x edge treatment -> force error, cost".
 //!
-//! A whole mesh of a block around every patch, every treatment of [`super::edges`] at its cut.
+//! A whole mesh of a block around every patch, every treatment of [`super::rim_treatment`] at its cut.
 //! Forces are equilibria of [`palpate_fit::statics`]; the error against dense S is the edge's
 //! alone, the one against the whole mesh of the same springs adds that the outside is linear and
 //! better resolved than those springs, the one against finite elements adds the springs inside,
