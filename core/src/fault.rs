@@ -32,7 +32,7 @@ pub enum BuildError {
         /// Its index.
         index: usize,
     },
-    /// An item that joins a node to itself or stands in the wrong row.
+    /// An item that joins a node to itself or is in the wrong row.
     Degenerate {
         /// Kind of item.
         item: &'static str,

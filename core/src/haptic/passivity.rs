@@ -123,8 +123,8 @@ impl PassivityObserver {
         })
     }
 
-    /// The displacement since the last tick [m], and whether the patch was touched then; before this tick's
-    /// force is sent.
+    /// The displacement since the last tick [m], and whether the patch was touched then; before
+    /// this tick's force is sent.
     ///
     /// # Errors
     /// [`Fault::EnergyCreated`] when one contact after the other ends in the alarm.

@@ -1,12 +1,12 @@
 //! Takes away a strong force whose encoder no longer counts.
 //!
-//! An encoder that dies while the hand rests cannot be told at once from a hand that rests, and the
-//! force would stay as it was for ever. But nobody holds a strong force without moving: the force
-//! of a holding hand fluctuates by some 3 % and, without a display to follow, drifts by 5 to 10 %
-//! within seconds, and muscles tremble at 8 to 12 Hz. What hides this is the device's friction, 1
-//! to 4 % of its maximum force on desktop devices. So above half of the maximum force, and above 1
-//! N, five seconds without one count on any axis fade the force to zero within one second. Weaker
-//! forces stay: friction may hide their fluctuation.
+//! An encoder that dies while the hand rests cannot be distinguished at once from a hand that
+//! rests, and the force would stay as it was for ever. But nobody holds a strong force without
+//! moving: the force of a holding hand fluctuates by some 3 % and, without a display to follow,
+//! drifts by 5 to 10 % within seconds, and muscles tremble at 8 to 12 Hz. What hides this is the
+//! device's friction, 1 to 4 % of its maximum force on desktop devices. So above half of the
+//! maximum force, and above 1 N, five seconds without one count on any axis fade the force to zero
+//! within one second. Weaker forces stay: friction may hide their fluctuation.
 //!
 //! A count that comes ends the fading, and the force stays as faded as it is, as after saturation.
 //! It returns with the next contact, after the probe has moved outside the tissue.

@@ -46,7 +46,8 @@ pub fn find(model: &Model, tuned: &Tuned, state: &mut State, motion: &mut Motion
     }
 }
 
-/// Box around the probe's displacement in the tick [m]. Hemisphere and flat reach along the axis: they carry a cylinder.
+/// Box around the probe's displacement in the tick [m]. Hemisphere and flat reach along the axis:
+/// they carry a cylinder.
 fn reach(probe: &Probe, depth_limit_m: f32, motion: &Motion) -> (Vector3<f32>, Vector3<f32>) {
     let r = probe.radius_m;
     let length = match probe.shape {

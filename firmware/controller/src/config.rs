@@ -124,7 +124,7 @@ pub trait Flash {
     fn write(&mut self, slot: Slot, bytes: &[u8; SLOT_BYTES]) -> Result<(), FlashError>;
 }
 
-/// Flash that did not do as told.
+/// Flash that did not erase or write as commanded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FlashError;
 

@@ -1,4 +1,4 @@
-//! Treatments of the rim that can stand at the cut in place of the outside: ours and its rivals,
+//! Treatments of the rim that can replace the outside at the cut: ours and its rivals,
 //! all made from the same condensed stiffness S.
 //!
 //! Written as matrices between the rim nodes, every one of them can be pressed in
@@ -27,7 +27,7 @@ const HALVINGS: usize = 24;
 /// Treatment of the rim of a cut patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RimTreatment {
-    /// Rim nodes stand still: what the papers do with the edge of a region.
+    /// Rim nodes are fixed: what the papers do with the edge of a region.
     Fixed,
     /// Springs to the ground, one number for the whole rim: `c diag(S)`, c fitted to a press.
     Winkler,

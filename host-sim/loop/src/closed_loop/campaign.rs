@@ -56,7 +56,7 @@ impl<'a> Ground<'a> {
     }
 }
 
-/// Runs `runs` cases of this seed, half of them on a wall, half on the patch; `done` is told of
+/// Runs `runs` cases of this seed, half of them on a wall, half on the patch; `done` is called for
 /// every batch.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! How much more a method stands before it fails: one quantity grows until a press or a tap no
+//! How much more a method withstands before it fails: one quantity grows until a press or a tap no
 //! longer passes.
 
 use super::case::{PRESS, Stimulus, TAP};
