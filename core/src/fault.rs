@@ -32,7 +32,7 @@ pub enum BuildError {
         /// Its index.
         index: usize,
     },
-    /// An item that joins a node to itself or stands in the wrong row.
+    /// An item that joins a node to itself or is in the wrong row.
     Degenerate {
         /// Kind of item.
         item: &'static str,
@@ -41,7 +41,7 @@ pub enum BuildError {
     },
     /// Two lists that belong together differ in length.
     LengthMismatch {
-        /// Which list.
+        /// Name of the list.
         item: &'static str,
         /// Length that fits the model.
         need: usize,
@@ -50,7 +50,7 @@ pub enum BuildError {
     },
     /// More items than the reserved memory or the index type holds.
     TooLarge {
-        /// Which list.
+        /// Name of the list.
         item: &'static str,
         /// Items in the model.
         need: usize,

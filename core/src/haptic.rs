@@ -1,12 +1,13 @@
 //! From a sensed pose to a force on the hand, the same on board and desktop.
 //!
 //! ```text
-//! sense ─ pose ─ tick ─ apart ─ damping ─ gains ─ limits ─ actuate
-//!         fresh,  the    at the  tangent,  ramp-in, norm,
-//!         likely  patch  tissue? in        relief   slew
-//!                                contact
-//! mode: who may feel a force at all
+//! sense ─ pose ─ toggle ─ tick ─ apart ─ shorten ─ damping ─ gains ─ limits ─ actuate
+//!         fresh, mean of  the    at the  to the    tangent,  ramp-in, norm,
+//!         likely two      patch  tissue? limit     in        relief  slew
+//!                counts                            contact
+//! mode: decides whether force output is enabled
 //! passivity: energy given to the hand, always watched
+//! unit, runaway, stillness: is the encoder or a sign wrong
 //! ```
 //!
 //! [`cycle::Cycle::run`] is that line. Everything here allocates nothing, cannot panic, and on any

@@ -1,5 +1,10 @@
 //! Soft tissue inside a 1 kHz haptic controller loop.
 //!
+//! ```text
+//! patch_file ─ Model ─┬─ Tuned, State ─ tick ─ Output ─ haptic: Cycle ─ force on the hand
+//!              Params ┘                 pose ┘
+//! ```
+//!
 //! A small tetrahedral mass-spring patch with compression compensation answers each pose of a probe
 //! with a force. Guarantees of this crate: `no_std`, no allocation, single precision only, no panic
 //! on the path of a [`tick()`], the same bits on every target.

@@ -105,7 +105,7 @@ pub struct Params {
     pub tick_s: f32,
     /// The probe.
     pub probe: Probe,
-    /// Which terms act.
+    /// Active terms.
     pub terms: Terms,
     /// Limits.
     pub limits: GuardLimits,

@@ -28,7 +28,7 @@
 use crate::inertia::{FIELDS, Gains, NEIGHBOUR, NodeStep};
 use crate::model::{Model, Spring};
 
-/// Rounds of averaging. On the finest patch that ships a second field converges by 7 % a round.
+/// Rounds of averaging. On the finest patch that ships a second field converges by 7 % per round.
 const ROUNDS: usize = 32;
 
 /// Least eigenvalue that single precision resolves (1): a field feels at least this share of its

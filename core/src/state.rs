@@ -226,7 +226,7 @@ impl<'a> State<'a> {
     }
 
     /// Gives the state memory for a relaxing tissue, at least one entry per node: zero in a patch
-    /// at rest, or what it held when the state was let go of. Without it a relaxing patch is
+    /// at rest, or its contents when the state was parked. Without it a relaxing patch is
     /// [`Fault::SizeMismatch`].
     ///
     /// # Errors

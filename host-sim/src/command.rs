@@ -72,9 +72,9 @@ enum Command {
     /// Press a scene at 1 kHz in virtual time: force-depth curve, tick times, trace, picture of the
     /// dent.
     ///
-    /// Writes summary.json, trace.csv (one row a tick), surface_<k>.csv (the surface at the end of
-    /// hold k) and pictures as SVG and PNG. Fails a check (exit code 1) on a fault, a tick over 1
-    /// ms, an inverted tet, or a force that is lost or does not rise with depth.
+    /// Writes summary.json, trace.csv (one row per tick), surface_<k>.csv (the surface at the end
+    /// of hold k) and pictures as SVG and PNG. Fails a check (exit code 1) on a fault, a tick over
+    /// 1 ms, an inverted tet, or a force that is lost or does not rise with depth.
     Press(press::PressArgs),
     /// Solve a scene by finite elements: the force and the surface that a press should have.
     ///
@@ -114,8 +114,8 @@ enum Command {
     /// Chart speed against accuracy: all methods at four sizes and two stiffnesses, under the same
     /// press.
     ///
-    /// Writes chart.csv (one row a run), summary.json (with the Pareto fronts) and pictures as SVG
-    /// and PNG. A method that does not survive the press is a row that says how.
+    /// Writes chart.csv (one row per run), summary.json (with the Pareto fronts) and pictures as
+    /// SVG and PNG. A method that does not survive the press is a row that says how.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Chart(ChartArgs),
     /// Close the loop over an emulated hand and device: what a person would feel besides the
@@ -172,7 +172,7 @@ enum Command {
     Live(live::LiveArgs),
     /// Run a recorded trace of `palpate live` again and compare it bit for bit.
     ///
-    /// Writes summary.json and trace.csv (one row a tick). Fails (exit code 1) at the first bit
+    /// Writes summary.json and trace.csv (one row per tick). Fails (exit code 1) at the first bit
     /// that differs.
     Replay(replay::ReplayArgs),
     /// Hold the model against raw measurements of real tissue: what is fitted, what is predicted,

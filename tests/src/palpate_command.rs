@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-/// Where a stranger stands: an empty folder that goes away with the test.
+/// Working folder of a stranger: an empty one that goes away with the test.
 #[derive(Debug)]
 pub struct Desk(tempfile::TempDir);
 

@@ -1,4 +1,4 @@
-//! A press to a depth, held and released: whether the patch stands it and comes to rest.
+//! A press to a depth, held and released: whether the patch withstands it and comes to rest.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{Params, Vector3, tick};

@@ -34,8 +34,8 @@ use crate::stages::output::Output;
 pub const MOST_N_S_PER_M: f32 = 20.0;
 /// The constant part is faded in up to this force [N], so that touching does not kick.
 const FADE_IN_N: f32 = 0.1;
-/// Below this depth the Hertz slope is taken as at it [m]: there one encoder count would be most of
-/// the depth.
+/// For the Hertz slope, depths below this are treated as this depth [m]: there one encoder count
+/// would be most of the depth.
 const SHALLOWEST_M: f32 = 0.3e-3;
 /// Backlash applied to the position before its velocity is estimated, in counts (1). It weakens the
 /// damping impulse of a flipping count, while a reversing motion is still damped. Without it 20 kPa

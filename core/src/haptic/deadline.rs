@@ -38,7 +38,7 @@ impl Default for Deadline {
 }
 
 impl Deadline {
-    /// One cycle, told of the periods that were missed before it. True if it is the one miss that
+    /// One cycle, given the periods that were missed before it. True if it is the one miss that
     /// is borne.
     ///
     /// # Errors

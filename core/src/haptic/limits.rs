@@ -19,7 +19,7 @@ use crate::fault::BuildError;
 /// Limits as a profile states them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoopLimitSettings {
-    /// Longest force on the hand [N].
+    /// Maximum force on the hand [N].
     pub max_force_n: f32,
     /// Fastest growth of the force [N/s]. A force that is no longer wanted is let go at once:
     /// holding it back would push the hand out with more energy than it brought in.
@@ -33,7 +33,7 @@ pub struct LoopLimitSettings {
     pub max_age_ticks: u16,
     /// How far outside the workspace a pose is believed, as a share of its size (1).
     pub workspace_margin: f32,
-    /// A model force this many times longer than `max_force_n` is implausible (1).
+    /// A model force more than this many times `max_force_n` is implausible (1).
     pub implausible_ratio: f32,
     /// Ticks in a row of an implausible force that are a fault.
     pub implausible_ticks: u16,
@@ -41,8 +41,8 @@ pub struct LoopLimitSettings {
     pub saturated_ticks: u16,
 }
 
-/// A limit that is lowered ends here: squares of smaller ones underflow, and a force of nothing
-/// would be too long.
+/// Lower bound of every limit: smaller squares underflow, and a zero force would then exceed the
+/// limit.
 const LEAST: f32 = 1e-6;
 
 impl LoopLimitSettings {
@@ -100,11 +100,11 @@ impl Default for LoopLimitSettings {
 #[derive(Clone, Copy, Debug)]
 pub struct LoopLimits {
     values: LoopLimitSettings,
-    /// Longest growth of the force in a tick [N].
+    /// Largest growth of the force per tick [N].
     slew_n: f32,
-    /// Longest believable way in a tick [m], without the encoder's share.
+    /// Largest plausible displacement per tick [m], without the encoder's share.
     displacement_m: f32,
-    /// Two counts [m]: what quantisation adds to a way.
+    /// Two counts [m]: the quantisation error of a displacement.
     counts_m: f32,
     low_m: Vector3<f32>,
     high_m: Vector3<f32>,

@@ -1,4 +1,4 @@
-//! Who may feel a force: the mode machine.
+//! Mode machine: decides in which modes force output is enabled.
 //!
 //! ```text
 //! Boot ─ SelfTest ─ Idle ─ Arming ─ Active ⇄ Degraded       any ─ Fault ─ (cleared) ─ SelfTest
@@ -30,7 +30,7 @@ pub enum Mode {
     SelfTest = 1,
     /// Nothing moves; meshes and configuration may come.
     Idle = 2,
-    /// The patch answers poses, nobody feels it: waits for a calm probe outside the tissue.
+    /// The patch answers poses, no force is output: waits for a calm probe outside the tissue.
     Arming = 3,
     /// The force is felt.
     Active = 4,
@@ -108,7 +108,7 @@ pub enum Event {
     RampEnded,
     /// Any fault.
     Faulted,
-    /// Somebody cleared the fault, and poses were good since.
+    /// The fault was cleared by request, and poses were good since.
     Cleared,
 }
 

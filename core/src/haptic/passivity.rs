@@ -72,10 +72,10 @@ pub struct Energy {
 #[derive(Clone, Copy, Debug)]
 pub struct PassivityObserver {
     settings: PassivitySettings,
-    /// Play before the way [m]: a count that comes and goes is no way, or a hold on a count's edge
-    /// would sum up to an alarm.
+    /// Backlash applied to the displacement [m], so that a flipping count adds no energy while the
+    /// hand rests.
     play_m: f32,
-    /// Where the probe is in that play (0 .. `play_m`) [m].
+    /// Position of the probe in that backlash (0 .. `play_m`) [m].
     slack_m: Vector3<f32>,
     /// Ring of the forces sent.
     line_n: [Vector3<f32>; LINE],
@@ -96,7 +96,7 @@ pub struct PassivityObserver {
 }
 
 impl PassivityObserver {
-    /// Nothing given yet.
+    /// An observer with zero energy.
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting or `device.delay_ticks`.
@@ -123,8 +123,8 @@ impl PassivityObserver {
         })
     }
 
-    /// The way since the last tick [m], and whether the patch was touched then; before this tick's
-    /// force is sent.
+    /// The displacement since the last tick [m], and whether the patch was touched then; before
+    /// this tick's force is sent.
     ///
     /// # Errors
     /// [`Fault::EnergyCreated`] when one contact after the other ends in the alarm.

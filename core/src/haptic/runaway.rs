@@ -2,12 +2,12 @@
 //!
 //! With a wrong sign the tissue pulls, and pulls harder the deeper the probe is. Position alone
 //! does not prove it: every motion under `-F` is also the motion under `F` of a hand that pushes `2
-//! F` harder. Only a motion that hands do not make can be told. So the thresholds are high: against
-//! a force of at least 0.5 N the probe gains 0.5 m/s, and travels 25 mm straight into the tissue
-//! meanwhile. A light hand loses the device at once; a firm hand holds against it, and then the
-//! force stays within its limit, and saturation halves it. A hand that suddenly grips four times as
-//! hard, 13 N against a device of 3 N, gains 1 m/s too, but comes to rest within the 25 mm. A light
-//! handle exceeds the speed limit first.
+//! F` harder. Only a motion that hands do not make can be recognised. So the thresholds are high:
+//! against a force of at least 0.5 N the probe gains 0.5 m/s, and travels 25 mm straight into the
+//! tissue meanwhile. A light hand loses the device at once; a firm hand holds against it, and then
+//! the force stays within its limit, and saturation halves it. A hand that suddenly grips four
+//! times as hard, 13 N against a device of 3 N, gains 1 m/s too, but comes to rest within the 25
+//! mm. A light handle exceeds the speed limit first.
 //!
 //! Speed and travel are measured along the normal at the moment when the probe was slowest. The
 //! normal of this tick would not do: a probe that slides pressed pushes tissue up in front of it,

@@ -1,17 +1,17 @@
 //! Takes away a strong force whose encoder no longer counts.
 //!
-//! An encoder that dies while the hand rests cannot be told at once from a hand that rests, and the
-//! force would stay as it was for ever. But nobody holds a strong force without moving: the force
-//! of a holding hand fluctuates by some 3 % and, without a display to follow, drifts by 5 to 10 %
-//! within seconds, and muscles tremble at 8 to 12 Hz. What hides this is the device's friction, 1
-//! to 4 % of its longest force on desktop devices. So above half of the longest force, and above 1
-//! N, five seconds without one count on any axis fade the force to zero within one second. Weaker
-//! forces stay: friction may hide their fluctuation.
+//! An encoder that dies while the hand rests cannot be distinguished at once from a hand that
+//! rests, and the force would stay as it was for ever. But nobody holds a strong force without
+//! moving: the force of a holding hand fluctuates by some 3 % and, without a display to follow,
+//! drifts by 5 to 10 % within seconds, and muscles tremble at 8 to 12 Hz. What hides this is the
+//! device's friction, 1 to 4 % of its maximum force on desktop devices. So above half of the
+//! maximum force, and above 1 N, five seconds without one count on any axis fade the force to zero
+//! within one second. Weaker forces stay: friction may hide their fluctuation.
 //!
 //! A count that comes ends the fading, and the force stays as faded as it is, as after saturation.
 //! It returns with the next contact, after the probe has moved outside the tissue.
 //!
-//! * in: displacement of the tick [m], force sent last and longest force [N], whether the patch is
+//! * in: displacement of the tick [m], force sent last and maximum force [N], whether the patch is
 //!   touched
 //! * out: gain (1)
 //! * cost: 20 instructions of a Cortex-M4F, estimated
@@ -19,9 +19,10 @@
 
 use nalgebra::Vector3;
 
-/// Force that no hand holds without moving [N] ...
+/// Absolute threshold [N]: a larger force no hand holds without moving.
 pub const STRONG_N: f32 = 1.0;
-/// ... and the same as a share of the longest force, for devices with more friction (1).
+/// Threshold relative to the maximum force (1), for devices with more friction; the larger of the
+/// two holds.
 pub const STRONG_SHARE: f32 = 0.5;
 /// Time without a count after which it fades [s].
 pub const STILL_S: f32 = 5.0;

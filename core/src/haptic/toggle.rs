@@ -56,7 +56,7 @@ pub struct Toggle {
     count_m: f32,
     axes: Option<[Axis; 3]>,
     force_n: Vector3<f32>,
-    /// Change of the force a tick [N].
+    /// Change of the force per tick [N].
     shakes_n: f32,
 }
 

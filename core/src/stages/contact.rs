@@ -1,9 +1,9 @@
 //! Broad phase: the surface triangles that the probe can reach in this tick.
 //!
-//! * in: the tip's way, node positions
+//! * in: the tip's displacement in the tick, node positions
 //! * out: `state.candidates`, ascending; empty until a tick after the probe has been seen outside
 //!   the tissue
-//! * cost: up to 18 comparisons a triangle, most leave after 3
+//! * cost: up to 18 comparisons per triangle, most leave after 3
 //! * may fail: never; a triangle too many costs time only
 
 use nalgebra::Vector3;
@@ -46,7 +46,8 @@ pub fn find(model: &Model, tuned: &Tuned, state: &mut State, motion: &mut Motion
     }
 }
 
-/// Box around the probe's way [m]. Hemisphere and flat reach along the axis: they carry a cylinder.
+/// Box around the probe's displacement in the tick [m]. Hemisphere and flat reach along the axis:
+/// they carry a cylinder.
 fn reach(probe: &Probe, depth_limit_m: f32, motion: &Motion) -> (Vector3<f32>, Vector3<f32>) {
     let r = probe.radius_m;
     let length = match probe.shape {

@@ -1,8 +1,8 @@
 //! Guard: the tip that the sensor read becomes the tip that the patch is shown.
 //!
 //! In contact the shown tip enters the tissue at most at `GuardLimits::max_sink_m_per_s` and leaves
-//! it at any speed: a fast tap arrives late and weaker, and the energy that the limit keeps from the
-//! tissue on the way in is never returned on the way out. Where there can be no contact
+//! it at any speed: a fast tap arrives late and weaker, and the energy that the limit keeps
+//! from the tissue on the way in is never returned on the way out. Where there can be no contact
 //! ([`Presence::Outside`]), the shown tip **is** the sensed tip, whatever its speed.
 //!
 //! * in: sensed tip [m], patch frame; its [`Presence`]
@@ -39,7 +39,7 @@ pub struct ProbePose {
     pub tip_m: Vector3<f32>,
 }
 
-/// The way of the tip in one tick.
+/// Displacement of the tip in one tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
     /// Tip at the end of the last tick [m].

@@ -1,4 +1,4 @@
-//! A cycle on the bench: a device that reads whatever it is told, a wall that answers, and a host.
+//! A cycle on the bench: a device that reads whatever is set, a wall that answers, and a host.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings, Telemetry};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
@@ -28,7 +28,7 @@ pub fn limits() -> LoopLimits {
     LoopLimits::build(&LoopLimitSettings::DESKTOP, &stylus(), TICK_S).unwrap()
 }
 
-/// A device that reads what it is told.
+/// A device that reads what is set.
 pub struct Device {
     pub limits: DeviceSpec,
     pub sensed: Sensed,
@@ -54,7 +54,7 @@ impl HapticDevice for Device {
     }
 }
 
-/// A linear wall below z = 0, unless it is told what to answer.
+/// A linear wall below z = 0, unless an answer is set.
 pub struct Wall {
     pub n_per_m: f32,
     /// Answer to every pose, in place of the wall's.

@@ -140,7 +140,7 @@ fn nothing_but_zero_leaves_in_modes_without_a_force() {
 
 #[test]
 fn readings_in_another_unit_than_the_profiles_are_a_fault() {
-    // a hand that trembles by single counts of 50 um, told in millimetres
+    // a hand that trembles by single counts of 50 um, given in millimetres
     for (step_m, fault) in [(50e-3, Some(Fault::UnitMismatch)), (50e-6, None)] {
         let device = palpate::haptic::device::DeviceSpec { count_m: 50e-6, ..stylus() };
         let mut bench = Bench::with(400.0, device, |_| ()).idle();

@@ -9,7 +9,7 @@ use palpate::{Fault, Model, Node, NodeStep, Params, PatchFile, State, TetShapes,
 
 /// Where the probe waits above the surface [m].
 pub const CLEAR_M: f32 = 5e-3;
-/// How fast the hand loses speed, and gains it if not told otherwise [m/s^2].
+/// How fast the hand loses speed, and gains it unless another is set [m/s^2].
 const M_PER_S2: f32 = 60.0;
 /// Amplitude of the tremor of a hand at rest [m].
 const TREMOR_M: f32 = 60e-6;

@@ -30,7 +30,7 @@ pub struct Profile {
     /// Damping per tangent stiffness [s], constant damping [N s/m], share of the newest velocity
     /// (1).
     pub damping: [f32; 3],
-    /// Longest force the actuators give [N].
+    /// Maximum force that the actuators give [N].
     pub max_force_n: f32,
     /// Whole ticks between a force and its acting.
     pub delay_ticks: u8,
@@ -124,7 +124,7 @@ pub trait Flash {
     fn write(&mut self, slot: Slot, bytes: &[u8; SLOT_BYTES]) -> Result<(), FlashError>;
 }
 
-/// Flash that did not do as told.
+/// Flash that did not erase or write as commanded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FlashError;
 

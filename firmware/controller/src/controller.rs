@@ -15,7 +15,7 @@ use palpate::{BuildError, Fault};
 use crate::force_out::Drive;
 use crate::port::Port;
 
-/// Whether anybody may arm.
+/// Ways in which the board may be armed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arming {
     /// By the host's request.
@@ -24,7 +24,8 @@ pub enum Arming {
     /// fresh sign: the host's request, or the operator's switch released and pressed again. With
     /// such a switch power-on is no sign: a jammed one would arm the board.
     ByItself,
-    /// Not before somebody has looked at it: the board was reset by its watchdog again and again.
+    /// Never: repeated resets by the watchdog or after a crash; needs a power cycle or the reset
+    /// button.
     Barred,
 }
 

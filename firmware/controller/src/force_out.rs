@@ -49,7 +49,7 @@ pub struct Outputs {
 impl Outputs {
     /// Nothing drives the hand.
     pub const OFF: Self = Self { enabled: false, codes: [DacCode::ZERO; 3] };
-    /// Codes read back from pins that do not agree with what they were told: no force has them.
+    /// Codes read back from pins that do not agree with what was set: no force has them.
     pub const UNKNOWN: [DacCode; 3] = [DacCode(i16::MIN); 3];
 }
 

@@ -1,5 +1,4 @@
-//! The tissue core bound to this image: patch in flash, state in RAM. The only file that names the
-//! core's types.
+//! The tissue core bound to this image: patch in flash, state in RAM.
 
 use palpate::haptic::cycle::Renderer;
 use palpate::{BuildError, Fault, Model, Output, Params, PatchFile, Placement, ProbePose, State, Tuned};
@@ -87,7 +86,7 @@ impl<'a> Patch<'a> {
         let file = PatchFile::open(bytes)?;
         after_round();
         let (model, mut params) = (file.model, file.params);
-        // speeds and masses are told per tick: with another one the guard would admit other speeds
+        // speeds and masses are given per tick: with another one the guard would admit other speeds
         within(TICK, params.tick_s, TICK_S, TICK_S)?;
         within(SUBSTEP, params.tick_s / f32::from(params.substeps.max(1)), 0.0, file.stable_dt_s)?;
         within(DASHPOT, params.contact_damping, LEAST_DASHPOT, 1.0)?;

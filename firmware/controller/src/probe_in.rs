@@ -26,8 +26,8 @@ impl EncoderCounts {
     }
 }
 
-/// The count of a 16-bit counter that went on from `last`: in a tick it moves far less than half of
-/// its turn.
+/// Unwraps a 16-bit counter relative to `last`: in one tick it moves far less than half of its
+/// range.
 #[must_use]
 pub fn extended(last: EncoderCounts, counter: u16) -> EncoderCounts {
     let moved = counter.wrapping_sub(last.0 as u16).cast_signed();

@@ -1,7 +1,7 @@
 //! Resets by the watchdog that come again and again: a board in such a loop would shake the hand at
 //! every start. It stays `Idle`.
 
-/// Watchdog resets within [`WINDOW_MS`] after which nobody may arm before power was off.
+/// Crashes within [`WINDOW_MS`] after which arming is barred until power-on or the reset button.
 pub const TOO_MANY: usize = 3;
 /// Time in which they count [ms].
 pub const WINDOW_MS: u32 = 60_000;
@@ -11,7 +11,7 @@ const MAGIC: u32 = 0x5A1E_0B07;
 /// Why the board started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// Power came on, or somebody pressed reset.
+    /// Power-on, or the reset button.
     Power,
     /// The watchdog, a panic or a hard fault.
     Crash,
@@ -40,7 +40,8 @@ impl Resets {
         self.magic ^ self.now_ms ^ a ^ b.rotate_left(1) ^ c.rotate_left(2) ^ self.crashes.rotate_left(3)
     }
 
-    /// The board has started. What does not add up is taken for power-on. True if nobody may arm.
+    /// The board has started. Contents with a wrong check sum are taken for power-on. True
+    /// if arming is barred.
     #[must_use]
     pub fn start(&mut self, cause: Cause) -> bool {
         if cause == Cause::Power || self.magic != MAGIC || self.check != self.sum() || self.crashes as usize > TOO_MANY {

@@ -83,7 +83,7 @@ mod tests {
     fn it_never_jumps() {
         for tick in 0..LEAD_TICKS + 2 * REPEAT_TICKS {
             for (a, b) in counts(tick, LEAD_TICKS).iter().zip(counts(tick + 1, LEAD_TICKS)) {
-                assert!((a.0 - b.0).abs() <= 23, "tick {tick}"); // 23 counts a tick = 0.23 m/s
+                assert!((a.0 - b.0).abs() <= 23, "tick {tick}"); // 23 counts per tick = 0.23 m/s
             }
         }
     }

@@ -79,7 +79,7 @@ const fn priority(interrupt: Interrupt) -> u8 {
         Interrupt::Haptic => 0x40,
         Interrupt::Background => 0x60,
         // a byte waits in one register: above the haptic loop, which it costs 60 instructions, 12
-        // times a tick at most
+        // times per tick at most
         Interrupt::UartReceived => 0x30,
         Interrupt::UartSent => 0x50,
     }
@@ -205,7 +205,7 @@ pub fn idle(duty: &Duty) {
     }
 }
 
-/// The image has no converters: these stand for their registers.
+/// The image has no converters: these take the place of their registers.
 static DAC: [AtomicI16; 3] = [const { AtomicI16::new(0) }; 3];
 /// State commanded to the enable line. The line itself is a register of the FPGA that reads back.
 static ENABLE: AtomicBool = AtomicBool::new(false);
@@ -216,7 +216,7 @@ fn set_enable(on: bool) {
     unsafe { LEDS.write_volatile(if on { ENABLE_LED } else { 0 }) };
 }
 
-/// Whether the line was told to be on, or is.
+/// Whether the line was set to on, or is on.
 fn enabled() -> bool {
     // SAFETY: a read without side effects.
     ENABLE.load(Ordering::Relaxed) || unsafe { LEDS.read_volatile() } & ENABLE_LED != 0

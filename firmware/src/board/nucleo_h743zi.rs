@@ -364,7 +364,7 @@ pub fn sense() -> Option<Sensed> {
     Some(Sensed { position_m: probe_in::pose(counts).tip_m, sequence, status })
 }
 
-/// Bytes that have come; moves waiting ones on their way, too. Once a tick is often enough for
+/// Bytes that have come; moves waiting ones on their way, too. Once per tick is often enough for
 /// queues of sixteen.
 pub fn link_read(bytes: &mut [u8]) -> usize {
     let uart = pac::USART3;

@@ -41,7 +41,7 @@ core::arch::global_asm!(
 );
 
 /// `frame` is where the core left the registers of what failed: eight words, the program counter
-/// the seventh. Only told if it lies in the stack.
+/// the seventh. Only reported if it lies in the stack.
 extern "C" fn on_hard_fault(frame: *const u32) -> ! {
     outputs_off();
     let stack = (&raw const _stack_end).addr()..(&raw const _stack_start).addr() - 32;

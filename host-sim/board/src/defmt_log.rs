@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use defmt_decoder::{DecodeError, Table};
 
-/// A message a line with its time; a frame that does not decode is said so in its place.
+/// A message per line with its time; a frame that does not decode is said so in its place.
 #[must_use]
 pub fn decode(elf: &[u8], frames: &[u8]) -> String {
     let table = match Table::parse(elf) {

@@ -1,4 +1,4 @@
-//! A board that is this machine: pins that hold what they are told, no clock, no link of its own.
+//! A board that is this machine: pins that hold what is set, no clock, no link of its own.
 //! The tick of the controller runs on it in lock-step.
 
 use palpate::Fault;

@@ -1,10 +1,14 @@
 //! The firmware's image in the emulator, driven in lock-step: one pose in, one record out, and the
 //! same controller beside it on this machine.
 //!
-//! `image` (built, or given) -> `board` (the emulator and its link) -> `twin` (board and desktop
-//! side by side, compared to the bit) -> `press` (the finger) or `campaign` (contact, faults and
-//! recovery for as long as wanted). `in_loop`: the same board under the closed loop's hands;
-//! `live_trace`: under what `palpate live` recorded.
+//! ```text
+//! image ─ board ─ twin ─ press, campaign, in_loop, live_trace
+//! ```
+//!
+//! `image` is built or given, `board` is the emulator and its link, `twin` runs board and desktop
+//! side by side, compared to the bit. Over it run `press` (the finger), `campaign` (contact, faults
+//! and recovery for as long as wanted), `in_loop` (the closed loop's hands) and `live_trace` (a
+//! recording of `palpate live`).
 //!
 //! Cost of a tick: `exec_log` (instructions executed), `firmware_image` (whose code they are),
 //! `thumb` (their class), `instruction_mix` (cycles), `timing`; when ticks start and which are

@@ -48,7 +48,7 @@ pub struct Timed {
     pub ended: String,
     /// From the last completed tick to the watchdog [us], where it bit.
     pub watchdog_us: Option<u64>,
-    /// Log of the image, a message a line.
+    /// Log of the image, a message per line.
     #[serde(skip)]
     pub log: String,
 }

@@ -14,7 +14,7 @@ use super::picture::{Picture, save};
 use super::style::{DEPTH, PRESS, line, px};
 use super::{ChartError, check};
 
-/// Where a calibration stands after a round.
+/// State of a calibration after a round.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConvergencePoint {
     /// Evaluations of all presses so far.

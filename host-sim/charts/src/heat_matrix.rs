@@ -48,7 +48,7 @@ pub enum Tone {
 pub struct HeatCell {
     /// Colour.
     pub tone: Tone,
-    /// Text that stands in it.
+    /// Text in it.
     pub sign: String,
 }
 
@@ -57,7 +57,7 @@ pub struct HeatCell {
 pub struct HeatGroup {
     /// Two lines above.
     pub label: [String; 2],
-    /// Below each column; empty where nothing stands.
+    /// Below each column; empty where there is no text.
     pub feet: Vec<String>,
 }
 

@@ -12,7 +12,7 @@ use super::layout::{MARGIN_PX, cut, width};
 use super::speed_accuracy::marker::{Look, outline};
 use super::style::{INK, TICK_PX, line, px, text};
 
-/// Graphic that stands before a name.
+/// Graphic before a name.
 #[derive(Clone, Copy)]
 pub enum Sign {
     /// A line, with a marker on it if there are markers.

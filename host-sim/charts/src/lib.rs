@@ -1,5 +1,10 @@
 //! The pictures of every command, each written as `NAME.svg` and `NAME.png` with the same look.
 //!
+//! ```text
+//! numbers ─ one file per picture ─ layout, style ─ canvas ─ picture ─┬─ NAME.svg
+//!                                                             raster ┴─ NAME.png
+//! ```
+//!
 //! One drawing routine serves both formats, and the font is compiled in, so a machine without
 //! fonts or a display gets the same pictures. SI goes in; millimetres appear only on paper.
 
@@ -58,7 +63,7 @@ pub struct Press<'a> {
     pub scene: &'a str,
     /// Size of the patch that was pressed.
     pub node_count: usize,
-    /// The run in time order, one sample a tick.
+    /// The run in time order, one sample per tick.
     pub trace: &'a [Sample],
     /// The last sample of each hold, in time order; may be empty.
     pub holds: &'a [Sample],

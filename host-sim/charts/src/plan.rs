@@ -22,7 +22,7 @@ use super::tick_time::histogram::round_points;
 use super::tick_time::plain;
 use super::{ChartError, check};
 
-/// A budget further from the dots than this factor is told in words, not drawn.
+/// A budget further from the dots than this factor is given in words, not drawn.
 const FAR_BUDGET: f64 = 6.0;
 
 /// Data and labels of a plan chart.

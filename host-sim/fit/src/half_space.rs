@@ -61,8 +61,8 @@ impl HalfSpace {
         4.0 / 3.0 * self.plane_modulus_pa * self.radius_m.sqrt() * depth_m.max(0.0).powf(1.5)
     }
 
-    /// Lee and Radok's force [N] at the end of a motion that never turned back, `dt_s` a step, from
-    /// the forces that an elastic body bears during it: Hertz's, or those of any other body.
+    /// Lee and Radok's force [N] at the end of a motion that never turned back, `dt_s` per step,
+    /// from the forces that an elastic body bears during it: Hertz's, or those of any other body.
     #[must_use]
     pub fn loaded_n(&self, elastic_n: &[f64], dt_s: f64) -> f64 {
         self.history(elastic_n, dt_s, elastic_n.len())

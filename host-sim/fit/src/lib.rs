@@ -4,6 +4,8 @@
 //! reference ─ targets ─ calibrate (statics) ─ patch
 //! whole organ ─ far_field ─ rim springs of the patch
 //! plan: the smallest patch that keeps a tolerance
+//! dynamic: the force on a probe that moves, by finite elements with true masses
+//! half_space (relaxing), partial_slip (with friction): closed forms to compare with
 //! ```
 //!
 //! [`reference`](mod@reference) solves the press by finite elements, [`statics`] the patch's own

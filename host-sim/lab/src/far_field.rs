@@ -1,4 +1,4 @@
-//! Experiments on the far field: what can stand at the edge of a patch, and a contact that slides.
+//! Experiments on the far field: treatments of the edge of a patch, and a contact that slides.
 
 pub mod rim_treatment;
 pub mod sliding;

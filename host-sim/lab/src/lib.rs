@@ -10,7 +10,7 @@
 //! accept (the model against raw measurements of tissue)
 //! ```
 //!
-//! No product code stands on this crate.
+//! No product code depends on this crate.
 
 pub mod accept;
 pub mod chart;

@@ -49,7 +49,7 @@ pub struct App {
 const LAST_WORD: Duration = Duration::from_secs(3);
 
 impl App {
-    /// On a context, with the way to a physics that was told `choice` and `holding`.
+    /// On a context, with the way to a physics that was given `choice` and `holding`.
     #[must_use]
     pub fn new(ctx: &egui::Context, link: Box<dyn Link>, choice: Choice, holding: Holding) -> Self {
         let mut fonts = FontDefinitions::empty();

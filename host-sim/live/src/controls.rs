@@ -66,7 +66,7 @@ pub(crate) fn short(scene: &str) -> &str {
 }
 
 impl Controls {
-    /// As the physics was told.
+    /// As it was sent to the physics.
     #[must_use]
     pub fn new(choice: Choice, holding: Holding) -> Self {
         let shown = Shown { colour: Colour::Displacement, springs: false, rim: false, dark: false, most_m: 4e-3 };

@@ -1,6 +1,10 @@
 //! Palpate live: press tissue with the mouse and see what a finger would feel, in a window or a
 //! page.
 //!
+//! ```text
+//! pointer, keys, panel ─ app ─ message ─ link ─ physics (the loop) ─ message ─ view, strips
+//! ```
+//!
 //! Physics ([`physics`]) runs beside the drawing: a thread of a desktop, a worker of a page
 //! ([`link`]); [`message`] is all that passes between them. The loop itself, its traces and their
 //! replay are `palpate_loop::live`.

@@ -85,7 +85,7 @@ mod window {
         match made {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => {
-                // a screen that is missing is told with a place in a library's source
+                // a screen that is missing is reported with a place in a library's source
                 let error = error.to_string().lines().next().unwrap_or_default().trim_end_matches(':').to_owned();
                 eprintln!("palpate: no window: {error}: start it on a desktop, or take the page, `palpate live --page`");
                 ExitCode::from(2)

@@ -96,7 +96,7 @@ pub struct Body {
     pub fitted_places: u32,
 }
 
-/// One of a few samples a frame, for the strips.
+/// One of a few samples per frame, for the strips.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Sample {
     /// Virtual time [s].

@@ -13,7 +13,7 @@ use crate::view::Colour;
 /// A slider rounds what it shows; what was not touched keeps its value.
 const EDITS: SliderClamping = SliderClamping::Edits;
 
-/// As much of a file's name as stands beside the mesh.
+/// As much of a file's name as fits beside the mesh.
 fn clipped(name: &str) -> String {
     const MOST: usize = 12;
     if name.chars().count() <= MOST { name.into() } else { name.chars().take(MOST - 2).collect::<String>() + ".." }

@@ -10,7 +10,7 @@ use palpate_tissue::error::Error;
 
 use crate::message::{Answer, Body, Ended, Frame, Request, SILENCE_S, Sample};
 
-/// Most ticks that are caught up with at once; the rest of a debt is dropped, and told.
+/// Most ticks that are caught up with at once; the rest of a debt is dropped, and reported.
 pub const MOST_BEHIND: u64 = 60;
 /// One sample for the strips every so many ticks.
 const SAMPLE_EVERY: u64 = 4;

@@ -27,7 +27,7 @@ use palpate_tissue::tissue::place_fine;
 /// Elements under the probe are smallest this far around it [probe radii]: places up to 1.65 radii
 /// are fitted.
 const FINE_RADII: f64 = 1.25;
-/// Elements larger than this share of the probe's radius get nine foundation points a triangle
+/// Elements larger than this share of the probe's radius get nine foundation points per triangle
 /// instead of four.
 const NINE_ABOVE: f64 = 0.4;
 /// A progress bar appears on a terminal when a run takes longer than this [s].

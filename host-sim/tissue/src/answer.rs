@@ -138,7 +138,7 @@ impl Answer {
     pub fn save(&self, folder: &OutputFolder, name: &str) -> Result<(), Error> {
         let mut text =
             serde_json::to_string(self).map_err(|cause| Error::Usage(format!("{name}: {cause}: check the scene's numbers")))?;
-        // one hold a line, so that differences can be read
+        // one hold per line, so that differences can be read
         text = text.replace("{\"place_m\"", "\n{\"place_m\"");
         text.push('\n');
         folder.write(name, text.as_bytes())

@@ -201,7 +201,7 @@ fn most_stiffening(machine: &Machine, patch: &Patch, params: &Params) -> Option<
     Some((fits / digit).floor() * digit)
 }
 
-/// Halvings of an exponent until one runs, and then of the range in which the largest is looked for.
+/// Halvings of an exponent until one runs, and then of the range in which the largest is sought.
 const MOST_HALVINGS: i32 = 10;
 const HALVINGS: usize = 3;
 

@@ -173,9 +173,10 @@ impl Shape {
         Self((0..nodes).map(|_| [next(), next(), next()]).collect())
     }
 
-    /// Square of the highest angular frequency about the state [1/s^2]. Contact is implicit and left
-    /// out, but where the tissue stiffens under it. What a shape does to the forces (`K u`) and to the velocities after a substep
-    /// (`dt M^-1 K u`) are both read off the tick's own stages, so that the mass matrix is theirs.
+    /// Square of the highest angular frequency about the state [1/s^2]. Contact is implicit and
+    /// left out, except where the tissue stiffens under it. The effect of a shape on the forces (`K
+    /// u`) and on the velocities after a substep (`dt M^-1 K u`) are both read off the tick's own
+    /// stages, so that the mass matrix is theirs.
     fn highest_square(&mut self, model: &Model, tuned: &Tuned, state: &State, trial: &mut State, tip_m: Vector3<f32>) -> f64 {
         let size = extent(model);
         // what lies under the probe is stiffer for it, even where contact takes no share
@@ -205,8 +206,8 @@ impl Shape {
 }
 
 /// Force [N] on each node with the shape added to the state, and its velocity [m/s] one substep
-/// later, from rest, with the probe's tip at `tip_m`. Forces on anchors are zero. `None` when a node
-/// is too fast to be tissue.
+/// later, from rest, with the probe's tip at `tip_m`. Forces on anchors are zero. `None` when a
+/// node is too fast to be tissue.
 fn response(
     model: &Model,
     tuned: &Tuned,

@@ -1,4 +1,4 @@
-//! `trace.csv`: one row a tick.
+//! `trace.csv`: one row per tick.
 
 use crate::error::Error;
 use crate::output::OutputFolder;

@@ -33,7 +33,7 @@ pub struct Mutant {
 pub struct Edit {
     /// File, from the root of the repository.
     pub file: String,
-    /// Text that stands in it once.
+    /// Text that occurs in it once.
     pub find: String,
     /// Text that takes its place.
     pub replace: String,
@@ -56,7 +56,7 @@ impl Edit {
     /// The file's content with the mistake in it.
     ///
     /// # Errors
-    /// The text does not stand in the file exactly once.
+    /// The text does not occur in the file exactly once.
     pub fn apply(&self, content: &str) -> Result<String, String> {
         match content.matches(&self.find).count() {
             1 => Ok(content.replacen(&self.find, &self.replace, 1)),

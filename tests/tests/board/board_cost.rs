@@ -17,10 +17,10 @@ use palpate_tests::instruction_mix::{Cost, InstructionMix, calls_of};
 use palpate_tests::packed;
 use palpate_tissue::budget::{Machine as Board, triangles_in_reach};
 
-/// At 32 ns an instruction the 40 ns of a clock count resolve it to one or two, and no tick meets
+/// At 32 ns per instruction the 40 ns of a clock count resolve it to one or two, and no tick meets
 /// the watchdog.
 const COUNTING_SHIFT: u32 = 5;
-/// At 4 ns an instruction the tick fits its millisecond, and the clock resolves ten instructions.
+/// At 4 ns per instruction the tick fits its millisecond, and the clock resolves ten instructions.
 const RUNNING_SHIFT: u32 = 2;
 const NS_PER_COUNT: u64 = 40;
 const CLOCK: &str = "palpate_firmware::board::mps2::clock_counts";

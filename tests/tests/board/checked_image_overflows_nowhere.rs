@@ -16,7 +16,7 @@ use palpate_tests::flash_patch::in_flash;
 
 /// A tap, a hold, a slow way out and a slide.
 const TICKS: u32 = LEAD_TICKS + 2_000;
-/// The checks cost time: at 4 ns an instruction a tick still ends within its millisecond.
+/// The checks cost time: at 4 ns per instruction a tick still ends within its millisecond.
 const SHIFT: u32 = 2;
 
 fn target() -> PathBuf {

@@ -24,7 +24,7 @@ fn prepared(scene: &str, patch: &str, device: &DeviceProfile) -> (InLoop, Target
     (board, Target::Tissue(Box::new(tissue), scene.tissue.youngs_modulus_pa))
 }
 
-/// Everything that a tick told and did, as bits.
+/// Everything that a tick reported and did, as bits.
 fn bits(run: &Run) -> Vec<[u64; 14]> {
     let rows = run.rows.iter().map(|row| {
         let telemetry = &row.telemetry;

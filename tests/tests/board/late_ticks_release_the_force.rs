@@ -25,7 +25,7 @@ fn run(shift: u32) -> Outcome {
 
 #[test]
 fn two_periods_missed_in_a_row_are_a_fault() {
-    // 1.2 ms a tick: one period each of two ticks; 2.4 ms: two of the first
+    // 1.2 ms per tick: one period each of two ticks; 2.4 ms: two of the first
     for (shift, late) in [(4, 2), (5, 1)] {
         let outcome = run(shift);
         let result = outcome.result().unwrap();
@@ -39,7 +39,7 @@ fn two_periods_missed_in_a_row_are_a_fault() {
 
 #[test]
 fn a_tick_without_end_meets_the_watchdog() {
-    let outcome = run(8); // 20 ms a tick, past the watchdog's 4.5 ms
+    let outcome = run(8); // 20 ms per tick, past the watchdog's 4.5 ms
     let silent_us = outcome.number("silent_us").unwrap_or_else(|| panic!("no word from the watchdog: {}", outcome.text));
     assert!(silent_us <= 5_000, "the outputs were off {silent_us} us after the last completed tick");
     assert_eq!(outcome.exit_status, Some(1));

@@ -1,5 +1,5 @@
-//! Calibrated patches with a far field stand presses and taps at one step a tick, with a margin,
-//! jitter and lumps, and come to rest.
+//! Calibrated patches with a far field withstand presses and taps at one step per tick, with a
+//! margin, jitter and lumps, and come to rest.
 //!
 //! `--nocapture` prints the table.
 

@@ -23,7 +23,7 @@ const CHECKED_FROM: usize = 16;
 /// controller.
 const PRESSED_TICKS: usize = 24;
 const ONE_IN: usize = 400;
-/// Longest force that a patch gives whatever its limits say [N].
+/// Largest force that a patch gives whatever its limits say [N].
 const MOST_N: f32 = 12.0;
 
 /// Xorshift (Marsaglia 2003).

@@ -1,4 +1,4 @@
-//! Imports run down: no crate stands on one above it, and no files import each other in a circle,
+//! Imports run down: no crate depends on one above it, and no files import each other in a circle,
 //! but for a file and those of its own folder.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use palpate_tests::palpate_command::repository;
 
-/// Package, its folder, and the packages of the repository that it may stand on.
+/// Package, its folder, and the packages of the repository that it may depend on.
 const LAYERS: [(&str, &str, &[&str]); 11] = [
     ("palpate", "core", &[]),
     ("palpate-controller", "firmware/controller", &["palpate"]),

@@ -113,7 +113,7 @@ fn pressed_tissue_needs_a_shorter_step() {
     }
 }
 
-/// Lighter nodes have a shorter stable step; one substep a tick stays what it is. Where the press
+/// Lighter nodes have a shorter stable step; one substep per tick stays what it is. Where the press
 /// goes wrong is the dynamic limit.
 #[test]
 fn past_the_step_they_do_not() {

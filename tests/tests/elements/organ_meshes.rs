@@ -231,7 +231,7 @@ fn a_graded_mesh_is_fine_at_its_place_and_coarse_away_with_a_node_there() {
             }
         }
         let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
-        // eight short and six long edges a node
+        // eight short and six long edges per node
         let expected_m = fine.spacing_m * (8.0 * 0.75_f64.sqrt() + 6.0) / 14.0;
         assert!((mean(&near) / expected_m - 1.0).abs() < 0.15, "{}: {} m", organ.name(), mean(&near));
         assert!(mean(&far) > 3.0 * expected_m, "{}: {} m", organ.name(), mean(&far));

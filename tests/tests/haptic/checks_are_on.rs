@@ -41,7 +41,7 @@ fn a_test_stops_where_a_number_overflows() {
     }
 }
 
-/// Paths of source files below `folder` that stand in the program: the places from which it can
+/// Paths of source files below `folder` that occur in the program: the places from which it can
 /// panic. Elsewhere, as in its line tables, names stand without their folder.
 fn can_panic(program: &[u8], folder: &str) -> BTreeSet<String> {
     let starts = program.windows(folder.len()).enumerate().filter(|(_, bytes)| *bytes == folder.as_bytes());

@@ -1,5 +1,5 @@
-//! Whatever goes wrong, the device gets no force, and is told why until it resets; whatever it is
-//! asked, it gets no more than its limit.
+//! Whatever goes wrong, the device gets no force, and is given the reason until it resets; whatever
+//! it is asked, it gets no more than its limit.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, Fault, GuardLimits, Limiters, Output, Params, State, Tuned, Vector3, tick};

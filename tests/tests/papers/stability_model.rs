@@ -1,5 +1,5 @@
 //! The model half of the stability matrix: verdicts judge what they say, methods fail where they
-//! are known to, the product stands what it promises.
+//! are known to, the product withstands what it promises.
 //!
 //! `--nocapture` prints the figures.
 
@@ -123,7 +123,7 @@ fn methods_fail_where_they_are_known_to() {
     let diverged = stand(&too_few, "press-20");
     assert_eq!(diverged.verdict, Verdict::Diverged);
     assert!(diverged.diverged_at_mm.is_some_and(|mm| mm > 1.0 && mm <= 8.0), "{diverged:?}");
-    // without the guard the product itself does not stand 16 mm
+    // without the guard the product itself does not withstand 16 mm
     let row = Row { method: Method::Palpate, build: Build::Unguarded };
     let unguarded = Subject::new(row, NODES, 3.5e3, false).expect("built").expect("to be had");
     assert!(stand(&unguarded, "press-40").verdict > Verdict::Held);
@@ -151,7 +151,7 @@ fn the_product_stands_what_it_promises() {
     }
     assert_eq!(promises(&matrix), Vec::<String>::new());
 
-    // a promise that is broken is told, in one line that names it
+    // a promise that is broken is reported, in one line that names it
     for (name, spoil) in [
         ("tap-0.5", (|f| f.lowest_j = 0.19) as fn(&mut Figures)),
         ("release", |f| f.verdict = Verdict::Deformed),

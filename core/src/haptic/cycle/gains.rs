@@ -1,4 +1,4 @@
-//! How much of a force is given: gains between 0 and 1, and the longest force of the mode.
+//! How much of a force is given: gains between 0 and 1, and the maximum force of the mode.
 
 use super::{Cycle, Telemetry};
 use crate::fault::Limiters;
@@ -27,7 +27,7 @@ impl Cycle {
         gain * self.observer.gain()
     }
 
-    /// Longest force that the mode allows [N]. In `SafeRamp` it falls to zero in a fixed time and
+    /// Maximum force that the mode allows [N]. In `SafeRamp` it falls to zero in a fixed time and
     /// never rises.
     pub(super) fn cap_n(&self) -> f32 {
         match self.mode() {
@@ -42,7 +42,7 @@ impl Cycle {
         }
     }
 
-    /// Longest force after a late tick [N]: half of the last one.
+    /// Maximum force after a late tick [N]: half of the last one.
     pub(super) fn half_n(&self, record: &mut Telemetry) -> f32 {
         let (half_n, cap_n) = (deadline::KEPT * length(&self.limiter.last_n()), self.cap_n());
         record.limiters.set(Limiters::GAIN);

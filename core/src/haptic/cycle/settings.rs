@@ -10,9 +10,9 @@ use crate::haptic::within;
 /// When a force may begin, and how it ends without haste.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmingSettings {
-    /// Longest model force at which arming goes on [N].
+    /// Arming continues only below this model force [N].
     pub weak_n: f32,
-    /// Fastest probe at which it goes on [m/s].
+    /// ... and below this speed of the probe [m/s].
     pub slow_m_per_s: f32,
     /// Ticks in a row that must be calm, for arming and for clearing a fault.
     pub calm_ticks: u16,

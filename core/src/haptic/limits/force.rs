@@ -1,4 +1,4 @@
-//! Which force may leave.
+//! Limits magnitude and growth rate of the output force.
 //!
 //! The vector is shortened, never clipped per axis, which would turn it. The slew limit binds
 //! growth alone: the part of the last force that the new one no longer asks for goes at once, the
@@ -16,7 +16,7 @@ use super::LoopLimits;
 use crate::fault::{Fault, Limiters};
 use crate::haptic::length;
 
-/// A force that may leave.
+/// A limited force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limited {
     /// Force [N].
@@ -34,10 +34,10 @@ pub struct ForceLimiter {
 }
 
 impl ForceLimiter {
-    /// Judges what the model gave, once a tick, before any gain.
+    /// Judges what the model gave, once per tick, before any gain.
     ///
     /// # Errors
-    /// [`Fault::ForceNotFinite`] at once, [`Fault::ForceImplausible`] when it stays far too long.
+    /// [`Fault::ForceNotFinite`] at once, [`Fault::ForceImplausible`] when it stays far too large.
     pub fn judge(&mut self, limits: &LoopLimits, model_n: &Vector3<f32>) -> Result<(), Fault> {
         let square = model_n.dot(model_n);
         if !square.is_finite() {
@@ -67,7 +67,7 @@ impl ForceLimiter {
         }
     }
 
-    /// The force to apply: no longer than the limit and `cap_n`, grown by no more than the slew.
+    /// The force to apply: no larger than the limit and `cap_n`, grown by no more than the slew.
     ///
     /// # Errors
     /// [`Fault::ForceNotFinite`].

@@ -4,11 +4,11 @@
 //! stopped within a tick: 200 m/s^2, nine newtons on a stylus, which no tissue gives. A hand slows
 //! down first: a last displacement so much shorter than the one before it that the next would be
 //! slow is no dead stop. One fast reading alone is a glitch. An encoder that sticks while the hand
-//! rests cannot be told from a hand that rests, friction holds it as still. Then the force stays
-//! what it was; the first way beyond a hand's, once the encoder works again, is a fault of
+//! rests cannot be distinguished from a resting hand: with friction both look alike. The force is
+//! then held; the first implausible displacement once the encoder recovers is a fault of
 //! [`super::pose`].
 //!
-//! * in: the way between two readings [m], the place
+//! * in: the displacement between two readings [m], the place
 //! * out: nothing
 //! * cost: 60 instructions of a Cortex-M4F, estimated
 //! * may fail: [`Fault::SensorFault`]

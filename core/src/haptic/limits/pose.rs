@@ -1,8 +1,8 @@
-//! Which reading becomes the pose of a tick.
+//! Accepts, holds or rejects each sensor reading.
 //!
 //! One reading that no hand can have caused is a glitch: the last good pose is held, so that the
-//! force does not see it. Two in a row are a hand out of control or a broken sensor. The way is
-//! measured from the last *believed* pose, so a jump there and back counts once.
+//! force does not see it. Two in a row are a hand out of control or a broken sensor. Displacement
+//! is measured from the last *believed* pose, so a jump there and back counts once.
 //!
 //! Bad readings between good ones are counted as well: more than one in twenty missing, or more
 //! than one in twenty jumping while a force acts, is a broken cable or encoder, whatever the
@@ -70,7 +70,7 @@ impl Share {
 }
 
 impl PoseGate {
-    /// Takes one reading a tick. After a fault the next good reading is believed wherever it is.
+    /// Takes one reading per tick. After a fault the next good reading is believed wherever it is.
     ///
     /// # Errors
     /// See the module. `force_acts` decides whether speed is a fault: without a force a fast hand

@@ -4,6 +4,10 @@
 //! That acts as a stiffness of about m/dt^2: the force then depends on the step, by up to +2800 %
 //! measured. Here the same intent is an energy, so the force depends on the tissue alone. Both laws
 //! are used inside the loops of `spring` and `volume`, at the cost of a few instructions.
+//!
+//! * in: a spring's length and constants, or a tet's share of its rest volume
+//! * out: the force or pressure to add
+//! * may fail: never
 
 use crate::lanes::Lanes;
 

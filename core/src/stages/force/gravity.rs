@@ -1,5 +1,9 @@
 //! Weight of the nodes. Uses the true mass (paper 000, eq 10), not the floored one: statics never
 //! see the mass floor.
+//!
+//! * in: volume of every node at rest
+//! * out: forces added to `node.f`
+//! * may fail: never
 
 use crate::lanes::{add, row};
 use crate::model::Model;

@@ -16,7 +16,7 @@
 //! * in: `node.f`, the elastic forces; `node.pass`, the push of the probe, faded already
 //! * out: `node.f` of free nodes, the forces that act (an anchor keeps the elastic one: nothing
 //!   moves by it); the memory; `node.pass` zero
-//! * cost (M4F, estimated): 75 cycles a node, 30 more with three terms
+//! * cost (M4F, estimated): 75 cycles per node, 30 more with three terms
 //! * may fail: never
 
 use crate::lanes::ROW;

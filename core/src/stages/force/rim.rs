@@ -9,7 +9,7 @@
 //!
 //! * in: displacements of the rim nodes
 //! * out: adds `-M u` to their `node.f`
-//! * cost (M4F, estimated from exact instruction counts): 75 cycles a rim node, 99 a rim edge;
+//! * cost (M4F, estimated from exact instruction counts): 75 cycles per rim node, 99 per rim edge;
 //!   `palpate-tests`' `board_cost` prints it
 //! * may fail: never
 

@@ -7,7 +7,7 @@
 //!
 //! * in: positions
 //! * out: adds to `node.f`
-//! * cost (M4F, estimated from exact instruction counts): about 90 cycles a spring;
+//! * cost (M4F, estimated from exact instruction counts): about 90 cycles per spring;
 //!   `palpate-tests`' `board_cost` prints it
 //! * may fail: never; a spring of length zero gives a non-finite force, which `integrate` turns
 //!   into a fault

@@ -9,7 +9,7 @@
 //!
 //! * in: positions
 //! * out: adds to `node.f`; leaves each node's pressure over E in `node.p`
-//! * cost (M4F, estimated): about 85 + 186 cycles a tet, 33 a node
+//! * cost (M4F, estimated): about 85 + 186 cycles per tet, 33 per node
 //! * may fail: never
 
 use nalgebra::Vector3;
@@ -140,7 +140,7 @@ fn push_group<L: Lanes<W>, const W: usize, const BARRIER: bool>(
     }
 }
 
-/// Always true for a checked model; said once a tet, it spares the optimiser a check at every
+/// Always true for a checked model; said once per tet, it spares the optimiser a check at every
 /// access.
 #[inline(always)]
 fn in_range<const W: usize>(group: &[Tet; W], nodes: &[Node]) -> bool {

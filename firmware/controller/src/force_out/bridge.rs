@@ -27,7 +27,7 @@ impl Bridge {
         Self { steps, reverse: code.0 < 0 && steps > 0 }
     }
 
-    /// Whether the pin must be low before it is told `next`: the direction pin acts at once, a
+    /// Whether the pin must be low before it is set to `next`: the direction pin acts at once, a
     /// pulse under way would push the wrong way.
     #[must_use]
     pub fn passes_zero(self, next: Self) -> bool {
@@ -79,7 +79,7 @@ pub struct Pins {
 }
 
 impl Pins {
-    /// The outputs that these pins stand for: what was told if registers and levels agree with it,
+    /// The outputs that these pins represent: what was set if registers and levels agree with it,
     /// [`Outputs::UNKNOWN`] codes if not.
     #[must_use]
     pub fn outputs(&self, written: [DacCode; 3], period_steps: u16) -> Outputs {

@@ -29,7 +29,7 @@ pub struct Pantograph {
     jacobian_m: [[f32; 2]; 2],
 }
 
-/// Square of the way between the elbows over a distal arm's: below it the distal arms lie on each
+/// Squared ratio of elbow distance to distal-arm length: below it the distal arms lie on each
 /// other, and a newton aside takes ten times the torque.
 const FOLDED: f32 = 1e-2;
 

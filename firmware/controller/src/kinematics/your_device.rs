@@ -42,7 +42,7 @@ impl Mechanism for YourDevice {
     }
 }
 
-// 5. Its limits go into a `DeviceSpec` (see `port.rs`): the longest force that it gives in
+// 5. Its limits go into a `DeviceSpec` (see `port.rs`): the largest force that it gives in
 //    *every* direction of its workspace, the workspace's corners, one count at the probe, and how
 //    many ticks a force takes to act. Nothing is switched on before they are in range.
 // 6. In `board/`: read the encoders, call `tip_m`, put the torques through your amplifiers' scale,

@@ -52,19 +52,19 @@ pub enum ToBoard<'a> {
     SupplyLow,
     /// The stop circuit is open: for boards that cannot see it themselves.
     EmergencyStop,
-    /// Whether the operator's switch is pressed, for boards without a pin for it; holds until told
-    /// otherwise, released before that.
+    /// Whether the operator's switch is pressed, for boards without a pin for it; holds until the
+    /// next such message, and counts as released before the first.
     Operator(bool),
 }
 
 /// Requests of a host to the mode machine; start-up is the board's own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum HostAsk {
-    /// Let me feel.
+    /// Arm: enable force output.
     Arm,
-    /// Let me stop feeling.
+    /// Stop: end force output and disarm.
     Stop,
-    /// Forget the fault.
+    /// Clear the latched fault.
     Clear,
 }
 

@@ -16,10 +16,10 @@ impl Upload {
     /// As it is reserved.
     pub const RESERVED: Self = Self { words: [0; UPLOAD_WORDS], announced: 0, have: 0 };
 
-    /// A patch of so many bytes will come; what there was is gone.
+    /// A patch of so many bytes will come; any earlier upload is discarded.
     ///
     /// # Errors
-    /// [`Refusal::PatchTooLong`]: what there was stays.
+    /// [`Refusal::PatchTooLong`]: an earlier upload stays.
     pub fn begin(&mut self, bytes: u32) -> Result<(), Refusal> {
         let bytes = usize::try_from(bytes).map_err(|_| Refusal::PatchTooLong)?;
         if bytes > size_of_val(&self.words) {

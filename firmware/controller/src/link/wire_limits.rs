@@ -1,4 +1,4 @@
-//! Limits of the haptic loop as they travel over the link and stand in a profile.
+//! Limits of the haptic loop as they travel over the link and are stored in a profile.
 
 use palpate::haptic::limits::LoopLimitSettings;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Why a board refuses a patch, as the host is told.
+//! Reason for which a board refuses a patch, as it is sent to the host.
 
 use palpate::BuildError;
 

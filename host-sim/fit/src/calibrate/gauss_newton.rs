@@ -80,8 +80,9 @@ fn linear_cost(sweep: &Sweep, z: &[f64], there: &[f64]) -> f64 {
     misfit + there.iter().map(|z| z * z).sum::<f64>()
 }
 
-/// Where the linear model is best when every unknown is also held to its present value with `hold`
-/// times the weight of its prior.
+/// Damped Gauss-Newton step; `hold` scales the prior weights. Returns the unknowns at which the
+/// linear model is best when each is also held to its present value with `hold` times the weight of
+/// its prior.
 fn step(sweep: &Sweep, z: &[f64], hold: f64) -> Option<Vec<f64>> {
     let (m, n) = (sweep.rows.len(), z.len());
     let j = Mat::from_fn(m, n, |r, c| sweep.rows[r][c]);

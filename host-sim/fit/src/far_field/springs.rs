@@ -1,4 +1,4 @@
-//! Rim springs: a symmetric 3 x 3 block a rim node and a 3 x 3 block a rim edge, fitted to the
+//! Rim springs: a symmetric 3 x 3 block per rim node and a 3 x 3 block per rim edge, fitted to the
 //! condensed outside.
 //!
 //! Sought is the symmetric M with blocks only there that answers loads on the surface as S does:

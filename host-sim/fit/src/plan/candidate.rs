@@ -116,7 +116,7 @@ impl<'a> Supply<'a> {
     }
 
     /// The next smaller elements in patches of all radii, but those of more than `most_nodes` or
-    /// that take more than `most_units` a substep. `None` when all are too large, or no smaller
+    /// that take more than `most_units` per substep. `None` when all are too large, or no smaller
     /// elements are left.
     pub fn next(&mut self, most_units: f64, most_nodes: usize) -> Option<Vec<Weighed>> {
         let element_radii = *self.elements.get(self.next)?;

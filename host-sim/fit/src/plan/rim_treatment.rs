@@ -1,5 +1,5 @@
-//! Boundary treatment at the patch's edge: rim springs, or something cheaper that is tried so that
-//! it is not left out unseen.
+//! Boundary condition at the cut edge of a patch. Rim springs are the product's; the cheaper
+//! alternatives are tried as well, so that a plan never pays for springs that it does not need.
 
 use palpate::Params;
 use serde::Serialize;
@@ -14,9 +14,9 @@ use palpate_tissue::tissue::Tissue;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RimTreatment {
-    /// A block a rim node and a block a rim edge, fitted to the outside.
+    /// A block per rim node and a block per rim edge, fitted to the outside.
     RimSprings,
-    /// A block a rim node only, fitted to the outside: springs to the ground (Winkler's bedding).
+    /// A block per rim node only, fitted to the outside: springs to the ground (Winkler's bedding).
     Bedded,
     /// The rim is fixed, as in the papers.
     Fixed,
@@ -54,9 +54,10 @@ impl RimTreatment {
         }
     }
 
-    /// How far off a disc as wide as the probe, glued to the site and sheared, is by the edge alone
-    /// [%]: the same unfitted springs with the exact condensed outside are right. Presses do not
-    /// see it. `None` where it cannot be solved; zero for a whole block.
+    /// Error of the shear stiffness of a disc as wide as the probe, glued to the site, that the
+    /// edge alone causes [%]. The reference is the same unfitted springs with the exact condensed
+    /// outside. Presses do not show this error. `None` where it cannot be solved; zero for a
+    /// whole block.
     #[must_use]
     pub fn shear_error_pct(self, weighed: &Weighed) -> Option<f64> {
         let Some(far) = &weighed.far else { return Some(0.0) };

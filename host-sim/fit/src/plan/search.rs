@@ -106,8 +106,8 @@ impl Ladder<'_> {
         (0..most).any(|n| self.screened_keeps(rung[n * rung.len() / most], slack))
     }
 
-    /// The cheapest of `steps` (rising) that keeps the tolerance in full, if it must within the
-    /// budget.
+    /// Cheapest of `steps` (in rising order of cost) that keeps the tolerance when it is fitted in
+    /// full; with `within_budget` it must also fit the budget.
     fn cheapest(&mut self, steps: &[usize], within_budget: bool) -> Option<usize> {
         let rungs = self.rungs(steps);
         let Range { start: mut low, end: mut high } = 0..rungs.len();

@@ -98,7 +98,7 @@ impl<'a> Hanging<'a> {
         self.go_to(self.weight_share, grip_m, |_| {})
     }
 
-    /// Changes weight and grip together; `progress` is told the share of the way after each step.
+    /// Changes weight and grip together; `progress` receives the share done after each step.
     ///
     /// # Errors
     /// As [`Self::carry_to`].

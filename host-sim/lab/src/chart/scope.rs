@@ -2,7 +2,7 @@
 
 use crate::rivals::Method;
 
-/// One row to be.
+/// One row of the chart, to be measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Task {
     /// Method.
@@ -11,7 +11,7 @@ pub struct Task {
     pub nodes: usize,
     /// Young's modulus [Pa].
     pub youngs_modulus_pa: f64,
-    /// Each of the substeps that survive is split in so many.
+    /// Number of parts into which each of the substeps that survive is split.
     pub refinement: u16,
 }
 

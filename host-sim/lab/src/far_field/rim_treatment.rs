@@ -1,4 +1,4 @@
-//! Treatments of the rim that can stand at the cut in place of the outside: ours and its rivals,
+//! Treatments of the rim that can replace the outside at the cut: ours and its rivals,
 //! all made from the same condensed stiffness S.
 //!
 //! Written as matrices between the rim nodes, every one of them can be pressed in
@@ -14,20 +14,20 @@ use palpate_fit::statics::{Solver, Statics, Vector};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::patch::RimSprings;
 
-/// Stiffness that holds slaved rims across their modes, in units of the mean diagonal of S: the
-/// force no longer changes in four digits.
+/// Penalty stiffness of slaved rims across their modes, in units of the mean diagonal of S: a
+/// larger one changes no force in four digits.
 const HELD: f64 = 1e4;
 /// Block-diagonal stiffness is kept this share above what positivity needs, so that what is taken
 /// off it stays invertible.
 const ABOVE: f64 = 1e-6;
-/// Between these the factor of Winkler springs is looked for, by halving their ratio so often.
+/// Bracket of the Winkler factor; bisected [`HALVINGS`] times, in its logarithm.
 const WINKLER: (f64, f64) = (1e-3, 10.0);
 const HALVINGS: usize = 24;
 
 /// Treatment of the rim of a cut patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RimTreatment {
-    /// Rim nodes stand still: what the papers do with the edge of a region.
+    /// Rim nodes are fixed: what the papers do with the edge of a region.
     Fixed,
     /// Springs to the ground, one number for the whole rim: `c diag(S)`, c fitted to a press.
     Winkler,
@@ -76,7 +76,7 @@ impl RimTreatment {
 /// A stiffness as `blocks - factor factor^T`, over E.
 #[derive(Clone, Debug)]
 pub struct LowRank {
-    /// A symmetric block a rim node [m].
+    /// A symmetric block per rim node [m].
     pub blocks: Vec<[[f64; 3]; 3]>,
     /// Root of what is taken off [m^(1/2)], shape [3 rim nodes][q].
     pub factor: Mat<f64>,

@@ -101,7 +101,7 @@ pub struct Smallest {
 
 /// Slides every method over the default block and writes `sliding.csv`, `sliding_stroke.csv`, a
 /// trace of each method's slide and the pictures. `quick` takes one mesh of the two smaller
-/// choices, and no large round patch. `progress` is told what is done, of how many, and what comes
+/// choices, and no large round patch. `progress` receives what is done, of how many, and what comes
 /// next.
 ///
 /// # Errors

@@ -1,7 +1,7 @@
 //! The table "region radius x edge treatment -> force error, cost".
 //!
-//! A whole mesh of a block around every patch, every treatment of [`super::edges`] at its cut.
-//! Forces are equilibria of [`palpate_fit::statics`]; the error against dense S is the edge's
+//! A whole mesh of a block around every patch, every treatment of [`super::rim_treatment`] at its
+//! cut. Forces are equilibria of [`palpate_fit::statics`]; the error against dense S is the edge's
 //! alone, the one against the whole mesh of the same springs adds that the outside is linear and
 //! better resolved than those springs, the one against finite elements adds the springs inside,
 //! which are not calibrated here.
@@ -62,7 +62,7 @@ impl Scope {
     }
 }
 
-/// Model that stands for the organ in a row.
+/// Model that represents the organ in a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// A patch with an edge treatment.
@@ -104,7 +104,7 @@ pub struct Row {
     pub against_whole: Option<presses::Errors>,
     /// Against finite elements, where the scene has them.
     pub against_elements: Option<presses::Errors>,
-    /// Smallest eigenvalue of what stands at the edge over E [m].
+    /// Smallest eigenvalue of the treatment of the edge over E [m].
     pub lowest_m: Option<f64>,
     /// Cost of a tick.
     pub cost: Option<Cost>,

@@ -7,7 +7,7 @@
 //!
 //! * in: positions
 //! * out: adds to the forces
-//! * cost: about two springs a corner
+//! * cost: about two springs per corner
 //! * may fail: never
 
 use palpate::{Model, State, Tet, Tuned, Vector3};

@@ -1,4 +1,4 @@
-//! Implicit Euler with a matrix factored once, at rest: one solve a substep (as in Baraff and
+//! Implicit Euler with a matrix factored once, at rest: one solve per substep (as in Baraff and
 //! Witkin 1998, with the stiffness frozen).
 //!
 //! One Newton step from where inertia leads, `x^ = x + dt v`: `(M (1 + alpha dt)/dt^2 + K_0) d =

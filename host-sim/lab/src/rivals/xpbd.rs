@@ -1,5 +1,5 @@
-//! Extended position-based dynamics (Macklin et al. 2016), one Gauss-Seidel pass a substep ("small
-//! steps", Macklin et al. 2019).
+//! Extended position-based dynamics (Macklin et al. 2016), one Gauss-Seidel pass per substep
+//! ("small steps", Macklin et al. 2019).
 //!
 //! Constraints: the length of every edge with compliance `1/k`, k the spring constant of our own
 //! model, and the volume of every tet with compliance `V / kappa`, kappa = lambda - mu: the same

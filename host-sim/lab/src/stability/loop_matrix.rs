@@ -132,7 +132,7 @@ pub struct LoopSummary {
 }
 
 impl LoopSummary {
-    /// Measures; `done` is told after every step.
+    /// Measures; `done` is called after every step.
     ///
     /// # Errors
     /// A device or a patch that the loop refuses.

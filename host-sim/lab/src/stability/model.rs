@@ -3,12 +3,13 @@
 //!
 //! A [`Case`] says how the tip moves; a [`Subject`] is a method with the substeps it asks for;
 //! [`press`] moves one through the other and keeps a [`Trace`]; [`judge`] says what went wrong
-//! first; [`margin`] finds how much more it stands; [`promises`] holds the product to what it
+//! first; [`margin`] finds how much more it withstands; [`promises`] holds the product to what it
 //! promises.
 //!
 //! Every method gets the substeps that it needs for the chart's press on the same tissue; the
-//! product those that a session derives. The product has its guard, the depth limit and the limit
-//! on the way in; the others have none of the first and 1 m/s of the second.
+//! product those that a session derives. The product runs with its guard: the depth limit, and
+//! the sinking speed that its elements allow. The other methods have no depth limit; all of them
+//! but the implicit ones and `compliance` are shown a tip that moves at 1 m/s at most.
 
 mod case;
 mod margin;

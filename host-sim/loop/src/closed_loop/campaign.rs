@@ -56,7 +56,7 @@ impl<'a> Ground<'a> {
     }
 }
 
-/// Runs `runs` cases of this seed, half of them on a wall, half on the patch; `done` is told of
+/// Runs `runs` cases of this seed, half of them on a wall, half on the patch; `done` is called for
 /// every batch.
 ///
 /// # Errors
@@ -96,14 +96,14 @@ fn part(ground: &Ground, numbers: std::ops::Range<u64>, seed: u64, done: &(impl 
 pub struct LightPatch {
     /// 130 nodes, calibrated.
     pub patch: Patch,
-    /// One step a tick, as on the board: the faults are the loop's, not the patch's.
+    /// One step per tick, as on the board: the faults are the loop's, not the patch's.
     pub params: Params,
     /// Its force at [`DEPTH_M`] [N].
     pub static_n: f64,
 }
 
 impl LightPatch {
-    /// The shipped patch of 130 nodes at 20 kPa, one step a tick: what a campaign can afford a
+    /// The shipped patch of 130 nodes at 20 kPa, one step per tick: what a campaign can afford a
     /// hundred million times.
     ///
     /// # Errors

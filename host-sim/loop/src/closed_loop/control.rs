@@ -1,4 +1,5 @@
-//! Ways to keep the loop quiet: ours, none at all, and what others do, each around any surface.
+//! Stabilising controllers that are compared: the product's, none, and published ones. Each works
+//! around any surface.
 //!
 //! A rival changes what the surface answers; the cycle's own damping is off then and its last
 //! resort as late as it may be set. What a rival sees is what a controller has: the counted depth,
@@ -55,7 +56,7 @@ pub enum Control {
     EnergyBounding,
     /// A spring and a damper between handle and a proxy that the model sees.
     VirtualCoupling,
-    /// The force changes by at most so much a tick.
+    /// The force changes by at most so much per tick.
     Slew {
         /// [N]
         n_per_tick: f32,

@@ -31,9 +31,9 @@ pub struct DeviceProfile {
     pub source: String,
     /// Axes that it moves along: 3, or 1 for a paddle, which moves along the press.
     pub axes: u8,
-    /// Longest force in every direction [N].
+    /// Maximum force in every direction [N].
     pub max_force_n: f64,
-    /// Longest force that the loop lets out [N].
+    /// Largest force that the loop lets out [N].
     pub force_limit_n: f64,
     /// Stiffest spring that its maker names for it [N/m].
     pub stiffness_ceiling_n_per_m: f64,

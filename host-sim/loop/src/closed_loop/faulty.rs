@@ -76,7 +76,7 @@ pub enum Host {
     Silent,
     /// It asks this, every tick.
     Asks(Ask),
-    /// It halves the longest force, in place.
+    /// It halves the maximum force, in place.
     Lowers,
     /// It raises a limit, or sets one that is no number; this one of them.
     Raises(u8),
@@ -158,8 +158,8 @@ pub enum Expected {
     Fault(&'static [Fault], u32),
     /// Go on as if nothing had happened.
     Ridden,
-    /// Cannot be told from a hand for sure: one of these faults, or none; the force stays within
-    /// its limits all the time.
+    /// Cannot be distinguished from a hand for sure: one of these faults, or none; the force stays
+    /// within its limits all the time.
     Bounded(&'static [Fault]),
     /// A falling force from here on, none above 0.05 N after 150 ticks.
     Ramp(u32),

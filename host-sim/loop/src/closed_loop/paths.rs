@@ -23,7 +23,7 @@ use rayon::prelude::*;
 /// Runs that are handed to a thread at a time.
 const BATCH: u64 = 16;
 
-/// Runs `runs` paths of this seed; `done` is told of every batch.
+/// Runs `runs` paths of this seed; `done` is called for every batch.
 ///
 /// # Errors
 /// The loop or a patch refuses its settings.

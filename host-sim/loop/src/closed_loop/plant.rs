@@ -119,7 +119,7 @@ impl Plant {
         self.energy
     }
 
-    /// The handle held still by someone: a reading a tick, no motion.
+    /// The handle held still by someone: a reading per tick, no motion.
     pub fn rest(&mut self) {
         self.velocity_m_per_s = Vector3::zeros();
     }

@@ -15,7 +15,7 @@ use palpate_tissue::session::Session;
 
 /// A press rests at this depth at most [m] ...
 pub const DEPTH_M: f64 = 4e-3;
-/// ... and at this share of the loop's longest force: saturation is another thing (1).
+/// ... and at this share of the loop's maximum force: saturation is another thing (1).
 pub const FORCE_SHARE: f64 = 0.85;
 /// The guard holds the probe where the static force is this many times the longest (1).
 pub const GUARD_SHARE: f64 = 1.09;

@@ -57,7 +57,7 @@ pub struct Row {
 /// Result of a run.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// One row a tick, from the start of the stimulus.
+    /// One row per tick, from the start of the stimulus.
     pub rows: Vec<Row>,
     /// The end, where it is a hold.
     pub hold: Option<Hold>,

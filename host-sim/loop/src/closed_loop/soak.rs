@@ -156,7 +156,7 @@ fn on<S: Surface>(
         }
         held.seen.uses += 1;
         if let Mode::Fault = held.cycle.mode() {
-            // told once, then on with another arming
+            // reported once, then on with another arming
             let fault = held.trip(&mut device);
             held.seen.trips.extend(fault.map(|f| (hand.id, id, f)));
             let at_m = device.device().at_m();

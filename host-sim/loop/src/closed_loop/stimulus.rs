@@ -206,7 +206,7 @@ impl Course {
         }
     }
 
-    /// Where the hand's target is at a depth, its reach in proportion.
+    /// Hand target for a depth; the reach scales with it.
     fn target(&self, depth_m: f64, along_m: f64, across_m: f64) -> Vector3<f64> {
         let share = if self.depth_m > 0.0 { (depth_m / self.depth_m).max(0.0) } else { 0.0 };
         self.site.point_m(depth_m + self.reach_m * share, along_m, across_m)

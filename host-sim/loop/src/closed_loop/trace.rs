@@ -5,7 +5,7 @@ use super::stimulus::Site;
 use palpate_tissue::error::Error;
 use palpate_tissue::output::OutputFolder;
 
-/// Writes `trace.csv`: one row a tick.
+/// Writes `trace.csv`: one row per tick.
 ///
 /// # Errors
 /// A folder that cannot be written.

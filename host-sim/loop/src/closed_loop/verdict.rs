@@ -30,7 +30,7 @@ pub struct Hold {
 }
 
 impl Hold {
-    /// Judges the end of a run: positions of the handle [m] and forces on it [N], one a tick, and
+    /// Judges the end of a run: positions of the handle [m] and forces on it [N], one per tick, and
     /// the encoder's count [m].
     #[must_use]
     pub fn judge(at_m: &[Vector3<f64>], force_n: &[Vector3<f64>], count_m: f64) -> Self {

@@ -1,15 +1,15 @@
-//! The invariants of the loop, judged from outside in every tick: from what went in, what it told
-//! and what the device got.
+//! The invariants of the loop, judged from outside in every tick: from what went in, what it
+//! reported and what the device got.
 //!
 //! I1 the force is finite and no longer than the limit; I2 it grows no faster than the slew and
 //! keeps its direction; I3 no force without a mode that allows it, in `SafeRamp` only a falling
 //! one, after arming a rising share, after a late tick at most half; I4 a fault stays until it is
 //! cleared, after good poses; I5 the tissue's state is finite and near its patch; I7 nothing old is
-//! rendered; I8 limits only go down; I9 what is told is what is given; I10 ticks count up by one;
-//! I11 energy is that of the force that acted, and what a contact made too much of fades it. I6, no
-//! allocation and no panic, is proven on the image, not watched. I12 to I14 take contact from the
-//! sensed tip and geometry at rest, never from the renderer: no force without contact, none into
-//! the tissue, none that turns round from tick to tick at rest.
+//! rendered; I8 limits only go down; I9 the reported force is the one applied; I10 ticks count up
+//! by one; I11 energy is that of the force that acted, and what a contact made too much of fades
+//! it. I6, no allocation and no panic, is proven on the image, not watched. I12 to I14 take contact
+//! from the sensed tip and geometry at rest, never from the renderer: no force without contact,
+//! none into the tissue, none that turns round from tick to tick at rest.
 
 mod box_tree;
 mod by_geometry;

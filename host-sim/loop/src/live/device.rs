@@ -10,7 +10,7 @@ use crate::closed_loop::hand::{Aim, Hand};
 use crate::closed_loop::plant::Plant;
 use palpate_tissue::error::Error;
 
-/// Longest force with the pointer as probe [N]: nobody feels it, and the curve should not end
+/// Maximum force with the pointer as probe [N]: nobody feels it, and the curve should not end
 /// early.
 pub const POINTER_FORCE_N: f32 = 12.0;
 

@@ -13,7 +13,7 @@ use palpate_tissue::patch::Patch;
 /// Result of a replay.
 #[derive(Clone, Debug)]
 pub struct Replayed {
-    /// One a tick, as told here.
+    /// One per tick, as recorded here.
     pub telemetry: Vec<Telemetry>,
     /// Hash of all nodes at the end.
     pub hash: u64,
@@ -168,7 +168,7 @@ impl HapticDevice for Replay {
     }
 }
 
-/// One row a tick, as CSV.
+/// One row per tick, as CSV.
 #[must_use]
 pub fn table(replayed: &Replayed) -> String {
     use std::fmt::Write;

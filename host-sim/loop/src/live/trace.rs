@@ -55,7 +55,7 @@ pub struct Row {
     pub command: Command,
     /// Force on the device [N].
     pub applied_n: Vector3<f32>,
-    /// Digest of everything else that the loop told.
+    /// Digest of everything else that the loop reported.
     pub digest: u32,
 }
 
@@ -118,7 +118,7 @@ impl fmt::Display for TraceError {
 
 impl std::error::Error for TraceError {}
 
-/// Everything that a tick told beside the force, folded into 32 bits.
+/// Everything that a tick reported beside the force, folded into 32 bits.
 #[must_use]
 pub fn digest(telemetry: &Telemetry) -> u32 {
     let o = &telemetry.output;

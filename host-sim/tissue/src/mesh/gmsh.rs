@@ -1,6 +1,7 @@
 //! Gmsh `.msh`, ASCII: format 1 (`$NOD`/`$ELM`), 2.x and 4.1.
 //!
-//! A file is a list of `$Section` ... `$EndSection` blocks, one record a line as Gmsh writes them.
+//! A file is a list of `$Section` ... `$EndSection` blocks, one record per line as Gmsh writes
+//! them.
 
 mod kind;
 mod v1;

@@ -50,7 +50,7 @@ pub struct ImportReport {
     pub worst_tet: WorstTet,
 }
 
-/// Reads, checks and orients the mesh in the file at `path`, `unit_m` metres a file unit.
+/// Reads, checks and orients the mesh in the file at `path`, `unit_m` metres per file unit.
 /// Of a `TetGen` pair either file will do.
 ///
 /// # Errors

@@ -22,8 +22,8 @@ pub struct CourseError {
 }
 
 impl CourseError {
-    /// Moves a patch's probe as the truth did, one pose a tick, and compares the forces after every
-    /// tick. `site_m` is the truth's place on this patch, in the frame of the block [m].
+    /// Moves a patch's probe as the truth did, one pose per tick, and compares the forces after
+    /// every tick. `site_m` is the truth's place on this patch, in the frame of the block [m].
     ///
     /// # Errors
     /// A truth that cannot be read, or a model that the core refuses; the inner result is the fault

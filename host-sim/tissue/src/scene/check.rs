@@ -55,7 +55,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Refuses a tissue that stiffens where a patch is fitted: the fit is that of neo-Hookean tissue.
+    /// Refuses a tissue that stiffens where a patch is fitted: fits are those of neo-Hookean
+    /// tissue.
     ///
     /// # Errors
     /// The exponent.

@@ -141,7 +141,7 @@ fn vtk(mesh: &TetMesh, version: &str, cells: &str) -> String {
     let mut text = format!("# vtk DataFile Version {version}\n\nASCII\nDATASET UNSTRUCTURED_GRID\n");
     lines!(text, "FIELD FieldData 1", "TIME 1 1 double", "0.5");
     lines!(text, format_args!("POINTS {} double", mesh.nodes_m.len()));
-    // Three points a line, as VTK itself breaks them.
+    // Three points per line, as VTK itself breaks them.
     for points in mesh.nodes_m.chunks(3) {
         lines!(text, spaced(points.iter().flatten()));
     }

@@ -77,7 +77,7 @@ fn damping_leaves_the_static_force_alone() {
 
 #[test]
 fn the_observer_sees_the_energy_that_the_plant_gets() {
-    // counting fakes up to the longest force times one count, along each of three axes
+    // counting fakes up to the maximum force times one count, along each of three axes
     for (n_per_m, delay) in [(100.0, 1), (160.0, 1), (80.0, 2)] {
         let run = on_wall(n_per_m, &device("touch", delay), HANDS[0], "S1-0.2", raw);
         let counted_j = run.rows.iter().map(|r| f64::from(r.telemetry.energy.created_j)).fold(0.0, f64::max);

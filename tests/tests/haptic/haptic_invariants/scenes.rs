@@ -164,7 +164,7 @@ fn a_long_saturation_is_relieved_and_the_direction_kept() {
     assert_eq!(rig.hold(20), Mode::Degraded);
     rig.hold(2000);
     let tick = rig.last.unwrap();
-    // half of the longest force, not of the 4.8 N behind it
+    // half of the maximum force, not of the 4.8 N behind it
     assert!((tick.force_n() - NORMAL * 1.5).norm() < 0.01, "{tick:?}");
     rig.go(-1e-3, 0.1);
     assert_eq!(rig.hold(5), Mode::Active);

@@ -15,8 +15,8 @@ fn the_front_is_what_nothing_beats() {
 
 #[test]
 fn the_front_of_three_is_what_nothing_matches() {
-    // 1 beats 0 in one of three, 2 is worse than 1 in all, 3 has the least last, 4 equals 3, 5 is no
-    // number
+    // 1 beats 0 in one of three, 2 is worse than 1 in all, 3 has the least last, 4 equals 3, 5 is
+    // no number
     let points = [[1.0, 9.0, 2.0], [1.0, 8.0, 2.0], [2.0, 9.0, 3.0], [5.0, 9.0, 1.0], [5.0, 9.0, 1.0], [0.1, 0.1, f64::NAN]];
     assert_eq!(front_of_three(&points), [1, 3]);
     assert!(front_of_three(&[]).is_empty());

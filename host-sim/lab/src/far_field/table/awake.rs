@@ -109,7 +109,7 @@ pub struct Stress {
     pub whole_nodes: usize,
     /// Distance of the press from the site [m].
     pub aside_m: f64,
-    /// Which (8).
+    /// Form of equation (8).
     pub pressure: ContactPressure,
     /// Contact pressure of (8) under the force of the whole mesh [Pa].
     pub contact_pa: f64,

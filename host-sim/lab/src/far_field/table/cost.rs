@@ -2,8 +2,8 @@
 //! board.
 //!
 //! Cycles of springs come from [`palpate_tissue::budget`]. Those of modes, low rank and dense S are
-//! estimates from their operations: 2.2 cycles a floating-point operation and 2 a load or store, a
-//! factor that stays in registers loaded once.
+//! estimates from their operations: 2.2 cycles per floating-point operation and 2 per load or
+//! store, a factor that stays in registers loaded once.
 
 use super::timing::Times;
 use super::{Setting, Size};

@@ -27,7 +27,7 @@ pub struct Words<'a> {
     pub y: (&'a str, Scale),
 }
 
-/// Draws named curves and writes them as CSV with one row a point. Curves without points are left
+/// Draws named curves and writes them as CSV with one row per point. Curves without points are left
 /// out.
 ///
 /// # Errors

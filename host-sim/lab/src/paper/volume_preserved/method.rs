@@ -167,8 +167,8 @@ pub fn hang_network(
     Ok(results)
 }
 
-/// Parameters with steps of `dt_s`: as many a tick as asked for, else one where that is a tick the
-/// core takes.
+/// Parameters with steps of `dt_s`: as many per tick as asked for, else one where that is a tick
+/// the core takes.
 #[must_use]
 pub fn stepped(params: &Params, dt_s: f32, substeps: Option<u16>) -> Params {
     const SHORTEST_TICK_S: f32 = 1e-5;

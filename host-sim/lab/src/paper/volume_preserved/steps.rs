@@ -51,7 +51,7 @@ pub const LAWS: [(&str, DampingLaw); 6] = [
     ("(12) as printed, l0 in m", DampingLaw::PrintedMetres),
 ];
 
-/// How a method runs: the product in two steps a tick, the printed ones with most of their limit,
+/// How a method runs: the product in two steps per tick, the printed ones with most of their limit,
 /// at most a tick.
 ///
 /// # Errors

@@ -64,7 +64,7 @@ pub struct Ceiling {
     pub count_m: f64,
     /// Coulomb friction [N].
     pub friction_n: f64,
-    /// Longest force that the loop lets out [N].
+    /// Largest force that the loop lets out [N].
     pub limit_n: f64,
     /// Contact stiffness from which one count is felt [N/m].
     pub felt_n_per_m: f64,

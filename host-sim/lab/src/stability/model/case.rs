@@ -18,7 +18,7 @@ pub struct Stimulus {
 /// Promise of the product for a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Promise {
-    /// It stands it.
+    /// It withstands it.
     Pass,
     /// It refuses the depth and holds.
     Hold,

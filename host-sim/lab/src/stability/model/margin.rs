@@ -1,4 +1,4 @@
-//! How much more a method stands before it fails: one quantity grows until a press or a tap no
+//! How much more a method withstands before it fails: one quantity grows until a press or a tap no
 //! longer passes.
 
 use super::case::{PRESS, Stimulus, TAP};
@@ -99,8 +99,8 @@ pub struct Margin {
 }
 
 /// The largest value between the ends that passes, by bisection of the logarithm: up from the
-/// standard if that passes, else down from it. Whoever fails at a value is taken to fail at all
-/// larger ones.
+/// standard if that passes, else down from it. A method that fails at a value is assumed to fail at
+/// all larger ones.
 ///
 /// # Errors
 /// Any error of `verdict`.

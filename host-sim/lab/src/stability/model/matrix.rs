@@ -102,7 +102,7 @@ impl Scope {
     }
 }
 
-/// Runs a scope; `done` is told of every step.
+/// Runs a scope; `done` is called after every step.
 ///
 /// # Errors
 /// A method that cannot be built.

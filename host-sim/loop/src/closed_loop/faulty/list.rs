@@ -20,7 +20,7 @@ const NODE: &[Fault] = &[Fault::Diverged, Fault::ForceNotFinite];
 const AWAY: &[Fault] = &[Fault::Runaway];
 /// A light handle is too fast before it is far.
 const AWAY_FAST: &[Fault] = &[Fault::Runaway, Fault::OverSpeed];
-/// Faults that a wrong sign or a stuck reading may end in, if it can be told.
+/// Faults that a wrong sign or a stuck reading may end in, if it can be detected.
 const WRONG_WAY: &[Fault] =
     &[Fault::Runaway, Fault::OverSpeed, Fault::SensorFault, Fault::OutOfWorkspace, Fault::EnergyCreated, Fault::TipApart];
 

@@ -12,7 +12,7 @@ use palpate_tissue::error::Error;
 use palpate_tissue::patch::Patch;
 use palpate_tissue::session::packed;
 
-/// Static force at the guard's depth, as a multiple of the device's longest force (1).
+/// Static force at the guard's depth, as a multiple of the device's maximum force (1).
 const GUARD_SHARE: f64 = 1.09;
 
 /// The patches that ship, and how many of 1000 paths run on each: the large ones cost ten times as

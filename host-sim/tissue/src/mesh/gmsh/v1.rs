@@ -1,4 +1,4 @@
-//! Gmsh 1: `$ELM`, one `number type physical elementary node-count nodes...` a line.
+//! Gmsh 1: `$ELM`, one `number type physical elementary node-count nodes...` per line.
 
 use super::kind::{Kind, kind};
 use super::{lone_count, physical_group, section_end};

@@ -1,4 +1,4 @@
-//! Gmsh 2.x: `$Elements`, one `number type tag-count tags... nodes...` a line; the first tag is
+//! Gmsh 2.x: `$Elements`, one `number type tag-count tags... nodes...` per line; the first tag is
 //! the physical group.
 
 use super::kind::{Kind, kind};

@@ -22,7 +22,7 @@ const STEP_S: f64 = 1.25e-4;
 /// A region at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Awake {
-    /// Which (8).
+    /// Form of equation (8).
     pub pressure: ContactPressure,
     /// Least vertical stress [Pa].
     pub least_stress_pa: f64,
