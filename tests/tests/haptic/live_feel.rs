@@ -2,6 +2,8 @@
 //! the share that the scene leaves, a slide drags against the motion, a press stiffens.
 
 use palpate::Vector3;
+use palpate_loop::live::replay::replay;
+use palpate_loop::live::trace::Trace;
 use palpate_loop::live::{Choice, Holding, Live, Told};
 use palpate_tissue::scene::Scene;
 
@@ -152,4 +154,17 @@ fn pig_liver_grows_stiffer_under_the_ball() {
     println!("{soft_n:.4} N at 1.5 mm, {deep_n:.4} N at 3 mm: exponent {exponent:.2}");
     // a half-space has 1.5; a slab of this thickness without stiffening some 2
     assert!(exponent > 2.5, "{exponent}");
+}
+
+#[test]
+fn what_is_felt_of_them_repeats_bit_for_bit() {
+    for preset in ["beef", "abdomen", "pig-liver"] {
+        let mut felt = Felt::of(preset);
+        felt.live.record().unwrap();
+        felt.at(-5e-3, 800);
+        felt.press(2e-3);
+        let strongest_n = felt.slide(2e-3, V::y(), 4e-3).iter().map(force_n).fold(0.0, f64::max);
+        let trace = Trace::read(&felt.live.finish().unwrap()).unwrap();
+        assert!(strongest_n > 0.1 && replay(&trace).unwrap().differs.is_none(), "{preset}: {strongest_n} N");
+    }
 }
