@@ -1,5 +1,5 @@
-//! What a hand feels in `palpate live` of the presets that relax, rub or stiffen: a hold fades to
-//! the share that the scene leaves, a slide drags against the motion, a press stiffens.
+//! Presets that relax, rub or stiffen, as a hand feels them in `palpate live`: a hold fades to the
+//! share that the scene leaves, a slide drags against the motion, a press stiffens.
 
 use palpate::Vector3;
 use palpate_loop::live::replay::replay;
