@@ -215,8 +215,8 @@ a result (pack and calibrate --check add their files to any folder). Patches, an
 /// Options of most commands.
 #[derive(Args, Clone, Debug)]
 struct Common {
-    /// A preset (block, block-deep, block-20kpa, nodule, abdomen, foot, organ-liver, liver) or the
-    /// path of a scene file (.toml, see host-sim/scenes).
+    /// A preset (block, block-deep, block-20kpa, nodule, abdomen, foot, organ-liver, beef,
+    /// pig-liver, liver) or the path of a scene file (.toml, see host-sim/scenes).
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     scene: String,
     /// Output folder, made if it is not there; replaces an earlier result in it when the run is

@@ -106,7 +106,7 @@ impl App {
         let frame = &self.frame;
         let moved_m = self.shape.moved_m(&frame.nodes_m).into_iter().fold(0.0, f32::max);
         serde_json::json!({
-            "force_n": Vector3::from(frame.force_n).norm(), "depth_m": frame.depth_m, "moved_m": moved_m,
+            "force_n": Vector3::from(frame.force_n).norm(), "along_n": Vector3::from(frame.along_n).norm(), "depth_m": frame.depth_m, "moved_m": moved_m,
             "mode": words::mode(frame.mode), "fault": words::fault(frame.fault), "limiters": words::limiters(frame.limiters),
             "ticks": frame.ticks, "dropped": frame.dropped, "ticks_per_s": frame.hz, "longest_tick_us": frame.worst_us,
             "frames_per_s": self.frames_per_s(), "first_touch_s": self.first_touch_s, "nodes": frame.nodes_m.len(),
@@ -121,7 +121,7 @@ impl App {
         if !answers.is_empty() {
             self.heard_s = now_s;
         } else if now_s - self.heard_s > SILENCE_S {
-            (self.frame.force_n, self.frame.depth_m) = ([0.0; 3], 0.0);
+            (self.frame.force_n, self.frame.along_n, self.frame.depth_m) = ([0.0; 3], [0.0; 3], 0.0);
         }
         for answer in answers {
             match answer {
@@ -189,6 +189,9 @@ impl App {
             ui.label(RichText::new(self.controls.title()).strong().size(16.0));
             ui.separator();
             ui.label(RichText::new(format!("{force_n:.3} N")).strong().size(16.0));
+            if self.shape.body.friction > 0.0 {
+                ui.label(format!("along the surface {:.3} N", Vector3::from(self.frame.along_n).norm()));
+            }
             ui.label(format!("at {:.2} mm", self.frame.depth_m * 1e3));
             ui.weak(format!("of {:.1} with a press", self.pointer.press_m * 1e3)).on_hover_text("wheel, PageUp, PageDown");
             ui.separator();

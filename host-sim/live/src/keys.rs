@@ -14,7 +14,7 @@ pub const KEYS: [&str; 10] = [
     "arrows: move · Space: press",
     "PageUp, PageDown: how deep",
     "[ ]: softer, stiffer · , .: damping",
-    "1 .. 7: presets · M: mesh · O: nodule inside",
+    "1 .. 9: presets · M: mesh · O: nodule inside",
     "D: device · H: hand · C: clear a fault",
     "Shift arrows: orbit · + -: zoom · Home: reset",
     "S springs · E edge · J colour · T light, dark",

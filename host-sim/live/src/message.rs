@@ -90,6 +90,12 @@ pub struct Body {
     pub youngs_modulus_pa: f32,
     /// Damping of the nodes that it began with [1/s].
     pub node_damping_per_s: f32,
+    /// Share of a held force that stays (1); 1 where nothing relaxes.
+    pub lasting_share: f32,
+    /// Stiffening exponent (1); zero where nothing stiffens.
+    pub stiffening_b: f32,
+    /// Coefficient of friction (1); zero slides freely.
+    pub friction: f32,
     /// It is a block: a nodule can be put into it.
     pub block: bool,
     /// Places that it was calibrated over; 0 if it comes from formulas alone.
@@ -103,6 +109,8 @@ pub struct Sample {
     pub t_s: f64,
     /// Force on the device [N].
     pub force_n: f32,
+    /// Its part along the surface [N].
+    pub along_n: f32,
     /// Depth [m].
     pub depth_m: f32,
     /// Energy given to the hand in this contact [J].
@@ -128,6 +136,8 @@ pub struct Frame {
     pub limiters: u8,
     /// Force on the device [N].
     pub force_n: [f32; 3],
+    /// Its part along the surface [N].
+    pub along_n: [f32; 3],
     /// Depth [m].
     pub depth_m: f32,
     /// Centre of the contact [m].

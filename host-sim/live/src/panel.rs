@@ -9,6 +9,7 @@ use crate::app::App;
 use crate::controls::{presets, short};
 use crate::keys::KEYS;
 use crate::view::Colour;
+use crate::words;
 
 /// A slider rounds what it shows; what was not touched keeps its value.
 const EDITS: SliderClamping = SliderClamping::Edits;
@@ -90,6 +91,7 @@ impl App {
         };
         let body = &self.shape.body;
         ui.weak(format!("{} nodes, {} springs, {} tets; {fitted}", body.rest_m.len(), body.springs.len(), body.tets.len()));
+        ui.weak(words::terms(body.lasting_share, body.stiffening_b, body.friction));
     }
 
     fn nodule(&mut self, ui: &mut Ui) {

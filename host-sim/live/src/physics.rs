@@ -92,6 +92,9 @@ impl Physics {
             depth_limit_m: model.depth_limit_m,
             youngs_modulus_pa: params.youngs_modulus_pa,
             node_damping_per_s: params.node_damping_per_s,
+            lasting_share: 1.0 - params.relaxation.iter().map(|term| term.share).sum::<f32>(),
+            stiffening_b: params.stiffening_b,
+            friction: params.friction,
             block: self.live.choice().scene().is_ok_and(|s| s.tissue.block_m.is_some()),
             fitted_places: tissue.patch().fitted_places(),
         }))
@@ -176,6 +179,7 @@ impl Physics {
                 self.samples.push(Sample {
                     t_s: self.ticks as f64 * 1e-3,
                     force_n: t.applied_n.norm(),
+                    along_n: step.along_n().norm(),
                     depth_m: t.output.depth_m,
                     energy_j: t.energy.given_j,
                     tick_us: 0.0,
@@ -186,6 +190,7 @@ impl Physics {
             self.last.fault = t.fault.map_or(0, |f| f as u8);
             self.last.limiters = t.limiters.bits();
             self.last.force_n = t.applied_n.into();
+            self.last.along_n = step.along_n().into();
             self.last.depth_m = t.output.depth_m;
             self.last.contact_m = t.output.point_m.into();
         }

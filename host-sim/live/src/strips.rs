@@ -9,6 +9,8 @@ use crate::message::Sample;
 
 /// Time span of a strip [s].
 const SPAN_S: f64 = 8.0;
+/// A part that stays below this is not drawn [N].
+const LEAST_PART_N: f64 = 1e-3;
 /// The tick's budget [us].
 pub const BUDGET_US: f64 = 1000.0;
 
@@ -21,6 +23,8 @@ pub struct Strips {
 struct Strip {
     title: &'static str,
     value: fn(&Sample) -> f64,
+    /// A part of it, drawn thin in the same colour where there is any.
+    part: Option<fn(&Sample) -> f64>,
     colour: Color32,
     /// The scale is at least this high.
     least: f64,
@@ -31,8 +35,9 @@ struct Strip {
 
 const STRIPS: [Strip; 4] = [
     Strip {
-        title: "force N, 8 s",
+        title: "force N (thin: along), 8 s",
         value: |s| s.force_n.into(),
+        part: Some(|s| s.along_n.into()),
         colour: Color32::from_rgb(205, 70, 45),
         least: 0.1,
         most: f64::MAX,
@@ -41,6 +46,7 @@ const STRIPS: [Strip; 4] = [
     Strip {
         title: "depth mm",
         value: |s| f64::from(s.depth_m) * 1e3,
+        part: None,
         colour: Color32::from_rgb(31, 111, 180),
         least: 4.0,
         most: f64::MAX,
@@ -50,6 +56,7 @@ const STRIPS: [Strip; 4] = [
         title: "energy taken mJ",
         // what is taken is negative when given; a zero has no sign
         value: |s| 0.0 - f64::from(s.energy_j) * 1e3,
+        part: None,
         colour: Color32::from_rgb(50, 140, 90),
         least: 0.1,
         most: f64::MAX,
@@ -58,6 +65,7 @@ const STRIPS: [Strip; 4] = [
     Strip {
         title: "tick us, budget 1000",
         value: |s| s.tick_us.into(),
+        part: None,
         colour: Color32::from_rgb(140, 100, 180),
         least: 1050.0,
         most: 3000.0,
@@ -101,15 +109,9 @@ impl Strips {
 
     fn strip(&self, ui: &mut Ui, strip: &Strip, newest_s: f64, height: f32) {
         let most = self.samples.iter().map(strip.value).fold(strip.least, f64::max).min(strip.most) * 1.08;
-        // as many points as pixels, the largest of each bin: peaks stay
-        let bin = (self.samples.len() / 300).max(1);
-        let mut points = Vec::with_capacity(300);
-        let mut at = self.samples.iter();
-        while let Some(first) = at.next() {
-            let rest = at.by_ref().take(bin - 1);
-            let value = rest.map(strip.value).fold((strip.value)(first), f64::max);
-            points.push([first.t_s - newest_s, value]);
-        }
+        let points = self.points(strip.value, newest_s);
+        // nothing rubs without friction, and rounding is not drawn
+        let part = strip.part.map(|part| self.points(part, newest_s)).filter(|points| points.iter().any(|p| p[1] > LEAST_PART_N));
         let plot = Plot::new(strip.title)
             .height(height)
             .show_x(false)
@@ -128,6 +130,21 @@ impl Strips {
                 plot.hline(HLine::new("budget", BUDGET_US).color(Color32::from_rgb(200, 40, 40)).width(1.0));
             }
             plot.line(Line::new(strip.title, PlotPoints::from(points)).color(strip.colour).width(1.6));
+            if let Some(part) = part {
+                plot.line(Line::new("along", PlotPoints::from(part)).color(strip.colour).width(0.8));
+            }
         });
+    }
+
+    /// As many points as pixels, the largest of each bin: peaks stay.
+    fn points(&self, value: fn(&Sample) -> f64, newest_s: f64) -> Vec<[f64; 2]> {
+        let bin = (self.samples.len() / 300).max(1);
+        let mut points = Vec::with_capacity(300);
+        let mut at = self.samples.iter();
+        while let Some(first) = at.next() {
+            let rest = at.by_ref().take(bin - 1);
+            points.push([first.t_s - newest_s, rest.map(value).fold(value(first), f64::max)]);
+        }
+        points
     }
 }

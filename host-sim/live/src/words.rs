@@ -49,3 +49,15 @@ pub fn limiters(bits: u8) -> Vec<&'static str> {
     .map(|(_, text)| text)
     .collect()
 }
+
+/// How a tissue differs from an elastic one under a probe that slides freely.
+#[must_use]
+pub fn terms(lasting_share: f32, stiffening_b: f32, friction: f32) -> String {
+    let said = [
+        (lasting_share < 1.0).then(|| format!("a hold fades to {:.0} %", lasting_share * 100.0)),
+        (stiffening_b > 0.0).then(|| format!("stiffens, b = {stiffening_b:.1}")),
+        (friction > 0.0).then(|| format!("friction {friction:.2}")),
+    ];
+    let said: Vec<String> = said.into_iter().flatten().collect();
+    if said.is_empty() { "elastic, without friction".into() } else { said.join("; ") }
+}

@@ -22,7 +22,7 @@ pub const TICK_S: f64 = 1e-3;
 pub const NO_PATCH: &str = "none";
 
 /// The presets, by name.
-pub const PRESETS: [(&str, &str); 8] = [
+pub const PRESETS: [(&str, &str); 10] = [
     ("block", include_str!("../../scenes/block.toml")),
     ("block-deep", include_str!("../../scenes/block-deep.toml")),
     ("block-20kpa", include_str!("../../scenes/block-20kpa.toml")),
@@ -31,6 +31,8 @@ pub const PRESETS: [(&str, &str); 8] = [
     ("abdomen", include_str!("../../scenes/abdomen.toml")),
     ("foot", include_str!("../../scenes/foot.toml")),
     ("organ-liver", include_str!("../../scenes/organ-liver.toml")),
+    ("beef", include_str!("../../scenes/beef.toml")),
+    ("pig-liver", include_str!("../../scenes/pig-liver.toml")),
 ];
 
 /// A scene.

@@ -1,5 +1,5 @@
 //! Every preset presses, and what it shows is so: stiffness scales the force, a nodule is felt, an
-//! organ answers.
+//! organ answers, beef fades in a hold, pig liver stiffens.
 
 use palpate_tests::palpate_command::repository;
 use palpate_tests::press_run::{PressRun, press, press_preset};
@@ -77,4 +77,22 @@ fn organs_of_our_own_press_and_are_as_large_as_their_files_say() {
         // about the default number
         assert!((organ.number("/nodes") / 600.0 - 1.0).abs() < 0.15, "{name}");
     }
+}
+
+#[test]
+fn beef_fades_in_a_hold_and_pig_liver_stiffens() {
+    let (beef, liver) = (press_preset(SCRATCH, "beef"), press_preset(SCRATCH, "pig-liver"));
+    for run in [&beef, &liver] {
+        assert!(run.summary["fault"].is_null() && run.number("/deadline_misses") == 0.0);
+        assert!(run.holds().iter().all(|h| h.force_n > 0.0 && h.min_j > 0.0), "{:?}", run.holds());
+    }
+    // the same block at the same modulus, elastic
+    let elastic = press_preset(SCRATCH, "block-20kpa");
+    let left = beef.forces_n()[1] / elastic.forces_n()[2];
+    println!("beef: {left:.3} of the elastic force left at 4 mm; pig liver: {:.4?} N", liver.forces_n());
+    // 0.15 stays for ever, and 0.16 of it fades with 4.5 s
+    assert!((0.15..0.35).contains(&left), "{left}");
+    let forces_n = liver.forces_n();
+    let exponent = (forces_n[2] / forces_n[1]).ln() / 1.5_f64.ln();
+    assert!(exponent > 2.5, "{exponent}");
 }

@@ -7,6 +7,7 @@ mod fault_campaign;
 mod faults_give_zero_force;
 mod haptic_closed_loop;
 mod haptic_invariants;
+mod live_feel;
 mod live_replay;
 mod loop_closes;
 mod no_force_without_contact;

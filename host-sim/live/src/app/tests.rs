@@ -68,7 +68,9 @@ impl Screen {
             ..RawInput::default()
         };
         let app = &mut self.app;
-        let _drawn = self.ctx.run_ui(input, |ui| app.show(ui));
+        let mut drawn = self.ctx.run_ui(input, |ui| app.show(ui));
+        // nobody draws; epaint asserts that somebody has
+        drawn.textures_delta.clear();
     }
 
     fn frames(&mut self, count: usize) {
@@ -100,6 +102,22 @@ impl Screen {
 
     fn force_n(&self) -> f32 {
         Vector3::from(self.app.frame.force_n).norm()
+    }
+
+    /// The pointer over the site of the tissue, wherever its picture has it.
+    fn over_the_site(&mut self) -> Pos2 {
+        let site_m = Vector3::from(self.app.shape.body.site_m);
+        let mut over = MIDDLE;
+        for _ in 0..5 {
+            self.frame(vec![Event::PointerMoved(over)]);
+            // the same error in both pixels, for the panels' sizes are not known here
+            let lens = self.app.camera.lens(Rect::from_min_size(Pos2::ZERO, vec2(1008.0, 500.0)));
+            let pixel = |place_m: &Vector3<f32>| lens.project(place_m).unwrap().0;
+            over += pixel(&site_m) - pixel(&self.app.pointer.place_m());
+        }
+        let apart_m = (self.app.pointer.place_m() - site_m).norm();
+        assert!(apart_m < 1e-3, "{apart_m} m from the site");
+        over
     }
 }
 
@@ -238,4 +256,33 @@ fn a_recording_that_cannot_be_written_is_bad_news() {
     screen.key(Key::R, Modifiers::NONE);
     screen.frames(2);
     assert!(screen.app.said.1 && screen.app.said.0.starts_with("Cannot write"), "{:?}", screen.app.said);
+}
+
+#[test]
+fn a_hold_of_beef_fades_and_a_slide_on_skin_drags() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = Screen::of(Choice::preset("beef"), folder.path());
+    screen.button(true);
+    // 3 mm deep within 0.25 s of the surface, and the force at its longest
+    let peak_n = (0..40).map(|_| (screen.frames(1), screen.force_n()).1).fold(0.0, f32::max);
+    screen.frames(150);
+    let held_n = screen.force_n();
+    assert!(peak_n > 0.2 && held_n < 0.4 * peak_n, "{peak_n} N, {held_n} N after 3 s: {}", screen.app.numbers());
+    screen.button(false);
+
+    let mut screen = Screen::of(Choice::preset("abdomen"), folder.path());
+    let over = screen.over_the_site();
+    screen.button(true);
+    screen.frames(60);
+    let along_n = |screen: &Screen| Vector3::from(screen.app.frame.along_n);
+    let from_m = Vector3::from(screen.app.frame.tip_m);
+    for n in 1..=20_u8 {
+        screen.frame(vec![Event::PointerMoved(over + vec2(f32::from(n) * 0.5, 0.0))]);
+    }
+    let moved_m = Vector3::from(screen.app.frame.tip_m) - from_m;
+    let drag_n = -along_n(&screen).dot(&moved_m.normalize());
+    assert!(screen.app.panel_fits && drag_n > 0.3 * screen.force_n(), "{moved_m} m, {drag_n} N: {}", screen.app.numbers());
+    screen.button(false);
+    screen.frames(30);
+    assert_eq!(along_n(&screen), Vector3::zeros(), "{}", screen.app.numbers());
 }

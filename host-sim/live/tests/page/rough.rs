@@ -28,7 +28,7 @@ fn a_tab_that_sleeps_lets_go_and_keeps_its_recording() {
     browser.key("r");
     until(&mut browser, "recorded", 20, |s| says(s, "Recorded"));
     let again = repeated(&browser.trace());
-    let felt: Vec<bool> = again.shown.iter().map(|t| t.applied_n.norm() > 0.0).collect();
+    let felt: Vec<bool> = again.telemetry.iter().map(|t| t.applied_n.norm() > 0.0).collect();
     let (first, last) = (felt.iter().position(|f| *f).unwrap(), felt.iter().rposition(|f| *f).unwrap());
     let silent = felt[first..last].chunk_by(|a, b| a == b).filter(|run| !run[0]).map(<[bool]>::len).max();
     println!("{} ticks recorded, {silent:?} of them without force behind another tab", felt.len());
@@ -109,5 +109,5 @@ fn foreign_files_get_a_sentence_and_take_nothing_away() {
     let_go(&mut browser, MIDDLE);
     browser.key("r");
     until(&mut browser, "recorded", 20, |s| says(s, "Recorded"));
-    assert!(repeated(&browser.trace()).shown.len() > 1000);
+    assert!(repeated(&browser.trace()).telemetry.len() > 1000);
 }

@@ -41,6 +41,15 @@ pub struct Told {
     pub broken: Option<Broken>,
 }
 
+impl Told {
+    /// Force on the device along the surface that is touched [N]: what friction adds to the push.
+    #[must_use]
+    pub fn along_n(&self) -> Vector3<f32> {
+        let (force_n, normal) = (self.telemetry.applied_n, self.telemetry.output.normal);
+        if normal == Vector3::zeros() { normal } else { force_n - normal * force_n.dot(&normal) }
+    }
+}
+
 /// A loop.
 #[derive(Clone, Debug)]
 pub struct Live {
