@@ -140,7 +140,7 @@ impl Shipped {
                 for (n, sum) in mean.iter_mut().enumerate() {
                     if n > 0 {
                         let to = deep + heading * DRAGS_MM[n - 1];
-                        force_mn = run.go(before, to, DRAG, 0)?;
+                        force_mn = run.go(before, to, DRAG, RESTED)?;
                         before = to;
                     }
                     sum[0] -= 0.25 * force_mn.dot(&heading);
