@@ -1,4 +1,4 @@
-//! The table: CalculiX, our finite elements on its mesh, and our patch.
+//! The table: `CalculiX`, our finite elements on its mesh, and our patch.
 
 use std::path::Path;
 
@@ -7,14 +7,14 @@ use super::ours::{self, Shipped};
 use super::{Failure, results};
 
 /// How far ours may be off [%]: finite elements of the same law; of another; the patch in a press;
-/// in a drag; in a hold, where shear and volume relax alike and CalculiX's volume does not.
+/// in a drag; in a hold, where shear and volume relax alike and `CalculiX`'s volume does not.
 const SAME_LAW: f64 = 1.0;
 const OTHER_LAW: f64 = 3.0;
 const PRESSED: f64 = 3.0;
 const DRAGGED: f64 = 20.0;
 const HELD: f64 = 5.0;
 
-/// A figure of CalculiX and ours beside it, each with what it may be off [%].
+/// A figure of `CalculiX` and ours beside it, each with what it may be off [%].
 struct Row {
     name: String,
     theirs: f64,

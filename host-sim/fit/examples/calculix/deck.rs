@@ -1,13 +1,15 @@
-//! Input decks of CalculiX: the block of our own finite elements under a rigid ball. Lengths are in
-//! millimetres, stresses in kilopascals, forces in millinewtons.
+//! Input decks of `CalculiX`: the block of our own finite elements under a rigid ball. Lengths are
+//! in millimetres, stresses in kilopascals, forces in millinewtons.
 //!
-//! Our energy, mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2, is none of CalculiX's, but two terms of
-//! its hyperfoam come near: with alpha = 2, and beta = b in one and -b in the other, they are mu/2
-//! (I1 - 3) and a function of ln J whose slope and curvature at rest are ours; its third derivative
-//! is a seventh of what sets CalculiX's own neo-Hookean law apart, with the other sign.
+//! Our energy, mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2, is none of `CalculiX`'s, but two terms
+//! of its hyperfoam come near: with alpha = 2, and beta = b in one and -b in the other, they are
+//! mu/2 (I1 - 3) and a function of ln J whose slope and curvature at rest are ours; its third
+//! derivative is a seventh of what sets `CalculiX`'s own neo-Hookean law apart, with the other
+//! sign.
 //!
-//! CalculiX has no Prony terms. A hold has Maxwell elements instead, beside elastic ones on the same
-//! nodes: tissue that creeps in proportion to the stress. Its shear relaxes, its volume does not.
+//! `CalculiX` has no Prony terms. A hold has Maxwell elements instead, beside elastic ones on the
+//! same nodes: tissue that creeps in proportion to the stress. Its shear relaxes, its volume does
+//! not.
 
 use std::fmt::Write;
 
@@ -108,7 +110,7 @@ fn ours(share: f64) -> Materials {
     vec![format!("*HYPERFOAM, N=2\n{up:.12}, 2., {down:.12}, 2., {over:.12}, {under:.12}\n")]
 }
 
-/// CalculiX's own neo-Hookean tissue, alike at small strain.
+/// `CalculiX`'s own neo-Hookean tissue, alike at small strain.
 fn neo_hooke(share: f64) -> Materials {
     let [shear, lambda] = lame().map(|l| l * share);
     let bulk = lambda + 2.0 / 3.0 * shear;
@@ -134,7 +136,7 @@ fn step(procedure: &str, increments: &str, moved_mm: &[(usize, f64)]) -> String 
     text + "*NODE PRINT, NSET=BALL, TOTALS=ONLY, FREQUENCY=10000\nRF\n*END STEP\n"
 }
 
-/// Faces of a tet as CalculiX counts them.
+/// Faces of a tet as `CalculiX` counts them.
 const FACES: [[usize; 3]; 4] = [[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]];
 
 fn deck(block: &BlockBody, materials: &Materials, friction: f64, steps: &str) -> Result<String, Failure> {

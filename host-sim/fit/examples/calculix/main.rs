@@ -1,4 +1,4 @@
-//! Presses the block with CalculiX, a solver that the project has no part in, and compares.
+//! Presses the block with `CalculiX`, a solver that the project has no part in, and compares.
 //!
 //! `cargo run --release -p palpate-fit --example calculix -- write FOLDER` writes the decks, `ccx`
 //! solves them (`ccx -i FOLDER/press`), and `compare` in place of `write` reads the results and

@@ -1,4 +1,4 @@
-//! Forces that CalculiX prints.
+//! Forces that `CalculiX` prints.
 
 use std::path::Path;
 
