@@ -4,8 +4,7 @@
 //! Our energy, mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2, is none of `CalculiX`'s, but two terms
 //! of its hyperfoam come near: with alpha = 2, and beta = b in one and -b in the other, they are
 //! mu/2 (I1 - 3) and a function of ln J whose slope and curvature at rest are ours; its third
-//! derivative is a seventh of what sets `CalculiX`'s own neo-Hookean law apart, with the other
-//! sign.
+//! derivative there is -4 b^2 mu, and zero in ours.
 //!
 //! `CalculiX` has no Prony terms. A hold has Maxwell elements instead, beside elastic ones on the
 //! same nodes: tissue that creeps in proportion to the stress. Its shear relaxes, its volume does
