@@ -1,6 +1,7 @@
 //! `palpate plan`.
 
 mod report;
+mod worth;
 
 use clap::Args;
 

@@ -1,11 +1,10 @@
 //! Result files and printed report of `plan`.
 
-use std::path::Path;
-
 use palpate::Terms;
 use serde::Serialize;
 
 use super::unit;
+use super::worth::{self, Worth};
 use crate::error::Error;
 use palpate_charts::{PlanChart, PlanDot, plan};
 use palpate_fit::plan::{Bench, Effort, Outcome, RimTreatment, Trial, WORST_RATIO};
@@ -40,6 +39,8 @@ struct Summary<'a> {
     patch: Option<String>,
     promise: Option<Promise<'a>>,
     chosen: Option<&'a Trial>,
+    /// Terms of the scene that the chosen one could do without, at which error.
+    terms: &'a [Worth],
     next_smaller: Option<&'a Trial>,
     next_larger: Option<&'a Trial>,
     elsewhere: Option<&'a Trial>,
@@ -70,6 +71,8 @@ pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome) -> R
         moving: t.moving,
         holds: t.keeps(bench.tolerance_pct) && t.fits,
     });
+    let session = |t: &Trial| t.session.as_ref().map(|session| worth::of(machine, &t.counts, &session.params));
+    let terms = outcome.chosen.as_ref().and_then(session).unwrap_or_default();
     let summary = Summary {
         scene: &scene.name,
         board: machine.name,
@@ -80,6 +83,7 @@ pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome) -> R
         patch,
         promise,
         chosen: outcome.chosen.as_ref(),
+        terms: &terms,
         next_smaller: outcome.smaller.as_ref(),
         next_larger: outcome.larger.as_ref(),
         elsewhere: outcome.elsewhere.as_ref(),
@@ -106,7 +110,13 @@ pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome) -> R
     };
     folder.write_csv("searched.csv", header, outcome.trials.iter().map(row))?;
     draw(&folder, bench, outcome)?;
-    print(&folder.publish()?, bench, outcome, summary.patch.as_deref());
+    let out = folder.publish()?;
+    print(bench, outcome, &terms);
+    println!(
+        "wrote {}: {}summary.json, searched.csv, plan.svg, plan.png",
+        out.display(),
+        summary.patch.as_ref().map_or_else(String::new, |name| format!("{name}, "))
+    );
     Ok(())
 }
 
@@ -185,7 +195,7 @@ fn draw(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), E
     Ok(())
 }
 
-fn print(out: &Path, bench: &Bench, outcome: &Outcome, patch: Option<&str>) {
+fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth]) {
     let (name, per) = unit(bench.machine);
     println!(
         "{:<26} {:>5} {:>6} {:>8} {:>6} {:>5} {:>9} {:>9} {:>7} {:>8} {:>8} {:>8} {:>8}",
@@ -275,9 +285,7 @@ fn print(out: &Path, bench: &Bench, outcome: &Outcome, patch: Option<&str>) {
             moving.allowed_pct
         );
     }
-    println!(
-        "wrote {}: {}summary.json, searched.csv, plan.svg, plan.png",
-        out.display(),
-        patch.map_or_else(String::new, |name| format!("{name}, "))
-    );
+    for Worth { term, cost_pct, error } in terms {
+        println!("without {term}: {cost_pct:+.1} % {name} per tick, {error}");
+    }
 }
