@@ -27,7 +27,7 @@ pub const DEPTHS_MM: [f64; 3] = [1.0, 2.0, 4.0];
 pub const DRAG_DEPTH_MM: f64 = 2.0;
 /// Lengths of the drag [mm].
 pub const DRAGS_MM: [f64; 4] = [0.1, 0.25, 0.5, 1.0];
-/// What fades of a hold: shares of the shear modulus, and times [s].
+/// Relaxation of a hold: shares of the shear modulus, and times [s].
 pub const TERMS: [[f64; 2]; 2] = [[0.3, 0.5], [0.2, 5.0]];
 /// Times of a hold [s]; it is pressed within the first thousandth.
 pub const HOLDS_S: [f64; 2] = [1.0, 10.0];
@@ -116,7 +116,7 @@ fn neo_hooke(share: f64) -> Materials {
     vec![format!("*HYPERELASTIC, NEO HOOKE\n{:.12}, {:.12}\n", 0.5 * shear, 2.0 / bulk)]
 }
 
-/// What stays, and beside it Maxwell elements whose shear creeps in proportion to the stress.
+/// An elastic body, and beside it Maxwell elements whose shear creeps in proportion to the stress.
 fn relaxing() -> Materials {
     let mut materials = neo_hooke(1.0 - TERMS.iter().map(|term| term[0]).sum::<f64>());
     for [share, time_s] in TERMS {

@@ -1,4 +1,4 @@
-//! The same presses by our own finite elements, and by the patch of 410 nodes that ships.
+//! Our own finite elements, and the shipped patch of 410 nodes, in the presses of the decks.
 
 use nalgebra::Vector3;
 use palpate::stages::probe::ProbePose;
