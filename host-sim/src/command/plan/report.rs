@@ -286,6 +286,6 @@ fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth]) {
         );
     }
     for Worth { term, cost_pct, error } in terms {
-        println!("without {term}: {cost_pct:+.1} % {name} per tick, {error}");
+        println!("without {term}: cost of the tick {cost_pct:+.1} %, {error}");
     }
 }
