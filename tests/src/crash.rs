@@ -10,7 +10,7 @@ use crate::firmware_image::FirmwareImage;
 /// Behind the image, in the memory that holds its code: counts the passes.
 const BESIDE: u32 = 0x0030_0000;
 /// The crash itself.
-const CRASH: u32 = BESIDE + 0x100;
+pub const CRASH: u32 = BESIDE + 0x100;
 /// Where the location lies that a panic says.
 const LOCATION: u32 = BESIDE + 0x1C0;
 /// Passes left before the crash.
@@ -99,15 +99,15 @@ pub struct Planned {
 ///
 /// # Errors
 /// The image has no such place, or one that begins in another way than functions do.
-pub fn plant(mut debugger: Debugger, image: &FirmwareImage, planned: &Planned) -> io::Result<()> {
+pub fn plant(debugger: &mut Debugger, image: &FirmwareImage, planned: &Planned) -> io::Result<()> {
     let main = image.function_named("palpate_firmware::__cortex_m_rt_main").map(|main| main.address);
     let main = main.ok_or_else(|| io::Error::other("the image has no main"))?;
     for _ in 0..planned.starts {
         // no timer runs yet: a stop there does not change the board's clock
         debugger.run_to(main)?;
-        write(&mut debugger, image, planned)?;
+        write(debugger, image, planned)?;
     }
-    debugger.detach()
+    Ok(())
 }
 
 fn write(debugger: &mut Debugger, image: &FirmwareImage, planned: &Planned) -> io::Result<()> {

@@ -69,6 +69,14 @@ impl Debugger {
         self.expect(&format!("M{address:x},{:x}:{}", bytes.len(), hex(bytes)), "OK")
     }
 
+    /// Gives the emulator a command of its monitor.
+    ///
+    /// # Errors
+    /// The command is refused or answers anything.
+    pub fn monitor(&mut self, command: &str) -> io::Result<()> {
+        self.expect(&format!("qRcmd,{}", hex(command.as_bytes())), "OK")
+    }
+
     /// Lets the board run.
     ///
     /// # Errors

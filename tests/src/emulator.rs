@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 use std::{
-    io::Read,
+    io::{self, Read},
     path::{Path, PathBuf},
     process::{Command, Stdio},
     sync::{Mutex, PoisonError},
@@ -20,6 +20,9 @@ use crate::debugger::Debugger;
 /// Longest run in real time. The runs here take seconds; one that hangs must not hang the tests.
 const TIMEOUT: Duration = Duration::from_secs(300);
 
+/// Items of the emulator's log: a line before each instruction (with `-singlestep`).
+const LOGGED: &str = "exec,nochain";
+
 /// The boards' target, as `cargo fw` names it.
 const TARGET: &str = "thumbv7em-none-eabihf";
 
@@ -32,14 +35,19 @@ pub enum EmulatorError {
         /// The program.
         program: String,
         /// Error of the operating system.
-        source: std::io::Error,
+        source: io::Error,
     },
     /// The firmware does not compile.
     #[error("the firmware was not built: {0}")]
     NotBuilt(String),
     /// The debugger did not do its part.
-    #[error("the debugger could not make the crash: {0}")]
-    NotBroken(std::io::Error),
+    #[error("the debugger could not make the crash or begin the log: {source}; the firmware's last words: {last_words}")]
+    Debugger {
+        /// Error of the connection.
+        source: io::Error,
+        /// Text that the firmware had printed by then.
+        last_words: String,
+    },
     /// The run was ended from outside.
     #[error("the firmware was still running after {} s; its last words: {last_words}", TIMEOUT.as_secs())]
     TimedOut {
@@ -67,7 +75,8 @@ pub struct Run<'a> {
     pub crash: Option<Planned>,
     /// After a crash the board resets, as on hardware, in place of ending the run.
     pub restart: bool,
-    /// Where to log every executed instruction.
+    /// Where to log every executed instruction; with a crash, every one from the crash on. A log
+    /// slows the emulator down a hundredfold.
     pub exec_log: Option<&'a Path>,
 }
 
@@ -188,15 +197,27 @@ impl Run<'_> {
         let sleep = if self.crash.is_some() { "on" } else { "off" };
         command.arg("-icount").arg(format!("shift={},sleep={sleep}", self.shift));
         if let Some(log) = self.exec_log {
-            command.args(["-singlestep", "-d", "exec,nochain", "-D"]).arg(log);
-            // a crash may lie in that loop
-            if let Some(ranges) = but_idling(elf).filter(|_| self.crash.is_none()) {
+            command.args(["-singlestep", "-D"]).arg(log);
+        }
+        if self.exec_log.is_some() && self.crash.is_none() {
+            command.args(["-d", LOGGED]);
+            if let Some(ranges) = but_idling(elf) {
                 command.arg("-dfilter").arg(ranges);
             }
         }
         command.arg("-kernel").arg(elf);
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         command
+    }
+
+    /// Makes the crash, and begins the log with it.
+    fn debug(&self, mut debugger: Debugger, image: &FirmwareImage, planned: &Planned) -> io::Result<()> {
+        crash::plant(&mut debugger, image, planned)?;
+        if self.exec_log.is_some() {
+            debugger.run_to(crash::CRASH)?;
+            debugger.monitor(&format!("log {LOGGED}"))?;
+        }
+        debugger.detach()
     }
 
     /// Runs an image until it exits.
@@ -209,11 +230,11 @@ impl Run<'_> {
         if let Some(planned) = &self.crash {
             let image = std::fs::read(elf).map_err(not_started)?;
             let image = FirmwareImage::parse(&image).map_err(|cause| EmulatorError::NotBuilt(cause.to_string()))?;
-            let broken = Debugger::connect(&socket).and_then(|debugger| crash::plant(debugger, &image, planned));
-            if let Err(cause) = broken {
+            if let Err(source) = Debugger::connect(&socket).and_then(|debugger| self.debug(debugger, &image, planned)) {
                 child.kill().map_err(not_started)?;
                 child.wait().map_err(not_started)?;
-                return Err(EmulatorError::NotBroken(cause));
+                let last_words = String::from_utf8_lossy(&text.join().unwrap_or_default()).into_owned();
+                return Err(EmulatorError::Debugger { source, last_words });
             }
         }
         let begun = Instant::now();

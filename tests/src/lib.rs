@@ -19,4 +19,5 @@ pub mod packed;
 pub mod palpate_command;
 pub mod press_run;
 pub mod rounding;
+pub mod share;
 pub mod tap;

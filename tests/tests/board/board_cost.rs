@@ -180,6 +180,7 @@ fn the_default_patch_fits_a_cortex_m4f_at_168_mhz() {
 }
 
 #[test]
+#[ignore = "long: a log of millions of instructions; its count is in the golden file"]
 fn the_larger_patch_fits_a_cortex_m7_at_480_mhz() {
     keeps_budget("block-m7-480.patch", M7_480_BUDGET);
 }
@@ -195,6 +196,7 @@ fn a_liver_with_its_rim_fits_a_cortex_m4f_at_168_mhz() {
 
 /// The outside of one patch cut sixteen times finer: other rim springs, the same tick.
 #[test]
+#[ignore = "long: four more images and their logs"]
 fn a_tick_costs_the_same_whatever_lies_behind_the_rim() {
     let coarse = packed::cut_block();
     let fine = packed::with_finer_outside(&coarse, 2);

@@ -6,6 +6,7 @@
 use palpate::stages::probe::ProbePose;
 use palpate::{Vector3, tick};
 use palpate_tests::bench::{Bench, at_depth};
+use palpate_tests::share::Share;
 use palpate_tissue::measure;
 use palpate_tissue::stable_step::{StableStep, substeps_for_taps};
 
@@ -85,9 +86,13 @@ const SLOW_M_PER_S: f32 = 0.04;
 
 #[test]
 fn within_the_step_taps_and_presses_end_as_they_began() {
+    let mut share = Share::one_in(5);
     for nodes in [60, 129, 410] {
         for youngs_modulus_pa in [3.5e3, 100e3] {
             for depth_limit_m in [4e-3, 5e-3, 6e-3, 8e-3] {
+                if !share.takes() {
+                    continue;
+                }
                 let bench = bench(nodes, youngs_modulus_pa, depth_limit_m);
                 let stable = measured(&bench);
                 let substeps = asked(&bench);
@@ -117,9 +122,13 @@ fn pressed_tissue_needs_a_shorter_step() {
 /// goes wrong is the dynamic limit.
 #[test]
 fn past_the_step_they_do_not() {
+    let mut share = Share::one_in(3);
     for (nodes, youngs_modulus_pa, depth_limit_m) in
-        [(60, 3.5e3, 5e-3), (129, 3.5e3, 5e-3), (129, 100e3, 8e-3), (410, 3.5e3, 4e-3), (410, 3.5e3, 8e-3)]
+        [(60, 3.5e3, 5e-3), (410, 3.5e3, 4e-3), (410, 3.5e3, 8e-3), (129, 100e3, 8e-3), (129, 3.5e3, 5e-3)]
     {
+        if !share.takes() {
+            continue;
+        }
         let with_floor = |mass_floor: f32| {
             bench(nodes, youngs_modulus_pa, depth_limit_m).with(|p| {
                 p.mass_floor = mass_floor;

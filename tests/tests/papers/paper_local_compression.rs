@@ -308,6 +308,7 @@ fn quick_run() -> &'static (String, serde_json::Value, tempfile::TempDir) {
 }
 
 #[test]
+#[ignore = "long: the whole report"]
 fn the_report_has_every_figure() {
     let (report, summary, desk) = quick_run();
     let shown: Vec<&str> = report.split("](").skip(1).filter_map(|rest| rest.split_once(')').map(|(name, _)| name)).collect();
@@ -343,6 +344,7 @@ fn the_report_has_every_figure() {
 }
 
 #[test]
+#[ignore = "long: the whole report"]
 fn the_report_says_what_was_measured() {
     let (_, summary, _) = quick_run();
     let scenes = summary["scenes"].as_array().unwrap();

@@ -33,6 +33,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 /// The finite elements are solved in the run: what the product is held to here is not written down
 /// anywhere.
 #[test]
+#[ignore = "long: finite elements of two organs"]
 fn a_quick_run_reports_and_the_product_is_near_finite_elements() {
     let desk = Desk::default();
     let outcome = palpate(SCRATCH, desk.folder(), &["paper", "volume-preserved", "--quick"]);

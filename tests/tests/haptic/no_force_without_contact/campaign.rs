@@ -4,7 +4,7 @@
 
 use palpate_loop::closed_loop::paths::{KINDS, PathCase, PathGround, PathTable, paths};
 
-const PATHS: u64 = 5_000;
+const PATHS: u64 = 2_000;
 
 fn run(ground: &PathGround, runs: u64, seed: u64) -> PathTable {
     let table = paths(ground, runs, seed, |_| ()).unwrap();
@@ -13,13 +13,13 @@ fn run(ground: &PathGround, runs: u64, seed: u64) -> PathTable {
 }
 
 #[test]
-fn five_thousand_paths_break_no_invariant_and_honest_motion_trips_nothing() {
+fn two_thousand_paths_break_no_invariant_and_honest_motion_trips_nothing() {
     break_nothing(PATHS, 1);
 }
 
 #[test]
 #[ignore = "a minute of two cores"]
-fn fifty_thousand_paths_break_no_invariant_and_honest_motion_trips_nothing() {
+fn twenty_thousand_paths_break_no_invariant_and_honest_motion_trips_nothing() {
     break_nothing(10 * PATHS, 2);
 }
 

@@ -3,6 +3,7 @@
 
 use palpate::{Fault, Vector3};
 use palpate_loop::closed_loop::paths::{Leg, PathCase, PathGround, PathOutcome, Route};
+use palpate_tests::share::Share;
 
 /// Ticks of rest at the end of every path.
 const REST_TICKS: usize = 2000;
@@ -71,11 +72,14 @@ fn out_through_the_side_leaves_no_force() {
 #[test]
 fn out_through_the_side_leaves_no_force_at_other_speeds_places_patches_and_devices() {
     let ground = PathGround::load().unwrap();
-    let mut bad = Vec::new();
+    let (mut bad, mut share) = (Vec::new(), Share::one_in(3));
     for patch in ["block-m4f-168", "block-m7-480", "nodule-m7-480", "liver-m4f-168", "block-130"] {
         for (kpa, device) in [(1.0, "touch"), (3.5, "inverse3"), (25.0, "falcon"), (100.0, "inverse3")] {
             for m_per_s in [0.02, 0.064, 0.3, 1.0] {
                 for side in [[-70.0, 23.2, -25.8], [8.0, 70.0, -4.0], [3.0, -52.0, -12.0], [55.0, 55.0, -2.0]] {
+                    if !share.takes() {
+                        continue;
+                    }
                     let on = &ground.patches[ground.patch_named(patch).unwrap()];
                     let mut route = path(&[[0.0, 1.0, 4.0], [6.0, -0.7, -3.8], side], m_per_s);
                     route.at_m.iter_mut().for_each(|x| *x = on.point_m(&(*x).into()));
@@ -92,7 +96,7 @@ fn out_through_the_side_leaves_no_force_at_other_speeds_places_patches_and_devic
             }
         }
     }
-    assert!(bad.is_empty(), "{} of 320:\n{}", bad.len(), bad.join("\n"));
+    assert!(bad.is_empty(), "{} cases:\n{}", bad.len(), bad.join("\n"));
 }
 
 /// Round the block in free space with sharp corners: half a newton, 17 mm from the tissue, for 45

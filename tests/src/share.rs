@@ -1,0 +1,33 @@
+//! Short and long forms of tests over tables of cases: `./test` runs a share of the cases,
+//! `./test --long` every one of them.
+
+/// Set by `./test --long`.
+const LONG: &str = "PALPATE_LONG";
+
+/// Whether every case is to be run.
+#[must_use]
+pub fn long() -> bool {
+    std::env::var_os(LONG).is_some()
+}
+
+/// Chooses every so many cases of a table, the first one included. A prime number that divides no
+/// side of the table meets every value of every side.
+#[derive(Clone, Debug)]
+pub struct Share {
+    one_in: usize,
+    seen: usize,
+}
+
+impl Share {
+    /// One case in `one_in`, or all in the long form.
+    #[must_use]
+    pub fn one_in(one_in: usize) -> Self {
+        Self { one_in: if long() { 1 } else { one_in }, seen: 0 }
+    }
+
+    /// Whether the next case is run.
+    pub fn takes(&mut self) -> bool {
+        self.seen += 1;
+        (self.seen - 1).is_multiple_of(self.one_in)
+    }
+}
