@@ -156,12 +156,6 @@ impl LoopLimits {
         &self.values
     }
 
-    /// The tick [s].
-    #[must_use]
-    pub fn tick_s(&self) -> f32 {
-        self.tick_s
-    }
-
     /// Ticks a second [1/s].
     #[must_use]
     pub fn ticks_per_s(&self) -> f32 {

@@ -146,8 +146,7 @@ impl Board {
         let mut out = [0; FRAME_BYTES];
         let frame = encode(self.sequence, message, &mut out)?;
         self.sequence = self.sequence.wrapping_add(1);
-        self.to.write_all(frame)?;
-        Ok(())
+        self.send_bytes(frame)
     }
 
     /// Sends bytes as they are, good frames or not.

@@ -87,28 +87,9 @@ impl FirmwareImage {
         })
     }
 
-    /// Symbols of double-precision routines: none may be linked, the board's unit computes in
-    /// single precision.
-    pub fn double_precision_symbols(&self) -> impl Iterator<Item = &str> {
-        // run-time ABI names (Arm IHI 0043), their libgcc aliases, and libm's f64 kernels
-        const PREFIXES: [&str; 4] = ["__aeabi_d", "__aeabi_f2d", "__aeabi_i2d", "__aeabi_ui2d"];
-        self.symbols.iter().map(String::as_str).filter(|name| {
-            let abi = PREFIXES.iter().any(|p| name.starts_with(p)) && !name.starts_with("__aeabi_div0");
-            let gcc = name.starts_with("__") && name.contains("df") && name.ends_with(['2', '3', 'f', 'i']);
-            abi || gcc || name.contains("float::div::__divdf") || name.contains("libm::math") && name.contains("f64")
-        })
-    }
-
-    /// Symbols of an allocator: none may be linked, every array is in place before the first tick.
-    pub fn allocator_symbols(&self) -> impl Iterator<Item = &str> {
-        const NAMES: [&str; 8] =
-            ["__rust_alloc", "__rust_dealloc", "__rust_realloc", "__rustc::__rust", "__rg_alloc", "malloc", "realloc", "alloc::"];
-        // `alloc::` is the crate's own path, so it counts at the start of a path or inside a `<`,
-        // not within a longer word
-        self.symbols
-            .iter()
-            .map(String::as_str)
-            .filter(|name| NAMES.iter().any(|bad| name.starts_with(bad) || name.contains(&format!("<{bad}"))))
+    /// Names of all symbols, demangled.
+    pub fn symbols(&self) -> impl Iterator<Item = &str> {
+        self.symbols.iter().map(String::as_str)
     }
 }
 
@@ -141,24 +122,5 @@ mod tests {
         assert_eq!(image.halfword_at(0x100), Some(0x4770));
         assert_eq!(image.halfword_at(0x103), None);
         assert_eq!(image.halfword_at(0x0FF), None);
-    }
-
-    #[test]
-    fn double_precision_is_recognised_and_integer_division_is_not() {
-        let image = image(&["__aeabi_dadd", "__aeabi_f2d", "__muldf3", "__truncdfsf2", "__aeabi_uidiv", "__udivmoddi4", "sqrtf"]);
-        let found: Vec<_> = image.double_precision_symbols().collect();
-        assert_eq!(found, ["__aeabi_dadd", "__aeabi_f2d", "__muldf3", "__truncdfsf2"]);
-    }
-
-    #[test]
-    fn an_allocator_is_recognised() {
-        let image = image(&[
-            "__rust_alloc",
-            "alloc::raw_vec::finish_grow",
-            "<alloc::string::String>::push",
-            "core::fmt::write",
-            "heapless::pool::alloc_one",
-        ]);
-        assert_eq!(image.allocator_symbols().count(), 3);
     }
 }

@@ -87,12 +87,6 @@ impl Cost {
         self.counts[class as usize]
     }
 
-    /// Branches, and loads of the program counter, that were taken.
-    #[must_use]
-    pub const fn jumps(&self) -> u64 {
-        self.jumps
-    }
-
     /// Number of instructions of all classes.
     #[must_use]
     pub fn instructions(&self) -> u64 {

@@ -11,7 +11,7 @@ use palpate_tissue::mesh::import::import;
 pub(super) enum MeshCommand {
     /// Import a mesh file and report what was found.
     ///
-    /// Reads Gmsh 1, 2.2 and 4.1 ASCII, TetGen .node/.ele and legacy ASCII VTK. Writes nothing.
+    /// Reads Gmsh 1, 2.2 and 4.1 ASCII and legacy ASCII VTK. Writes nothing.
     Check {
         /// The mesh file.
         file: PathBuf,

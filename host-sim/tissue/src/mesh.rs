@@ -12,7 +12,6 @@ mod raw;
 mod resolve;
 mod solid;
 pub mod surface;
-mod tetgen;
 mod topology;
 pub mod triangle;
 mod vtk;

@@ -17,17 +17,16 @@ use std::path::Path;
 use palpate_tissue::mesh::MeshError;
 use palpate_tissue::mesh::import::{Imported, import};
 
-/// Writes `files` (name, content) to a fresh directory and imports the first one, a metre a unit.
-fn import_files(files: &[(&str, &[u8])]) -> Result<Imported, MeshError> {
+/// Imports a file `name` of this content from a directory of its own, one metre per file unit.
+fn import_bytes(name: &str, content: &[u8]) -> Result<Imported, MeshError> {
     let dir = tempfile::tempdir().expect("temporary directory");
-    for (name, content) in files {
-        fs::write(dir.path().join(name), content).expect("writable temporary directory");
-    }
-    import(&dir.path().join(files[0].0), 1.0)
+    let path = dir.path().join(name);
+    fs::write(&path, content).expect("writable temporary directory");
+    import(&path, 1.0)
 }
 
 fn import_text(name: &str, text: &str) -> Result<Imported, MeshError> {
-    import_files(&[(name, text.as_bytes())])
+    import_bytes(name, text.as_bytes())
 }
 
 /// The message without the directory of the file.

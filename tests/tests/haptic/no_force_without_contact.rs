@@ -6,3 +6,10 @@ mod campaign;
 mod named;
 mod shapes;
 mod watch;
+
+use palpate_loop::closed_loop::paths::PathGround;
+
+/// The index of a patch by name.
+fn patch_named(ground: &PathGround, name: &str) -> usize {
+    ground.patches.iter().position(|patch| patch.name == name).expect("a shipped patch")
+}

@@ -1,6 +1,5 @@
 //! Steps in time: of a body under a contact, and of a scene under a motion.
 
-use nalgebra::Vector3;
 use palpate_tissue::scene::Scene;
 
 use super::error::DynamicError;
@@ -89,24 +88,6 @@ impl<'a> March<'a> {
             }
         }
         false
-    }
-
-    /// Force that the supports exert over Young's modulus [m^2], on the piece: what is missing to
-    /// balance elasticity, inertia and damping at the nodes that are held.
-    #[must_use]
-    pub fn support_m2(&self) -> Option<Vector3<f64>> {
-        let elastic = self.body.assemble(&self.nodes.displacement_m, None)?.residual_m2;
-        let moving = self.nodes.acceleration_m_per_s2.iter().zip(&self.nodes.velocity_m_per_s);
-        let moving: Vec<_> = moving.map(|(a, v)| a + v * self.inertia.damping_per_s).collect();
-        let inertial = self.body.pattern.multiply(&self.masses_m3, &moving);
-        let held = self.body.fixed.iter().zip(elastic.iter().zip(&inertial));
-        Some(
-            held.map(|(fixed, (elastic, inertial))| {
-                let missing = elastic + inertial * self.inertia.density_s2_per_m2;
-                Vector3::from_fn(|k, _| if fixed[k] { missing[k] } else { 0.0 })
-            })
-            .sum(),
-        )
     }
 }
 

@@ -46,7 +46,7 @@ pub fn condensed(body: &Body, tie: &[Tie], kept: usize) -> Option<Mat<f64>> {
             for (node, weight) in own {
                 moved[*node][c] = if body.fixed[*node][c] { 0.0 } else { *weight };
             }
-            let pull = body.pattern.multiply(&rest.tangent, &moved);
+            let pull = body.tangent_times(&rest, &moved);
             for ((right, pull), fixed) in column.chunks_mut(3).zip(&pull).zip(&fixed) {
                 (0..3).for_each(|a| right[a] = if fixed[a] { 0.0 } else { -pull[a] });
             }
@@ -54,7 +54,7 @@ pub fn condensed(body: &Body, tie: &[Tie], kept: usize) -> Option<Mat<f64>> {
             for (moved, answer) in moved.iter_mut().zip(column.chunks(3)) {
                 *moved += Vector3::from_column_slice(answer);
             }
-            let reaction = body.pattern.multiply(&rest.tangent, &moved);
+            let reaction = body.tangent_times(&rest, &moved);
             for (row, own) in followers.iter().enumerate() {
                 for a in 0..3 {
                     stiffness[(3 * row + a, 3 * k + c)] =

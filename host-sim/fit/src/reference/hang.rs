@@ -88,20 +88,13 @@ impl<'a> Hanging<'a> {
         self.go_to(share, &grip, |_| {})
     }
 
-    /// Moves the gripped nodes straight to displacements from rest [m], one for each in the order
-    /// of the grip.
+    /// Changes the share of the weight and moves the gripped nodes straight to displacements from
+    /// rest [m], one for each in the order of the grip, together; `progress` receives the share
+    /// done after each step.
     ///
     /// # Errors
     /// Their number is wrong or they are not finite; no rest was found: the last one on the way
     /// stays.
-    pub fn carry_to(&mut self, grip_m: &[Vector3<f64>]) -> Result<(), HangError> {
-        self.go_to(self.weight_share, grip_m, |_| {})
-    }
-
-    /// Changes weight and grip together; `progress` receives the share done after each step.
-    ///
-    /// # Errors
-    /// As [`Self::carry_to`].
     pub fn go_to(&mut self, weight_share: f64, grip_m: &[Vector3<f64>], mut progress: impl FnMut(f64)) -> Result<(), HangError> {
         let grip = &self.suspension.grip;
         if grip_m.len() != grip.len() || !grip_m.iter().flatten().all(|x| x.is_finite()) {

@@ -84,7 +84,7 @@ impl Minimiser {
     ) -> Option<Vec<Vector3<f64>>> {
         let body = potential.body();
         let mut now = potential.assemble(displacement_m)?;
-        let pushed = body.pattern.multiply(&now.tangent, moved_m);
+        let pushed = body.tangent_times(&now, moved_m);
         for (n, residual) in now.residual_m2.iter_mut().enumerate() {
             for k in 0..3 {
                 residual[k] = if body.fixed[n][k] { -moved_m[n][k] } else { residual[k] + pushed[n][k] };

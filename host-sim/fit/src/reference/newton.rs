@@ -30,7 +30,6 @@ pub struct Press<'a> {
     body: &'a Body,
     probe: RigidProbe,
     place_m: Vector3<f64>,
-    stiffer: f64,
     solver: Minimiser,
     /// Displacement of every node [m].
     pub displacement_m: Vec<Vector3<f64>>,
@@ -56,20 +55,12 @@ impl<'a> Press<'a> {
             body,
             probe,
             place_m,
-            stiffer: 1.0,
             solver: Minimiser::new(body)?,
             displacement_m: rest.clone(),
             before_m: rest,
             depth_m: 0.0,
             last_step_m: 0.0,
         })
-    }
-
-    /// Makes contact stiffer by a factor, to check that its stiffness does not matter.
-    #[must_use]
-    pub fn with_stiffer_contact(mut self, factor: f64) -> Self {
-        self.stiffer *= factor;
-        self
     }
 
     /// Entries of the Cholesky factor.
@@ -95,7 +86,7 @@ impl<'a> Press<'a> {
     pub fn contact(&self, depth_m: f64) -> Contact {
         let probe = RigidProbe { tip_m: self.place_m - self.probe.axis * depth_m, ..self.probe };
         let softness_m = SOFTNESS * (self.probe.radius_m * depth_m.abs().max(LEAST_DEPTH * self.probe.radius_m)).sqrt();
-        Contact { probe, penalty_per_m: self.stiffer / softness_m }
+        Contact { probe, penalty_per_m: 1.0 / softness_m }
     }
 
     /// Returns force, penetration and contact area of the probe in the present state.

@@ -59,12 +59,6 @@ impl Statics {
         Self { rim: Some(Rim { node: node.to_vec(), stiffness_m: stiffness_m.clone() }), ..self.clone() }
     }
 
-    /// Returns the patch with its rim free.
-    #[must_use]
-    pub fn without_rim(&self) -> Self {
-        Self { rim: None, ..self.clone() }
-    }
-
     /// Returns the patch with some more nodes fixed.
     #[must_use]
     pub fn with_fixed(&self, node: &[usize]) -> Self {

@@ -24,7 +24,7 @@ fn place(file: &str, line: Option<usize>) -> String {
 /// Defect of a mesh file.
 ///
 /// `tet` and `node` are the numbers the file itself uses: element and node tags in Gmsh,
-/// first columns in `TetGen`, positions from 0 in VTK.
+/// positions from 0 in VTK.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs, reason = "each message names what its fields hold")]
 pub enum Defect {
@@ -39,9 +39,7 @@ pub enum Defect {
     #[error("length unit of {0} m: give a positive, finite number of metres per file unit")]
     LengthUnit(f64),
 
-    #[error(
-        "unknown mesh format (starts with `{starts}`): export as Gmsh 2.2 or 4.1 ASCII, TetGen .node/.ele or legacy ASCII VTK"
-    )]
+    #[error("unknown mesh format (starts with `{starts}`): export as Gmsh 2.2 or 4.1 ASCII, or as legacy ASCII VTK")]
     UnknownFormat { starts: String },
     #[error("XML VTK is not read: export as legacy ASCII VTK (.vtk)")]
     Xml,

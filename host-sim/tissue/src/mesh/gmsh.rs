@@ -24,7 +24,7 @@ enum Version {
 /// Reads a `.msh` file, whichever format its header announces.
 pub(super) fn read(file: &str, text: &str) -> Result<RawMesh, MeshError> {
     let mut lines = Lines::new(file, text);
-    let mut mesh = RawMesh::new("Gmsh 1", file, file);
+    let mut mesh = RawMesh::new("Gmsh 1", file);
     let mut version = Version::V1;
     let mut regions = None;
     let (mut has_nodes, mut has_elements) = (false, false);

@@ -1,7 +1,6 @@
-//! Tetrahedral meshes from files: Gmsh 1, 2.x and 4.1 ASCII, `TetGen`, legacy ASCII VTK.
+//! Tetrahedral meshes from files: Gmsh 1, 2.x and 4.1 ASCII, legacy ASCII VTK.
 
 use std::collections::BTreeMap;
-use std::ffi::OsStr;
 use std::path::Path;
 use std::{fs, io};
 
@@ -11,7 +10,6 @@ use super::error::{Defect, MeshError, printable, quoted};
 use super::quality::WorstTet;
 use super::raw::RawMesh;
 use super::resolve::resolve;
-use super::tetgen::{self, Source};
 use super::{TetMesh, gmsh, vtk};
 
 /// The most that is read of a file. 65 535 nodes and their tets take some 30 MB as text; the rest
@@ -51,7 +49,6 @@ pub struct ImportReport {
 }
 
 /// Reads, checks and orients the mesh in the file at `path`, `unit_m` metres per file unit.
-/// Of a `TetGen` pair either file will do.
 ///
 /// # Errors
 /// The first defect met: of the file, of its text, of a number in it, of the mesh.
@@ -79,12 +76,8 @@ pub fn import(path: &Path, unit_m: f64) -> Result<Imported, MeshError> {
     })
 }
 
-/// Only `TetGen` files have no header, so only they are known by their extension.
+/// A file is known by its header, whatever its extension.
 fn read(path: &Path) -> Result<RawMesh, MeshError> {
-    let extension = path.extension().map(OsStr::to_ascii_lowercase);
-    if extension.is_some_and(|text| text == "node" || text == "ele") {
-        return read_tetgen_pair(path);
-    }
     let (file, text) = (name(path), text(path)?);
     let head = text.trim_start();
     if head.starts_with('$') {
@@ -97,11 +90,6 @@ fn read(path: &Path) -> Result<RawMesh, MeshError> {
         let starts = quoted(head.lines().next().unwrap_or("").trim());
         Err(whole_file(path, Defect::UnknownFormat { starts }))
     }
-}
-
-fn read_tetgen_pair(path: &Path) -> Result<RawMesh, MeshError> {
-    let (node, ele) = (path.with_extension("node"), path.with_extension("ele"));
-    tetgen::read(&Source { file: &name(&node), text: &text(&node)? }, &Source { file: &name(&ele), text: &text(&ele)? })
 }
 
 /// The file as text. Bytes that are not text stay visible as replacement characters: harmless in

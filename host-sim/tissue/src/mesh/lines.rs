@@ -69,19 +69,12 @@ impl<'a> Iterator for Line<'a> {
 pub(super) struct Lines<'a> {
     file: &'a str,
     numbered: Enumerate<str::Lines<'a>>,
-    comment: Option<char>,
     reached: usize,
 }
 
 impl<'a> Lines<'a> {
     pub fn new(file: &'a str, text: &'a str) -> Self {
-        Self { file, numbered: text.lines().enumerate(), comment: None, reached: 0 }
-    }
-
-    /// From `mark` to the end of a line is comment.
-    pub fn with_comments(mut self, mark: char) -> Self {
-        self.comment = Some(mark);
-        self
+        Self { file, numbered: text.lines().enumerate(), reached: 0 }
     }
 
     /// The line read last.
@@ -93,11 +86,7 @@ impl<'a> Lines<'a> {
     pub fn any_line(&mut self) -> Option<Line<'a>> {
         let (index, line) = self.numbered.next()?;
         self.reached = index + 1;
-        let code = match self.comment {
-            Some(mark) => line.split(mark).next().unwrap_or(line),
-            None => line,
-        };
-        Some(Line { at: self.at(), text: code.trim(), words: code.split_whitespace() })
+        Some(Line { at: self.at(), text: line.trim(), words: line.split_whitespace() })
     }
 
     /// The next line, which the format requires.

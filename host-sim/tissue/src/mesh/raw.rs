@@ -5,10 +5,8 @@ use std::collections::BTreeMap;
 /// Nodes and tets under the numbers of their file.
 pub(super) struct RawMesh {
     pub format: &'static str,
-    /// File that holds the nodes.
-    pub node_file: String,
-    /// File that holds the tets; the same one except in `TetGen`.
-    pub tet_file: String,
+    /// Name of the file, for messages.
+    pub file: String,
     pub nodes: Vec<RawNode>,
     pub tets: Vec<RawTet>,
     /// Elements that are not tets, by kind.
@@ -31,15 +29,8 @@ pub(super) struct RawTet {
 }
 
 impl RawMesh {
-    pub fn new(format: &'static str, node_file: &str, tet_file: &str) -> Self {
-        Self {
-            format,
-            node_file: node_file.to_owned(),
-            tet_file: tet_file.to_owned(),
-            nodes: Vec::new(),
-            tets: Vec::new(),
-            ignored: BTreeMap::new(),
-        }
+    pub fn new(format: &'static str, file: &str) -> Self {
+        Self { format, file: file.to_owned(), nodes: Vec::new(), tets: Vec::new(), ignored: BTreeMap::new() }
     }
 
     pub fn ignore(&mut self, kind: &'static str) {

@@ -17,11 +17,7 @@ pub(super) fn resolve(raw: &RawMesh, unit_m: f64) -> Result<Solid, MeshError> {
     }
     let nodes = in_use.iter().filter(|used| **used).count();
     if nodes > MAX_NODES {
-        return Err(MeshError {
-            file: raw.node_file.clone(),
-            line: None,
-            defect: Defect::TooManyNodes { nodes, limit: MAX_NODES },
-        });
+        return Err(MeshError { file: raw.file.clone(), line: None, defect: Defect::TooManyNodes { nodes, limit: MAX_NODES } });
     }
     let mut new_index = vec![0_u32; raw.nodes.len()];
     let places = new_index.iter_mut().zip(&in_use);
@@ -35,8 +31,7 @@ pub(super) fn resolve(raw: &RawMesh, unit_m: f64) -> Result<Solid, MeshError> {
             tets: tets.iter().map(|tet| tet.map(|i| new_index[i])).collect(),
             regions: raw.tets.iter().map(|tet| tet.region).collect(),
         },
-        node_file: raw.node_file.clone(),
-        tet_file: raw.tet_file.clone(),
+        file: raw.file.clone(),
         node_origins: kept().map(|(&RawNode { number, line, .. }, _)| Origin { number, line }).collect(),
         tet_origins: raw.tets.iter().map(|tet| Origin { number: tet.number, line: tet.line }).collect(),
         unused_nodes: raw.nodes.len() - nodes,
@@ -52,7 +47,7 @@ fn tet_indices(raw: &RawMesh) -> Result<Vec<[usize; 4]>, MeshError> {
     let last = by_number.last().map_or(0, |&(number, _)| number);
     let mut tets = Vec::with_capacity(raw.tets.len());
     for tet in &raw.tets {
-        let error = |defect| MeshError { file: raw.tet_file.clone(), line: Some(tet.line), defect };
+        let error = |defect| MeshError { file: raw.file.clone(), line: Some(tet.line), defect };
         let mut indices = [0; 4];
         for (place, (index, &node)) in indices.iter_mut().zip(&tet.nodes).enumerate() {
             if tet.nodes.iter().take(place).any(|&before| before == node) {
@@ -79,7 +74,7 @@ fn nodes_by_number(raw: &RawMesh) -> Result<Vec<(u64, usize)>, MeshError> {
             && number == same
         {
             return Err(MeshError {
-                file: raw.node_file.clone(),
+                file: raw.file.clone(),
                 line: Some(raw.nodes[second].line),
                 defect: Defect::RepeatedNodeNumber { node: number, first_line: raw.nodes[first].line },
             });
@@ -94,5 +89,5 @@ fn no_tets(raw: &RawMesh) -> MeshError {
         [] => String::new(),
         kinds => format!(", only {}", kinds.join(", ")),
     };
-    MeshError { file: raw.tet_file.clone(), line: None, defect: Defect::NoTets { ignored } }
+    MeshError { file: raw.file.clone(), line: None, defect: Defect::NoTets { ignored } }
 }

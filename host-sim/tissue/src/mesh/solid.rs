@@ -7,8 +7,8 @@ use super::error::{Defect, MeshError};
 /// and topology are still unchecked.
 pub(super) struct Solid {
     pub mesh: TetMesh,
-    pub node_file: String,
-    pub tet_file: String,
+    /// Name of the file, for messages.
+    pub file: String,
     /// Shape `[nodes]`.
     pub node_origins: Vec<Origin>,
     /// Shape `[tets]`.
@@ -35,14 +35,14 @@ impl Solid {
     }
 
     pub fn error_at_node(&self, index: usize, defect: Defect) -> MeshError {
-        MeshError { file: self.node_file.clone(), line: Some(self.node(index).line), defect }
+        MeshError { file: self.file.clone(), line: Some(self.node(index).line), defect }
     }
 
     pub fn error_at_tet(&self, index: usize, defect: Defect) -> MeshError {
-        MeshError { file: self.tet_file.clone(), line: Some(self.tet(index).line), defect }
+        MeshError { file: self.file.clone(), line: Some(self.tet(index).line), defect }
     }
 
     pub fn error(&self, defect: Defect) -> MeshError {
-        MeshError { file: self.tet_file.clone(), line: None, defect }
+        MeshError { file: self.file.clone(), line: None, defect }
     }
 }

@@ -19,7 +19,7 @@ pub(super) fn read(file: &str, text: &str) -> Result<RawMesh, MeshError> {
     header(&mut lines)?;
     let mut words = Words::new(lines);
     data_set(&mut words)?;
-    let mut mesh = RawMesh::new("legacy VTK", file, file);
+    let mut mesh = RawMesh::new("legacy VTK", file);
     let mut cells = None;
     let mut has_types = false;
     while let Some(word) = words.next_section()? {

@@ -78,7 +78,7 @@ fn a_soft_layer_and_two_bars_are_springs_in_series() {
     let (tied, grip) = two(0.0, [60, 80], stiffness_per_m);
     let mut hanging = Hanging::new(&tied).expect("small");
     let pull_m = 1e-5;
-    hanging.carry_to(&vec![Vector3::new(0.0, 0.0, -pull_m); grip.len()]).expect("can be pulled");
+    hanging.go_to(0.0, &vec![Vector3::new(0.0, 0.0, -pull_m); grip.len()], |_| {}).expect("can be pulled");
     let force = -hanging.support(grip).force_m2.z;
     assert_within("force", force, pull_m * SIDE_M * SIDE_M / (BOTH_M + 1.0 / stiffness_per_m), 0.001);
     // one surface's quadrature does not see the sides of the other's triangles: pressure is even
@@ -101,12 +101,12 @@ fn what_cannot_hang_is_refused() {
     assert!(matches!(make().with_grip(&[99_999]).err(), Some(HangError::Grip { node: 99_999, .. })));
     let held = make().with_grip(&[0, 1, 2]).expect("there");
     let mut hanging = Hanging::new(&held).expect("small");
-    assert_eq!(hanging.carry_to(&[down]).err(), Some(HangError::Moves { given: 1, nodes: 3 }));
-    assert_eq!(hanging.carry_to(&[down * f64::NAN; 3]).err(), Some(HangError::Moves { given: 3, nodes: 3 }));
+    assert_eq!(hanging.go_to(0.0, &[down], |_| {}).err(), Some(HangError::Moves { given: 1, nodes: 3 }));
+    assert_eq!(hanging.go_to(0.0, &[down * f64::NAN; 3], |_| {}).err(), Some(HangError::Moves { given: 3, nodes: 3 }));
     // a block turned into its mirror image is inside out from half way on
     let all: Vec<u32> = (0..make().body().mesh.nodes_m.len() as u32).collect();
     let whole = make().with_grip(&all).expect("there");
     let mirrored: Vec<_> = whole.body().mesh.nodes_m.iter().map(|x| Vector3::new(SIDE_M - 2.0 * x.x, 0.0, 0.0)).collect();
-    let stalled = Hanging::new(&whole).expect("small").carry_to(&mirrored).expect_err("cannot be");
+    let stalled = Hanging::new(&whole).expect("small").go_to(0.0, &mirrored, |_| {}).expect_err("cannot be");
     assert!(matches!(stalled, HangError::Stalled { share, .. } if (0.49..0.5).contains(&share)), "{stalled}");
 }

@@ -82,7 +82,7 @@ fn supports_and_grip_carry_the_weight_and_its_moment() {
         Suspension::new(body).with_weight(&densities, gravity, 3500.0).expect("sound").with_grip(&grip).expect("there");
     let mut hanging = Hanging::new(&suspension).expect("small");
     hanging.weigh(1.0).expect("hangs");
-    hanging.carry_to(&vec![Vector3::new(-0.005, 0.004, 0.02); grip.len()]).expect("lifts");
+    hanging.go_to(1.0, &vec![Vector3::new(-0.005, 0.004, 0.02); grip.len()], |_| {}).expect("lifts");
     // mass and its moment from the corners alone, quadrature of the deformed places: nothing of the
     // nodal weights
     let mut mass_kg = 0.0;

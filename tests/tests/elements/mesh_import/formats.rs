@@ -1,6 +1,6 @@
 //! Which files are taken for what, and what is refused as a whole.
 
-use crate::mesh_import::{import_files, import_text, message};
+use crate::mesh_import::{import_text, message};
 
 const ONE_TET: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n$Elements\n1\n1 4 2 9 1 1 2 3 4\n$EndElements\n";
 
@@ -14,17 +14,6 @@ fn line_ends_byte_order_mark_and_extension_do_not_matter() {
     for (name, text) in [("a.msh", &dos), ("a.MSH", &marked), ("mesh", &spaced), ("a.txt", &dos)] {
         assert_eq!(import_text(name, text).unwrap(), expected, "{text:?}");
     }
-}
-
-#[test]
-fn either_file_of_a_tetgen_pair_finds_the_other() {
-    let node = ("a.1.node", b"4 3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n".as_slice());
-    let ele = ("a.1.ele", b"1 4\n1 1 2 3 4\n".as_slice());
-    let from_node = import_files(&[node, ele]).unwrap();
-    assert_eq!(from_node, import_files(&[ele, node]).unwrap());
-    assert_eq!(from_node.report.format, "TetGen");
-    let missing = message(import_files(&[node]));
-    assert!(missing.starts_with("a.1.ele: cannot read the file ("), "{missing}");
 }
 
 #[test]
@@ -44,7 +33,12 @@ fn what_is_not_read_is_refused_by_name() {
         (
             "a.stl",
             "solid organ\nfacet".into(),
-            "a.stl: unknown mesh format (starts with `solid organ`): export as Gmsh 2.2 or 4.1 ASCII, TetGen .node/.ele or legacy ASCII VTK",
+            "a.stl: unknown mesh format (starts with `solid organ`): export as Gmsh 2.2 or 4.1 ASCII, or as legacy ASCII VTK",
+        ),
+        (
+            "a.1.node",
+            "4  3  0  0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n".into(),
+            "a.1.node: unknown mesh format (starts with `4  3  0  0`): export as Gmsh 2.2 or 4.1 ASCII, or as legacy ASCII VTK",
         ),
         ("a.vtu", "<?xml version=\"1.0\"?>\n".into(), "a.vtu: XML VTK is not read: export as legacy ASCII VTK (.vtk)"),
         ("a.vtu", "<VTKFile>".into(), "a.vtu: XML VTK is not read: export as legacy ASCII VTK (.vtk)"),
@@ -76,8 +70,6 @@ fn what_is_not_read_is_refused_by_name() {
     ] {
         assert_eq!(message(import_text(name, &text)), expected);
     }
-    let quadratic = [("a.ele", b"1 10\n1 1 2 3 4 5 6 7 8 9 10".as_slice()), ("a.node", b"1 3\n1 0 0 0")];
-    assert_eq!(message(import_files(&quadratic)), "a.ele:1: tets of higher order are not read: export with 4 nodes a tet");
 }
 
 #[test]

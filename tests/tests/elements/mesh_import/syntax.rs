@@ -1,7 +1,7 @@
 //! Every defect of the text of a file is named with its place and its remedy.
 
 use crate::mesh_import::defects::edited;
-use crate::mesh_import::{import_files, import_text, message};
+use crate::mesh_import::{import_text, message};
 
 #[test]
 fn each_defect_of_the_text_has_its_own_line() {
@@ -46,43 +46,6 @@ fn each_defect_of_the_text_has_its_own_line() {
         message(import_text("a.msh", "$ELM\n0\n$ENDELM\n")),
         "a.msh:3: no $NOD section: re-export the mesh with its nodes and tets"
     );
-}
-
-#[test]
-fn each_file_of_a_tetgen_pair_is_named_for_its_own_defects() {
-    let node = "5 3 0 0\n0 0 0 0\n1 1 0 0\n2 0 1 0\n3 0 0 1\n4 1 1 1\n";
-    let ele = "2 4 1\n0 0 1 2 3 7\n1 1 2 3 4 8\n";
-    let pair = |node: &str, ele: &str| import_files(&[("a.ele", ele.as_bytes()), ("a.node", node.as_bytes())]);
-    assert_eq!(pair(node, ele).unwrap().mesh.regions, [7, 8]);
-    for (node, ele, expected) in [
-        (
-            node,
-            &*ele.replace("3 4 8", "3 5 8"),
-            "a.ele:3: tet 1 names node 5, but the file has 5 nodes: fix the element or re-export the mesh",
-        ),
-        (
-            node,
-            &ele.replace("4 8", "4 -8"),
-            "a.ele:3: expected a region number (whole, from 0), found `-8`: fix the line or re-export the mesh",
-        ),
-        (
-            node,
-            &ele.replace("4 8", "4 0.5"),
-            "a.ele:3: expected a region number (whole, from 0), found `0.5`: fix the line or re-export the mesh",
-        ),
-        (
-            node,
-            &ele.replace("4 8", "4"),
-            "a.ele:3: the line ends before the region attribute: fix the line or re-export the mesh",
-        ),
-        (node, &ele.replace("2 4 1", "1 4 1"), "a.ele:3: .ele announces 1 tets but goes on: re-export the mesh"),
-        (&node.replace("5 3", "5 2"), ele, "a.node:1: expected the dimension 3, found `2`: fix the line or re-export the mesh"),
-        (&node.replace("4 1 1 1", "4 1 0 0"), ele, "a.node:6: node 4 is exactly where node 1 is (line 3): merge duplicate nodes"),
-        (&node.replace("4 1 1 1\n", ""), ele, "a.node:5: .node announces 5 nodes but holds 4: re-export the mesh"),
-        ("# nothing\n", ele, "a.node:1: the file ends before the number of nodes: it is cut short, re-export the mesh"),
-    ] {
-        assert_eq!(message(pair(node, ele)), expected);
-    }
 }
 
 #[test]

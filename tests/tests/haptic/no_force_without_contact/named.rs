@@ -5,6 +5,8 @@ use palpate::{Fault, Vector3};
 use palpate_loop::closed_loop::paths::{Leg, PathCase, PathGround, PathOutcome, Route};
 use palpate_tests::share::Share;
 
+use crate::no_force_without_contact::patch_named;
+
 /// Ticks of rest at the end of every path.
 const REST_TICKS: usize = 2000;
 
@@ -22,7 +24,7 @@ fn follow(ground: &PathGround, patch: &str, kpa: f64, device: &str, route: Route
         number: 0,
         seed: 0,
         kind: 0,
-        patch: ground.patch_named(patch).expect("a shipped patch"),
+        patch: patch_named(ground, patch),
         device: ground.devices.iter().position(|d| d.count_m == count_m(device)).expect("a device"),
         youngs_modulus_pa: kpa * 1e3,
         guarded: false,
@@ -80,7 +82,7 @@ fn out_through_the_side_leaves_no_force_at_other_speeds_places_patches_and_devic
                     if !share.takes() {
                         continue;
                     }
-                    let on = &ground.patches[ground.patch_named(patch).unwrap()];
+                    let on = &ground.patches[patch_named(&ground, patch)];
                     let mut route = path(&[[0.0, 1.0, 4.0], [6.0, -0.7, -3.8], side], m_per_s);
                     route.at_m.iter_mut().for_each(|x| *x = on.point_m(&(*x).into()));
                     let (outcome, rest_n) = follow(&ground, patch, kpa, device, route);
@@ -106,7 +108,7 @@ fn fast_and_sharp_round_the_tissue_is_free_space() {
     let ground = PathGround::load().unwrap();
     let mut bad = Vec::new();
     for patch in ["block-m4f-168", "block-m7-480", "nodule-m7-480", "liver-m4f-168", "block-130", "block-410"] {
-        let on = &ground.patches[ground.patch_named(patch).unwrap()];
+        let on = &ground.patches[patch_named(&ground, patch)];
         let [low, high] = on.extent_m.map(|corner| corner.map(|c| 1e3 * c));
         for out_mm in [12.0, 25.0] {
             for axis in [0, 1] {

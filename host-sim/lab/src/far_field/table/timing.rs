@@ -232,7 +232,8 @@ mod tests {
         for (edge, found) in RimTreatment::ALL.into_iter().zip(forces_n) {
             // the elements are those of the patch that ran
             let own = contestant(&setting, &edges, &patch, edge);
-            let statics = edges.statics(&Statics::of(&own.model(), &setting.params).unwrap().without_rim(), edge).unwrap();
+            let free = Model { rim_nodes: &[], rim_edges: &[], ..own.model() };
+            let statics = edges.statics(&Statics::of(&free, &setting.params).unwrap(), edge).unwrap();
             let balanced = Setting::forces(&statics, &solver(&statics), setting.site_m, &[depth_m])[0].unwrap();
             let wanted = balanced * f64::from(setting.params.youngs_modulus_pa);
             println!("{}: {found:.5} N, statics {wanted:.5} N", edge.name());

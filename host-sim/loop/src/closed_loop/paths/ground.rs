@@ -68,12 +68,6 @@ impl PathGround {
         let devices: Result<Vec<DeviceProfile>, Error> = PROFILES.iter().map(|(name, _)| DeviceProfile::load(name)).collect();
         Ok(Self { patches: patches?, devices: devices? })
     }
-
-    /// The index of a patch by name.
-    #[must_use]
-    pub fn patch_named(&self, name: &str) -> Option<usize> {
-        self.patches.iter().position(|p| p.name == name)
-    }
 }
 
 impl PathPatch {

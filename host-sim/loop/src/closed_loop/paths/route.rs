@@ -51,12 +51,6 @@ impl Route {
         }
         Self { at_m }
     }
-
-    /// Highest speed between two ticks [m/s].
-    #[must_use]
-    pub fn fastest_m_per_s(&self) -> f64 {
-        self.at_m.windows(2).map(|w| (w[1] - w[0]).norm() / TICK_S).fold(0.0, f64::max)
-    }
 }
 
 /// The running mean over `width` ticks, which lags by half of it.

@@ -157,14 +157,6 @@ impl RestSolid {
         self.boundary_tree.nearest(&(*p).into(), square).map_or(f64::INFINITY, |(_, square)| square.sqrt())
     }
 
-    /// Whether the boundary nearest to a point can be touched.
-    #[must_use]
-    pub fn touchable(&self, p: &Vector3<f64>) -> bool {
-        let square = |n: usize| (self.on(&self.boundary[n], p) - p).norm_squared();
-        let Some((_, boundary)) = self.boundary_tree.nearest(&(*p).into(), square) else { return false };
-        self.skin_near(p).is_some_and(|(foot_m, _)| (foot_m - p).norm_squared() <= boundary + FACE_M * FACE_M)
-    }
-
     /// Lower and upper corner of the tissue [m], along three axes from a point.
     #[must_use]
     pub fn extent_m(&self, from_m: &Vector3<f64>, axes: &[Vector3<f64>; 3]) -> [[f64; 3]; 2] {
