@@ -94,6 +94,16 @@ pub enum BuildError {
     },
 }
 
+impl BuildError {
+    /// Checks a parameter against its range; NaN is outside every range.
+    ///
+    /// # Errors
+    /// [`Self::OutOfRange`], if `value` is not between `min` and `max`.
+    pub fn within(parameter: &'static str, value: f32, min: f32, max: f32) -> Result<(), Self> {
+        if min <= value && value <= max { Ok(()) } else { Err(Self::OutOfRange { parameter, value, min, max }) }
+    }
+}
+
 impl fmt::Display for BuildError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {

@@ -54,11 +54,5 @@ pub(crate) fn between(x: f32, low: f32, high: f32) -> f32 {
 
 /// Names the first value outside its range: (name, value, smallest, largest).
 pub(crate) fn within(ranges: &[(&'static str, f32, f32, f32)]) -> Result<(), BuildError> {
-    for &(parameter, value, min, max) in ranges {
-        // written so that NaN is outside every range
-        if !(min <= value && value <= max) {
-            return Err(BuildError::OutOfRange { parameter, value, min, max });
-        }
-    }
-    Ok(())
+    ranges.iter().try_for_each(|&(parameter, value, min, max)| BuildError::within(parameter, value, min, max))
 }

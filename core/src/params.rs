@@ -64,7 +64,8 @@ impl GuardLimits {
 /// let firm = Params { youngs_modulus_pa: 20e3, limits, ..Params::default() };
 /// assert_eq!(firm.check(), Ok(()));
 /// let wrong_unit = Params { youngs_modulus_pa: 0.02, ..firm };
-/// assert!(matches!(wrong_unit.check(), Err(BuildError::OutOfRange { parameter: "youngs_modulus_pa", .. })));
+/// let Err(BuildError::OutOfRange { parameter, .. }) = wrong_unit.check() else { panic!() };
+/// assert_eq!(parameter, "youngs_modulus_pa");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Params {
@@ -459,9 +460,7 @@ impl Params {
             ("substeps", f32::from(self.substeps), 1.0, 1000.0),
         ];
         for (parameter, value, min, max) in ranges {
-            if !(min <= value && value <= max) {
-                return Err(BuildError::OutOfRange { parameter, value, min, max });
-            }
+            BuildError::within(parameter, value, min, max)?;
         }
         prony::check(self.relaxes(), self.tick_s)
     }

@@ -22,7 +22,8 @@ const MOST_TICKS: f32 = 2e5;
 /// use palpate::{Params, PronyTerm};
 ///
 /// // of the force at first contact, 57 % fades in a hold of half a minute
-/// let (fast, slow) = (PronyTerm { share: 0.3, time_s: 0.3 }, PronyTerm { share: 0.27, time_s: 4.7 });
+/// let fast = PronyTerm { share: 0.3, time_s: 0.3 };
+/// let slow = PronyTerm { share: 0.27, time_s: 4.7 };
 /// let tissue = Params { relaxation: [fast, slow, PronyTerm::NONE], ..Params::default() };
 /// assert_eq!(tissue.check(), Ok(()));
 /// assert!((tissue.long_term_modulus_pa() / tissue.youngs_modulus_pa - 0.43).abs() < 1e-6);
@@ -49,18 +50,13 @@ pub(super) fn faded_share(terms: &[PronyTerm; MOST_TERMS]) -> f32 {
 pub(super) fn check(terms: &[PronyTerm; MOST_TERMS], tick_s: f32) -> Result<(), BuildError> {
     const SHARE: [&str; MOST_TERMS] = ["relaxation[0].share", "relaxation[1].share", "relaxation[2].share"];
     const TIME: [&str; MOST_TERMS] = ["relaxation[0].time_s", "relaxation[1].time_s", "relaxation[2].time_s"];
-    // NaN is outside every range
-    let within = |parameter, value: f32, min: f32, max: f32| match min <= value && value <= max {
-        true => Ok(()),
-        false => Err(BuildError::OutOfRange { parameter, value, min, max }),
-    };
     for ((term, share), time) in terms.iter().zip(SHARE).zip(TIME) {
-        within(share, term.share, 0.0, MOST_SHARE)?;
+        BuildError::within(share, term.share, 0.0, MOST_SHARE)?;
         if term.share > 0.0 {
-            within(time, term.time_s, tick_s, MOST_TICKS * tick_s)?;
+            BuildError::within(time, term.time_s, tick_s, MOST_TICKS * tick_s)?;
         }
     }
-    within("relaxation shares in all", faded_share(terms), 0.0, MOST_SHARE)
+    BuildError::within("relaxation shares in all", faded_share(terms), 0.0, MOST_SHARE)
 }
 
 /// A relaxation function for steps of one substep, exact for forces that are linear within each.

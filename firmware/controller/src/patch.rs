@@ -87,10 +87,10 @@ impl<'a> Patch<'a> {
         after_round();
         let (model, mut params) = (file.model, file.params);
         // speeds and masses are given per tick: with another one the guard would admit other speeds
-        within(TICK, params.tick_s, TICK_S, TICK_S)?;
-        within(SUBSTEP, params.tick_s / f32::from(params.substeps.max(1)), 0.0, file.stable_dt_s)?;
-        within(DASHPOT, params.contact_damping, LEAST_DASHPOT, 1.0)?;
-        within(EXPONENT, params.stiffening_b, 0.0, 0.0)?;
+        BuildError::within(TICK, params.tick_s, TICK_S, TICK_S)?;
+        BuildError::within(SUBSTEP, params.tick_s / f32::from(params.substeps.max(1)), 0.0, file.stable_dt_s)?;
+        BuildError::within(DASHPOT, params.contact_damping, LEAST_DASHPOT, 1.0)?;
+        BuildError::within(EXPONENT, params.stiffening_b, 0.0, 0.0)?;
         let packed_pa = params.youngs_modulus_pa;
         let (mut tuned, scratch) = memory.judge(&model, &params, after_round)?;
         if model.spring_rows.is_empty() {
@@ -106,7 +106,7 @@ impl<'a> Patch<'a> {
         step::check(&model, &stiffest, &tuned, scratch)?;
         after_round();
         if let Some(asked) = youngs_modulus_pa {
-            within(MODULUS, asked, 0.5 * packed_pa, 2.0 * packed_pa)?;
+            BuildError::within(MODULUS, asked, 0.5 * packed_pa, 2.0 * packed_pa)?;
             params.youngs_modulus_pa = asked;
         }
         let placement = Placement::new(file.site_m, params.probe.axis);
@@ -119,7 +119,7 @@ impl<'a> Patch<'a> {
     /// # Errors
     /// [`BuildError::OutOfRange`]: not between half and twice the packed one.
     pub fn ask_modulus(&mut self, youngs_modulus_pa: f32) -> Result<(), BuildError> {
-        within(MODULUS, youngs_modulus_pa, 0.5 * self.packed_pa, 2.0 * self.packed_pa)?;
+        BuildError::within(MODULUS, youngs_modulus_pa, 0.5 * self.packed_pa, 2.0 * self.packed_pa)?;
         self.asked_pa = Some(youngs_modulus_pa);
         Ok(())
     }
@@ -158,11 +158,6 @@ impl<'a> Patch<'a> {
     pub fn placement(&self) -> &Placement {
         &self.placement
     }
-}
-
-pub(crate) fn within(parameter: &'static str, value: f32, min: f32, max: f32) -> Result<(), BuildError> {
-    // NaN is outside
-    if min <= value && value <= max { Ok(()) } else { Err(BuildError::OutOfRange { parameter, value, min, max }) }
 }
 
 /// The patch under the device, or none while another one is uploaded. Arming without a patch is a

@@ -7,3 +7,19 @@
 pub mod local_compression;
 pub mod report;
 pub mod volume_preserved;
+
+/// A display for a person who waits for a run.
+pub trait Progress: Sync {
+    /// The run goes on with this, in a few words.
+    fn say(&self, doing: String);
+
+    /// The run is done, and prints what it found.
+    fn clear(&self);
+}
+
+/// Nobody waits.
+impl Progress for () {
+    fn say(&self, _: String) {}
+
+    fn clear(&self) {}
+}

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::Common;
+use super::progress::Status;
 use crate::error::Error;
 use palpate_charts::{self as charts, ConvergencePoint};
 use palpate_fit::calibrate::accuracy::{self, Accuracy, PLACES};
@@ -30,8 +30,6 @@ const FINE_RADII: f64 = 1.25;
 /// Elements larger than this share of the probe's radius get nine foundation points per triangle
 /// instead of four.
 const NINE_ABOVE: f64 = 0.4;
-/// A progress bar appears on a terminal when a run takes longer than this [s].
-const QUIET_S: f64 = 2.0;
 /// Places that can be asked for.
 const PLACES_RANGE: std::ops::RangeInclusive<usize> = 1..=2000;
 /// Nodes, places and rounds of a fit with `--quick`.
@@ -140,10 +138,11 @@ impl CalibrateArgs {
         );
         println!("\n{:>11} {:>12} {:>12} {:>10} {:>8}", "evaluations", "cost", "force rms %", "dent mm", "time s");
         let settings = Settings { places, rounds, fit: self.fit.into() };
-        let bar = Bar::new();
-        let calibration = calibrate(&tissue, &material, None, &params, &targets, &settings, &mut |r: &Round| bar.say(r))
-            .map_err(|cause| TissueError::Usage(format!("scene {}: {cause}", scene.name)))?;
-        bar.0.finish_and_clear();
+        let status = Status::start();
+        let calibration =
+            calibrate(&tissue, &material, None, &params, &targets, &settings, &mut |r: &Round| status.above(|| print_round(r)))
+                .map_err(|cause| TissueError::Usage(format!("scene {}: {cause}", scene.name)))?;
+        status.clear();
         self.write(folder, &scene, &answer, &calibration)
     }
 
@@ -307,27 +306,8 @@ struct Summary<'a> {
     accuracy: &'a Accuracy,
 }
 
-/// The record on the terminal, and a spinner between its lines.
-struct Bar(ProgressBar);
-
-impl Bar {
-    fn new() -> Self {
-        let bar = ProgressBar::new_spinner();
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed}") {
-            bar.set_style(style);
-        }
-        bar.enable_steady_tick(std::time::Duration::from_secs_f64(QUIET_S / 4.0));
-        Self(bar)
-    }
-
-    fn say(&self, r: &Round) {
-        self.0.suspend(|| {
-            println!(
-                "{:>11} {:>12.1} {:>12.3} {:>10.4} {:>8.1}",
-                r.evaluations, r.cost, r.force_rms_pct, r.dent_mean_mm, r.elapsed_s
-            );
-        });
-    }
+fn print_round(r: &Round) {
+    println!("{:>11} {:>12.1} {:>12.3} {:>10.4} {:>8.1}", r.evaluations, r.cost, r.force_rms_pct, r.dent_mean_mm, r.elapsed_s);
 }
 
 impl From<FitName> for Fit {

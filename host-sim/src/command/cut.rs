@@ -1,11 +1,11 @@
 //! `palpate cut`: a patch cut out of a whole organ, with its far field, calibrated.
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::Common;
 use super::pack::BoardArg;
+use super::progress::Status;
 use crate::error::Error;
 use palpate_fit::calibrate::Round;
 use palpate_fit::calibrate::accuracy::Accuracy;
@@ -72,10 +72,10 @@ impl CutArgs {
             }
             recipe
         };
-        let bar = bar();
+        let status = Status::start();
         let fine_m = match self.element_m {
             Some(fine_m) => fine_m,
-            None => smallest_element(&scene, machine, probe_m, &recipe, &bar)?,
+            None => smallest_element(&scene, machine, probe_m, &recipe, &status)?,
         };
         let recipe = recipe(fine_m);
         let prepared = Prepared::of(&scene, &recipe)?;
@@ -84,18 +84,18 @@ impl CutArgs {
             return Err(too_slow(&prepared.patch(), &before, machine));
         }
         let folder = OutputFolder::open(&common.folder("cut"))?;
-        bar.set_message("finite elements of the whole");
+        status.say("finite elements of the whole");
         let truth = Truth::of(&scene, &prepared.placed, |done, all| {
-            bar.set_message(format!("finite elements of the whole: {done} of {all} presses"));
+            status.say(format!("finite elements of the whole: {done} of {all} presses"));
         })?;
         let mut rounds = 0;
         let fitted = prepared.fit(&truth, &recipe.settings, &mut |r: &Round| {
             rounds += 1;
-            bar.set_message(format!("fit: round {rounds}, force error {:.2} % rms", r.force_rms_pct));
+            status.say(format!("fit: round {rounds}, force error {:.2} % rms", r.force_rms_pct));
         })?;
         let session = Session::of_fitted(machine, fitted.patch.clone(), fitted.params)?;
         let cost = cost(&session.patch, machine, probe_m, session.params.substeps);
-        bar.finish_and_clear();
+        status.clear();
         if cost.units > cost.budget {
             return Err(too_slow(&session.patch, &cost, machine));
         }
@@ -108,16 +108,6 @@ impl CutArgs {
         }
         write(folder, &scene, &prepared, &fitted, &session, machine, &cost)
     }
-}
-
-/// A line that says what is being done.
-pub(super) fn bar() -> ProgressBar {
-    let bar = ProgressBar::new_spinner();
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(std::time::Duration::from_millis(200));
-    bar
 }
 
 fn cost(patch: &Patch, machine: &Machine, radius_m: f64, substeps: u16) -> Cost {
@@ -145,10 +135,10 @@ fn smallest_element(
     machine: &Machine,
     probe_m: f64,
     recipe: &impl Fn(f64) -> Recipe,
-    bar: &ProgressBar,
+    status: &Status,
 ) -> Result<f64, Error> {
     let fits = |fine_m: f64| {
-        bar.set_message(format!("elements of {:.2} mm", fine_m * 1e3));
+        status.say(format!("elements of {:.2} mm", fine_m * 1e3));
         let patch = Prepared::of(scene, &recipe(fine_m))?.patch();
         let cost = cost(&patch, machine, probe_m, 1);
         if cost.units <= cost.budget { Ok(()) } else { Err(too_slow(&patch, &cost, machine)) }

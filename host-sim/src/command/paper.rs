@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+use super::progress::Status;
 use crate::error::Error;
-use palpate_lab::paper::{local_compression, volume_preserved};
+use palpate_lab::paper::{Progress, local_compression, volume_preserved};
 
 #[derive(Clone, Debug, Subcommand)]
 pub(super) enum PaperCommand {
@@ -62,13 +63,25 @@ impl PaperCommand {
         match self {
             Self::VolumePreserved(args) => {
                 let options = volume_preserved::Options { scene: args.scene.clone(), quick: args.quick, solve: args.solve };
-                Ok(volume_preserved::run(&options, &folder(args.out.as_ref(), "volume-preserved"))?)
+                let folder = folder(args.out.as_ref(), "volume-preserved");
+                Ok(volume_preserved::run(&options, &folder, &Status::start())?)
             }
             Self::LocalCompression(args) => {
                 let options = local_compression::Options { quick: args.quick, scene: args.scene.clone() };
-                Ok(local_compression::run(&options, &folder(args.out.as_ref(), "local-compression"))?)
+                let folder = folder(args.out.as_ref(), "local-compression");
+                Ok(local_compression::run(&options, &folder, &Status::start())?)
             }
         }
+    }
+}
+
+impl Progress for Status {
+    fn say(&self, doing: String) {
+        Self::say(self, doing);
+    }
+
+    fn clear(&self) {
+        Self::clear(self);
     }
 }
 

@@ -6,8 +6,8 @@ mod worth;
 use clap::Args;
 
 use super::Common;
-use super::cut::bar;
 use super::pack::machine;
+use super::progress::Status;
 use crate::error::Error;
 use palpate_fit::plan::{Bench, Known, Supply, search};
 use palpate_tissue::budget::Machine;
@@ -40,9 +40,9 @@ impl PlanArgs {
         let mut folder = OutputFolder::open(&self.common.folder("plan"))?;
         // an earlier plan's patch must not be taken for this one's
         folder.drop_earlier(&format!("{}-{}.patch", scene.name, machine.name));
-        let bar = bar();
-        let known = Known::of(&scene, asked, |what| bar.set_message(what.to_owned()))?;
-        let progress = |what: &str| bar.set_message(what.to_owned());
+        let status = Status::start();
+        let known = Known::of(&scene, asked, |what| status.say(what))?;
+        let progress = |what: &str| status.say(what);
         let bench = Bench {
             scene: &scene,
             machine,
@@ -53,7 +53,7 @@ impl PlanArgs {
             progress: &progress,
         };
         let outcome = search(&bench, &mut Supply::of(&scene, machine, self.quick))?;
-        bar.finish_and_clear();
+        status.clear();
         report::write(folder, &bench, &outcome)?;
         Ok(outcome.check(machine, asked).map(|_| ())?)
     }

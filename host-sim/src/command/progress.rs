@@ -87,6 +87,35 @@ impl Spinner {
     }
 }
 
+/// Work that says in words what it is doing; on a terminal only.
+#[cfg(feature = "full")]
+pub(super) struct Status(ProgressBar);
+
+#[cfg(feature = "full")]
+impl Status {
+    pub(super) fn start() -> Self {
+        let style = ProgressStyle::with_template("{spinner} {elapsed} {msg}");
+        let bar = ProgressBar::new_spinner().with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Self(bar)
+    }
+
+    /// The work goes on with this.
+    pub(super) fn say(&self, doing: impl Into<String>) {
+        self.0.set_message(doing.into());
+    }
+
+    /// Prints above the line.
+    pub(super) fn above(&self, print: impl FnOnce()) {
+        self.0.suspend(print);
+    }
+
+    /// Leaves the terminal clean.
+    pub(super) fn clear(&self) {
+        self.0.finish_and_clear();
+    }
+}
+
 /// Work that names each of its steps; on a terminal only.
 #[cfg(feature = "full")]
 #[derive(Default)]

@@ -58,7 +58,7 @@ impl Budget {
     /// # Errors
     /// [`BuildError::OutOfRange`] with [`COST`].
     pub fn check(&self, file: &PatchFile<'_>, touched: usize) -> Result<(), BuildError> {
-        super::within(COST, cycles(file, touched), 0.0, self.cycles)
+        BuildError::within(COST, cycles(file, touched), 0.0, self.cycles)
     }
 }
 

@@ -21,18 +21,18 @@ const UNIT: f32 = 1e-5;
 pub fn check(file: &PatchFile<'_>) -> Result<usize, BuildError> {
     let (model, axis) = (&file.model, file.params.probe.axis);
     // a longer axis would stretch forces on their way to the device
-    super::within(AXIS_LENGTH, axis.dot(&axis), 1.0 - UNIT, 1.0 + UNIT)?;
+    BuildError::within(AXIS_LENGTH, axis.dot(&axis), 1.0 - UNIT, 1.0 + UNIT)?;
     let (mut touched, mut outward_m2) = (0_usize, Vector3::zeros());
     for corners in in_reach(file) {
         touched += 1;
         let [a, b, c] = corners;
         outward_m2 += (b - a).cross(&(c - a));
     }
-    super::within(SITE, touched as f32, 1.0, f32::MAX)?;
-    super::within(AXIS, if outward_m2.dot(&axis) > 0.0 { 1.0 } else { 0.0 }, 1.0, 1.0)?;
+    BuildError::within(SITE, touched as f32, 1.0, f32::MAX)?;
+    BuildError::within(AXIS, if outward_m2.dot(&axis) > 0.0 { 1.0 } else { 0.0 }, 1.0, 1.0)?;
     let below_m = |node: &palpate::NodeRest| (file.site_m - Vector3::from(node.rest_m)).dot(&axis);
     let deepest_m = model.nodes.iter().map(below_m).fold(0.0, |most: f32, depth| if depth > most { depth } else { most });
-    super::within(DEPTH, model.depth_limit_m, 0.0, deepest_m)?;
+    BuildError::within(DEPTH, model.depth_limit_m, 0.0, deepest_m)?;
     Ok(touched)
 }
 

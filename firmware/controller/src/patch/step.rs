@@ -69,7 +69,7 @@ pub fn check(
         if model.anchors.binary_search(&(index as u16)).is_err() {
             let fields = inertia.smooth.iter().zip(tuned.gains());
             let yields = inertia.step + fields.map(|(at, gain)| gain * (at * at)).sum::<f32>();
-            super::within(FLOOR, 1.0 / (yields * own_m * tuned.substep_s()), LEAST_FLOOR, MOST_MASS)?;
+            BuildError::within(FLOOR, 1.0 / (yields * own_m * tuned.substep_s()), LEAST_FLOOR, MOST_MASS)?;
         }
     }
     contact(model, stiffness_m, six_volume_m3)?;
@@ -89,7 +89,7 @@ fn contact(model: &Model<'_>, stiffness_m: &[f32], slope_m: &mut [f32]) -> Resul
         }
     }
     for (slope_m, own_m) in slope_m.iter().zip(stiffness_m) {
-        super::within(CONTACT, slope_m / own_m, 0.0, MOST_CONTACT)?;
+        BuildError::within(CONTACT, slope_m / own_m, 0.0, MOST_CONTACT)?;
     }
     Ok(())
 }
@@ -130,7 +130,7 @@ fn series(model: &Model<'_>, tuned: &Tuned<'_>, [shape, next]: [&mut [f32]; 2]) 
             *at /= largest;
         }
     }
-    super::within(SERIES, least, LEAST_SERIES, 1.0)
+    BuildError::within(SERIES, least, LEAST_SERIES, 1.0)
 }
 
 fn near_one(value: f32) -> bool {

@@ -10,6 +10,7 @@
 use palpate::{MOST_TERMS, Params, PronyTerm};
 use palpate_fit::half_space::HalfSpace;
 use palpate_tissue::patch::Memory;
+use palpate_tissue::scene::TICK_S;
 use rayon::prelude::*;
 
 use super::bench::{Bench, RADIUS_M, Run};
@@ -27,7 +28,6 @@ const LOADING: usize = 1000;
 const HELD: usize = 2000;
 const LEAVING: usize = 2000;
 const ABOVE: usize = 40;
-const TICK_S: f64 = 1e-3;
 /// Largest difference of loading, hold and way out over a force (1).
 const MOST: f64 = 0.02;
 /// Depth of lift-off over Ting's (1).

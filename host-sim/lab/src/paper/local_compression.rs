@@ -11,6 +11,7 @@ pub mod fit;
 pub mod hausdorff;
 pub mod identifiability;
 pub mod methods;
+mod progress;
 mod report;
 pub mod rest;
 pub mod scene;
@@ -23,11 +24,11 @@ pub mod truth;
 
 use std::path::Path;
 
-use indicatif::{ProgressBar, ProgressStyle};
-
 use crate::error::Error;
+use crate::paper::Progress;
 use crate::paper::report::{Report, print_claims};
 use palpate_tissue::output::OutputFolder;
+use progress::AnnealingProgress;
 use scene::{PRESETS, PressScene};
 use site::Site;
 use study::{Size, on_block, on_organ};
@@ -46,7 +47,7 @@ pub struct Options {
 ///
 /// # Errors
 /// A scene that cannot be, what the core or a method refuses, a folder that cannot be written.
-pub fn run(options: &Options, out: &Path) -> Result<(), Error> {
+pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), Error> {
     let size = if options.quick { Size::quick() } else { Size::full() };
     let names = options.scene.clone().map_or_else(|| PRESETS.map(|(name, _)| name.to_owned()).to_vec(), |name| vec![name]);
     // all that can be refused is refused before anything is computed
@@ -54,14 +55,13 @@ pub fn run(options: &Options, out: &Path) -> Result<(), Error> {
     let sites = scenes.iter().map(|scene| Site::of(scene, size.coarser)).collect::<Result<Vec<_>, _>>()?;
     let folder = OutputFolder::open(out)?;
     let trials = 2 * size.trials[0] + scenes.len() * size.trials[1];
-    let style = ProgressStyle::with_template("{bar:30} {percent} % of the annealing, {elapsed}, {msg}");
-    let bar = ProgressBar::new(trials as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    let block = on_block(&folder, &size, &bar)?;
+    let annealing = AnnealingProgress::new(progress, trials);
+    let block = on_block(&folder, &size, &annealing)?;
     let mut organs = Vec::new();
     for (scene, site) in scenes.into_iter().zip(sites) {
-        organs.push(on_organ(&folder, scene, site, &size, &bar)?);
+        organs.push(on_organ(&folder, scene, site, &size, &annealing)?);
     }
-    bar.finish_and_clear();
+    progress.clear();
 
     let machine = palpate_tissue::machine::processor();
     let mut report = Report::new("Paper 004, local compression deformation of soft tissue: its figures, run here");

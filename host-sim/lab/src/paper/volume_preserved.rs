@@ -19,10 +19,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use crate::paper_method::damper::DampingLaw;
-use indicatif::ProgressBar;
 use palpate::Fault;
 
 use crate::error::Error;
+use crate::paper::Progress;
 use assembly::Assembly;
 use method::{HangingMethod, Rest, Setup, hang};
 use palpate_tissue::output::OutputFolder;
@@ -83,20 +83,18 @@ const WEIGHT_M_PER_S2: [f64; 3] = [0.0, 0.0, -9.81];
 ///
 /// # Errors
 /// Bad scene; finite elements that do not converge; a promise of the product that did not hold.
-pub fn run(options: &Options, out: &Path) -> Result<(), Error> {
+pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), Error> {
     let scene = HangingScene::load(&options.scene)?;
     let sizes: &[usize] = if options.quick { &[1] } else { &[0, 1] };
     let assemblies = sizes.iter().map(|at| assemble(&scene, *at)).collect::<Result<Vec<_>, _>>()?;
     let folder = OutputFolder::open(out)?;
     let started = Instant::now();
-    let bar = ProgressBar::new_spinner();
-    bar.enable_steady_tick(std::time::Duration::from_millis(200));
     let mut resolutions = Vec::new();
     for (assembly, at) in assemblies.into_iter().zip(sizes) {
-        resolutions.push(at_resolution(assembly, NAMES[*at], &METHODS, options.solve, &bar)?);
+        resolutions.push(at_resolution(assembly, NAMES[*at], &METHODS, options.solve, progress)?);
     }
     let sparse = &resolutions[resolutions.len() - 1];
-    let subdivided = subdivided(sparse, options.solve, &bar)?;
+    let subdivided = subdivided(sparse, options.solve, progress)?;
     if options.solve && !options.quick {
         let shipped = subdivided.as_ref().map(|finer| truth::Shipped {
             full: truth::Answer::of(&resolutions[0].assembly, &resolutions[0].truth),
@@ -108,11 +106,11 @@ pub fn run(options: &Options, out: &Path) -> Result<(), Error> {
     weighed.gravity_m_per_s2 = WEIGHT_M_PER_S2;
     let weighed = match options.quick || scene.gravity_m_per_s2 != [0.0; 3] {
         true => None,
-        false => Some(at_resolution(assemble(&weighed, 1)?, NAMES[1], &[METHODS[0], METHODS[2]], true, &bar)?),
+        false => Some(at_resolution(assemble(&weighed, 1)?, NAMES[1], &[METHODS[0], METHODS[2]], true, progress)?),
     };
-    bar.set_message("steps that survive");
+    progress.say("steps that survive".into());
     let steps = Steps::measure(&sparse.assembly, options.quick)?;
-    bar.finish_and_clear();
+    progress.clear();
     let findings = tables::Findings {
         scene: &scene,
         resolutions: &resolutions,
@@ -140,18 +138,18 @@ fn at_resolution<'a>(
     name: &'static str,
     methods: &[HangingMethod],
     solve_anew: bool,
-    bar: &ProgressBar,
+    progress: &dyn Progress,
 ) -> Result<Resolution<'a>, Error> {
     let shipped = Shipped::load().filter(|_| !solve_anew).and_then(|shipped| shipped.full.for_assembly(&assembly));
     let truth = match shipped {
         Some(truth) => truth,
-        None => solve(&assembly, |n, share| say_share(bar, name, &assembly, n, share))?,
+        None => solve(&assembly, |n, share| say_share(progress, name, &assembly, n, share))?,
     };
     let mut runs = Vec::new();
     for method in methods {
         let setup = steps::working_setup(*method, &assembly, LONGEST_S)?;
         let rests = hang(&assembly, &setup, |n, t| {
-            bar.set_message(format!("{name}: {}, move {}, {t:.1} s", method.name(), n + 1));
+            progress.say(format!("{name}: {}, move {}, {t:.1} s", method.name(), n + 1));
         })?;
         runs.push((setup, rests));
     }
@@ -162,15 +160,15 @@ fn at_resolution<'a>(
 
 /// Finite elements of the sparse resolution with every tet cut into eight; only where they ship or
 /// are asked for.
-fn subdivided(sparse: &Resolution, solve_anew: bool, bar: &ProgressBar) -> Result<Option<Truth>, Error> {
+fn subdivided(sparse: &Resolution, solve_anew: bool, progress: &dyn Progress) -> Result<Option<Truth>, Error> {
     if solve_anew {
         let finer = sparse.assembly.subdivided();
-        return Ok(Some(solve(&finer, |n, share| say_share(bar, "sparse, subdivided", &finer, n, share))?));
+        return Ok(Some(solve(&finer, |n, share| say_share(progress, "sparse, subdivided", &finer, n, share))?));
     }
     Ok(Shipped::load().and_then(|shipped| shipped.sparse_subdivided.for_assembly(&sparse.assembly)))
 }
 
-fn say_share(bar: &ProgressBar, name: &str, assembly: &Assembly, n: usize, share: f64) {
+fn say_share(progress: &dyn Progress, name: &str, assembly: &Assembly, n: usize, share: f64) {
     let tets = assembly.quadratic.tets.len();
-    bar.set_message(format!("{name}: finite elements, {tets} tets, move {}, {:.0} %", n + 1, 100.0 * share));
+    progress.say(format!("{name}: finite elements, {tets} tets, move {}, {:.0} %", n + 1, 100.0 * share));
 }

@@ -11,7 +11,7 @@ use super::campaign::{DEPTH_M, Ground, WALL_N_PER_M};
 use super::faulty::Faulty;
 use super::hand::{Aim, HANDS};
 use super::plant::Plant;
-use super::run::{Setup, Watched, course_of};
+use super::run::{ARMING_TICKS, Setup, Watched, course_of};
 use super::stimulus::{CLEAR_M, Stimulus};
 use super::surface::{Surface, Wall, with_tissue};
 use super::watch::Broken;
@@ -189,7 +189,7 @@ impl<S: Surface> Loop<'_, S> {
 /// From wherever it is to a force, outside.
 fn arm<S: Surface>(held: &mut Loop<'_, S>, plant: Plant) {
     let mut device = held.held(plant);
-    for n in 0..700 {
+    for n in 0..ARMING_TICKS as usize {
         let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(n).copied();
         held.tick(&mut device, asked);
     }

@@ -1,6 +1,5 @@
 //! Everything the report needs, computed: fits, sweeps, failures.
 
-use indicatif::ProgressBar;
 use palpate::{Fnv, Vector3};
 
 use super::checkpoint;
@@ -8,6 +7,7 @@ use super::failures::{barycentre, correction, region};
 use super::fit::{Found, Step, Target};
 use super::identifiability::{PRINTED, Seen, largest_step_s, seen};
 use super::methods::{Fitted, StudyMethod};
+use super::progress::AnnealingProgress;
 use super::scene::PressScene;
 use super::site::{DEEPEST_RADII, Site};
 use super::sweep::{Curve, NODE_DAMPING_PER_S, contestants, curve, region_for, static_curve};
@@ -124,7 +124,7 @@ fn anneal(
     target: &Target,
     trials: usize,
     seed: u64,
-    bar: &ProgressBar,
+    progress: &AnnealingProgress,
 ) -> Result<Found, Error> {
     let mut simulator = target.simulator();
     let no_start = || TissueError::Usage(format!("{name}: no start for the annealing found: press less or use a finer step"));
@@ -133,9 +133,9 @@ fn anneal(
     let of = format!("{name} {:016x} {} N {:?}", fingerprint(&target.block), target.force_n, target.block.params);
     let (walk, steps) = checkpoint::read(folder, &file, &of, &fresh).unwrap_or((fresh, Vec::new()));
     let (mut done, mut failed) = (walk.trials().0, None);
-    bar.inc(done as u64);
+    progress.tried(done);
     let found = simulator.anneal(walk, steps, |walk, steps: &[Step]| {
-        bar.inc((walk.trials().0 - done) as u64);
+        progress.tried(walk.trials().0 - done);
         done = walk.trials().0;
         failed = checkpoint::write(folder, &file, &of, walk, steps).err().or(failed.take());
     });
@@ -155,23 +155,23 @@ fn block() -> Result<Block, Error> {
 ///
 /// # Errors
 /// Model or parameters that the core or a method rejects.
-pub fn on_block(folder: &OutputFolder, size: &Size, bar: &ProgressBar) -> Result<OnBlock, Error> {
+pub fn on_block(folder: &OutputFolder, size: &Size, progress: &AnnealingProgress) -> Result<OnBlock, Error> {
     let block = block()?;
-    bar.set_message("block: annealing");
+    progress.say("block: annealing");
     let target = Target::new(&block, FIT_N, FIT_STEPS_S[0])?;
-    let walk = |name, seed| anneal(folder, name, &target, size.trials[0], seed, bar);
+    let walk = |name, seed| anneal(folder, name, &target, size.trials[0], seed, progress);
     let (first, second) = rayon::join(|| walk("block-1", 1), || walk("block-2", 2));
     let walks = vec![first?, second?];
     let best = walks.iter().map(|w| w.best).min_by(|a, b| a.distance_mm.total_cmp(&b.distance_mm));
     let (k, d) = best.map_or((f64::NAN, f64::NAN), |b| (b.stiffness_n_per_m, b.damping_n_s_per_m));
-    bar.set_message("block: what the objective sees");
+    progress.say("block: what the objective sees");
     let seen = seen(&target, k, d)?;
     let steps = [[k, 0.0], [k, d], [PRINTED[0], 0.0], PRINTED];
     let steps = steps.into_iter().map(|[k, d]| Ok(([k, d], largest_step_s(&block, k, d)?))).collect::<Result<_, Error>>()?;
-    bar.set_message("block: presses");
+    progress.say("block: presses");
     let fitted = with_region(&block, k, d)?;
-    let curves = curves(&block, fitted, size, bar)?;
-    bar.set_message("block: failures");
+    let curves = curves(&block, fitted, size)?;
+    progress.say("block: failures");
     let step_s: Vec<f64> = (0..size.halvings).map(|n| 5e-4 / f64::from(1 << n)).collect();
     let thresholds: Vec<f64> = (0..if size.layered.is_some() { 14 } else { 6 }).map(|n| 3000.0 * 0.56_f64.powi(n)).collect();
     let coefficients = [0.0, 1e5, 3e5, 1e6, 2e6, 5e6, 1e7, 2e7, 5e7, 1e8];
@@ -191,26 +191,31 @@ pub fn on_block(folder: &OutputFolder, size: &Size, bar: &ProgressBar) -> Result
 ///
 /// # Errors
 /// A scene that cannot be, or what the core or a method refuses.
-pub fn on_organ(folder: &OutputFolder, scene: PressScene, site: Site, size: &Size, bar: &ProgressBar) -> Result<OnOrgan, Error> {
-    bar.set_message(format!("{}: pictures", scene.name));
+pub fn on_organ(
+    folder: &OutputFolder,
+    scene: PressScene,
+    site: Site,
+    size: &Size,
+    progress: &AnnealingProgress,
+) -> Result<OnOrgan, Error> {
+    progress.say(format!("{}: pictures", scene.name));
     let mut smooth = scene.clone();
     if let Some(mesh) = &mut smooth.mesh {
         mesh.growth *= PICTURE_GROWTH;
     }
     let smooth = Site::of(&smooth, 1.0)?;
     let product = StudyMethod::Charted(Method::Palpate);
-    let pictured =
-        curve(&product, &smooth.block, &scene.finger.forces_n, || bar.tick())?.unwrap_or_else(|| Curve::empty(product.name()));
-    bar.set_message(format!("{}: annealing", scene.name));
+    let pictured = curve(&product, &smooth.block, &scene.finger.forces_n)?.unwrap_or_else(|| Curve::empty(product.name()));
+    progress.say(format!("{}: annealing", scene.name));
     let target = Target::new(&site.block, FIT_N, FIT_STEPS_S[1])?;
-    let walk = anneal(folder, &scene.name, &target, size.trials[1], 1, bar)?;
-    bar.set_message(format!("{}: presses", scene.name));
+    let walk = anneal(folder, &scene.name, &target, size.trials[1], 1, progress)?;
+    progress.say(format!("{}: presses", scene.name));
     let fitted = with_region(&site.block, walk.best.stiffness_n_per_m, walk.best.damping_n_s_per_m)?;
-    let curves = curves(&site.block, fitted, size, bar)?;
+    let curves = curves(&site.block, fitted, size)?;
     let layered = match size.layered {
         None => None,
         Some((edge_m, most_nodes)) => {
-            bar.set_message(format!("{}: layered reference", scene.name));
+            progress.say(format!("{}: layered reference", scene.name));
             let fine = site.refined(&scene, edge_m, most_nodes)?;
             let held = Truth::layered(&fine).press(&scene.finger.forces_n, |_| ())?;
             let points = held.into_iter().zip(&scene.finger.forces_n).map(|(held, &force_n)| super::sweep::Point {
@@ -239,12 +244,12 @@ fn with_region(block: &Block, stiffness_n_per_m: f64, damping_n_s_per_m: f64) ->
     Ok(Fitted { region, ..fitted })
 }
 
-fn curves(block: &Block, fitted: Fitted, size: &Size, bar: &ProgressBar) -> Result<Vec<Curve>, Error> {
+fn curves(block: &Block, fitted: Fitted, size: &Size) -> Result<Vec<Curve>, Error> {
     let mut found = Vec::new();
     for contestant in contestants(fitted) {
-        found.extend(curve(&contestant, block, size.forces_n, || bar.tick())?);
+        found.extend(curve(&contestant, block, size.forces_n)?);
     }
-    found.push(static_curve(&Truth::same_mesh(block), size.forces_n, || bar.tick())?);
+    found.push(static_curve(&Truth::same_mesh(block), size.forces_n)?);
     Ok(found)
 }
 

@@ -108,12 +108,7 @@ pub fn region_for(block: &Block, fitted: Fitted, step_s: f64, force_n: f64) -> R
 ///
 /// # Errors
 /// Model or parameters that the core or the method rejects.
-pub fn curve(
-    contestant: &StudyMethod,
-    block: &Block,
-    forces_n: &[f64],
-    mut progress: impl FnMut(),
-) -> Result<Option<Curve>, Error> {
+pub fn curve(contestant: &StudyMethod, block: &Block, forces_n: &[f64]) -> Result<Option<Curve>, Error> {
     let (mut step_s, mut why) = (None, None);
     for &force_n in forces_n.iter().rev() {
         match contestant.step_s(block, force_n)? {
@@ -124,7 +119,6 @@ pub fn curve(
             }
             Some(Err(failure)) => why = Some(format!("{failure} under {force_n} N")),
         }
-        progress();
     }
     let Some(step_s) = step_s else {
         return Ok(Some(Curve { ended: why, ..Curve::empty(contestant.name()) }));
@@ -138,7 +132,6 @@ pub fn curve(
         {
             rest.cpu_s = rest.cpu_s.min(again.cpu_s);
         }
-        progress();
         match found {
             Some(Ok(rest)) => curve.points.push(Point {
                 force_n,
@@ -162,19 +155,11 @@ pub fn curve(
 ///
 /// # Errors
 /// Memory for the factor runs out.
-pub fn static_curve(truth: &Truth, forces_n: &[f64], mut progress: impl FnMut() + Send) -> Result<Curve, Error> {
+pub fn static_curve(truth: &Truth, forces_n: &[f64]) -> Result<Curve, Error> {
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let one =
         one.map_err(|why| TissueError::Usage(format!("no thread for the finite-element reference: {why}: end other programs")))?;
-    let mut last = 0.0;
-    let held = one.install(|| {
-        truth.press(forces_n, |force_n| {
-            if force_n > last {
-                last = force_n;
-                progress();
-            }
-        })
-    })?;
+    let held = one.install(|| truth.press(forces_n, |_| ()))?;
     let reached = held.len();
     let points = held.into_iter().zip(forces_n).map(|(held, &force_n)| Point {
         force_n,

@@ -12,9 +12,10 @@ use crate::error::Error;
 use crate::rivals::Block;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::patch::{Material, Memory, Patch};
+use palpate_tissue::scene;
 
 /// The tick.
-const TICK_S: f32 = 1e-3;
+const TICK_S: f32 = scene::TICK_S as f32;
 /// Share of the limit that runs take.
 const MARGIN: f32 = 0.8;
 /// Steps without a divergence that count as survival.

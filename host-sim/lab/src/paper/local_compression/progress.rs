@@ -1,0 +1,40 @@
+//! How far a run is: what it is doing, and the share of the annealing that is done.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::paper::Progress;
+
+/// A display with the share of the annealing; several threads may count at once.
+pub struct AnnealingProgress<'a> {
+    display: &'a dyn Progress,
+    doing: Mutex<String>,
+    tried: AtomicUsize,
+    trials: usize,
+}
+
+impl<'a> AnnealingProgress<'a> {
+    /// Before the first of so many trials of the annealing.
+    #[must_use]
+    pub fn new(display: &'a dyn Progress, trials: usize) -> Self {
+        Self { display, doing: Mutex::default(), tried: AtomicUsize::new(0), trials }
+    }
+
+    /// Another part of the work begins.
+    pub fn say(&self, doing: impl Into<String>) {
+        *self.doing.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = doing.into();
+        self.show();
+    }
+
+    /// So many more trials are done.
+    pub fn tried(&self, trials: usize) {
+        self.tried.fetch_add(trials, Ordering::Relaxed);
+        self.show();
+    }
+
+    fn show(&self) {
+        let doing = self.doing.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let pct = 100 * self.tried.load(Ordering::Relaxed) / self.trials.max(1);
+        self.display.say(format!("{doing}; {pct} % of the annealing"));
+    }
+}
