@@ -35,12 +35,59 @@ pub enum Pace {
 }
 
 /// Where the patch lies.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 enum Source {
     Flash,
     Uploaded,
     /// On its way, or refused.
     Nowhere,
+}
+
+/// The patch that is opened next.
+struct Offer {
+    source: Source,
+    /// Young's modulus [Pa]; without one, the patch's own.
+    modulus_pa: Option<f32>,
+    /// The modulus to return to when another one is refused.
+    before_pa: Option<f32>,
+    /// This patch was open, with that modulus.
+    opened: bool,
+    /// The host asked for it and waits for an answer.
+    asked: bool,
+}
+
+impl Offer {
+    /// The bytes of the patch; none while it is on its way.
+    fn bytes<'a>(&self, in_flash: &'a [u8], upload: &'a Upload) -> Result<Option<&'a [u8]>, Refusal> {
+        match self.source {
+            Source::Flash => Ok(Some(in_flash)),
+            Source::Uploaded => upload.whole().map(Some),
+            Source::Nowhere => Ok(None),
+        }
+    }
+
+    /// Offers what the host wants.
+    fn change(&mut self, change: Change, upload: &mut Upload) -> Result<(), Refusal> {
+        match change {
+            Change::MakeRoom(bytes) => {
+                upload.begin(bytes)?;
+                (self.source, self.modulus_pa) = (Source::Nowhere, None);
+            }
+            Change::Take => (self.source, self.opened, self.asked) = (Source::Uploaded, false, true),
+            Change::Modulus(pascal) => (self.modulus_pa, self.asked) = (Some(pascal), true),
+        }
+        Ok(())
+    }
+
+    /// It was refused: back to the same patch as it was, if there was one. Otherwise there is none,
+    /// and arming is refused.
+    fn withdraw(&mut self) {
+        if self.opened {
+            (self.modulus_pa, self.opened) = (self.before_pa, false);
+        } else {
+            self.source = Source::Nowhere;
+        }
+    }
 }
 
 /// The link to the host.
@@ -78,60 +125,36 @@ impl Line {
 /// host has gone. `in_flash` is the patch that the image holds.
 pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: &mut Memory, upload: &mut Upload, pace: Pace) {
     let mut line = Line { receiver: Receiver::NEW, sequence: 0, bytes: [0; FRAME_BYTES], read: 0, taken: 0 };
-    let (mut source, mut modulus_pa, mut before_pa) = (Source::Flash, None, None);
-    let mut asked_for = false;
+    let mut offer = Offer { source: Source::Flash, modulus_pa: None, before_pa: None, opened: false, asked: false };
     let mut inbox = Inbox::default();
     loop {
-        let bytes = match source {
-            Source::Flash => Ok(Some(in_flash)),
-            Source::Uploaded => upload.whole().map(Some),
-            Source::Nowhere => Ok(None),
-        };
-        let change = match bytes {
+        let wanted = match offer.bytes(in_flash, upload) {
             Ok(None) => Ok(serve(haptic, &mut PatchSlot(None), Some(&mut *upload), &mut inbox, &mut line, pace).await),
-            Ok(Some(bytes)) => match open(&mut haptic.board, bytes, memory, modulus_pa) {
+            Ok(Some(bytes)) => match open(&mut haptic.board, bytes, memory, offer.modulus_pa) {
                 Ok(patch) => {
                     let mut tissue = PatchSlot(Some(patch));
-                    if asked_for {
+                    if offer.asked {
                         line.send(&mut haptic.board, &FromBoard::PatchTaken(tissue.state().0 as u32));
                     }
-                    before_pa = modulus_pa;
+                    (offer.before_pa, offer.opened) = (offer.modulus_pa, true);
                     Ok(serve(haptic, &mut tissue, None, &mut inbox, &mut line, pace).await)
                 }
                 Err(error) => Err(error.into()),
             },
             Err(refusal) => Err(refusal),
         };
-        asked_for = false;
-        let refusal = match change {
+        offer.asked = false;
+        let changed = match wanted {
             Ok(None) => return,
-            Ok(Some(Change::MakeRoom(bytes))) => match upload.begin(bytes) {
-                Ok(()) => {
-                    (source, modulus_pa) = (Source::Nowhere, None);
-                    continue;
-                }
-                Err(refusal) => refusal,
-            },
-            Ok(Some(Change::Take)) => {
-                (source, asked_for) = (Source::Uploaded, true);
-                continue;
-            }
-            Ok(Some(Change::Modulus(pascal))) => {
-                (before_pa, modulus_pa, asked_for) = (modulus_pa, Some(pascal), true);
-                continue;
-            }
-            // the same patch as it was
-            Err(refusal) if modulus_pa != before_pa => {
-                modulus_pa = before_pa;
-                refusal
-            }
-            // without the patch that was asked for, arming is refused
+            Ok(Some(change)) => offer.change(change, upload),
             Err(refusal) => {
-                source = Source::Nowhere;
-                refusal
+                offer.withdraw();
+                Err(refusal)
             }
         };
-        line.send(&mut haptic.board, &FromBoard::Refused(refusal));
+        if let Err(refusal) = changed {
+            line.send(&mut haptic.board, &FromBoard::Refused(refusal));
+        }
     }
 }
 

@@ -140,3 +140,21 @@ fn opening_a_large_patch_feeds_the_watchdog_while_the_outputs_are_off() {
     let (_, board) = answers_of(stuck, &upload(&RELATIVE.0));
     assert_eq!(board.fed, 0);
 }
+
+/// The modulus that the patch before was given says nothing about the one that was refused.
+#[test]
+fn a_patch_that_is_refused_after_another_modulus_is_refused_once() {
+    let mut messages: Vec<ToBoard> = (1..=9).map(|n| pose(n, 2e-3)).collect();
+    messages.extend([ToBoard::YoungsModulus(4e3), pose(10, 2e-3)]);
+    messages.extend(upload(&[1; 16]).split_off(9));
+    messages.extend([ToBoard::Ask(HostAsk::Arm), pose(11, 2e-3)]);
+    let (frames, _) = answers(&messages);
+    let mut told: Vec<String> = Vec::new();
+    for frame in frames {
+        decoded(frame, |message| match message {
+            FromBoard::Record(_) => {}
+            other => told.push(format!("{other:?}")),
+        });
+    }
+    assert_eq!(told, ["PatchTaken(57)", "Refused(PatchVersion)", "Refused(NoPatch)"]);
+}
