@@ -8,7 +8,7 @@
 //! |---|---|
 //! | inside a tet | yes, if it came in through the surface that a probe can touch |
 //! | outside, at the triangle that carried most of the last tick's push | yes |
-//! | elsewhere | no: the patch is shown the tip where it is, and contact begins with a fresh approach |
+//! | elsewhere | no: the patch is shown the sensed tip, and contact begins with a fresh approach |
 //!
 //! Location is a walk from tet to tet through their faces (Devillers, Pion, Teillaud, Walking in a
 //! triangulation, 2002). It starts where the last tick's ended, so one or two tets are tested per

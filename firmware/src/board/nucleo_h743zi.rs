@@ -6,12 +6,15 @@
 //! | encoders x, y, z | TIM2 (PA15, PB3), TIM3 (PC6, PC7), TIM4 (PD12, PD13) |
 //! | magnitude x, y, z | TIM1 (PE9, PE11, PE13), 20 kHz, sign and magnitude: low is no force |
 //! | direction x, y, z | PF3, PF5, PF10, high is toward the negative side; alone it moves nothing |
-//! | stop circuit | `TIM1_BKIN` (PE15), high is closed: emergency stop and over-current trip in series from 3.3 V; low or open stops |
-//! | enable line | PF12, high is on: pull it down at the amplifiers, as the magnitudes: a resetting chip lets pins float |
+//! | stop circuit | `TIM1_BKIN` (PE15), high is closed, low or open stops |
+//! | enable line | PF12, high is on |
 //! | supply of the amplifiers | PF13, high is good: an open pin reads low |
-//! | operator's switch | PF14, high is pressed: an open pin reads released; used where the profile says so |
+//! | operator's switch | PF14, high is pressed: an open pin reads released; used if in the profile |
 //! | link | USART3 (PD8, PD9): the debugger's serial port, 115 200 baud |
 //! | watchdog | IWDG1, 4.5 ms, its own clock |
+//!
+//! The stop circuit is the emergency stop and the over-current trip in series from 3.3 V. Enable
+//! line and magnitudes are to be pulled down at the amplifiers: a resetting chip lets pins float.
 //!
 //! **Two ways to no force.** The enable line is one. The other is TIM1's main output switch (MOE):
 //! the break input clears it in hardware, clock and program running or not, and the magnitudes are

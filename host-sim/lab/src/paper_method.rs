@@ -3,7 +3,7 @@
 //! | stage | product | [`VolumePreserved`], paper 000 | [`LocalCompression`], paper 004 |
 //! |---|---|---|---|
 //! | nodes that move | all | all | stress rule (7)-(8) |
-//! | force | springs with compensation, volume, rim | springs (4), dampers (5), (12) | springs and dampers (1), barycentre force (2) |
+//! | force | springs, volume, rim | springs (4), dampers (5), (12) | springs, dampers (1), (2) |
 //! | integrate | symplectic Euler | symplectic Euler, which is (3) | velocity Verlet (9)-(10) |
 //! | correct | nothing | lengths (6)-(8), directions (9) | over-compression (11)-(13) |
 //!

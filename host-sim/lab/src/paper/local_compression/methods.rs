@@ -1,11 +1,14 @@
 //! The methods that are compared (Figs. 8 and 9), each with its own step and damping.
 //!
-//! | method | force | masses | damping | step |
-//! |---|---|---|---|---|
-//! | `local-compression` | springs of one k (1), volume force off, region (7)-(8) | (10) of paper 000 | d of each spring (1), and 40/s on the masses unless "d alone" | velocity Verlet (9)-(10) |
-//! | `springs` | springs of paper 000, eq (11) | the same | 40/s on the masses | symplectic Euler |
-//! | `meshless`, `neo-hookean-nodal` | moving least squares; finite elements | the same | 40/s on the masses | symplectic Euler |
-//! | `palpate`, `palpate-calibrated` | the product | with its floor | 40/s on the masses | symplectic Euler, 1 ms |
+//! | method | force | step |
+//! |---|---|---|
+//! | `local-compression` | springs of one k (1), volume force off, region (7)-(8) | Verlet (9)-(10) |
+//! | `springs` | springs of paper 000, eq (11) | symplectic Euler |
+//! | `meshless`, `neo-hookean-nodal` | moving least squares; finite elements | symplectic Euler |
+//! | `palpate`, `palpate-calibrated` | the product | symplectic Euler, 1 ms |
+//!
+//! Masses are (10) of paper 000, the product's with its floor. All damp the masses by 40/s, but
+//! `local-compression` "d alone"; `local-compression` has the d of each spring (1) as well.
 //!
 //! All touch the finger by the core's contact. The largest step of 1, 1/2, 1/4 .. ms with which a
 //! method comes to rest under the largest force it bears is its step.
