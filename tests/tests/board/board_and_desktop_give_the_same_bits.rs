@@ -16,8 +16,13 @@ use palpate_controller::script::{self, LEAD_TICKS};
 use palpate_tests::emulator::{Run, RunResult, build_firmware, build_firmware_with};
 use palpate_tests::flash_patch::in_flash;
 use palpate_tests::packed;
+use palpate_tests::share::long;
 
-const TICKS: u32 = 10_000;
+/// Ticks of a run: the script's taps, holds and slides once, or the ten seconds of the long form.
+fn ticks() -> u32 {
+    if long() { 10_000 } else { 4_000 }
+}
+
 /// Least force that the scripted press of 4 mm must have met [N]: soft tissue of 3.5 kPa gives 0.1
 /// N and more.
 const FELT_N: f32 = 0.05;
@@ -28,7 +33,7 @@ fn on_desktop(bytes: &[u8]) -> RunResult {
     let mut controller = Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP, Arming::ByItself).unwrap();
     let mut forces = Fnv::default();
     let (mut most_n, mut modes) = (0.0_f32, vec![Mode::Boot]);
-    for tick in 0..TICKS {
+    for tick in 0..ticks() {
         let record = controller.step(&mut patch, script::sensed(tick, LEAD_TICKS), Command::HEARD, true);
         assert_eq!(record.fault, None, "tick {tick}");
         forces.vector(record.applied_n);
@@ -40,13 +45,13 @@ fn on_desktop(bytes: &[u8]) -> RunResult {
     println!("largest force against the press: {most_n:.3} N; {modes:?}");
     assert!(most_n > FELT_N, "the script missed the tissue: {most_n} N");
     assert_eq!(modes, [Mode::Boot, Mode::SelfTest, Mode::Idle, Mode::Arming, Mode::Active]);
-    RunResult { state_hash: patch.state_hash(), force_hash: forces.finish(), ticks: TICKS, overruns: 0, faults: 0 }
+    RunResult { state_hash: patch.state_hash(), force_hash: forces.finish(), ticks: ticks(), overruns: 0, faults: 0 }
 }
 
 fn agree(elf: &Path, expected: &RunResult) {
     for machine in [EmulatedBoard::M4f, EmulatedBoard::M7] {
         let outcome =
-            Run { machine, shift: 3, ticks: TICKS, lead_ticks: LEAD_TICKS, crash: None, restart: false, exec_log: None }
+            Run { machine, shift: 3, ticks: ticks(), lead_ticks: LEAD_TICKS, crash: None, restart: false, exec_log: None }
                 .start(elf)
                 .unwrap();
         assert_eq!(&outcome.result().unwrap(), expected, "{machine:?}");

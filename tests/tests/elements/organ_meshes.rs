@@ -1,5 +1,6 @@
 //! Organs: their meshes are sound and true to the shapes, and the shapes fit together.
 
+use palpate_tests::share::long;
 use palpate_tissue::mesh::{TetMesh, radius_ratio, surface};
 use palpate_tissue::organ::{Fine, Organ, OrganError, Spec};
 use std::collections::{BTreeMap, BTreeSet};
@@ -254,7 +255,7 @@ fn rays_and_distances_agree_with_the_shape() {
         let (organ, mesh) = (organ(name), mesh(name, Spec::Spacing(spacing_m)));
         let skin: Vec<V3> = surface_nodes(&mesh).into_iter().map(|n| mesh.nodes_m[n as usize].into()).collect();
         let mut compared = 0;
-        for at in mesh.nodes_m.iter().step_by(mesh.nodes_m.len() / 500) {
+        for at in mesh.nodes_m.iter().step_by(mesh.nodes_m.len() / if long() { 500 } else { 150 }) {
             let found_m = -organ.distance_m(*at);
             if (2.0 * spacing_m..depth_m).contains(&found_m) {
                 compared += 1;
@@ -263,7 +264,7 @@ fn rays_and_distances_agree_with_the_shape() {
                 assert!((-1e-4..slack_m).contains(&(nearest - found_m)), "{name}: {found_m} for {nearest}");
             }
         }
-        assert!(compared > 50, "{name}: {compared} places");
+        assert!(compared > 15, "{name}: {compared} places");
     }
 }
 

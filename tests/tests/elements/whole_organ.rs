@@ -134,6 +134,7 @@ fn a_block_from_a_file_keeps_its_shape_and_is_fine_at_the_site() {
 }
 
 #[test]
+#[ignore = "long: finite elements of a whole mesh"]
 fn a_block_from_a_file_presses_as_the_reference_of_the_block() {
     presses_as_the_block(0.004);
 }
