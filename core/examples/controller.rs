@@ -46,7 +46,7 @@ fn main() -> Result<(), BuildError> {
     for tick in 0..1000 {
         let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(tick).copied();
         let mut patch = PatchRenderer { model: &model, tuned: &tuned, state: &mut state };
-        let telemetry = cycle.run(&mut handle, &mut patch, Command { asked, ..Command::HEARD });
+        let telemetry = cycle.tick(&mut handle, &mut patch, Command { asked, ..Command::HEARD });
         if tick % 100 == 99 {
             println!(
                 "{tick:>4} ms: {:?}, {:.2} mm deep, {:.3} N",

@@ -237,9 +237,9 @@ impl fmt::Display for Fault {
 
 /// Inputs that were clamped in a tick. Not a fault: the force is right for the clamped input.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Limiters(u8);
+pub struct ClampFlags(u8);
 
-impl Limiters {
+impl ClampFlags {
     /// Nothing was clamped.
     pub const DEFAULT: Self = Self(0);
     /// The probe moved faster than `max_speed_m_per_s`, or into the tissue faster than

@@ -10,7 +10,7 @@
 //! unit, runaway, stillness: is the encoder or a sign wrong
 //! ```
 //!
-//! [`cycle::Cycle::run`] is that line. Everything here allocates nothing, cannot panic, and on any
+//! [`cycle::Cycle::tick`] is that line. Everything here allocates nothing, cannot panic, and on any
 //! fault gives zero force within the same tick, latched and numbered ([`crate::Fault`]). Limits
 //! hold from the first tick; they can be lowered, never raised or switched off. Depth and speed of
 //! what the *patch* is shown are limited by its own guard, [`crate::stages::probe`].

@@ -54,7 +54,7 @@ pub mod stages;
 mod state;
 mod tick;
 
-pub use fault::{BuildError, Fault, Limiters};
+pub use fault::{BuildError, ClampFlags, Fault};
 pub use inertia::{FIELDS, Gains, NodeStep};
 pub use memory::Memory;
 pub use model::{FoundationPoint, Model, NodeRest, RimEdge, RimNode, Spring, Tet, Triangle};

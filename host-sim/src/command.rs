@@ -194,10 +194,10 @@ enum Command {
     ///
     /// Models: every method at stiffnesses from 1 to 200 kPa, pressed, tapped, jittered, with an
     /// inclusion, let go. Loops: hand by delay by device, the largest stiffness that ours and nine
-    /// rivals hold, and what the encoder allows. Writes summary.json, its tables as CSV and
-    /// pictures as SVG and PNG. Fails (exit code 1) if the product does not stand 8 mm, a tap of
-    /// 0.5 m/s, jitter, a ten times stiffer inclusion and a release from 3.5 to 100 kPa, or if our
-    /// loop does not hold 400 N/m in every hand.
+    /// other controllers hold, and what the encoder allows. Writes summary.json, its tables as CSV
+    /// and pictures as SVG and PNG. Fails (exit code 1) if the product does not stand 8 mm, a tap
+    /// of 0.5 m/s, jitter, a ten times stiffer inclusion and a release from 3.5 to 100 kPa, or if
+    /// our loop does not hold 400 N/m in every hand.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Stability(StabilityArgs),
 }

@@ -2,7 +2,7 @@
 //! verdicts.
 //!
 //! ```text
-//! command ─ tissue, loop ─ summary, charts          fit, board, lab: with the feature `full`
+//! command ─ tissue, loop ─ reports, charts          fit, board, lab: with the feature `full`
 //! ```
 
 use std::process::ExitCode;
@@ -11,8 +11,8 @@ use self::command::Cli;
 
 pub mod command;
 pub mod error;
-mod loop_pictures;
-mod summary;
+mod loop_figures;
+mod press_report;
 mod vtu;
 
 /// Reads the command line, runs the command and says in one line what went wrong.

@@ -43,7 +43,7 @@ pub fn of_forces_n(model: &Model, params: &Params, x: &[Vector3<f64>]) -> Vec<f6
             squares[n] += SPRING_OPERATIONS * (UNIT * (pulled + rest) * stiffer).powi(2);
         }
     }
-    let shapes: Vec<Shape> = model.tets.iter().map(|t| Shape::of(t.node.map(|n| x[usize::from(n)]))).collect();
+    let shapes: Vec<TetSize> = model.tets.iter().map(|t| TetSize::of(t.node.map(|n| x[usize::from(n)]))).collect();
     let mut star = vec![Star::default(); x.len()];
     for (t, shape) in model.tets.iter().zip(&shapes) {
         for n in t.node.map(usize::from) {
@@ -75,13 +75,13 @@ pub fn of_forces_n(model: &Model, params: &Params, x: &[Vector3<f64>]) -> Vec<f6
     (0..x.len()).map(|n| SIGMAS * e * (squares[n] + count[n] * (UNIT * sizes[n]).powi(2)).sqrt()).collect()
 }
 
-struct Shape {
+struct TetSize {
     six_volume: f64,
     /// Longest edge [m].
     edge_m: f64,
 }
 
-impl Shape {
+impl TetSize {
     fn of([a, b, c, d]: [Vector3<f64>; 4]) -> Self {
         let edges = [b - a, c - a, d - a, c - b, d - b, d - c];
         Self { six_volume: edges[0].cross(&edges[1]).dot(&edges[2]), edge_m: edges.iter().map(|e| e.norm()).fold(0.0, f64::max) }

@@ -34,7 +34,7 @@ use super::runaway::Runaway;
 use super::stillness::Stillness;
 use super::toggle::Toggle;
 use super::unit::UnitWatch;
-use crate::fault::{BuildError, Fault, Limiters};
+use crate::fault::{BuildError, ClampFlags, Fault};
 use crate::stages::output::Output;
 use crate::stages::probe::ProbePose;
 
@@ -79,7 +79,7 @@ use crate::stages::probe::ProbePose;
 /// for tick in 0..1000 {
 ///     // the board found itself sound, and somebody asks to feel
 ///     let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(tick).copied();
-///     mode = cycle.run(&mut handle, &mut Air, Command { asked, ..Command::HEARD }).mode;
+///     mode = cycle.tick(&mut handle, &mut Air, Command { asked, ..Command::HEARD }).mode;
 /// }
 /// assert_eq!(mode, Mode::Active);
 /// # Ok::<(), BuildError>(())
@@ -178,7 +178,7 @@ impl Cycle {
     }
 
     /// One cycle, every tick.
-    pub fn run(&mut self, device: &mut impl HapticDevice, renderer: &mut impl Renderer, command: Command) -> Telemetry {
+    pub fn tick(&mut self, device: &mut impl HapticDevice, renderer: &mut impl Renderer, command: Command) -> Telemetry {
         self.ticks = self.ticks.wrapping_add(1);
         self.machine.count();
         let mut record = Telemetry::begin(self.ticks, self.mode(), command);
@@ -217,7 +217,7 @@ impl Cycle {
         let force_acts = self.limiter.last_n() != Vector3::zeros();
         let pose = self.gate.admit(&self.limits, &device.sense(), force_acts)?;
         if pose.held {
-            record.limiters.set(Limiters::HELD);
+            record.limiters.set(ClampFlags::HELD);
         }
         let displacement_m = pose.position_m - self.position_m.replace(pose.position_m).unwrap_or(pose.position_m);
         self.unit.judge(&displacement_m, pose.held)?;
@@ -249,7 +249,7 @@ impl Cycle {
         self.runaway.judge(&displacement_m, per_s, &output.normal, &self.limiter.last_n())?;
         let (force_n, shortened) = ForceLimiter::shorten(&self.limits, &output.force_n);
         if shortened {
-            record.limiters.set(Limiters::FORCE);
+            record.limiters.set(ClampFlags::FORCE);
         }
         record.wanted_n = self.damping.damp(&Output { force_n, ..output }, renderer.tangent_n_per_m(&output));
         let max_force_n = self.limits.values().max_force_n;
@@ -299,7 +299,7 @@ impl Cycle {
     fn follow(&mut self, output: &Output) {
         match self.mode() {
             Mode::Arming => {
-                let outside = !self.touched && !output.limiters.contains(Limiters::BURIED);
+                let outside = !self.touched && !output.limiters.contains(ClampFlags::BURIED);
                 let slow = length(&self.damping.velocity_m_per_s()) < self.arming.slow_m_per_s;
                 let weak = length(&output.force_n) < self.arming.weak_n;
                 self.calm = if outside && slow && weak { self.calm.saturating_add(1) } else { 0 };

@@ -8,7 +8,7 @@
 
 use nalgebra::Vector3;
 
-use crate::fault::Limiters;
+use crate::fault::ClampFlags;
 use crate::model::Model;
 use crate::params::{Probe, ProbeShape, Tuned};
 use crate::stages::force::foundation;
@@ -41,7 +41,7 @@ pub fn find(model: &Model, tuned: &Tuned, state: &mut State, motion: &mut Motion
         // search of the points already
         state.near = 0;
         if !state.been_outside {
-            motion.limiters.set(Limiters::BURIED);
+            motion.limiters.set(ClampFlags::BURIED);
         }
     }
 }

@@ -8,7 +8,7 @@
 
 use nalgebra::Vector3;
 
-use crate::fault::{Fault, Limiters};
+use crate::fault::{ClampFlags, Fault};
 use crate::lanes::sqrt;
 use crate::params::Tuned;
 use crate::stages::force::foundation::Load;
@@ -39,7 +39,7 @@ pub struct Output {
     /// The sensed tip is outside the tissue, by geometry: there is no force to feel.
     pub outside: bool,
     /// Inputs that were clamped.
-    pub limiters: Limiters,
+    pub limiters: ClampFlags,
     /// Why the force is zero.
     pub fault: Option<Fault>,
 }
@@ -55,7 +55,7 @@ impl Output {
         active_nodes: 0,
         apart_m: 0.0,
         outside: false,
-        limiters: Limiters::DEFAULT,
+        limiters: ClampFlags::DEFAULT,
         fault: None,
     };
 }
@@ -102,11 +102,11 @@ pub fn read(tuned: &Tuned, state: &mut State, motion: &Motion, load: &Load, acti
             let share = tuned.limits.max_force_n / sqrt(square);
             force_n *= share;
             out.grip_n *= share;
-            out.limiters.set(Limiters::FORCE);
+            out.limiters.set(ClampFlags::FORCE);
         }
     } else if length > tuned.limits.max_force_n {
         force_n = normal * tuned.limits.max_force_n;
-        out.limiters.set(Limiters::FORCE);
+        out.limiters.set(ClampFlags::FORCE);
     }
     let rest_m = load.rest * per_push;
     let depth_m = (rest_m - motion.to_m).dot(&normal);

@@ -12,7 +12,7 @@
 
 use nalgebra::Vector3;
 
-use crate::fault::{Fault, Limiters};
+use crate::fault::{ClampFlags, Fault};
 use crate::lanes::sqrt;
 use crate::model::Model;
 use crate::params::Tuned;
@@ -53,7 +53,7 @@ pub struct Motion {
     /// The sensed tip is where no contact is possible.
     pub outside: bool,
     /// Inputs that were clamped.
-    pub limiters: Limiters,
+    pub limiters: ClampFlags,
 }
 
 impl Motion {
@@ -76,7 +76,7 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
     let from_m = state.tip_m.unwrap_or(pose.tip_m);
     state.pressed = state.touch.or(state.pressed).filter(|at| state.near > 0 && (at.rest_m - from_m).dot(&at.normal) >= 0.0);
     let (presence, plane) = presence::locate(model, tuned, state, pose.tip_m);
-    let mut limiters = Limiters::default();
+    let mut limiters = ClampFlags::default();
 
     let mut step = pose.tip_m - from_m;
     let square = step.dot(&step);
@@ -97,7 +97,7 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
         // too far for the square to be finite: the limit holds all the same, in the direction that
         // is left
         step = if square.is_finite() { step * (longest / sqrt(square)) } else { Vector3::zeros() };
-        limiters.set(Limiters::SPEED);
+        limiters.set(ClampFlags::SPEED);
     }
     if let Some(at) = state.pressed {
         let sink_m = -step.dot(&at.normal);
@@ -106,7 +106,7 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
             // along its own way: along the normal of a tilted contact it would slip deeper, or
             // aside
             step *= most_m / sink_m;
-            limiters.set(Limiters::SPEED);
+            limiters.set(ClampFlags::SPEED);
         }
     }
     let mut to_m = from_m + step;
@@ -126,17 +126,17 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
             } else if aside_m.dot(&aside_m) > SLID_M * SLID_M {
                 state.offset_m = plane.normal * (to_m - pose.tip_m).dot(&plane.normal);
             }
-            limiters.set(Limiters::DEPTH);
+            limiters.set(ClampFlags::DEPTH);
         } else if state.offset_m == Vector3::zeros() {
             state.limit_from_m = None;
         }
     }
     if state.offset_m != Vector3::zeros() {
-        limiters.set(Limiters::DEPTH);
+        limiters.set(ClampFlags::DEPTH);
     }
     state.tip_m = Some(to_m);
     // clamped or not: what rounding leaves between the two is no difference
-    state.apart = limiters != Limiters::DEFAULT;
+    state.apart = limiters != ClampFlags::DEFAULT;
     let off_m = pose.tip_m - to_m;
     let apart_m = if state.apart { sqrt(off_m.dot(&off_m)) } else { 0.0 };
     let steep = plane.is_some_and(|plane| plane.steep(tuned.probe.axis));

@@ -3,7 +3,7 @@
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::{DeviceSpec, SensorStatus};
 use palpate::haptic::mode::Mode;
-use palpate::{Fault, Limiters, Output, Vector3};
+use palpate::{ClampFlags, Fault, Output, Vector3};
 
 use crate::bench::{Bench, CLEAR_M, pushing, set, stylus};
 
@@ -69,7 +69,7 @@ fn contact_while_arming_starts_the_count_anew() {
 fn a_probe_that_starts_inside_the_tissue_is_not_armed() {
     let mut bench = Bench::new(400.0).idle();
     let mut buried = Output::NONE;
-    buried.limiters.set(Limiters::BURIED);
+    buried.limiters.set(ClampFlags::BURIED);
     bench.wall.answer = Some(buried);
     bench.ask(Ask::Arm);
     assert_eq!(bench.ticks(500).mode, Mode::Arming);
@@ -98,15 +98,15 @@ fn the_gain_rises_over_five_hundred_ticks_in_free_space_and_not_in_contact() {
     bench.arm();
     // the tick that armed counts: its gain was still that of the mode before
     let record = bench.ticks(249);
-    assert!(set(&record, Limiters::GAIN));
+    assert!(set(&record, ClampFlags::GAIN));
     let force_n = bench.press_n(2.0).applied_n.z;
     assert!((0.95..1.15).contains(&force_n), "half of 2 N: {force_n}");
     let record = bench.ticks(2_000);
     assert_eq!(record.applied_n.z, force_n, "the contact keeps the gain that it began with");
-    assert!(set(&record, Limiters::GAIN));
+    assert!(set(&record, ClampFlags::GAIN));
     bench.move_to(CLEAR_M, 0.05);
     let record = bench.ticks(500);
-    assert!(!set(&record, Limiters::GAIN), "full gain");
+    assert!(!set(&record, ClampFlags::GAIN), "full gain");
     assert!((bench.press_n(2.0).applied_n.z - 2.0).abs() < 1e-3);
     // a probe that touches at once begins with next to nothing
     let mut bench = Bench::new(400.0).idle();

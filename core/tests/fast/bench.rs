@@ -4,7 +4,7 @@ use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings, Telemetry}
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::limits::{LoopLimitSettings, LoopLimits};
 use palpate::haptic::mode::Mode;
-use palpate::{Fault, Limiters, Output, ProbePose, Vector3};
+use palpate::{ClampFlags, Fault, Output, ProbePose, Vector3};
 
 /// Tick of every loop here [s].
 pub const TICK_S: f32 = 1e-3;
@@ -123,7 +123,7 @@ impl Bench {
 
     /// One cycle without a new reading.
     pub fn repeat(&mut self, command: Command) -> Telemetry {
-        self.cycle.run(&mut self.device, &mut self.wall, command)
+        self.cycle.tick(&mut self.device, &mut self.wall, command)
     }
 
     /// One cycle in which the host says that it is there.
@@ -200,6 +200,6 @@ impl Bench {
 }
 
 /// Whether any of these limiters is set.
-pub fn set(record: &Telemetry, limiter: Limiters) -> bool {
+pub fn set(record: &Telemetry, limiter: ClampFlags) -> bool {
     record.limiters.contains(limiter)
 }

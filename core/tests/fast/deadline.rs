@@ -3,7 +3,7 @@
 use palpate::haptic::cycle::Command;
 use palpate::haptic::deadline::Deadline;
 use palpate::haptic::mode::Mode;
-use palpate::{Fault, Limiters, Vector3};
+use palpate::{ClampFlags, Fault, Vector3};
 
 use crate::bench::{Bench, set};
 
@@ -36,7 +36,7 @@ fn a_late_tick_leaves_half_of_the_force() {
     assert!((bench.press_n(2.0).applied_n.z - 2.0).abs() < 1e-3);
     let record = bench.late(1);
     assert!((record.applied_n.z - 1.0).abs() < 1e-3, "{}", record.applied_n);
-    assert!(set(&record, Limiters::GAIN) && record.mode == Mode::Active);
+    assert!(set(&record, ClampFlags::GAIN) && record.mode == Mode::Active);
     assert!((bench.tick().applied_n.z - 1.5).abs() < 1e-3, "back at the slew");
     assert!((bench.tick().applied_n.z - 2.0).abs() < 1e-3);
     // a force that is let go is not held up at a half
@@ -63,7 +63,7 @@ fn after_a_late_tick_the_hand_may_have_come_as_much_further() {
         // 2.6 mm: two periods at 1.3 m/s, or one at a speed that no hand has
         bench.device.sensed.position_m.x += 2.6e-3;
         let record = bench.run(Command { late_ticks, ..Command::HEARD });
-        assert_eq!(set(&record, Limiters::HELD), held, "{late_ticks} periods missed");
+        assert_eq!(set(&record, ClampFlags::HELD), held, "{late_ticks} periods missed");
         assert_eq!(record.fault, None);
     }
 }

@@ -3,7 +3,8 @@
 
 use palpate::stages::probe;
 use palpate::{
-    Bristle, Faded, Fault, Limiters, Node, NodeStep, Output, Params, PatchFile, ProbePose, State, TetShapes, Tuned, Vector3, tick,
+    Bristle, ClampFlags, Faded, Fault, Node, NodeStep, Output, Params, PatchFile, ProbePose, State, TetShapes, Tuned, Vector3,
+    tick,
 };
 
 /// Bytes of a patch on a word boundary.
@@ -82,7 +83,7 @@ fn a_press_is_answered_along_the_normal_and_ends_with_the_contact() {
     assert!(pressed.force_n.z > 0.05 && pressed.normal.z > 0.99, "{pressed:?}");
     assert!((pressed.depth_m - 3e-3).abs() < 0.2e-3, "{pressed:?}");
     assert!((pressed.force_n - pressed.normal * pressed.force_n.norm()).norm() < 1e-5);
-    assert!(pressed.active_nodes > 20 && pressed.limiters == Limiters::default());
+    assert!(pressed.active_nodes > 20 && pressed.limiters == ClampFlags::default());
     let gone = (0..50).map(|n| tissue.high(1e-3 * f32::from(n as u8))).last().expect("ticks");
     assert_eq!((gone.force_n, gone.depth_m), (Vector3::zeros(), 0.0));
 }
@@ -93,7 +94,7 @@ fn the_patch_is_never_shown_deeper_than_it_answers() {
     let limit_m = tissue.file.model.depth_limit_m;
     tissue.press(limit_m - 0.1e-3);
     let mut held = false;
-    (0..60_u8).for_each(|n| held |= tissue.high(0.1e-3 - limit_m - 40e-6 * f32::from(n)).limiters.contains(Limiters::DEPTH));
+    (0..60_u8).for_each(|n| held |= tissue.high(0.1e-3 - limit_m - 40e-6 * f32::from(n)).limiters.contains(ClampFlags::DEPTH));
     assert!(held, "and it says so");
     let pressed = tissue.high(-limit_m - 2.3e-3);
     assert!(pressed.depth_m < 1.02 * limit_m && pressed.depth_m > 0.9 * limit_m, "{} of {limit_m} m", pressed.depth_m);
@@ -107,7 +108,7 @@ fn the_patch_sinks_no_faster_than_its_limit() {
     let most_m = tissue.file.params.limits.max_sink_m_per_s * 1e-3;
     let before_m = tissue.high(-1e-3).depth_m;
     let output = tissue.high(-1e-3 - 5.0 * most_m);
-    assert!(output.limiters.contains(Limiters::SPEED));
+    assert!(output.limiters.contains(ClampFlags::SPEED));
     assert!(output.depth_m - before_m < 1.05 * most_m, "{} m in a tick, limit {most_m}", output.depth_m - before_m);
     let output = tissue.high(-1e-3 - 5.0 * most_m);
     assert!((output.depth_m - before_m - 2.0 * most_m).abs() < 0.15 * most_m, "and it follows");
@@ -119,11 +120,11 @@ fn a_probe_that_starts_inside_gets_no_force_until_it_has_been_outside() {
     for _ in 0..50 {
         let output = tissue.high(-3e-3);
         assert_eq!((output.force_n, output.fault), (Vector3::zeros(), None));
-        assert!(output.limiters.contains(Limiters::BURIED));
+        assert!(output.limiters.contains(ClampFlags::BURIED));
     }
     (0..80).for_each(|n| _ = tissue.high(-3e-3 + 0.2e-3 * n as f32));
     let pressed = tissue.press(2e-3);
-    assert!(pressed.force_n.z > 0.02 && !pressed.limiters.contains(Limiters::BURIED));
+    assert!(pressed.force_n.z > 0.02 && !pressed.limiters.contains(ClampFlags::BURIED));
 }
 
 #[test]
@@ -180,6 +181,6 @@ fn pressed_along_the_surface_the_patch_is_shown_no_faster_than_its_limit() {
         let motion = probe::admit(&tissue.file.model, &tissue.tuned, &mut tissue.state, ProbePose { tip_m }).unwrap();
         let moved_m = motion.to_m - motion.from_m;
         assert!((moved_m - out * longest_m).norm() < 0.05 * longest_m, "{moved_m} of {longest_m} m");
-        assert!((motion.velocity_m_per_s - moved_m * 1e3).norm() < 1e-3 && motion.limiters.contains(Limiters::SPEED));
+        assert!((motion.velocity_m_per_s - moved_m * 1e3).norm() < 1e-3 && motion.limiters.contains(ClampFlags::SPEED));
     }
 }

@@ -1,12 +1,12 @@
 //! The force limiter bounds length, growth and plausibility of the force.
 
 use palpate::haptic::limits::ForceLimiter;
-use palpate::{Fault, Limiters, Vector3};
+use palpate::{ClampFlags, Fault, Vector3};
 
 use crate::bench::limits;
 
 /// One tick of the limiter without a cap of its own [N].
-fn limit(limiter: &mut ForceLimiter, wanted_n: [f32; 3]) -> (Vector3<f32>, Limiters) {
+fn limit(limiter: &mut ForceLimiter, wanted_n: [f32; 3]) -> (Vector3<f32>, ClampFlags) {
     let limited = limiter.limit(&limits(), wanted_n.into(), 20.0).unwrap();
     (limited.force_n, limited.limiters)
 }
@@ -22,10 +22,14 @@ fn holding(force_n: [f32; 3]) -> ForceLimiter {
 #[test]
 fn a_force_within_every_limit_leaves_as_it_is_and_unflagged() {
     let mut limiter = ForceLimiter::default();
-    assert_eq!(limit(&mut limiter, [0.5, 0.0, 0.0]), (Vector3::new(0.5, 0.0, 0.0), Limiters::default()), "growth of one slew");
+    assert_eq!(limit(&mut limiter, [0.5, 0.0, 0.0]), (Vector3::new(0.5, 0.0, 0.0), ClampFlags::default()), "growth of one slew");
     assert_eq!(limiter.last_n(), Vector3::new(0.5, 0.0, 0.0));
     let mut at_limit = holding([0.0, 3.0, 0.0]);
-    assert_eq!(limit(&mut at_limit, [0.0, 3.0, 0.0]), (Vector3::new(0.0, 3.0, 0.0), Limiters::default()), "as long as the limit");
+    assert_eq!(
+        limit(&mut at_limit, [0.0, 3.0, 0.0]),
+        (Vector3::new(0.0, 3.0, 0.0), ClampFlags::default()),
+        "as long as the limit"
+    );
 }
 
 #[test]
@@ -41,7 +45,7 @@ fn growth_is_limited_and_flagged_in_every_direction() {
                     (force_n[axis] - 0.5 * sign * f32::from(n)).abs() < 1e-6
                         && (force_n.norm() - 0.5 * f32::from(n)).abs() < 1e-6
                 );
-                assert_eq!(limiters.contains(Limiters::SLEW), n < 4, "tick {n}");
+                assert_eq!(limiters.contains(ClampFlags::SLEW), n < 4, "tick {n}");
             }
         }
     }
@@ -53,7 +57,7 @@ fn a_force_that_turns_keeps_what_lies_along_the_new_one_and_grows_from_there() {
     let mut limiter = holding([2.0, 0.0, 0.0]);
     let (force_n, limiters) = limit(&mut limiter, [1.0, 1.0, 0.0]);
     assert!((force_n - Vector3::new(1.0, 0.5, 0.0)).norm() < 1e-6, "{force_n}: 1 N along x is kept, 0.5 N are new");
-    assert!(limiters.contains(Limiters::SLEW) && !limiters.contains(Limiters::FORCE));
+    assert!(limiters.contains(ClampFlags::SLEW) && !limiters.contains(ClampFlags::FORCE));
     // what points against the last force keeps nothing of it
     let mut limiter = holding([2.0, 0.0, 0.0]);
     let (force_n, _) = limit(&mut limiter, [-2.0, 0.0, 0.0]);
@@ -68,16 +72,16 @@ fn a_force_that_turns_keeps_what_lies_along_the_new_one_and_grows_from_there() {
 fn a_force_that_is_no_longer_wanted_goes_at_once() {
     let mut limiter = holding([0.0, -1.5, 2.0]);
     assert_eq!(limit(&mut limiter, [0.0, -0.75, 1.0]).0, Vector3::new(0.0, -0.75, 1.0));
-    assert_eq!(limit(&mut limiter, [0.0; 3]), (Vector3::zeros(), Limiters::default()));
+    assert_eq!(limit(&mut limiter, [0.0; 3]), (Vector3::zeros(), ClampFlags::default()));
 }
 
 #[test]
 fn the_limit_and_the_cap_keep_the_direction() {
     let mut limiter = holding([2.0, 1.0, 2.0]);
     let (force_n, limiters) = limit(&mut limiter, [4.0, 2.0, 4.0]);
-    assert!((force_n - Vector3::new(2.0, 1.0, 2.0)).norm() < 1e-6 && limiters.contains(Limiters::FORCE), "{force_n}");
+    assert!((force_n - Vector3::new(2.0, 1.0, 2.0)).norm() < 1e-6 && limiters.contains(ClampFlags::FORCE), "{force_n}");
     let capped = limiter.limit(&limits(), Vector3::new(2.0, 1.0, 2.0), 1.5).unwrap();
-    assert!((capped.force_n - Vector3::new(1.0, 0.5, 1.0)).norm() < 1e-6 && capped.limiters.contains(Limiters::FORCE));
+    assert!((capped.force_n - Vector3::new(1.0, 0.5, 1.0)).norm() < 1e-6 && capped.limiters.contains(ClampFlags::FORCE));
     assert_eq!(limiter.limit(&limits(), Vector3::new(2.0, 1.0, 2.0), 0.0).unwrap().force_n, Vector3::zeros(), "no force");
 }
 

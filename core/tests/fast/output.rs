@@ -3,7 +3,7 @@
 
 use palpate::stages::force::foundation::Load;
 use palpate::stages::{output, probe};
-use palpate::{Fault, Limiters, Output, ProbePose, Vector3};
+use palpate::{ClampFlags, Fault, Output, ProbePose, Vector3};
 
 use crate::guard::Tissue;
 
@@ -33,7 +33,7 @@ fn the_reaction_is_opposite_to_the_load() {
     assert!((out.normal - Vector3::new(-0.6, 0.0, 0.8)).norm() < 1e-5);
     assert!((out.depth_m - (2.5e-3 * 0.8 - 1e-3 * 0.6)).abs() < 1e-6, "along the normal: {}", out.depth_m);
     assert!((out.point_m - Tissue::new().file.site_m - POINT_M).norm() < 1e-6, "the weighted mean of the points");
-    assert_eq!((out.active_nodes, out.fault, out.limiters), (7, None, Limiters::default()));
+    assert_eq!((out.active_nodes, out.fault, out.limiters), (7, None, ClampFlags::default()));
     assert_eq!(read(Vector3::new(0.0, 0.0, 0.4), 2.0).unwrap().depth_m, 0.0, "above the surface of that side");
 }
 
@@ -42,7 +42,7 @@ fn the_force_is_shortened_to_the_limit() {
     let most_n = 3.0;
     for (times, limited) in [(0.99, false), (1.01, true), (50.0, true)] {
         let out = read(Vector3::new(0.6, 0.0, -0.8) * (most_n * times), 1.0).unwrap();
-        assert_eq!(out.limiters.contains(Limiters::FORCE), limited);
+        assert_eq!(out.limiters.contains(ClampFlags::FORCE), limited);
         let right_n = if limited { most_n } else { most_n * times };
         assert!((out.force_n - Vector3::new(-0.6, 0.0, 0.8) * right_n).norm() < 1e-4 * most_n, "{out:?}");
     }

@@ -13,7 +13,7 @@ fn run(cycle: &mut Cycle, device: &mut Device, tissue: &mut Tissue, z_m: f32, as
     device.sensed.position_m = tissue.file.site_m + Vector3::new(0.0, 0.0, z_m);
     device.sensed.sequence += 1;
     let mut renderer = PatchRenderer { model: &tissue.file.model, tuned: &tissue.tuned, state: &mut tissue.state };
-    cycle.run(device, &mut renderer, Command { asked, ..Command::HEARD })
+    cycle.tick(device, &mut renderer, Command { asked, ..Command::HEARD })
 }
 
 #[test]

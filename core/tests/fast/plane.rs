@@ -1,7 +1,7 @@
 //! The plane that holds a contact and the body above the tip, on shipped patches.
 
 use palpate::stages::presence::{Plane, Presence, buried, locate};
-use palpate::{Limiters, Params, Vector3};
+use palpate::{ClampFlags, Params, Vector3};
 
 use crate::guard::Tissue;
 
@@ -163,7 +163,7 @@ fn a_tip_that_left_by_the_cut_gives_no_force_while_its_ball_still_touches() {
             if output.outside {
                 left += 1;
                 assert!(output.force_n == Vector3::zeros() && output.depth_m == 0.0, "{edge}: {output:?}");
-                assert!(left > 2 || output.limiters.contains(Limiters::BURIED), "{edge}: {output:?}");
+                assert!(left > 2 || output.limiters.contains(ClampFlags::BURIED), "{edge}: {output:?}");
             }
         }
         touching += usize::from(left > 0);
@@ -181,7 +181,7 @@ fn over_the_edge_of_a_cut_the_surface_is_entered_from_above() {
         let output = tissue.at(at(-0.3e-3, -0.2e-3));
         if !output.outside {
             entered += 1;
-            assert!(!output.limiters.contains(Limiters::BURIED), "{edge}: {output:?}");
+            assert!(!output.limiters.contains(ClampFlags::BURIED), "{edge}: {output:?}");
         }
     }
     assert!(entered > 6, "{entered} edges");

@@ -3,7 +3,7 @@
 
 use palpate::haptic::mode::Mode;
 use palpate::stages::presence::{Presence, locate};
-use palpate::{Fault, Limiters, Output, Vector3};
+use palpate::{ClampFlags, Fault, Output, Vector3};
 
 use crate::bench::{Bench, pushing};
 use crate::guard::Tissue;
@@ -69,7 +69,7 @@ fn a_probe_that_leaves_by_a_side_or_from_below_feels_nothing_outside_until_it_co
         }
         // back the same way: inside, but not by the surface
         go(&mut tissue, down_m + far_m, down_m, STEP_M, nothing);
-        assert!(tissue.at(down_m).limiters.contains(Limiters::BURIED) && !tissue.at(down_m).outside);
+        assert!(tissue.at(down_m).limiters.contains(ClampFlags::BURIED) && !tissue.at(down_m).outside);
         go(&mut tissue, down_m, Vector3::new(0.0, 0.0, 12e-3), STEP_M, nothing);
         assert!(tissue.press(2e-3).force_n.z > 0.02, "a fresh approach from outside");
     }
@@ -262,7 +262,7 @@ fn from_behind_a_cut_nothing_is_felt() {
     let mut tissue = Tissue::cut();
     let [low_m, high_m] = extent(&tissue);
     go(&mut tissue, out * -((high_m - low_m).norm() + 0.02), out * -1.5e-3, STEP_M, nothing);
-    assert!(tissue.at(out * -1.5e-3).limiters.contains(Limiters::BURIED));
+    assert!(tissue.at(out * -1.5e-3).limiters.contains(ClampFlags::BURIED));
 }
 
 #[test]

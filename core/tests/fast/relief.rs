@@ -1,7 +1,7 @@
 //! Strain: saturation, created energy, and what is felt until the contact is over.
 
 use palpate::haptic::mode::Mode;
-use palpate::{Limiters, Vector3};
+use palpate::{ClampFlags, Vector3};
 
 use crate::bench::{Bench, CLEAR_M, pushing, set};
 
@@ -10,7 +10,7 @@ fn a_force_at_its_limit_is_relieved_to_a_half_and_comes_back_with_the_next_conta
     let mut bench = Bench::new(400.0).active();
     bench.move_to(-8e-3, 0.05);
     let at_limit = bench.tick();
-    assert!((at_limit.applied_n.z - 3.0).abs() < 1e-3 && set(&at_limit, Limiters::FORCE), "{}", at_limit.applied_n);
+    assert!((at_limit.applied_n.z - 3.0).abs() < 1e-3 && set(&at_limit, ClampFlags::FORCE), "{}", at_limit.applied_n);
     let degraded = (0..300).find(|_| bench.tick().mode == Mode::Degraded);
     assert!(degraded.is_some_and(|ticks| ticks < 201), "{degraded:?}");
     let mut last_n = bench.tick().applied_n.z;
@@ -26,11 +26,11 @@ fn a_force_at_its_limit_is_relieved_to_a_half_and_comes_back_with_the_next_conta
     bench.move_to(-2e-3, 0.05);
     let record = bench.ticks(300);
     assert!((record.applied_n.z - 0.4).abs() < 1e-3 && record.mode == Mode::Degraded, "{}", record.applied_n);
-    assert!(set(&record, Limiters::GAIN));
+    assert!(set(&record, ClampFlags::GAIN));
     bench.move_to(CLEAR_M, 0.05);
     assert_eq!(bench.tick().mode, Mode::Active);
     let record = bench.press_n(1.0);
-    assert!((record.applied_n.z - 1.0).abs() < 1e-3 && !set(&record, Limiters::GAIN));
+    assert!((record.applied_n.z - 1.0).abs() < 1e-3 && !set(&record, ClampFlags::GAIN));
 }
 
 #[test]
@@ -38,10 +38,10 @@ fn relief_begins_after_two_hundred_ticks_and_not_below_the_limit() {
     let mut bench = Bench::new(400.0).active();
     bench.wall.answer = Some(pushing(5e-3, 2.9));
     let record = bench.ticks(500);
-    assert_eq!((record.mode, set(&record, Limiters::GAIN)), (Mode::Active, false));
+    assert_eq!((record.mode, set(&record, ClampFlags::GAIN)), (Mode::Active, false));
     bench.wall.answer = Some(pushing(5e-3, 3.1));
-    assert!(!set(&bench.ticks(200), Limiters::GAIN));
-    assert!(set(&bench.tick(), Limiters::GAIN), "from the next tick on");
+    assert!(!set(&bench.ticks(200), ClampFlags::GAIN));
+    assert!(set(&bench.tick(), ClampFlags::GAIN), "from the next tick on");
 }
 
 /// A contact that gives this much energy to the hand beyond what it took, with 1 N [J].
@@ -67,7 +67,7 @@ fn created_energy_fades_the_force_and_degrades_until_a_good_contact() {
     let record = bench.tick();
     assert!(record.energy.total_created_j > 0.5e-3, "{:?}", record.energy);
     assert_eq!(record.mode, Mode::Degraded, "free space, and the next contact is to be half as strong");
-    assert!(set(&record, Limiters::ENERGY));
+    assert!(set(&record, ClampFlags::ENERGY));
     bench.wall.answer = Some(pushing(1e-3, 1.0));
     let force_n = bench.ticks(10).applied_n;
     assert!((force_n - Vector3::new(0.0, 0.0, 0.5)).norm() < 1e-5, "{force_n}");
@@ -75,7 +75,7 @@ fn created_energy_fades_the_force_and_degrades_until_a_good_contact() {
     bench.ticks(5);
     contact(&mut bench, -0.3e-3);
     let record = bench.ticks(5);
-    assert_eq!((record.mode, set(&record, Limiters::ENERGY)), (Mode::Active, false));
+    assert_eq!((record.mode, set(&record, ClampFlags::ENERGY)), (Mode::Active, false));
 }
 
 #[test]

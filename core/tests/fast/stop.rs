@@ -3,7 +3,7 @@
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
-use palpate::{Limiters, Vector3};
+use palpate::{ClampFlags, Vector3};
 
 use crate::bench::{Bench, CLEAR_M, set, stylus};
 
@@ -96,7 +96,7 @@ fn limits_are_lowered_under_force_and_never_raised() {
     let lower = LoopLimitSettings { max_force_n: 1.2, ..LoopLimitSettings::DESKTOP };
     bench.cycle.lower_limits(&lower).unwrap();
     let record = bench.tick();
-    assert!((record.applied_n.z - 1.2).abs() < 1e-5 && set(&record, Limiters::FORCE), "{}", record.applied_n);
+    assert!((record.applied_n.z - 1.2).abs() < 1e-5 && set(&record, ClampFlags::FORCE), "{}", record.applied_n);
     assert!(bench.cycle.lower_limits(&LoopLimitSettings::DESKTOP).is_err());
     assert_eq!(bench.cycle.limits(), &lower);
 }
@@ -104,11 +104,11 @@ fn limits_are_lowered_under_force_and_never_raised() {
 #[test]
 fn held_poses_and_growth_are_told() {
     let mut bench = Bench::new(400.0).active();
-    assert!(set(&bench.repeat(Command::HEARD), Limiters::HELD));
-    assert!(!set(&bench.tick(), Limiters::HELD));
+    assert!(set(&bench.repeat(Command::HEARD), ClampFlags::HELD));
+    assert!(!set(&bench.tick(), ClampFlags::HELD));
     bench.wall.answer = Some(crate::bench::pushing(5e-3, 2.0));
     let record = bench.tick();
-    assert!(set(&record, Limiters::SLEW) && !set(&record, Limiters::FORCE) && !set(&record, Limiters::GAIN));
+    assert!(set(&record, ClampFlags::SLEW) && !set(&record, ClampFlags::FORCE) && !set(&record, ClampFlags::GAIN));
     assert!((record.applied_n.z - 0.5).abs() < 1e-5, "{}", record.applied_n);
 }
 

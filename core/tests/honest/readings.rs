@@ -2,7 +2,7 @@
 
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::mode::Mode;
-use palpate::{Fault, Limiters, Vector3};
+use palpate::{ClampFlags, Fault, Vector3};
 
 use crate::rig::{CLEAR_M, Rig};
 
@@ -54,7 +54,7 @@ fn an_encoder_that_dies_under_a_strong_force_gives_none_after_six_seconds() {
         let telemetry = rig.tick(Command::HEARD);
         let force_n = telemetry.applied_n.norm();
         if (5_100..5_900).contains(&n) {
-            assert!(telemetry.mode == Mode::Degraded && telemetry.limiters.contains(Limiters::GAIN), "tick {n}: {telemetry:?}");
+            assert!(telemetry.mode == Mode::Degraded && telemetry.limiters.contains(ClampFlags::GAIN), "tick {n}: {telemetry:?}");
             assert!(force_n < last_n && last_n - force_n < 0.01, "smoothly: tick {n}, {last_n} N, {force_n} N");
         }
         last_n = force_n;

@@ -1,4 +1,4 @@
-//! A scripted device over a shipped patch, driven through [`Cycle::run`].
+//! A scripted device over a shipped patch, driven through [`Cycle::tick`].
 
 use std::path::Path;
 
@@ -132,7 +132,7 @@ impl Rig {
     /// One tick.
     pub fn tick(&mut self, command: Command) -> Telemetry {
         let mut patch = PatchRenderer { model: self.model, tuned: &self.tuned, state: &mut self.state };
-        self.cycle.run(&mut self.device, &mut patch, command)
+        self.cycle.tick(&mut self.device, &mut patch, command)
     }
 
     /// Direction along the surface, `turned` from the tangent [rad].

@@ -96,11 +96,11 @@ impl Controller {
 
     /// One tick. `healthy` is the board's own verdict on its outputs and memory; it decides the
     /// self-test.
-    pub fn step(&mut self, renderer: &mut impl Renderer, sensed: Sensed, command: Command, healthy: bool) -> Telemetry {
+    pub fn tick(&mut self, renderer: &mut impl Renderer, sensed: Sensed, command: Command, healthy: bool) -> Telemetry {
         self.edge.put(sensed);
         let command = self.present(command);
         let command = self.asked(command, healthy);
-        let telemetry = self.cycle.run(&mut self.edge, renderer, command);
+        let telemetry = self.cycle.tick(&mut self.edge, renderer, command);
         // used up by arming, whatever ends it, and by every mode that follows
         self.fresh &= matches!(telemetry.mode, Mode::Boot | Mode::SelfTest | Mode::Idle);
         telemetry
@@ -171,7 +171,7 @@ mod tests {
         for _ in 0..ticks {
             let sequence = controller.edge.sense().sequence.wrapping_add(1);
             let sensed = Sensed { position_m: Vector3::zeros(), sequence, status: SensorStatus::Good };
-            telemetry = Some(controller.step(&mut Air, sensed, command, healthy));
+            telemetry = Some(controller.tick(&mut Air, sensed, command, healthy));
         }
         telemetry.unwrap()
     }

@@ -77,7 +77,7 @@ impl<B: Board> HapticLoop<B> {
         let found = self.board.emergency_stop().or(own).or(supply).or(command.found);
         let operator_absent = self.board.operator_absent().unwrap_or(command.operator_absent);
         let command = Command { found, late_ticks: self.late_ticks.max(missed), operator_absent, ..command };
-        let telemetry = self.controller.step(tissue, sensed, command, self.board.healthy());
+        let telemetry = self.controller.tick(tissue, sensed, command, self.board.healthy());
         let mut outputs = force_out::outputs(self.controller.drive());
         self.board.write_outputs(outputs);
         let late = period.map_or(0, |period| self.board.periods_begun().wrapping_sub(period));

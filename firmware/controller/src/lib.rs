@@ -2,7 +2,7 @@
 //! become converter codes.
 //!
 //! ```text
-//! link ─ inbox ─ HapticLoop::tick ─ Controller::step ─ Cycle::run (core) ─ port ─ outputs ─ Board
+//! link ─ inbox ─ HapticLoop::tick ─ Controller::tick ─ Cycle::tick (core) ─ port ─ outputs ─ Board
 //! ```
 //!
 //! [`haptic_loop`] is one tick with deadline, read-back of the outputs and watchdog; [`serve`] runs

@@ -9,7 +9,7 @@
 //! | stop circuit | `TIM1_BKIN` (PE15), high is closed, low or open stops |
 //! | enable line | PF12, high is on |
 //! | supply of the amplifiers | PF13, high is good: an open pin reads low |
-//! | operator's switch | PF14, high is pressed: an open pin reads released; used if in the profile |
+//! | operator's switch | PF14, high is pressed: an open pin reads released; the profile uses it |
 //! | link | USART3 (PD8, PD9): the debugger's serial port, 115 200 baud |
 //! | watchdog | IWDG1, 4.5 ms, its own clock |
 //!

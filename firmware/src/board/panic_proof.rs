@@ -68,7 +68,7 @@ fn tick(
     assert!(black_box(true), "shows that the proof bites");
     let (sensed, command) = inbox.clear();
     let sensed: Sensed = sensed.unwrap_or(*unknown());
-    let telemetry = controller.step(tissue, sensed, command, black_box(true));
+    let telemetry = controller.tick(tissue, sensed, command, black_box(true));
     let outputs = force_out::outputs(controller.drive());
     black_box((deadline.judge(black_box(1)), controller.sound(&telemetry)));
     tissue.settle(controller.in_contact());

@@ -5,7 +5,7 @@
 //! that a run can be repeated to the bit.
 
 use palpate::haptic::mode::Mode;
-use palpate::{Limiters, Vector3};
+use palpate::{ClampFlags, Vector3};
 use palpate_controller::link::message::HostAsk;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{RngCore, SeedableRng};
@@ -118,7 +118,7 @@ pub fn run(twin: &mut Twin<'_>, ticks: u32, deepest_m: f32, mut progress: impl F
             met.felt += u32::from(record.depth_m > 0.0 && record.applied_n != [0.0; 3]);
             met.faulted += u32::from(mode == Some(Mode::Fault));
             met.ramping += u32::from(mode == Some(Mode::SafeRamp));
-            let full = mode == Some(Mode::Active) && record.limiters & Limiters::GAIN.bits() == 0;
+            let full = mode == Some(Mode::Active) && record.limiters & ClampFlags::GAIN.bits() == 0;
             if was_away && full {
                 met.recovered += 1;
                 was_away = false;

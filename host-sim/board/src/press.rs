@@ -6,7 +6,7 @@
 //! an estimate, not hardware timing.
 
 use palpate::haptic::mode::Mode;
-use palpate::{Limiters, Output, Vector3};
+use palpate::{ClampFlags, Output, Vector3};
 use palpate_controller::link::Record;
 
 use super::twin::Reading;
@@ -105,9 +105,9 @@ fn row(record: &Record, twin: &Twin<'_>, position_m: Vector3<f32>, n: usize) -> 
 }
 
 /// The patch's limiters, out of their byte.
-fn limiters(bits: u8) -> Limiters {
-    let mut set = Limiters::DEFAULT;
-    for flag in [Limiters::SPEED, Limiters::DEPTH, Limiters::FORCE, Limiters::BURIED] {
+fn limiters(bits: u8) -> ClampFlags {
+    let mut set = ClampFlags::DEFAULT;
+    for flag in [ClampFlags::SPEED, ClampFlags::DEPTH, ClampFlags::FORCE, ClampFlags::BURIED] {
         if bits & flag.bits() != 0 {
             set.set(flag);
         }

@@ -4,7 +4,7 @@
 use palpate::haptic::cycle::Settings;
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::mode::Mode;
-use palpate::{Fault, Limiters, PatchFile, Vector3};
+use palpate::{ClampFlags, Fault, PatchFile, Vector3};
 use palpate_controller::controller::{Arming, Controller};
 use palpate_controller::haptic_loop::HapticLoop;
 
@@ -224,7 +224,7 @@ impl<'a> Twin<'a> {
                 _ => None,
             };
             let record = self.tick(Reading::at(outside_m), ask)?;
-            let ramping = record.limiters & Limiters::GAIN.bits() != 0;
+            let ramping = record.limiters & ClampFlags::GAIN.bits() != 0;
             if record.mode() == Some(Mode::Active) && !ramping {
                 return Ok(());
             }

@@ -15,7 +15,7 @@ use super::canvas::Drawn;
 use super::key_column::{self, Sign};
 use super::layout::{Chart, Labels, TITLE_HEIGHT_PX, axes, builder, cut, title};
 use super::picture::{Picture, save};
-use super::speed_accuracy::marker::{Shape, distinct, outline};
+use super::speed_accuracy::marker::{Marker, distinct, outline};
 use super::style::{INK, LABEL_PX, line, px, text};
 use super::{ChartError, check_series};
 
@@ -181,8 +181,8 @@ fn draw_box<DB: DrawingBackend>(
         area.draw(&Circle::new(at(middle, *outlier), px(3.0), color.filled()))?;
     }
     let mean = at(middle, summary.mean);
-    area.draw(&Polygon::new(outline(Shape::Diamond, mean, px(5.2)), WHITE.filled()))?;
-    area.draw(&Polygon::new(outline(Shape::Diamond, mean, px(3.9)), INK.filled()))
+    area.draw(&Polygon::new(outline(Marker::Diamond, mean, px(5.2)), WHITE.filled()))?;
+    area.draw(&Polygon::new(outline(Marker::Diamond, mean, px(3.9)), INK.filled()))
 }
 
 #[cfg(test)]

@@ -9,16 +9,16 @@
 
 pub mod candidate;
 pub mod judge;
+pub mod judged_candidate;
 pub mod known;
 pub mod outcome;
 pub mod rim_treatment;
 pub mod search;
-pub mod trial;
 
 pub use candidate::{Candidate, Supply, Weighed};
 pub use judge::{Judge, Judged, WORST_RATIO};
+pub use judged_candidate::{Bench, Effort, JudgedCandidate};
 pub use known::Known;
 pub use outcome::Outcome;
 pub use rim_treatment::RimTreatment;
 pub use search::search;
-pub use trial::{Bench, Effort, Trial};

@@ -7,24 +7,24 @@
 
 mod accuracy;
 mod cycles;
+mod figures;
 mod front;
 mod moving;
-mod pictures;
 mod reference;
+mod report;
 mod run;
 mod scope;
 mod survive;
-mod table;
 mod timing;
 
 pub use accuracy::{Accuracy, DEPTHS_M, SURFACE_DEPTHS_M};
 pub use cycles::{CYCLES_PER_FLOP, m4f_cycles};
+pub use figures::draw;
 pub use front::{front, front_of_three};
 pub use moving::{Moving, SPEEDS_MM_PER_S};
-pub use pictures::pictures;
 pub use reference::Reference;
+pub use report::{COSTS, ERRORS, Front, FrontPoint, MovingFront, MovingPoint, Quantity, Summary, write};
 pub use run::{Measured, Run, measure};
 pub use scope::{Scope, Task};
-pub use survive::{CLEAR_M, Failure, MOST_SUBSTEPS, Survival, Trial, least_substeps, try_press};
-pub use table::{COSTS, ERRORS, Front, FrontPoint, MovingFront, MovingPoint, Quantity, Summary, write};
+pub use survive::{CLEAR_M, Failure, MOST_SUBSTEPS, PressResult, Survival, least_substeps, try_press};
 pub use timing::{TickTime, tick_time};

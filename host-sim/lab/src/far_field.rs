@@ -1,7 +1,7 @@
 //! Experiments on the far field: treatments of the edge of a patch, and a contact that slides.
 
-pub mod rim_treatment;
+pub mod rim_method;
 pub mod sliding;
 pub mod table;
 
-pub use rim_treatment::{RimTreatment, RimTreatments};
+pub use rim_method::{RimMethod, RimMethods};

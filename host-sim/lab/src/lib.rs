@@ -2,8 +2,8 @@
 //! two papers.
 //!
 //! ```text
-//! rivals ─ chart (speed against accuracy)
-//! rivals ─ stability (where methods and loops fail)
+//! methods ─ chart (speed against accuracy)
+//! methods ─ stability (where methods and loops fail)
 //! far_field (treatments of the rim, sliding)
 //! paper (figures and tables of the two papers), score (equation 14)
 //! paper_method (the models of the two papers on the core's tick)
@@ -16,9 +16,9 @@ pub mod accept;
 pub mod chart;
 pub mod error;
 pub mod far_field;
+pub mod methods;
 pub mod paper;
 pub mod paper_method;
-pub mod rivals;
 pub mod score;
 pub mod stability;
 

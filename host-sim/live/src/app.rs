@@ -11,11 +11,11 @@ use web_time::{Duration, Instant};
 
 use crate::camera::Camera;
 use crate::controls::Controls;
+use crate::drawn_body::DrawnBody;
 use crate::files::Files;
 use crate::link::Link;
 use crate::message::{Answer, Ended, Frame, Request, SILENCE_S};
 use crate::pointer::Pointer;
-use crate::shape::Shape;
 use crate::strips::Strips;
 use crate::view::{self, Shown};
 use crate::words;
@@ -24,7 +24,7 @@ use crate::words;
 pub struct App {
     pub(crate) link: Box<dyn Link>,
     pub(crate) files: Files,
-    pub(crate) shape: Shape,
+    pub(crate) shape: DrawnBody,
     pub(crate) frame: Frame,
     pub(crate) camera: Camera,
     pub(crate) pointer: Pointer,
@@ -65,7 +65,7 @@ impl App {
         Self {
             link,
             files: Files::default(),
-            shape: Shape::default(),
+            shape: DrawnBody::default(),
             frame: Frame::default(),
             camera: Camera::of(Vector3::zeros(), 0.08),
             pointer: Pointer::default(),
@@ -129,7 +129,7 @@ impl App {
                     let first = self.shape.body.number == 0;
                     let same_size = self.shape.extent_m();
                     self.controls.of_body(&body);
-                    self.shape = Shape::of(*body);
+                    self.shape = DrawnBody::of(*body);
                     let (at_m, size_m) = self.shape.extent_m();
                     if first || (at_m, size_m) != same_size {
                         self.camera = Camera::of(at_m, size_m);

@@ -7,8 +7,8 @@ use palpate_tissue::scene::PRESETS;
 use web_time::Instant;
 
 use crate::camera::Lens;
+use crate::drawn_body::DrawnBody;
 use crate::message::{Body, Frame};
-use crate::shape::Shape;
 use crate::view::{Colour, LEAST_J, Shown, scale, screen};
 
 /// A nodule as the slider begins with it.
@@ -179,7 +179,7 @@ impl Controls {
     }
 
     /// Where the answer was, and where the nodule.
-    pub fn marks(&self, painter: &Painter, lens: &Lens, shape: &Shape) {
+    pub fn marks(&self, painter: &Painter, lens: &Lens, shape: &DrawnBody) {
         let Some((_, answer, nodule)) = &self.found else { return };
         let top_m = shape.body.site_m[2] + 0.5e-3;
         // their names on either side, or one would hide the other

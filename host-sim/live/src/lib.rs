@@ -12,6 +12,7 @@
 pub mod app;
 mod camera;
 mod controls;
+mod drawn_body;
 mod files;
 mod keys;
 pub mod link;
@@ -21,7 +22,6 @@ mod page;
 mod panel;
 pub mod physics;
 mod pointer;
-mod shape;
 mod strips;
 mod view;
 mod words;

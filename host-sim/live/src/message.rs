@@ -132,7 +132,7 @@ pub struct Frame {
     pub mode: u8,
     /// Latched fault, by its number; 0 for none.
     pub fault: u8,
-    /// Limiters, as bits.
+    /// ClampFlags, as bits.
     pub limiters: u8,
     /// Force on the device [N].
     pub force_n: [f32; 3],

@@ -172,7 +172,7 @@ impl Physics {
         let target_m = if heard { self.target_m } else { self.away_m() };
         let first = self.samples.len();
         for _ in 0..run {
-            let step = self.live.step(target_m, heard);
+            let step = self.live.tick(target_m, heard);
             self.ticks += 1;
             let t = &step.telemetry;
             if self.ticks.is_multiple_of(SAMPLE_EVERY) && self.samples.len() < MOST_SAMPLES {

@@ -5,8 +5,8 @@ use palpate::Vector3;
 use palpate_loop::live::CLEAR_M;
 
 use crate::camera::Camera;
+use crate::drawn_body::DrawnBody;
 use crate::message::{Body, Frame};
-use crate::shape::Shape;
 
 type V = Vector3<f32>;
 
@@ -55,7 +55,14 @@ impl Pointer {
     }
 
     /// Where the tip shall be [m]; `None` if nobody points at the tissue.
-    pub fn aim(&mut self, ui: &Ui, response: &Response, camera: &mut Camera, shape: &Shape, frame: &Frame) -> Option<[f64; 3]> {
+    pub fn aim(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        camera: &mut Camera,
+        shape: &DrawnBody,
+        frame: &Frame,
+    ) -> Option<[f64; 3]> {
         let lens = camera.lens(response.rect);
         let axis = V::from(shape.body.axis);
         let typing = ui.ctx().memory(|m| m.focused().is_some());

@@ -5,8 +5,8 @@ use eframe::egui::{Color32, Mesh, Painter, Pos2, Rect, Shape as Drawn, Stroke, p
 use palpate::Vector3;
 
 use crate::camera::Lens;
+use crate::drawn_body::DrawnBody;
 use crate::message::Frame;
-use crate::shape::Shape;
 
 type V = Vector3<f32>;
 
@@ -65,7 +65,7 @@ struct Facet {
 }
 
 /// Draws all; returns how many triangles.
-pub fn draw(painter: &Painter, lens: &Lens, shape: &Shape, frame: &Frame, shown: &Shown) -> usize {
+pub fn draw(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, shown: &Shown) -> usize {
     if frame.nodes_m.len() != shape.body.rest_m.len() || frame.nodes_m.is_empty() {
         return 0;
     }
@@ -92,7 +92,7 @@ pub fn draw(painter: &Painter, lens: &Lens, shape: &Shape, frame: &Frame, shown:
     facets.len()
 }
 
-fn tissue(facets: &mut Vec<Facet>, lens: &Lens, shape: &Shape, frame: &Frame, shown: &Shown) {
+fn tissue(facets: &mut Vec<Facet>, lens: &Lens, shape: &DrawnBody, frame: &Frame, shown: &Shown) {
     let nodes_m: Vec<V> = frame.nodes_m.iter().map(|x| V::from(*x)).collect();
     let normals = shape.normals(&nodes_m);
     let shares: Vec<f32> = match shown.colour {
@@ -123,7 +123,7 @@ fn push(facets: &mut Vec<Facet>, corners: [Option<((Pos2, Color32), f32)>; 3]) {
 }
 
 /// A ball or a flat end at the tip, and a handle.
-fn probe(facets: &mut Vec<Facet>, lens: &Lens, shape: &Shape, frame: &Frame) {
+fn probe(facets: &mut Vec<Facet>, lens: &Lens, shape: &DrawnBody, frame: &Frame) {
     const ROUND: usize = 32;
     let (axis, radius_m, tip_m) = (V::from(shape.body.axis), shape.body.radius_m, V::from(frame.tip_m));
     let aside = if axis.x.abs() < 0.9 { V::x() } else { V::y() };
@@ -163,7 +163,7 @@ fn probe(facets: &mut Vec<Facet>, lens: &Lens, shape: &Shape, frame: &Frame) {
     }
 }
 
-fn springs(painter: &Painter, lens: &Lens, shape: &Shape, frame: &Frame, shown: &Shown) {
+fn springs(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, shown: &Shown) {
     let ink = if shown.dark {
         Color32::from_rgba_unmultiplied(235, 240, 245, 70)
     } else {
@@ -177,7 +177,7 @@ fn springs(painter: &Painter, lens: &Lens, shape: &Shape, frame: &Frame, shown: 
     }
 }
 
-fn rim(painter: &Painter, lens: &Lens, shape: &Shape, frame: &Frame) {
+fn rim(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame) {
     let dots = |nodes: &[u16], colour: Color32| {
         for n in nodes {
             if let Some((pixel, _)) = frame.nodes_m.get(usize::from(*n)).and_then(|x| lens.project(&V::from(*x))) {
@@ -199,7 +199,7 @@ fn share_inside(rect: Rect, a: Pos2, b: Pos2) -> f32 {
     along(a.x, b.x, rect.left(), rect.right()).min(along(a.y, b.y, rect.top(), rect.bottom())).min(1.0)
 }
 
-fn force(painter: &Painter, lens: &Lens, shape: &Shape, frame: &Frame, shown: &Shown) {
+fn force(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, shown: &Shown) {
     let force_n = V::from(frame.force_n);
     let length_n = force_n.norm();
     if length_n < 1e-3 {

@@ -1,7 +1,7 @@
 //! Modes, faults and limiters in words.
 
 use palpate::haptic::mode::Mode;
-use palpate::{Fault, Limiters};
+use palpate::{ClampFlags, Fault};
 
 /// A mode.
 #[must_use]
@@ -35,14 +35,14 @@ pub fn fault(number: u8) -> Option<String> {
 #[must_use]
 pub fn limiters(bits: u8) -> Vec<&'static str> {
     [
-        (Limiters::SPEED, "speed held back"),
-        (Limiters::DEPTH, "depth at its limit"),
-        (Limiters::FORCE, "force at its limit"),
-        (Limiters::BURIED, "began inside: lift first"),
-        (Limiters::SLEW, "force growing as fast as it may"),
-        (Limiters::HELD, "an older pose"),
-        (Limiters::GAIN, "scaled: ramp-in or relief"),
-        (Limiters::ENERGY, "scaled: energy was given"),
+        (ClampFlags::SPEED, "speed held back"),
+        (ClampFlags::DEPTH, "depth at its limit"),
+        (ClampFlags::FORCE, "force at its limit"),
+        (ClampFlags::BURIED, "began inside: lift first"),
+        (ClampFlags::SLEW, "force growing as fast as it may"),
+        (ClampFlags::HELD, "an older pose"),
+        (ClampFlags::GAIN, "scaled: ramp-in or relief"),
+        (ClampFlags::ENERGY, "scaled: energy was given"),
     ]
     .into_iter()
     .filter(|(flag, _)| bits & flag.bits() == flag.bits())

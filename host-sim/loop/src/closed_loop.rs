@@ -6,11 +6,11 @@
 //! ```
 //!
 //! [`run::run`] is that line; [`campaign`] runs it with the faults of [`faulty`]. A [`device`]
-//! profile and a [`hand`] are data; a [`control`] is ours or a rival; a [`surface`] is a wall or
+//! profile and a [`hand`] are data; a [`controller`] is ours or another; a [`surface`] is a wall or
 //! the product's patch; a [`verdict`] is frozen.
 
 pub mod campaign;
-pub mod control;
+pub mod controller;
 pub mod device;
 pub mod faulty;
 pub mod fidelity;

@@ -6,8 +6,8 @@ use clap::Args;
 
 use super::progress::Bar;
 use crate::error::Error;
-use palpate_lab::chart::{MovingPoint, Reference, Run, Scope, Summary, Task, measure, pictures, write};
-use palpate_lab::rivals::{Block, Method};
+use palpate_lab::chart::{MovingPoint, Reference, Run, Scope, Summary, Task, draw, measure, write};
+use palpate_lab::methods::{Block, Method};
 use palpate_tissue::output::OutputFolder;
 
 #[derive(Args, Clone, Debug)]
@@ -32,7 +32,7 @@ impl ChartArgs {
         let runs = run_all(&scope)?;
         let summary = Summary::of(&runs);
         write(&folder, &runs, &summary)?;
-        pictures(&folder, &runs)?;
+        draw(&folder, &runs)?;
         print_table(&runs);
         print_fronts(&summary);
         println!("\nwrote {}: summary.json, chart.csv, pictures as SVG and PNG", folder.publish()?.display());

@@ -9,7 +9,7 @@ use super::Common;
 use super::hardware_in_loop::HardwareInLoop;
 use super::progress::Progress;
 use crate::error::Error;
-use crate::loop_pictures;
+use crate::loop_figures;
 use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_loop::closed_loop::hand::{HANDS, Hand};
 use palpate_loop::closed_loop::prepared::{DEPTH_M, Prepared, fits};
@@ -109,7 +109,7 @@ impl LoopArgs {
         if let Some((row, run)) = shown.map(|row| again(row, &stimuli, make)).transpose()?.flatten() {
             let below = format!("{name}, {}, {} {}: {}", device.name, row.hand, row.stimulus, row.verdict);
             trace::write(&folder, &run, &site)?;
-            loop_pictures::draw(&folder, "loop", &below, &run, &site)?;
+            loop_figures::draw(&folder, "loop", &below, &run, &site)?;
             print(&report, &hands, &stimuli);
             println!("\nshown in full: {} {}", row.hand, row.stimulus);
         }

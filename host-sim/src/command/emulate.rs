@@ -12,7 +12,7 @@ use self::print::{Emulated, print, write_timing};
 use super::Common;
 use super::press::{print_holds, with_progress};
 use crate::error::Error;
-use crate::summary;
+use crate::press_report;
 use palpate_board::one_core::OneCore;
 use palpate_board::{self, Board, EmulatedBoard, Twin, campaign, timed, timing};
 use palpate_tissue::Error as TissueError;
@@ -116,7 +116,7 @@ impl EmulateArgs {
                 .as_ref()
                 .map(|d| format!("tick {}: {} is {} on the board and {} here", d.tick, d.what, d.values[0], d.values[1])),
         };
-        summary::write(&folder, &scene, &session, &press, &[], false)?;
+        press_report::write(&folder, &scene, &session, &press, &[], false)?;
         folder.write_json("emulated.json", &emulated)?;
         if self.timing {
             write_timing(&folder, &scene, &session, machine, &seen, &emulated)?;

@@ -6,7 +6,7 @@ use super::Common;
 use super::progress::Bar;
 use crate::error::Error;
 use palpate_lab::far_field::sliding::{Sliding, report};
-use palpate_lab::far_field::table::{Awake, Errors, Kind, Row, Scope, Setting, Summary, Table, awake, pictures, table, write};
+use palpate_lab::far_field::table::{Awake, Errors, Kind, Row, Scope, Setting, Summary, Table, awake, draw, table, write};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
@@ -19,7 +19,7 @@ pub(super) struct FarFieldArgs {
     #[arg(long)]
     quick: bool,
     /// Where the contact moves: slide 30 mm over the default block on patches as long as the stroke
-    /// and on their rivals.
+    /// and on other methods.
     #[arg(long)]
     sliding: bool,
 }
@@ -40,7 +40,7 @@ impl FarFieldArgs {
         bar.clear();
         let summary = Summary::of(&scene.name, &setting, &table, &awake);
         write(&folder, &summary, &awake)?;
-        pictures(&folder, &scene.name, &setting, &table, &awake)?;
+        draw(&folder, &scene.name, &setting, &table, &awake)?;
         print_table(&setting, &table, &summary);
         print_awake(&awake);
         let names = "summary.json, far_field.csv, awake.csv, stress_rule.csv, pictures as SVG and PNG";

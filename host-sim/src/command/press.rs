@@ -5,7 +5,7 @@ use clap::Args;
 use super::Common;
 use super::progress::Spinner;
 use crate::error::Error;
-use crate::summary;
+use crate::press_report;
 use palpate_tissue::budget::MACHINES;
 use palpate_tissue::machine::{PROFILE, processor};
 use palpate_tissue::moving::{Ramp, RampError};
@@ -41,7 +41,7 @@ impl PressArgs {
         print_report(&scene, &session);
         let press = with_progress(|progress| press::run(&scene, &session, progress))?;
         let moving = judge_ramps(&ramps, &session)?;
-        summary::write(&folder, &scene, &session, &press, &moving, self.vtu)?;
+        press_report::write(&folder, &scene, &session, &press, &moving, self.vtu)?;
         print_holds(&scene, &press);
         print_moving(&moving);
         let out = folder.publish()?;

@@ -73,7 +73,7 @@ impl StabilityArgs {
         let matrix = matrix?;
         let summary = model::Summary::of(&matrix);
         model::write(folder, &matrix)?;
-        model::pictures(folder, &matrix)?;
+        model::draw(folder, &matrix)?;
         print_model(&matrix, &summary);
         Ok(summary)
     }

@@ -2,7 +2,7 @@
 
 use super::progress::Progress;
 use crate::error::Error;
-use palpate_lab::stability::loop_matrix::{LoopSummary, Scope, pictures, print, write};
+use palpate_lab::stability::loop_matrix::{LoopSummary, Scope, draw, print, write};
 use palpate_tissue::output::OutputFolder;
 
 /// Measures the loop, writes its tables and pictures, prints the table.
@@ -13,7 +13,7 @@ pub(super) fn run_loop(folder: &OutputFolder, quick: bool, full: bool) -> Result
     progress.finish();
     let summary = summary?;
     write(folder, &summary)?;
-    pictures(folder, &summary)?;
+    draw(folder, &summary)?;
     print(&summary);
     Ok(summary)
 }

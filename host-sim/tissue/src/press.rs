@@ -5,7 +5,7 @@
 
 mod promise;
 
-use palpate::{Fault, Limiters, Output, Probe, ProbePose, State, Vector3, tick};
+use palpate::{ClampFlags, Fault, Output, Probe, ProbePose, State, Vector3, tick};
 
 use crate::clock::thread_time;
 use crate::error::Error;
@@ -83,7 +83,7 @@ pub struct Press {
     /// The fault that ended it.
     pub fault: Option<Fault>,
     /// Everything that was clamped in any tick.
-    pub limiters: Limiters,
+    pub limiters: ClampFlags,
     /// Hash of the final state.
     pub state_hash: u64,
     /// Machine that the tick times hold on.
@@ -200,7 +200,7 @@ impl Press {
             residual_m: 0.0,
             deadline_misses: 0,
             fault: None,
-            limiters: Limiters::default(),
+            limiters: ClampFlags::default(),
             state_hash: 0,
             timed_on,
         }

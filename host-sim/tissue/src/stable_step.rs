@@ -87,7 +87,7 @@ impl StableStep {
         let (tuned, mut state) = memory.start(model, &careful)?;
         let (_, mut trial) = scratch.start(model, &careful)?;
         let limit = |w2: f64| (4.0 / w2).sqrt();
-        let mut shape = Shape::seeded(model.nodes.len());
+        let mut shape = ModeShape::seeded(model.nodes.len());
         let above_m = site_m + params.probe.axis * extent(model) as f32;
         let rest = shape.highest_square(model, &tuned, &state, &mut trial, above_m);
         let mut highest = rest;
@@ -158,9 +158,9 @@ fn unbounded_but_sink(params: &Params) -> GuardLimits {
 }
 
 /// The shape of the highest mode, kept from sample to sample.
-struct Shape(Vec<[f64; 3]>);
+struct ModeShape(Vec<[f64; 3]>);
 
-impl Shape {
+impl ModeShape {
     /// Any shape with all modes in it; deterministic.
     fn seeded(nodes: usize) -> Self {
         let mut x = 0x9e37_79b9_7f4a_7c15_u64;

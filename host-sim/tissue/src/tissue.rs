@@ -4,7 +4,7 @@
 mod body;
 mod material;
 pub mod organ;
-pub mod shape;
+pub mod organ_source;
 
 use crate::error::Error;
 use crate::mesh::{BlockError, BlockSpec, ImportReport, TetMesh, block, surface};
@@ -13,7 +13,7 @@ pub use body::{Joint, Tissue};
 pub use material::Layout;
 use nalgebra::Vector3;
 pub use organ::DEFAULT_ORGAN_NODES;
-use shape::Shape;
+use organ_source::OrganSource;
 
 /// A mesh rests on its underside: surface triangles whose outward normal has less than this cosine
 /// with the press axis are fixed.
@@ -55,8 +55,8 @@ pub fn place(scene: &Scene, tips_m: &[[f32; 3]]) -> Result<Placed, Error> {
 pub fn place_fine(scene: &Scene, tips_m: &[[f32; 3]], fine_radii: f64) -> Result<Placed, Error> {
     // a region that the organ does not have is refused before anything is meshed
     Layout::of(scene)?;
-    match Shape::of(scene)? {
-        Some(Shape::File(_, mesh, report)) => return place_imported(scene, tips_m, mesh, report),
+    match OrganSource::of(scene)? {
+        Some(OrganSource::File(_, mesh, report)) => return place_imported(scene, tips_m, mesh, report),
         Some(shape) => {
             let site = shape.near_site(scene)?;
             let mesh = organ::graded(scene, &shape, &site)?;
@@ -102,7 +102,7 @@ fn place_imported(scene: &Scene, tips_m: &[[f32; 3]], mesh: TetMesh, report: Imp
 pub fn on_shape(
     scene: &Scene,
     tips_m: &[[f32; 3]],
-    shape: &Shape,
+    shape: &OrganSource,
     mesh: TetMesh,
     (site_m, axis): ([f64; 3], [f64; 3]),
 ) -> Result<Placed, Error> {
@@ -112,7 +112,7 @@ pub fn on_shape(
         return Err(SceneError::value(&scene.file, "probe.site", why).into());
     }
     let tissue = finish(scene, tips_m, mesh, anchors, site_m, axis)?;
-    let import = if let Shape::File(_, _, report) = shape { Some(report.clone()) } else { None };
+    let import = if let OrganSource::File(_, _, report) = shape { Some(report.clone()) } else { None };
     Ok(Placed { tissue, axis, import })
 }
 

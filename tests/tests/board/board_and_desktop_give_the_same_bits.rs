@@ -34,7 +34,7 @@ fn on_desktop(bytes: &[u8]) -> RunResult {
     let mut forces = Fnv::default();
     let (mut most_n, mut modes) = (0.0_f32, vec![Mode::Boot]);
     for tick in 0..ticks() {
-        let record = controller.step(&mut patch, script::sensed(tick, LEAD_TICKS), Command::HEARD, true);
+        let record = controller.tick(&mut patch, script::sensed(tick, LEAD_TICKS), Command::HEARD, true);
         assert_eq!(record.fault, None, "tick {tick}");
         forces.vector(record.applied_n);
         most_n = most_n.max(record.applied_n.z);

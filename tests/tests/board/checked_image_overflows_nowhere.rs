@@ -36,7 +36,7 @@ fn on_desktop() -> RunResult {
     let mut forces = Fnv::default();
     let mut most_n = 0.0_f32;
     for tick in 0..TICKS {
-        let record = controller.step(&mut patch, script::sensed(tick, LEAD_TICKS), Command::HEARD, true);
+        let record = controller.tick(&mut patch, script::sensed(tick, LEAD_TICKS), Command::HEARD, true);
         forces.vector(record.applied_n);
         most_n = most_n.max(record.applied_n.z);
     }

@@ -13,7 +13,7 @@ const UP_M: f64 = 5e-3;
 
 fn to(live: &mut Live, x_m: f64, depth_m: f64, ticks: u32, heard: bool) {
     for _ in 0..ticks {
-        live.step(Vector3::new(x_m, 0.0, -depth_m), heard);
+        live.tick(Vector3::new(x_m, 0.0, -depth_m), heard);
     }
 }
 

@@ -8,7 +8,7 @@ use palpate_fit::calibrate::reference_map::ReferenceMap;
 use palpate_fit::calibrate::{Fit, Settings, Targets};
 use palpate_fit::statics::Vector;
 use palpate_lab::far_field::sliding::{
-    Awake, Course, Figures, Kind, Leg, Measured, STEP_N, StrokePatch, StrokeRecipe, StudyMethod, WORK_MJ, slide,
+    Awake, Figures, Kind, Leg, Measured, STEP_N, StrokePatch, StrokeRecipe, StudyMethod, Trajectory, WORK_MJ, slide,
 };
 use palpate_lab::paper_method::region::{ContactPressure, StressRule};
 use palpate_tissue::answer::Answer;
@@ -18,8 +18,8 @@ use palpate_tissue::session::calibrated::sized;
 
 const STROKE_M: [f64; 3] = [0.03, 0.0, 0.0];
 
-fn course(speed_m_per_s: f64) -> Course {
-    Course { centre_m: Vector::zeros(), stroke_m: STROKE_M.into(), depth_m: 0.003, speed_m_per_s }
+fn trajectory(speed_m_per_s: f64) -> Trajectory {
+    Trajectory { centre_m: Vector::zeros(), stroke_m: STROKE_M.into(), depth_m: 0.003, speed_m_per_s }
 }
 
 fn map() -> ReferenceMap<'static> {
@@ -33,7 +33,7 @@ fn fitted() -> &'static StrokePatch {
     FITTED.get_or_init(|| {
         let settings = Settings { places: 40, rounds: 5, fit: Fit::GaussNewton };
         let recipe = StrokeRecipe { settings, ..StrokeRecipe::new(0.012, 0.005, STROKE_M, 0.008) };
-        StrokePatch::fit(&Scene::load("block").unwrap(), &recipe, Some(&course(0.1)), &map()).unwrap()
+        StrokePatch::fit(&Scene::load("block").unwrap(), &recipe, Some(&trajectory(0.1)), &map()).unwrap()
     })
 }
 
@@ -41,10 +41,10 @@ fn contestant(patch: Patch, params: &Params, awake: Awake) -> StudyMethod {
     StudyMethod::new(Kind::Stroke, "patch".into(), patch, params, awake).unwrap()
 }
 
-fn figures(one: &StudyMethod, course: &Course) -> Figures {
+fn figures(one: &StudyMethod, trajectory: &Trajectory) -> Figures {
     let model = one.patch.model();
     let free = model.nodes.len() - model.anchors.len();
-    let slide = slide(&one.patch, &one.params, one.awake, course).unwrap();
+    let slide = slide(&one.patch, &one.params, one.awake, trajectory).unwrap();
     slide.figures(&map(), f64::from(one.params.youngs_modulus_pa), free).unwrap()
 }
 
@@ -52,14 +52,14 @@ fn figures(one: &StudyMethod, course: &Course) -> Figures {
 fn a_stroke_patch_is_right_all_the_way_at_100_mm_per_s() {
     let one = contestant(fitted().patch.clone(), &fitted().params, Awake::All);
     assert_eq!(one.params.substeps, 1);
-    let found = figures(&one, &course(0.1));
+    let found = figures(&one, &trajectory(0.1));
     assert!(found.worst_pct.abs() <= 5.0, "{found:?}");
     assert!(found.step_n <= STEP_N, "{found:?}");
     assert!(found.work_mj <= WORK_MJ, "{found:?}");
     // every node is awake: no region can step
     assert!(found.region_step_n == 0.0 && found.awake_pct == [100.0; 2], "{found:?}");
     // a depth that was not fitted, off the line that the probe was meant to follow
-    let aside = Course { centre_m: Vector::new(0.0, 0.003, 0.0), depth_m: 0.0025, ..course(0.05) };
+    let aside = Trajectory { centre_m: Vector::new(0.0, 0.003, 0.0), depth_m: 0.0025, ..trajectory(0.05) };
     let found = figures(&one, &aside);
     assert!(found.worst_pct.abs() <= 6.0, "{found:?}");
 }
@@ -67,29 +67,29 @@ fn a_stroke_patch_is_right_all_the_way_at_100_mm_per_s() {
 #[test]
 fn speed_takes_energy_and_never_gives_any() {
     let one = contestant(fitted().patch.clone(), &fitted().params, Awake::All);
-    let found = [0.02, 0.1, 0.4].map(|speed| figures(&one, &course(speed)));
+    let found = [0.02, 0.1, 0.4].map(|speed| figures(&one, &trajectory(speed)));
     assert!(found.iter().all(|f| f.work_mj <= 0.0 && f.lateral_pct <= 0.0), "{found:?}");
     assert!(found.windows(2).all(|f| f[1].work_mj < f[0].work_mj && f[1].lateral_pct < f[0].lateral_pct), "{found:?}");
 }
 
 #[test]
 fn a_rim_twice_as_stiff_or_fixed_is_seen() {
-    let good = figures(&contestant(fitted().patch.clone(), &fitted().params, Awake::All), &course(0.05));
+    let good = figures(&contestant(fitted().patch.clone(), &fitted().params, Awake::All), &trajectory(0.05));
     let mut doubled = fitted().far.springs.clone();
     doubled.blocks.iter_mut().for_each(|(_, block)| block.iter_mut().flatten().for_each(|entry| *entry *= 2.0));
     let mut patch = fitted().patch.clone();
     patch.set_rim(&doubled);
-    let broken = figures(&contestant(patch, &fitted().params, Awake::All), &course(0.05));
-    let fixed = figures(&contestant(fitted().with_fixed_rim(), &fitted().params, Awake::All), &course(0.05));
+    let broken = figures(&contestant(patch, &fitted().params, Awake::All), &trajectory(0.05));
+    let fixed = figures(&contestant(fitted().with_fixed_rim(), &fitted().params, Awake::All), &trajectory(0.05));
     assert!(good.worst_pct.abs() <= 5.0 && broken.worst_pct > 10.0 && fixed.worst_pct > 40.0);
 }
 
 #[test]
 fn a_frozen_outside_misses_with_half_of_the_nodes_awake() {
     let (patch, params) = sized(410).unwrap();
-    let awake = figures(&contestant(patch.clone(), &params, Awake::All), &course(0.05));
+    let awake = figures(&contestant(patch.clone(), &params, Awake::All), &trajectory(0.05));
     let rule = StressRule::new(200.0, params.poisson_ratio, ContactPressure::UniformLoad);
-    let frozen = figures(&contestant(patch, &params, Awake::Stressed(rule)), &course(0.05));
+    let frozen = figures(&contestant(patch, &params, Awake::Stressed(rule)), &trajectory(0.05));
     assert!(awake.worst_pct.abs() <= 5.0, "{awake:?}");
     assert!(frozen.awake_pct[1] > 40.0 && frozen.mean_pct > 10.0, "{frozen:?}");
 }
@@ -100,7 +100,7 @@ fn rim_springs_answer_as_the_dense_outside_all_along_the_stroke() {
     let rim: Vec<usize> = far.cut.rim.iter().map(|n| *n as usize).collect();
     let exact = palpate_fit::statics::Statics::of(&patch.model(), params).unwrap().with_rim(&rim, &far.exact_m);
     let one = StudyMethod { exact: Some(exact), ..contestant(patch.clone(), params, Awake::All) };
-    let found = Measured::of(&one, &course(0.1), &[0.1], &map()).unwrap();
+    let found = Measured::of(&one, &trajectory(0.1), &[0.1], &map()).unwrap();
     assert!(found.rim_pct.unwrap().abs() <= 0.5, "{:?}", found.rim_pct);
     assert!(found.rest_pct.unwrap()[0].abs() <= 5.0, "{:?}", found.rest_pct);
     // a moving probe is beyond what a reference at rest can say, somewhere

@@ -175,7 +175,7 @@ fn a_mesh_is_taken_when_idle_and_never_when_active() {
     for sequence in 0..300 {
         let sensed = Sensed { position_m: Vector3::zeros(), sequence, status: SensorStatus::Good };
         let asked = (sequence > 20).then_some(palpate::haptic::cycle::Ask::Arm);
-        controller.step(&mut Air, sensed, Command { asked, ..Command::HEARD }, true);
+        controller.tick(&mut Air, sensed, Command { asked, ..Command::HEARD }, true);
         let taken = inbox.take(&ToBoard::PatchBegin(100), &mut controller, None) == Reply::Change(Change::MakeRoom(100));
         assert_eq!(taken, controller.mode() == Mode::Idle, "{:?}", controller.mode());
         seen.push(controller.mode());

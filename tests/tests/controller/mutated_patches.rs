@@ -145,7 +145,7 @@ fn press(patch: &mut Patch<'_>, depth_limit_m: f32) -> bool {
 fn press_by_controller(mut patch: Patch<'_>) {
     let mut controller = Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP, Arming::ByItself).unwrap();
     for tick in 0..LEAD_TICKS + 200 {
-        let record = controller.step(&mut patch, script::sensed(tick, LEAD_TICKS), Command::HEARD, true);
+        let record = controller.tick(&mut patch, script::sensed(tick, LEAD_TICKS), Command::HEARD, true);
         assert!(controller.sound(&record));
         assert!(record.applied_n.norm() <= controller.limits().max_force_n * 1.000_1);
         assert!(record.mode != Mode::Fault || controller.drive() == Drive::Off);
@@ -232,7 +232,7 @@ fn upload_by_frames(bytes: &[u8], memory: &mut Memory) -> Result<usize, Refusal>
     let mut controller = Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP, Arming::OnRequest).unwrap();
     for sequence in 0..9 {
         let sensed = Sensed { position_m: Vector3::zeros(), sequence, status: SensorStatus::Good };
-        controller.step(&mut palpate_controller::patch::PatchSlot(None), sensed, Command::HEARD, true);
+        controller.tick(&mut palpate_controller::patch::PatchSlot(None), sensed, Command::HEARD, true);
     }
     assert_eq!(controller.mode(), Mode::Idle);
     let (mut receiver, mut inbox, mut upload) = (Receiver::NEW, Inbox::default(), Box::new(Upload::RESERVED));

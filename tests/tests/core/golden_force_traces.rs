@@ -22,9 +22,9 @@ const LEAST_N: f32 = 2e-4;
 const EVERY: usize = 10;
 const WALL_N_PER_M: f64 = 400.0;
 const YOUNGS_MODULUS_PA: f32 = 20e3;
-/// Ways: depth [m], along the surface [m], speed [m/s] or, standing still, time [s].
-type Way = (f64, f64, f64);
-const MOTIONS: [(&str, &[Way]); 4] = [
+/// Parts of a motion: depth [m], along the surface [m], speed [m/s] or, standing still, time [s].
+type Motion = (f64, f64, f64);
+const MOTIONS: [(&str, &[Motion]); 4] = [
     ("press", &[(4e-3, 0.0, 0.02), (4e-3, 0.0, 0.1), (-2e-3, 0.0, 0.02)]),
     ("tap", &[(4e-3, 0.0, 0.3), (-2e-3, 0.0, 0.3), (4e-3, 0.0, 0.5), (-2e-3, 0.0, 0.5)]),
     ("hold", &[(2e-3, 0.0, 0.1), (2e-3, 0.0, 0.4), (-2e-3, 0.0, 0.1)]),
@@ -69,7 +69,7 @@ fn trace(surface: &mut impl Surface) -> Vec<Row> {
     let mut device = Scripted { reading, limits, got_n: Vector3::zeros() };
     for n in 0..700 {
         let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(n).copied();
-        cycle.run(&mut device, surface, Command { asked, ..Command::HEARD });
+        cycle.tick(&mut device, surface, Command { asked, ..Command::HEARD });
     }
     assert_eq!(cycle.mode(), Mode::Active);
     let mut rows = Vec::new();
@@ -82,7 +82,7 @@ fn trace(surface: &mut impl Surface) -> Vec<Row> {
             for n in 1..=ticks as u32 {
                 let share = f64::from(n) / ticks;
                 device.reading.position_m = at(from.0 + (to_m - from.0) * share, from.1 + (along_m - from.1) * share);
-                cycle.run(&mut device, surface, Command::HEARD);
+                cycle.tick(&mut device, surface, Command::HEARD);
                 if tick % EVERY == 0 {
                     rows.push((name, tick, device.got_n));
                 }

@@ -3,7 +3,7 @@
 
 use palpate::stages::probe::{Motion, ProbePose};
 use palpate::stages::{contact, force};
-use palpate::{Limiters, Model, Output, RimEdge, RimNode, State, Vector3, tick};
+use palpate::{ClampFlags, Model, Output, RimEdge, RimNode, State, Vector3, tick};
 use palpate_tests::bench::{Bench, Deformation, Noise, at_depth};
 use palpate_tests::oracle::Oracle;
 use palpate_tests::rounding::{self, UNIT};
@@ -102,7 +102,7 @@ proptest! {
         place(&mut state, &model, Deformation { strain: 0.05 * deformation.strain, jitter: 0.1 * deformation.jitter, ..deformation }, 0.0);
         let velocity = Vector3::new(0.1, -0.2, -0.3);
         for to_m in [at_depth(-0.1), at_depth(depth_m)] {
-            let mut motion = Motion { from_m: to_m, to_m, velocity_m_per_s: velocity, apart_m: 0.0, outside: false, limiters: Limiters::default() };
+            let mut motion = Motion { from_m: to_m, to_m, velocity_m_per_s: velocity, apart_m: 0.0, outside: false, limiters: ClampFlags::default() };
             contact::find(&model, &tuned, &mut state, &mut motion);
         }
         let load = force::accumulate(&model, &tuned, &mut state, at_depth(depth_m), velocity);
@@ -140,7 +140,7 @@ proptest! {
             output = tick(&model, &tuned, &mut state, ProbePose { tip_m: at_depth(depth_m * f32::from(n) / 5.0) });
         }
         prop_assert_eq!(output.fault, None);
-        prop_assert!(!output.limiters.contains(Limiters::FORCE) && output.force_n.norm() > 0.01);
+        prop_assert!(!output.limiters.contains(ClampFlags::FORCE) && output.force_n.norm() > 0.01);
         let momenta = Oracle::new(model, bench.params).momenta();
         let momentum = |v: &[Vector]| momenta(v).iter().sum::<Vector>();
         let keep = if substeps == 1 { 1.0 - 40.0e-3 } else { 1.0 };

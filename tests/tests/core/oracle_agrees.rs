@@ -3,7 +3,7 @@
 
 use palpate::stages::probe::{Motion, ProbePose};
 use palpate::stages::{contact, force};
-use palpate::{Limiters, Model, ProbeShape, RimEdge, RimNode, State, Tuned, Vector3, tick};
+use palpate::{ClampFlags, Model, ProbeShape, RimEdge, RimNode, State, Tuned, Vector3, tick};
 use palpate_tests::bench::{Bench, Deformation, Noise, at_depth};
 use palpate_tests::oracle::{Oracle, Tip};
 use palpate_tests::rounding::{self, UNIT};
@@ -173,7 +173,7 @@ fn contact_forces_are_slopes_of_the_foundation_and_its_damping() {
                 velocity_m_per_s: velocity,
                 apart_m: 0.0,
                 outside: false,
-                limiters: Limiters::default(),
+                limiters: ClampFlags::default(),
             };
             contact::find(&model, &tuned, &mut state, &mut motion);
         }

@@ -5,7 +5,7 @@
 //! 20/s) = 0.25 % of the step that the ramp's end was; allowed: 1 %.
 
 use palpate::stages::probe::ProbePose;
-use palpate::{Limiters, Vector3, tick};
+use palpate::{ClampFlags, Vector3, tick};
 use palpate_tissue::finger::Finger;
 use palpate_tissue::patch::Memory;
 use palpate_tissue::scene::TICK_S;
@@ -24,7 +24,7 @@ fn balanced_holds(scene: &Scene) -> Vec<f64> {
     let (mut holds, mut force_n) = (Vec::new(), 0.0);
     while let Some(step) = finger.next(force_n) {
         let output = tick(&model, &tuned, &mut state, ProbePose { tip_m: session.tip_m(step.depth_m) });
-        assert_eq!((output.fault, output.limiters), (None, Limiters::default()));
+        assert_eq!((output.fault, output.limiters), (None, ClampFlags::default()));
         let reaction = output.force_n.cast::<f64>();
         force_n = reaction.dot(&session.params.probe.axis.cast());
         if step.hold_ends.is_some() {

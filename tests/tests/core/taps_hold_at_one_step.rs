@@ -4,7 +4,7 @@
 //! `--nocapture` prints the table.
 
 use palpate::stages::probe::ProbePose;
-use palpate::{GuardLimits, Limiters, Output, Params, tick};
+use palpate::{ClampFlags, GuardLimits, Output, Params, tick};
 use palpate_tests::bench::{Bench, at_depth};
 use palpate_tests::share::Share;
 use palpate_tests::tap::{Outcome, Tap};
@@ -95,18 +95,18 @@ fn the_limit_holds_into_the_tissue_only() {
     let way = (0..300).map(|n| (step_m * n as f32 - 1e-3).min(DEEP_M));
     let shown: Vec<Output> = way.map(&mut at).collect();
     let first = shown.iter().position(|o| o.depth_m > 0.0).expect("a tap that touches");
-    assert!(shown[first + 5].limiters.contains(Limiters::SPEED));
+    assert!(shown[first + 5].limiters.contains(ClampFlags::SPEED));
     // depth along a normal that tilts while tissue gives way
     let sunk_m = shown[first + 12].depth_m - shown[first + 2].depth_m;
     assert!(sunk_m < 1.1 * 10.0 * most_m, "{sunk_m} m in 10 ticks of at most {most_m}");
     assert!(sunk_m > 0.8 * 10.0 * most_m, "{sunk_m} m in 10 ticks of at most {most_m}");
     let last = shown.last().unwrap();
-    assert!((last.depth_m - DEEP_M).abs() < 0.05e-3 && !last.limiters.contains(Limiters::SPEED), "it arrives: {last:?}");
+    assert!((last.depth_m - DEEP_M).abs() < 0.05e-3 && !last.limiters.contains(ClampFlags::SPEED), "it arrives: {last:?}");
     for n in 1..=4 {
         let wanted_m = DEEP_M - step_m * n as f32;
         let out = at(wanted_m);
         assert!(
-            !out.limiters.contains(Limiters::SPEED) && out.depth_m < wanted_m + 0.1e-3,
+            !out.limiters.contains(ClampFlags::SPEED) && out.depth_m < wanted_m + 0.1e-3,
             "on the way out at {wanted_m} m: {out:?}"
         );
     }

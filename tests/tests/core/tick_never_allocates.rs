@@ -1,5 +1,6 @@
 //! After its memory is reserved a patch allocates nothing: not when parameters are built, not in a
-//! tick, not on reset. Nor do the rivals in a tick: that would count against them on the chart.
+//! tick, not on reset. Nor do the other methods in a tick: that would count against them on the
+//! chart.
 #![allow(unsafe_code)] // reason: counting is the allocator's to do, and `GlobalAlloc` is an unsafe trait
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -7,7 +8,7 @@ use std::cell::Cell;
 
 use palpate::stages::probe::ProbePose;
 use palpate::{NodeStep, State, TetShapes, Vector3, tick};
-use palpate_lab::rivals::{Block, Method};
+use palpate_lab::methods::{Block, Method};
 use palpate_tests::bench::{Bench, at_depth};
 
 thread_local! {
@@ -78,14 +79,14 @@ fn build_reset_and_ticks_allocate_nothing() {
 }
 
 #[test]
-fn rivals_allocate_nothing_either() {
+fn other_methods_allocate_nothing_either() {
     let block = Block::standard(57, 3500.0).unwrap();
     for method in Method::ALL {
-        let run = method.run(&block, 2, |rival| {
+        let run = method.run(&block, 2, |running| {
             let mut pressed = 0;
             let (count, ()) = allocations(|| {
                 for n in 0..200_i32 {
-                    let force_n = rival.tick(block.tip_m(1e-5 * f64::from((n - 20).min(150)))).unwrap();
+                    let force_n = running.tick(block.tip_m(1e-5 * f64::from((n - 20).min(150)))).unwrap();
                     pressed += usize::from(force_n.z > 0.0);
                 }
             });

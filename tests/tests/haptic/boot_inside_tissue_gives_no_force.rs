@@ -4,7 +4,7 @@
 use palpate::haptic::cycle::{Command, Settings};
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::mode::Mode;
-use palpate::{Limiters, Vector3};
+use palpate::{ClampFlags, Vector3};
 use palpate_controller::controller::{Arming, Controller};
 use palpate_controller::force_out::Drive;
 use palpate_controller::patch::{Memory, Patch};
@@ -30,12 +30,12 @@ fn no_force_at_any_of_a_thousand_places_inside() {
         let (x, y, depth) = (part(0.618_034) - 0.5, part(0.414_214) - 0.5, part(0.732_051));
         let place = Vector3::new(0.02 * x, 0.02 * y, -0.5e-3 - 8e-3 * depth);
         for sequence in 0..150 {
-            let record = controller.step(&mut patch, sensed(place, sequence), Command::HEARD, true);
+            let record = controller.tick(&mut patch, sensed(place, sequence), Command::HEARD, true);
             assert!(record.fault.is_none() && record.mode != Mode::Active, "{place:?}: {:?} {:?}", record.mode, record.fault);
             assert_eq!(record.applied_n, Vector3::zeros(), "{place:?}");
             assert_eq!(controller.drive(), Drive::Off, "{place:?}");
             if record.mode == Mode::Arming && sequence > 10 {
-                assert!(record.output.limiters.contains(Limiters::BURIED), "{place:?}: it is not inside, this proves nothing");
+                assert!(record.output.limiters.contains(ClampFlags::BURIED), "{place:?}: it is not inside, this proves nothing");
             }
         }
     }
@@ -52,7 +52,7 @@ fn once_outside_the_force_comes_slowly() {
         let mut record = None;
         for n in 0..ticks {
             let z = from_m + (to_m - from_m) * (n + 1) as f32 / ticks as f32;
-            record = Some(controller.step(&mut patch, sensed(Vector3::new(0.0, 0.0, z), sequence), Command::HEARD, true));
+            record = Some(controller.tick(&mut patch, sensed(Vector3::new(0.0, 0.0, z), sequence), Command::HEARD, true));
             sequence += 1;
         }
         record.unwrap()

@@ -2,7 +2,7 @@
 //! it is asked, it gets no more than its limit.
 
 use palpate::stages::probe::ProbePose;
-use palpate::{BuildError, Fault, GuardLimits, Limiters, Output, Params, State, Tuned, Vector3, tick};
+use palpate::{BuildError, ClampFlags, Fault, GuardLimits, Output, Params, State, Tuned, Vector3, tick};
 use palpate_tests::bench::{Bench, at_depth};
 use palpate_tissue::patch::Memory;
 use proptest::prelude::*;
@@ -42,7 +42,7 @@ fn latched_until_reset(bench: &Bench, tuned: &Tuned, state: &mut State, output: 
     state.reset(&model);
     assert_eq!(state.fault(), None);
     let output = press(bench, tuned, state, 1e-3);
-    assert_eq!((output.fault, output.limiters), (None, Limiters::default()));
+    assert_eq!((output.fault, output.limiters), (None, ClampFlags::default()));
     assert!(output.force_n.z > 0.01, "{output:?}");
 }
 
@@ -125,7 +125,7 @@ fn a_probe_that_starts_inside_gives_no_force_before_it_has_been_outside() {
     for n in 0..50 {
         let output = tick(&model, &tuned, &mut state, pose(at_depth(3e-3)));
         assert_eq!((output.force_n, output.depth_m), (Vector3::zeros(), 0.0), "tick {n}");
-        assert!(output.limiters.contains(Limiters::BURIED) && output.fault.is_none());
+        assert!(output.limiters.contains(ClampFlags::BURIED) && output.fault.is_none());
     }
     // out at 0.1 m/s, and in again
     for n in 0..40_u8 {
@@ -133,7 +133,7 @@ fn a_probe_that_starts_inside_gives_no_force_before_it_has_been_outside() {
         assert_eq!(output.force_n, Vector3::zeros(), "on the way out");
     }
     let output = press(&bench, &tuned, &mut state, 3e-3);
-    assert_eq!(output.limiters, Limiters::default());
+    assert_eq!(output.limiters, ClampFlags::default());
     assert!(output.force_n.z > 0.01);
 }
 
@@ -162,7 +162,7 @@ fn a_teleport_in_free_space_is_followed_and_one_into_the_tissue_is_walked_at_the
     tick(&model, &tuned, &mut state, pose(at_depth(-3e-3)));
     for n in 1..=2_u8 {
         let output = tick(&model, &tuned, &mut state, pose(at_depth(4e-3)));
-        assert!(output.limiters.contains(Limiters::SPEED) && output.force_n == Vector3::zeros(), "{output:?}");
+        assert!(output.limiters.contains(ClampFlags::SPEED) && output.force_n == Vector3::zeros(), "{output:?}");
         assert!((output.point_m.z - (3e-3 - 1e-3 * f32::from(n))).abs() < 1e-6, "tick {n}: {output:?}");
         assert!((output.apart_m - (7e-3 - 1e-3 * f32::from(n))).abs() < 1e-6, "tick {n}: {output:?}");
     }
@@ -172,7 +172,7 @@ fn a_teleport_in_free_space_is_followed_and_one_into_the_tissue_is_walked_at_the
     tick(&model, &tuned, &mut state, pose(at_depth(5e-3)));
     for n in 0..50 {
         let output = tick(&model, &tuned, &mut state, pose(at_depth(5e-3)));
-        assert!(output.limiters.contains(Limiters::BURIED) && output.force_n == Vector3::zeros(), "tick {n}: {output:?}");
+        assert!(output.limiters.contains(ClampFlags::BURIED) && output.force_n == Vector3::zeros(), "tick {n}: {output:?}");
     }
 }
 
@@ -189,7 +189,7 @@ fn the_probe_is_held_at_the_depth_limit() {
         // undeformed surface is rounded
         assert!(deepest.depth_m <= limit_m * 1.001, "{n}: {deepest:?}");
     }
-    assert!(deepest.limiters.contains(Limiters::DEPTH) && !at_limit.limiters.contains(Limiters::DEPTH));
+    assert!(deepest.limiters.contains(ClampFlags::DEPTH) && !at_limit.limiters.contains(ClampFlags::DEPTH));
     let more = deepest.force_n.norm() / at_limit.force_n.norm();
     assert!((more - 1.0).abs() < 0.01, "held at the limit the force is that of the limit, not {more} of it");
 }
@@ -210,7 +210,7 @@ fn the_force_limit_shortens_and_does_not_turn() {
         assert_eq!(whole.normal, short.normal);
         if whole.force_n.norm() > 0.02 {
             shortened += 1;
-            assert!(short.limiters.contains(Limiters::FORCE));
+            assert!(short.limiters.contains(ClampFlags::FORCE));
             // a product and a norm, a few ulp
             assert!((short.force_n.norm() - 0.02).abs() < 1e-8, "{short:?}");
             assert!(short.force_n.cross(&whole.force_n).norm() < 1e-6 * short.force_n.norm() * whole.force_n.norm());

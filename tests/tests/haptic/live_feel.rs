@@ -38,7 +38,7 @@ impl Felt {
     }
 
     fn tick(&mut self, target_m: V) -> Told {
-        let told = self.live.step(target_m, true);
+        let told = self.live.tick(target_m, true);
         let telemetry = &told.telemetry;
         assert!(told.broken.is_none() && telemetry.fault.is_none(), "{:?} {:?}", told.broken, telemetry.fault);
         told

@@ -12,7 +12,7 @@ const UP: f64 = 5e-3;
 /// Ticks towards a place on the block's top, this deep [m]; the force at the end [N].
 fn to(live: &mut Live, x_m: f64, depth_m: f64, ticks: u32) -> f32 {
     let target_m = Vector3::new(x_m, 0.0, -depth_m);
-    (0..ticks).map(|_| live.step(target_m, true).telemetry.applied_n.norm()).last().unwrap_or_default()
+    (0..ticks).map(|_| live.tick(target_m, true).telemetry.applied_n.norm()).last().unwrap_or_default()
 }
 
 fn small() -> Choice {
@@ -33,7 +33,7 @@ fn recorded(holding: &Holding) -> (Vec<u8>, [f32; 2]) {
     assert!(!live.waits());
     let stiff_n = to(&mut live, 0.0, 3e-3, 400);
     for _ in 0..300 {
-        live.step(Vector3::new(0.0, 0.0, -3e-3), false);
+        live.tick(Vector3::new(0.0, 0.0, -3e-3), false);
     }
     assert_ne!(live.mode(), Mode::Active, "nobody is there");
     (live.finish().unwrap(), [soft_n, stiff_n])
@@ -113,7 +113,7 @@ fn what_does_not_fit_is_refused_and_the_loop_goes_on() {
         assert!(said.contains(says) && !said.contains('\n'), "{said}");
     }
     assert_eq!(live.recorded(), Some(700), "what was refused ended the recording");
-    live.step(Vector3::new(f64::NAN, 0.0, 0.0), true);
+    live.tick(Vector3::new(f64::NAN, 0.0, 0.0), true);
     assert!(to(&mut live, 0.0, 3e-3, 400) > 0.05, "it still answers");
     let ended = live.choose(&Choice::preset("block"), &Holding::default()).unwrap().unwrap();
     assert_eq!(Trace::read(&ended).unwrap().ticks, 1101, "another tissue ends a recording, and hands it over");

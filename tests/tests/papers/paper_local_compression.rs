@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use nalgebra::{Matrix3, Vector3};
 use palpate_fit::calibrate::schedule::{Schedule, Verdict, Walk};
+use palpate_lab::methods::{Block, Law, Meshless, Method, NeoHookean, Volume};
 use palpate_lab::paper::local_compression::failures::{barycentre, correction, region};
 use palpate_lab::paper::local_compression::fit::{Target, distance_mm};
 use palpate_lab::paper::local_compression::hausdorff::{directed, hausdorff};
@@ -15,7 +16,6 @@ use palpate_lab::paper::local_compression::steps::hold;
 use palpate_lab::paper::local_compression::truth::Truth;
 use palpate_lab::paper::local_compression::{Options, run};
 use palpate_lab::paper_method::region::ContactPressure;
-use palpate_lab::rivals::{Block, Law, Meshless, Method, NeoHookean, Volume};
 use palpate_tests::bench::Noise;
 use palpate_tissue::mesh::TetMesh;
 use palpate_tissue::patch::{Material, Patch};
@@ -109,13 +109,13 @@ fn annealing_finds_the_minimum_of_a_rippled_valley_and_goes_on_where_it_stopped(
 fn a_fit_is_at_no_distance_from_itself_and_further_from_stiffer_springs() {
     let target = Target::new(&block(), 0.8, 2.5e-4).unwrap();
     let mut simulator = target.simulator();
-    let mut way = |k| simulator.way(k, 1e-3).unwrap();
-    let [soft, same, stiff, stiffer] = [100.0, 100.0, 150.0, 225.0].map(&mut way);
+    let mut trajectory = |k| simulator.trajectory(k, 1e-3).unwrap();
+    let [soft, same, stiff, stiffer] = [100.0, 100.0, 150.0, 225.0].map(&mut trajectory);
     assert_eq!(distance_mm(&soft, &same), 0.0);
     assert!(distance_mm(&soft, &stiff) > 0.05);
     assert!(distance_mm(&soft, &stiffer) > distance_mm(&soft, &stiff));
     // far beyond what the step bears
-    assert!(simulator.way(1e6, 0.0).is_none());
+    assert!(simulator.trajectory(1e6, 0.0).is_none());
 }
 
 /// The bisected step is two over the highest frequency, here from a power iteration on the springs'
@@ -165,7 +165,7 @@ fn a_press_by_force_and_by_depth_agree() {
         let rest = contestant.press(&block, step_s, 0.8, 1).unwrap().unwrap().unwrap();
         assert!((rest.force_n / 0.8 - 1.0).abs() < 0.01, "{}: {} N", contestant.name(), rest.force_n);
         let own = contestant.block(&block, step_s);
-        let held = contestant.run(&own, |rival| hold(&own, rival, rest.depth_m)).unwrap().unwrap().unwrap();
+        let held = contestant.run(&own, |running| hold(&own, running, rest.depth_m)).unwrap().unwrap().unwrap();
         assert!((held.force_n / rest.force_n - 1.0).abs() < 0.01, "{}: {} N held", contestant.name(), held.force_n);
         // the end does not depend on the step
         let finer =
@@ -191,9 +191,9 @@ fn layers_push_back_as_their_stiffness_says() {
     assert!(all < deep && deep < plain, "{all} < {deep} < {plain}");
 }
 
-/// Forces of rivals are linear in the stiffness of the tissue, evenly and tet by tet.
+/// Forces of methods are linear in the stiffness of the tissue, evenly and tet by tet.
 #[test]
-fn rivals_take_uneven_tissue() {
+fn methods_take_uneven_tissue() {
     let even = block();
     let rest: Vec<Vector3<f32>> = even.tissue.mesh.nodes_m.iter().map(|x| Vector3::from(*x).cast()).collect();
     let mut noise = Noise::new(5);

@@ -3,11 +3,11 @@
 //!
 //! `--nocapture` prints the figures.
 
-use palpate::Limiters;
-use palpate_lab::rivals::Method;
+use palpate::ClampFlags;
+use palpate_lab::methods::Method;
 use palpate_lab::stability::model::{
-    Axis, Build, CASES, Case, Figures, Loading, Matrix, Promise, ROWS, Row, Scope, Stimulus, Subject, Trace, Verdict, judge,
-    largest, margin, pictures, promises, run, write,
+    Axis, Build, BuiltMethod, CASES, Figures, LoadCase, Loading, Matrix, Promise, ROWS, Row, Scope, Stimulus, Trace, Verdict,
+    draw, judge, largest, margin, promises, run, write,
 };
 use palpate_tests::share::Share;
 use palpate_tissue::output::OutputFolder;
@@ -17,18 +17,18 @@ use palpate_tissue::stable_step::StableStep;
 const NODES: usize = 130;
 const PALPATE: Row = Row { method: Method::Palpate, build: Build::Derived };
 
-fn case(name: &str) -> Case {
+fn case(name: &str) -> LoadCase {
     CASES.into_iter().find(|c| c.name == name).expect("a case of this name")
 }
 
-fn subject(method: Method, youngs_modulus_pa: f64) -> Subject {
+fn built(method: Method, youngs_modulus_pa: f64) -> BuiltMethod {
     let row = Row { method, build: Build::Derived };
-    Subject::new(row, NODES, youngs_modulus_pa, false).expect("built").expect("to be had")
+    BuiltMethod::new(row, NODES, youngs_modulus_pa, false).expect("built").expect("to be had")
 }
 
-fn stand(subject: &Subject, name: &str) -> Figures {
-    let figures = subject.stand(&case(name).stimulus).expect("built");
-    println!("{}, {} substeps, {name}: {figures:?}", subject.row.name(), subject.substeps);
+fn stand(method: &BuiltMethod, name: &str) -> Figures {
+    let figures = method.stand(&case(name).stimulus).expect("built");
+    println!("{}, {} substeps, {name}: {figures:?}", method.row.name(), method.substeps);
     figures
 }
 
@@ -46,13 +46,13 @@ fn sound() -> Trace {
         moved_m: 1e-6,
         force_change: 1e-3,
         residual_m: 1e-6,
-        limiters: Limiters::DEFAULT,
+        limiters: ClampFlags::DEFAULT,
     }
 }
 
 #[test]
 fn verdicts_say_what_is_wrong_first() {
-    let held = Limiters::DEPTH;
+    let held = ClampFlags::DEPTH;
     // each spoils a sound press in one way, from the mildest to the worst
     let spoilt: [(Verdict, Spoil); 7] = [
         (Verdict::Pass, |_| {}),
@@ -77,7 +77,7 @@ fn verdicts_say_what_is_wrong_first() {
         Verdict::Deformed,
         "held is no excuse"
     );
-    assert_eq!(judge(&Trace { limiters: Limiters::SPEED, ..sound() }, true).verdict, Verdict::Pass);
+    assert_eq!(judge(&Trace { limiters: ClampFlags::SPEED, ..sound() }, true).verdict, Verdict::Pass);
     assert_eq!(judge(&Trace { force_change: 0.06, ..sound() }, true).verdict, Verdict::Restless);
     // what was not measured is not sound
     assert_eq!(judge(&Trace { residual_m: f64::NAN, ..sound() }, true).verdict, Verdict::Deformed);
@@ -113,10 +113,10 @@ fn a_search_ends_at_what_passes() {
 #[test]
 fn methods_fail_where_they_are_known_to() {
     // plain springs have nothing that keeps a tet from turning inside out
-    assert_eq!(stand(&subject(Method::Springs, 3.5e3), "press-20").verdict, Verdict::Inverted);
+    assert_eq!(stand(&built(Method::Springs, 3.5e3), "press-20").verdict, Verdict::Inverted);
     // a matrix factored at rest: stiffer tissue needs more substeps, and with one too few numbers
     // run away
-    let implicit = subject(Method::Implicit, 100e3);
+    let implicit = built(Method::Implicit, 100e3);
     assert!(implicit.substeps > 1, "{} substeps", implicit.substeps);
     let mut too_few = implicit.clone();
     too_few.substeps -= 1;
@@ -126,7 +126,7 @@ fn methods_fail_where_they_are_known_to() {
     assert!(diverged.diverged_at_mm.is_some_and(|mm| mm > 1.0 && mm <= 8.0), "{diverged:?}");
     // without the guard the product itself does not withstand 16 mm
     let row = Row { method: Method::Palpate, build: Build::Unguarded };
-    let unguarded = Subject::new(row, NODES, 3.5e3, false).expect("built").expect("to be had");
+    let unguarded = BuiltMethod::new(row, NODES, 3.5e3, false).expect("built").expect("to be had");
     assert!(stand(&unguarded, "press-40").verdict > Verdict::Held);
     assert_eq!(stand(&unguarded, "press-20").verdict, Verdict::Pass);
 }
@@ -170,7 +170,7 @@ fn the_product_stands_what_it_promises() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let out = OutputFolder::open(folder.path()).expect("it can be written");
     write(&out, &matrix).expect("written");
-    pictures(&out, &matrix).expect("drawn");
+    draw(&out, &matrix).expect("drawn");
     out.publish().expect("moved into place");
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
     let csv = read("stability_model.csv");
@@ -190,8 +190,8 @@ fn every_method_feels_the_inclusion() {
     let mut share = Share::one_in(3);
     for row in ROWS.into_iter().filter(|_| share.takes()) {
         let [plain_n, stiffer_n] = [false, true].map(|inclusion| {
-            let subject = Subject::new(row, NODES, 3.5e3, inclusion).expect("built").expect("to be had");
-            subject.press(&press).expect("built").held_n
+            let method = BuiltMethod::new(row, NODES, 3.5e3, inclusion).expect("built").expect("to be had");
+            method.press(&press).expect("built").held_n
         });
         let ratio = stiffer_n / plain_n;
         println!("{}: {plain_n} N, with the inclusion {ratio} of it", row.name());
@@ -202,7 +202,7 @@ fn every_method_feels_the_inclusion() {
 /// Poses of other moments, but never back in time.
 #[test]
 fn jitter_moves_the_poses_and_keeps_their_order() {
-    let palpate = subject(Method::Palpate, 3.5e3);
+    let palpate = built(Method::Palpate, 3.5e3);
     let ways = ["press-20", "jitter-press"].map(|name| palpate.press(&case(name).stimulus).expect("built").loading);
     let steps = ways.map(|way| way.windows(2).map(|w| w[1].depth_m - w[0].depth_m).collect::<Vec<f64>>());
     let extremes = |steps: &[f64]| steps.iter().fold((f64::MAX, f64::MIN), |(l, h), s| (l.min(*s), h.max(*s)));
@@ -215,10 +215,10 @@ fn jitter_moves_the_poses_and_keeps_their_order() {
 #[test]
 fn every_tick_of_the_search_can_be_built() {
     for method in [Method::Palpate, Method::Calibrated] {
-        let subject = subject(method, 20e3);
+        let method = built(method, 20e3);
         for value in Axis::Tick.range() {
             let shallow = Stimulus { depth_m: 1e-3, ..case("press-20").stimulus };
-            let stood = subject.with_tick((value * 1e-3) as f32).stand(&shallow);
+            let stood = method.with_tick((value * 1e-3) as f32).stand(&shallow);
             assert!(stood.is_ok(), "{value} ms: {stood:?}");
         }
     }
@@ -228,7 +228,7 @@ fn every_tick_of_the_search_can_be_built() {
 /// frequency of its pressed stiffness.
 #[test]
 fn the_products_margins_are_where_its_bounds_are() {
-    let palpate = subject(Method::Palpate, 3.5e3);
+    let palpate = built(Method::Palpate, 3.5e3);
     let depth = margin(&palpate, Axis::Depth).expect("built");
     let passes_m = depth.passes.expect("shallow presses pass");
     println!("depth {depth:?}");

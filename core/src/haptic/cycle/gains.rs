@@ -1,7 +1,7 @@
 //! How much of a force is given: gains between 0 and 1, and the maximum force of the mode.
 
 use super::{Cycle, Telemetry};
-use crate::fault::Limiters;
+use crate::fault::ClampFlags;
 use crate::haptic::deadline;
 use crate::haptic::length;
 use crate::haptic::mode::Mode;
@@ -19,10 +19,10 @@ impl Cycle {
         }
         let gain = self.ramp * self.relief * self.stillness.gain();
         if gain < 1.0 {
-            record.limiters.set(Limiters::GAIN);
+            record.limiters.set(ClampFlags::GAIN);
         }
         if self.observer.gain() < 1.0 {
-            record.limiters.set(Limiters::ENERGY);
+            record.limiters.set(ClampFlags::ENERGY);
         }
         gain * self.observer.gain()
     }
@@ -45,7 +45,7 @@ impl Cycle {
     /// Maximum force after a late tick [N]: half of the last one.
     pub(super) fn half_n(&self, record: &mut Telemetry) -> f32 {
         let (half_n, cap_n) = (deadline::KEPT * length(&self.limiter.last_n()), self.cap_n());
-        record.limiters.set(Limiters::GAIN);
+        record.limiters.set(ClampFlags::GAIN);
         if half_n < cap_n { half_n } else { cap_n }
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::fault::{Fault, Limiters};
+use crate::fault::{ClampFlags, Fault};
 use crate::haptic::mode::Mode;
 use crate::haptic::passivity::Energy;
 use crate::stages::output::Output;
@@ -63,7 +63,7 @@ pub struct Telemetry {
     /// Energy given to the hand, up to this tick's pose.
     pub energy: Energy,
     /// Quantities that were limited, by the patch's guard and by the loop.
-    pub limiters: Limiters,
+    pub limiters: ClampFlags,
     /// Something was asked that the mode does not accept, or not yet.
     pub refused: bool,
 }
@@ -80,7 +80,7 @@ impl Telemetry {
             wanted_n: Vector3::zeros(),
             applied_n: Vector3::zeros(),
             energy: Energy::default(),
-            limiters: Limiters::default(),
+            limiters: ClampFlags::default(),
             refused: command.asked.is_some(),
         }
     }

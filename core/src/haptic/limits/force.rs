@@ -13,7 +13,7 @@
 use nalgebra::Vector3;
 
 use super::LoopLimits;
-use crate::fault::{Fault, Limiters};
+use crate::fault::{ClampFlags, Fault};
 use crate::haptic::length;
 
 /// A limited force.
@@ -21,8 +21,8 @@ use crate::haptic::length;
 pub struct Limited {
     /// Force [N].
     pub force_n: Vector3<f32>,
-    /// [`Limiters::FORCE`], [`Limiters::SLEW`].
-    pub limiters: Limiters,
+    /// [`ClampFlags::FORCE`], [`ClampFlags::SLEW`].
+    pub limiters: ClampFlags,
 }
 
 /// Watches the forces.
@@ -72,7 +72,7 @@ impl ForceLimiter {
     /// # Errors
     /// [`Fault::ForceNotFinite`].
     pub fn limit(&mut self, limits: &LoopLimits, wanted_n: Vector3<f32>, cap_n: f32) -> Result<Limited, Fault> {
-        let mut limiters = Limiters::default();
+        let mut limiters = ClampFlags::default();
         let square = wanted_n.dot(&wanted_n);
         if !(square.is_finite() && cap_n.is_finite()) {
             return Err(Fault::ForceNotFinite);
@@ -81,7 +81,7 @@ impl ForceLimiter {
         let mut aim_n = wanted_n;
         if square > most_n * most_n {
             aim_n *= most_n / length(&wanted_n);
-            limiters.set(Limiters::FORCE);
+            limiters.set(ClampFlags::FORCE);
         }
         // what the new force keeps of the last one: the nearest point on the way from the last
         // force to none
@@ -92,7 +92,7 @@ impl ForceLimiter {
         // by squares: the root is taken only where it is needed
         if growth_n.dot(&growth_n) > limits.slew_n * limits.slew_n {
             aim_n = kept_n + (aim_n - kept_n) * (limits.slew_n / length(&growth_n));
-            limiters.set(Limiters::SLEW);
+            limiters.set(ClampFlags::SLEW);
         }
         self.last_n = aim_n;
         Ok(Limited { force_n: aim_n, limiters })

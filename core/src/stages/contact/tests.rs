@@ -101,15 +101,15 @@ fn a_probe_that_starts_inside_presses_nothing_until_a_tick_after_it_was_outside(
         if tuned.probe.axis != Vector3::z() {
             return;
         }
-        let at = |tip_m| Motion { from_m: tip_m, to_m: tip_m, limiters: Limiters::default(), ..motion };
+        let at = |tip_m| Motion { from_m: tip_m, to_m: tip_m, limiters: ClampFlags::default(), ..motion };
         let mut inside = at(deep_m);
         find(model, tuned, state, &mut inside);
-        assert!(state.near == 0 && !state.been_outside && inside.limiters.contains(Limiters::BURIED));
+        assert!(state.near == 0 && !state.been_outside && inside.limiters.contains(ClampFlags::BURIED));
         let mut clear = at(deep_m + out);
         find(model, tuned, state, &mut clear);
-        assert!(state.near == 0 && state.been_outside && !clear.limiters.contains(Limiters::BURIED));
+        assert!(state.near == 0 && state.been_outside && !clear.limiters.contains(ClampFlags::BURIED));
         let mut again = at(deep_m);
         find(model, tuned, state, &mut again);
-        assert!(state.near > 0 && state.been_outside && !again.limiters.contains(Limiters::BURIED));
+        assert!(state.near > 0 && state.been_outside && !again.limiters.contains(ClampFlags::BURIED));
     });
 }

@@ -185,7 +185,7 @@ mod tests {
         for sequence in 1..2_000 {
             let good = Sensed { position_m: Vector3::zeros(), sequence, status: SensorStatus::Good };
             let asked = (arm && controller.mode() == Mode::Idle).then_some(Ask::Arm);
-            controller.step(&mut Air, good, Command { asked, ..Command::HEARD }, true);
+            controller.tick(&mut Air, good, Command { asked, ..Command::HEARD }, true);
         }
         controller
     }

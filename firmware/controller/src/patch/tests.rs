@@ -240,7 +240,7 @@ fn a_patch_comes_to_rest_in_the_tick_after_it_was_asked_to() {
     assert_eq!(tissue.state(), at_rest);
     let next = tissue.render(down);
     assert_eq!(next.force_n, Vector3::zeros(), "inside it from the start");
-    assert!(next.limiters.contains(palpate::Limiters::BURIED));
+    assert!(next.limiters.contains(palpate::ClampFlags::BURIED));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use plotters::prelude::DrawingBackend;
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, WHITE};
 
-use super::marker::{Shape, look, outline, radius_px};
+use super::marker::{Marker, look, outline, radius_px};
 use super::{FRONT, SpeedAccuracy, label};
 use crate::canvas::Area;
 use crate::canvas::Drawn;
@@ -39,14 +39,14 @@ pub fn draw<DB: DrawingBackend>(area: &Area<DB>, data: &SpeedAccuracy, left: i32
     for (n, nodes) in sizes.iter().take(4).enumerate() {
         let x = 6.0 + 50.0 * n as f64;
         let center = (left + px(x), y);
-        area.draw(&Polygon::new(outline(Shape::Disc, center, px(radius_px(*nodes))), DEPTH.filled()))?;
+        area.draw(&Polygon::new(outline(Marker::Disc, center, px(radius_px(*nodes))), DEPTH.filled()))?;
         say(&nodes.to_string(), x + 12.0, y, MUTED)?;
     }
     y += px(LINE_PX);
     if data.methods.iter().any(|m| m.points.iter().any(|p| !p.survived)) {
         let center = (left + px(8.0), y);
-        area.draw(&Polygon::new(outline(Shape::Disc, center, px(5.5)), DEPTH.filled()))?;
-        area.draw(&Polygon::new(outline(Shape::Disc, center, px(3.7)), WHITE.filled()))?;
+        area.draw(&Polygon::new(outline(Marker::Disc, center, px(5.5)), DEPTH.filled()))?;
+        area.draw(&Polygon::new(outline(Marker::Disc, center, px(3.7)), WHITE.filled()))?;
         say("did not survive the press", 20.0, y, MUTED)?;
         y += px(LINE_PX);
     }

@@ -6,12 +6,12 @@ use plotters::style::RGBColor;
 #[derive(Clone, Copy)]
 pub struct Look {
     pub color: RGBColor,
-    pub shape: Shape,
+    pub shape: Marker,
 }
 
 /// Outline of a point.
 #[derive(Clone, Copy)]
-pub enum Shape {
+pub enum Marker {
     Disc,
     Square,
     Diamond,
@@ -21,20 +21,20 @@ pub enum Shape {
 }
 
 const LOOKS: [Look; 14] = [
-    Look { color: RGBColor(0x8c, 0x95, 0x9e), shape: Shape::Disc },
-    Look { color: RGBColor(0x5f, 0x68, 0x70), shape: Shape::Up },
-    Look { color: RGBColor(0xb0, 0xa0, 0x60), shape: Shape::Diamond },
-    Look { color: RGBColor(0x4f, 0x9e, 0xd9), shape: Shape::Square },
-    Look { color: RGBColor(0x2a, 0x6f, 0xb0), shape: Shape::Diamond },
-    Look { color: RGBColor(0x12, 0x3f, 0x7d), shape: Shape::Disc },
-    Look { color: RGBColor(0x0b, 0x1f, 0x4a), shape: Shape::Star },
-    Look { color: RGBColor(0xd9, 0x82, 0x1b), shape: Shape::Up },
-    Look { color: RGBColor(0xc2, 0x3b, 0x2b), shape: Shape::Square },
-    Look { color: RGBColor(0xe0, 0x5f, 0x9a), shape: Shape::Diamond },
-    Look { color: RGBColor(0x1f, 0xa8, 0xa0), shape: Shape::Square },
-    Look { color: RGBColor(0x2f, 0x93, 0x57), shape: Shape::Down },
-    Look { color: RGBColor(0x8a, 0x5a, 0xb8), shape: Shape::Disc },
-    Look { color: RGBColor(0x7a, 0x52, 0x36), shape: Shape::Up },
+    Look { color: RGBColor(0x8c, 0x95, 0x9e), shape: Marker::Disc },
+    Look { color: RGBColor(0x5f, 0x68, 0x70), shape: Marker::Up },
+    Look { color: RGBColor(0xb0, 0xa0, 0x60), shape: Marker::Diamond },
+    Look { color: RGBColor(0x4f, 0x9e, 0xd9), shape: Marker::Square },
+    Look { color: RGBColor(0x2a, 0x6f, 0xb0), shape: Marker::Diamond },
+    Look { color: RGBColor(0x12, 0x3f, 0x7d), shape: Marker::Disc },
+    Look { color: RGBColor(0x0b, 0x1f, 0x4a), shape: Marker::Star },
+    Look { color: RGBColor(0xd9, 0x82, 0x1b), shape: Marker::Up },
+    Look { color: RGBColor(0xc2, 0x3b, 0x2b), shape: Marker::Square },
+    Look { color: RGBColor(0xe0, 0x5f, 0x9a), shape: Marker::Diamond },
+    Look { color: RGBColor(0x1f, 0xa8, 0xa0), shape: Marker::Square },
+    Look { color: RGBColor(0x2f, 0x93, 0x57), shape: Marker::Down },
+    Look { color: RGBColor(0x8a, 0x5a, 0xb8), shape: Marker::Disc },
+    Look { color: RGBColor(0x7a, 0x52, 0x36), shape: Marker::Up },
 ];
 
 /// The look of the method at this place in the legend.
@@ -44,14 +44,14 @@ pub fn look(index: usize) -> Look {
 
 /// For any few series side by side: neighbours differ in hue, lightness and shape.
 const DISTINCT: [Look; 8] = [
-    Look { color: RGBColor(0x1f, 0x6f, 0xb4), shape: Shape::Disc },
-    Look { color: RGBColor(0xe3, 0x8b, 0x1d), shape: Shape::Square },
-    Look { color: RGBColor(0x2f, 0x93, 0x57), shape: Shape::Up },
-    Look { color: RGBColor(0xb3, 0x26, 0x4e), shape: Shape::Diamond },
-    Look { color: RGBColor(0x6d, 0x4a, 0xa8), shape: Shape::Down },
-    Look { color: RGBColor(0x4a, 0x53, 0x5c), shape: Shape::Star },
-    Look { color: RGBColor(0x5b, 0xb8, 0xcf), shape: Shape::Square },
-    Look { color: RGBColor(0x8a, 0x5f, 0x3a), shape: Shape::Disc },
+    Look { color: RGBColor(0x1f, 0x6f, 0xb4), shape: Marker::Disc },
+    Look { color: RGBColor(0xe3, 0x8b, 0x1d), shape: Marker::Square },
+    Look { color: RGBColor(0x2f, 0x93, 0x57), shape: Marker::Up },
+    Look { color: RGBColor(0xb3, 0x26, 0x4e), shape: Marker::Diamond },
+    Look { color: RGBColor(0x6d, 0x4a, 0xa8), shape: Marker::Down },
+    Look { color: RGBColor(0x4a, 0x53, 0x5c), shape: Marker::Star },
+    Look { color: RGBColor(0x5b, 0xb8, 0xcf), shape: Marker::Square },
+    Look { color: RGBColor(0x8a, 0x5f, 0x3a), shape: Marker::Disc },
 ];
 
 /// The look of the series at this place in the legend.
@@ -65,16 +65,16 @@ pub fn radius_px(nodes: usize) -> f64 {
 }
 
 /// Corners on the canvas.
-pub fn outline(shape: Shape, (x, y): (i32, i32), radius: i32) -> Vec<(i32, i32)> {
+pub fn outline(shape: Marker, (x, y): (i32, i32), radius: i32) -> Vec<(i32, i32)> {
     // (corners, first angle in turns from the right, size that makes areas look alike, inner radius
     // of a star)
     let (corners, first, size, inner) = match shape {
-        Shape::Disc => (32, 0.0, 1.0, 1.0),
-        Shape::Square => (4, 0.125, 1.25, 1.0),
-        Shape::Diamond => (4, 0.0, 1.3, 1.0),
-        Shape::Up => (3, 0.25, 1.4, 1.0),
-        Shape::Down => (3, 0.75, 1.4, 1.0),
-        Shape::Star => (10, 0.25, 1.75, 0.45),
+        Marker::Disc => (32, 0.0, 1.0, 1.0),
+        Marker::Square => (4, 0.125, 1.25, 1.0),
+        Marker::Diamond => (4, 0.0, 1.3, 1.0),
+        Marker::Up => (3, 0.25, 1.4, 1.0),
+        Marker::Down => (3, 0.75, 1.4, 1.0),
+        Marker::Star => (10, 0.25, 1.75, 0.45),
     };
     (0..corners)
         .map(|k| {

@@ -2,7 +2,7 @@
 
 use palpate_tissue::error::Error;
 use palpate_tissue::moving::table::{Row, Table};
-use palpate_tissue::moving::truth::{Course, Site, Truth};
+use palpate_tissue::moving::truth::{Site, Trajectory, Truth};
 
 use super::compute_with;
 use super::error::DynamicError;
@@ -37,35 +37,37 @@ pub trait Computed {
 impl Computed for Truth {
     fn motion(&self) -> Motion {
         let speed = |mm_per_s: u32| f64::from(mm_per_s) / 1000.0;
-        match self.course {
-            Course::Ramp { speed_mm_per_s, hold_ms } => Motion::ramp(speed(speed_mm_per_s), 0.004, f64::from(hold_ms) / 1000.0),
-            Course::Tap { speed_mm_per_s } => Motion::tap(speed(speed_mm_per_s), 0.004, 0.02),
-            Course::Swing { frequency_hz } => {
-                let [mean_m, amplitude_m] = Course::SWING_M;
+        match self.trajectory {
+            Trajectory::Ramp { speed_mm_per_s, hold_ms } => {
+                Motion::ramp(speed(speed_mm_per_s), 0.004, f64::from(hold_ms) / 1000.0)
+            }
+            Trajectory::Tap { speed_mm_per_s } => Motion::tap(speed(speed_mm_per_s), 0.004, 0.02),
+            Trajectory::Swing { frequency_hz } => {
+                let [mean_m, amplitude_m] = Trajectory::SWING_M;
                 Motion::sinusoid([0.04, 0.05], mean_m, amplitude_m, f64::from(frequency_hz), 2.0)
             }
-            Course::Drag { speed_mm_per_s } => Motion::drag([0.04, 0.05], 0.003, speed(speed_mm_per_s), 0.012),
+            Trajectory::Drag { speed_mm_per_s } => Motion::drag([0.04, 0.05], 0.003, speed(speed_mm_per_s), 0.012),
         }
     }
 
     fn spacing_s(&self) -> f64 {
-        match self.course {
-            Course::Ramp { speed_mm_per_s, .. } if speed_mm_per_s >= 200 => 5e-4,
-            Course::Tap { .. } => 5e-4,
-            Course::Ramp { .. } | Course::Swing { .. } | Course::Drag { .. } => 1e-3,
+        match self.trajectory {
+            Trajectory::Ramp { speed_mm_per_s, .. } if speed_mm_per_s >= 200 => 5e-4,
+            Trajectory::Tap { .. } => 5e-4,
+            Trajectory::Ramp { .. } | Trajectory::Swing { .. } | Trajectory::Drag { .. } => 1e-3,
         }
     }
 
     fn settings(&self) -> Settings {
         // fine where the contact begins, so that its edge moves from one small element to the next
-        let (corner_nodes, fine_radius_m) = match (self.site, self.course) {
-            (_, Course::Drag { .. }) => (500, 0.003),
+        let (corner_nodes, fine_radius_m) = match (self.site, self.trajectory) {
+            (_, Trajectory::Drag { .. }) => (500, 0.003),
             (Site::Centre, _) => (500, 0.0035),
             (Site::Nodule, _) => (600, 0.006),
             (Site::Aside, _) => (500, 0.004),
             (Site::Askew, _) => (700, 0.004),
         };
-        let slow = !matches!(self.course, Course::Swing { .. }) && self.course.speed_mm_per_s() < 100;
+        let slow = !matches!(self.trajectory, Trajectory::Swing { .. }) && self.trajectory.speed_mm_per_s() < 100;
         let step_s = if slow { 2e-3 } else { 1e-3 };
         Settings { corner_nodes, fine_radius_m: Some(fine_radius_m), step_s, ..Settings::default() }
     }
@@ -92,7 +94,7 @@ impl Computed for Truth {
         vec![
             format!("version = {}, truth = {}", Table::VERSION, self.name),
             format!("scene = {scene}, site = {:?}, youngs_modulus_pa = {}", self.site, self.youngs_modulus_pa),
-            format!("motion = {:?}", self.course),
+            format!("motion = {:?}", self.trajectory),
             format!("corner_nodes = {corner_nodes}, fine_radius_m = {fine_radius_m}, quadratic_nodes = {}", history.nodes),
             format!("step_s = {step_s}, first_step_share = {first_step_share}, step_growth = {step_growth}"),
             format!("spectral_radius = {spectral_radius}, softness = {softness}, tolerance = {tolerance}"),

@@ -21,7 +21,7 @@ use palpate_tissue::mesh::surface::surface;
 use palpate_tissue::mesh::triangle::entry_m;
 use palpate_tissue::organ::{Organ, tangents};
 use palpate_tissue::scene::Scene;
-use palpate_tissue::tissue::shape::held;
+use palpate_tissue::tissue::organ_source::held;
 use palpate_tissue::tissue::{Layout, Placed};
 
 type V3 = Vector3<f64>;

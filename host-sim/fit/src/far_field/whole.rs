@@ -12,7 +12,7 @@ use palpate_tissue::mesh::{TetMesh, block_with_rim};
 use palpate_tissue::organ::{Fine, OrganError, Turned};
 use palpate_tissue::scene::{Scene, SceneError};
 use palpate_tissue::tissue::organ::THROUGH;
-use palpate_tissue::tissue::shape::{Shape, Site};
+use palpate_tissue::tissue::organ_source::{OrganSource, Site};
 use palpate_tissue::tissue::{Placed, on_shape, place_block};
 
 /// Mean edge of the lattice over that of its cube: six whole ones and eight of `sqrt(3)/2` meet at
@@ -41,7 +41,7 @@ pub fn whole(scene: &Scene, tips_m: &[[f32; 3]], sizes: &Sizes) -> Result<Placed
             .map_err(|cause| Error::Usage(format!("{}: {cause}", scene.file)))?;
         return place_block(scene, tips_m, mesh);
     }
-    let Some(shape) = Shape::of(scene)? else {
+    let Some(shape) = OrganSource::of(scene)? else {
         return Ok(scene.bad("solver.patch", "has no organ behind it: give tissue.block_m, tissue.mesh or tissue.organ")?);
     };
     let site = shape.near_site(scene)?;
@@ -76,7 +76,7 @@ fn check(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
     Ok(())
 }
 
-fn graded(scene: &Scene, shape: &Shape, site: &Site, sizes: &Sizes) -> Result<TetMesh, Error> {
+fn graded(scene: &Scene, shape: &OrganSource, site: &Site, sizes: &Sizes) -> Result<TetMesh, Error> {
     let spacing_m = sizes.fine_m / MEAN_EDGE;
     let fine = Fine { at_m: site.at_m, radius_m: sizes.fine_radius_m, spacing_m, growth: lattice_growth(sizes) };
     let mut coarsest_m = (shape.thickness_m(site) / THROUGH).max(spacing_m);

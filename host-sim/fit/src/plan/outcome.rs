@@ -3,8 +3,8 @@
 use palpate::Terms;
 
 use super::candidate::Candidate;
+use super::judged_candidate::JudgedCandidate;
 use super::rim_treatment::RimTreatment;
-use super::trial::Trial;
 use palpate_tissue::budget::Machine;
 use palpate_tissue::error::Error;
 
@@ -12,20 +12,20 @@ use palpate_tissue::error::Error;
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// The smallest that keeps the tolerance within the budget.
-    pub chosen: Option<Trial>,
+    pub chosen: Option<JudgedCandidate>,
     /// The next smaller: it misses the tolerance. None where the chosen one is the smallest there
     /// is.
-    pub smaller: Option<Trial>,
+    pub smaller: Option<JudgedCandidate>,
     /// The next larger: it keeps the tolerance, or leaves the budget.
-    pub larger: Option<Trial>,
+    pub larger: Option<JudgedCandidate>,
     /// Everything that was fitted, in that order.
-    pub trials: Vec<Trial>,
+    pub trials: Vec<JudgedCandidate>,
     /// Candidates that could not be fitted, pressed or run at all, with their edge and terms.
     pub unfitted: Vec<(Candidate, RimTreatment, Terms)>,
     /// Where nothing was found: the cheapest that keeps the tolerance on a faster board.
-    pub elsewhere: Option<Trial>,
+    pub elsewhere: Option<JudgedCandidate>,
     /// Where nothing was found: the best of this board.
-    pub tightest: Option<Trial>,
+    pub tightest: Option<JudgedCandidate>,
 }
 
 impl Outcome {
@@ -33,7 +33,7 @@ impl Outcome {
     ///
     /// # Errors
     /// There is none: says which board would do, and what this one keeps.
-    pub fn check(&self, machine: &Machine, tolerance_pct: f64) -> Result<&Trial, Error> {
+    pub fn check(&self, machine: &Machine, tolerance_pct: f64) -> Result<&JudgedCandidate, Error> {
         if let Some(chosen) = &self.chosen {
             return Ok(chosen);
         }

@@ -10,9 +10,9 @@ use std::ops::Range;
 use palpate::Terms;
 
 use super::candidate::{Candidate, Supply, Weighed};
+use super::judged_candidate::{Bench, Effort, JudgedCandidate};
 use super::outcome::Outcome;
 use super::rim_treatment::RimTreatment;
-use super::trial::{Bench, Effort, Trial};
 use palpate_tissue::error::Error;
 
 /// Candidates whose costs are within this factor make a rung; so many of them are screened at most,
@@ -47,7 +47,7 @@ struct Step {
 struct Ladder<'a> {
     bench: &'a Bench<'a>,
     steps: Vec<Step>,
-    trials: Vec<Trial>,
+    trials: Vec<JudgedCandidate>,
     unfitted: Vec<(Candidate, RimTreatment, Terms)>,
 }
 
@@ -67,7 +67,7 @@ impl Ladder<'_> {
         Some(self.trials.len() - 1)
     }
 
-    fn screened(&mut self, step: usize) -> Option<&Trial> {
+    fn screened(&mut self, step: usize) -> Option<&JudgedCandidate> {
         if self.steps[step].screened.is_none() {
             let found = self.run(step, RimTreatment::RimSprings, Terms::ALL, Effort::Screened);
             self.steps[step].screened = Some(found);
@@ -75,7 +75,7 @@ impl Ladder<'_> {
         self.steps[step].screened.flatten().map(|t| &self.trials[t])
     }
 
-    fn full(&mut self, step: usize) -> Option<&Trial> {
+    fn full(&mut self, step: usize) -> Option<&JudgedCandidate> {
         if self.steps[step].full.is_none() {
             let found = self.run(step, RimTreatment::RimSprings, Terms::ALL, Effort::Full);
             self.steps[step].full = Some(found);
@@ -134,7 +134,7 @@ impl Ladder<'_> {
     /// From a step down as long as the next ones keep the tolerance too: the last that did, and the
     /// next smaller, which does not. A fit may need more substeps than the unfitted patch, so what
     /// comes before is not always cheaper.
-    fn walk_down(&mut self, mut step: usize) -> (usize, Option<Trial>) {
+    fn walk_down(&mut self, mut step: usize) -> (usize, Option<JudgedCandidate>) {
         let tolerance_pct = self.bench.tolerance_pct;
         let mut units = self.full(step).map_or(f64::INFINITY, |t| t.units);
         for below in (0..step).rev().take(WALK) {
@@ -150,15 +150,15 @@ impl Ladder<'_> {
 
     /// Of the full fits with fewer nodes that do not keep the tolerance within the budget, the
     /// largest.
-    fn fewer_nodes(&self, step: usize) -> Option<Trial> {
+    fn fewer_nodes(&self, step: usize) -> Option<JudgedCandidate> {
         let nodes = self.steps[step].weighed.counts.nodes;
-        let misses = |t: &&Trial| !(t.keeps(self.bench.tolerance_pct) && t.fits);
+        let misses = |t: &&JudgedCandidate| !(t.keeps(self.bench.tolerance_pct) && t.fits);
         let smaller = self.trials.iter().filter(|t| t.effort == Effort::Full && t.counts.nodes < nodes).filter(misses);
         smaller.max_by_key(|t| t.counts.nodes).cloned()
     }
 
     /// The next dearer step that keeps the tolerance, or the first that leaves the budget.
-    fn runner_up(&mut self, step: usize) -> Option<Trial> {
+    fn runner_up(&mut self, step: usize) -> Option<JudgedCandidate> {
         let tolerance_pct = self.bench.tolerance_pct;
         let units = self.full(step).map_or(0.0, |t| t.units);
         let mut tried = 0;
@@ -178,7 +178,7 @@ impl Ladder<'_> {
 
     /// The chosen one with a term or the edge's springs left out: taken where that is cheaper and
     /// keeps the tolerance.
-    fn with_less(&mut self, step: usize, chosen: Trial) -> Trial {
+    fn with_less(&mut self, step: usize, chosen: JudgedCandidate) -> JudgedCandidate {
         let tolerance_pct = self.bench.tolerance_pct;
         let mut best = chosen;
         let less = [

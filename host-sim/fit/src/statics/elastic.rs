@@ -56,21 +56,21 @@ impl Pull {
 }
 
 /// A tet at work: slopes of six times its volume [m^2] and its volume ratio (1).
-pub(super) struct Shape {
+pub(super) struct TetGeometry {
     pub gradient: [Vector; 4],
     pub edges: [Vector; 3],
     pub six_volume: f64,
 }
 
-pub(super) fn shape(t: &StaticTet, x: &[Vector]) -> Shape {
+pub(super) fn geometry(t: &StaticTet, x: &[Vector]) -> TetGeometry {
     let [a, b, c, d] = t.node.map(|n| x[n]);
     let edges = [b - a, c - a, d - a];
     let [e1, e2, e3] = edges;
     let (g1, g2, g3) = (e2.cross(&e3), e3.cross(&e1), e1.cross(&e2));
-    Shape { gradient: [-(g1 + g2 + g3), g1, g2, g3], edges, six_volume: e1.dot(&g1) }
+    TetGeometry { gradient: [-(g1 + g2 + g3), g1, g2, g3], edges, six_volume: e1.dot(&g1) }
 }
 
-impl Shape {
+impl TetGeometry {
     /// Second derivatives of six times the volume [m], rows and columns corners; `between(i, j)` is
     /// the transpose of `between(j, i)`.
     pub fn between(&self) -> [[Matrix3<f64>; 4]; 4] {

@@ -187,7 +187,7 @@ impl Statics {
             slope[s.node[0]] -= f;
         }
         if self.volume_acts {
-            let shapes: Vec<elastic::Shape> = self.tets.iter().map(|t| elastic::shape(t, x)).collect();
+            let shapes: Vec<elastic::TetGeometry> = self.tets.iter().map(|t| elastic::geometry(t, x)).collect();
             let mut around = vec![0.0; x.len()];
             for (t, shape) in self.tets.iter().zip(&shapes) {
                 t.node.iter().for_each(|&n| around[n] += shape.six_volume);

@@ -108,7 +108,7 @@ impl Glued {
         if statics.volume_acts {
             let (mut around, mut swell, mut turn) = (vec![0.0; x.len()], vec![0.0; x.len()], vec![0.0; x.len()]);
             for (t, bulk) in statics.tets.iter().zip(&mut bulk) {
-                let shape = elastic::shape(t, x);
+                let shape = elastic::geometry(t, x);
                 let grows: f64 = t.node.iter().zip(&shape.gradient).map(|(&n, g)| u[n].dot(g)).sum();
                 let between = shape.between();
                 let pairs = (0..4).flat_map(|i| (0..4).map(move |j| (i, j)));

@@ -81,7 +81,7 @@ impl Balance {
         if statics.volume_acts {
             let (mut around, mut swell) = (vec![0.0; x.len()], vec![0.0; x.len()]);
             for (t, bulk) in statics.tets.iter().zip(&mut bulk) {
-                let shape = elastic::shape(t, x);
+                let shape = elastic::geometry(t, x);
                 let grows: f64 = t.node.iter().zip(&shape.gradient).map(|(&n, g)| adjoint[n].dot(g)).sum();
                 for &n in &t.node {
                     around[n] += shape.six_volume;

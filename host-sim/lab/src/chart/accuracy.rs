@@ -4,7 +4,7 @@ use palpate::{Fault, Vector3};
 
 use super::reference::Reference;
 use super::survive::{CLEAR_M, positions};
-use crate::rivals::{Block, Rival};
+use crate::methods::{Block, RunningMethod};
 use palpate_tissue::mesh::surface::surface;
 use palpate_tissue::probe_surface::outer_face_m;
 
@@ -44,22 +44,22 @@ impl Accuracy {
     ///
     /// # Errors
     /// The method diverged.
-    pub fn measure(block: &Block, rival: &mut dyn Rival, reference: &Reference) -> Result<Self, Fault> {
+    pub fn measure(block: &Block, running: &mut dyn RunningMethod, reference: &Reference) -> Result<Self, Fault> {
         let mut accuracy = Self { force_n: [0.0; 4], force_error_pct: [None; 4], surface_error_mm: [None; 2] };
         let step_m = SPEED_M_PER_S * f64::from(block.params.tick_s);
         let mut depth_m = -CLEAR_M;
         for (n, &target_m) in DEPTHS_M.iter().enumerate() {
             let ramp = ((target_m - depth_m) / step_m).ceil() as usize;
             for k in 1..=ramp {
-                rival.tick(block.tip_m(depth_m + (target_m - depth_m) * k as f64 / ramp as f64))?;
+                running.tick(block.tip_m(depth_m + (target_m - depth_m) * k as f64 / ramp as f64))?;
             }
             depth_m = target_m;
-            let force_n = hold(block, rival, depth_m)?;
+            let force_n = hold(block, running, depth_m)?;
             accuracy.force_n[n] = force_n;
             let over_e = force_n / f64::from(block.params.youngs_modulus_pa);
             accuracy.force_error_pct[n] = reference.force_over_e_m2(depth_m).map(|f| (over_e / f - 1.0) * 100.0);
             if let Some(s) = SURFACE_DEPTHS_M.iter().position(|d| *d == depth_m) {
-                accuracy.surface_error_mm[s] = surface_error_mm(block, rival, reference, depth_m);
+                accuracy.surface_error_mm[s] = surface_error_mm(block, running, reference, depth_m);
             }
         }
         Ok(accuracy)
@@ -79,12 +79,12 @@ impl Accuracy {
 }
 
 /// Mean force along the press [N] once it has settled.
-fn hold(block: &Block, rival: &mut dyn Rival, depth_m: f64) -> Result<f64, Fault> {
+fn hold(block: &Block, running: &mut dyn RunningMethod, depth_m: f64) -> Result<f64, Fault> {
     let (mut last_n, mut still) = (f64::NAN, 0);
     for _ in 0..MOST_MEANS {
         let mut sum_n = 0.0;
         for _ in 0..AVERAGED_TICKS {
-            sum_n += f64::from(rival.tick(block.tip_m(depth_m))?.dot(&block.params.probe.axis));
+            sum_n += f64::from(running.tick(block.tip_m(depth_m))?.dot(&block.params.probe.axis));
         }
         let mean_n = sum_n / AVERAGED_TICKS as f64;
         still = if (mean_n - last_n).abs() <= SETTLED * mean_n.abs() { still + 1 } else { 0 };
@@ -103,9 +103,9 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
 
 /// Mean distance [mm] between where the mesh's surface and the reference's bring the same rest
 /// points, on a square grid: each part of the surface counts by its area, whatever the mesh.
-fn surface_error_mm(block: &Block, rival: &dyn Rival, reference: &Reference, depth_m: f64) -> Option<f64> {
+fn surface_error_mm(block: &Block, running: &dyn RunningMethod, reference: &Reference, depth_m: f64) -> Option<f64> {
     let mesh = &block.tissue.mesh;
-    let moved = positions(rival, mesh.nodes_m.len());
+    let moved = positions(running, mesh.nodes_m.len());
     let rest: Vec<Vector3<f64>> = mesh.nodes_m.iter().map(|x| Vector3::from(*x)).collect();
     let on_top = |t: &[u32; 3]| t.iter().all(|&n| rest[n as usize].z.abs() < 1e-9);
     let top: Vec<[usize; 3]> = surface(&mesh.tets).iter().filter(|t| on_top(t)).map(|t| t.map(|n| n as usize)).collect();

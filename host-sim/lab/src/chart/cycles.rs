@@ -1,17 +1,17 @@
 //! Estimated cost of a tick on a Cortex-M4F.
 //!
-//! Ours: the model of [`palpate_tissue::budget`], from exact instruction counts. Rivals:
+//! Ours: the model of [`palpate_tissue::budget`], from exact instruction counts. Other methods:
 //! floating-point operations counted in their sources times [`CYCLES_PER_FLOP`], with the core's
 //! own figures for nodes and contact where they run on it. None of them was run on a board.
 
-use crate::rivals::{Block, Corotational, Meshless, Method, NeoHookean, Xpbd};
+use crate::methods::{Block, Corotational, Meshless, Method, NeoHookean, Xpbd};
 use palpate_tissue::budget::{Machine, triangles_in_reach};
 use palpate_tissue::patch::{Material, Patch};
 
 /// Cycles of a floating-point operation with its loads and stores: what our own tet kernel takes
 /// (291 cycles for about 100).
 pub const CYCLES_PER_FLOP: f64 = 2.9;
-/// Conversion of a node's position and kick between the core and a rival.
+/// Conversion of a node's position and kick between the core and a method.
 const KICK_FLOPS: f64 = 12.0;
 
 /// Operations of a damper and of a correction of one spring, roots and divisions as ten.
@@ -19,7 +19,7 @@ const DAMPER_FLOPS: f64 = 45.0;
 const CORRECTION_FLOPS: f64 = 50.0;
 
 /// Estimated cycles of a tick on a Cortex-M4F at 168 MHz, `solver_flops` as
-/// [`crate::rivals::Rival::solver_flops`] counts them.
+/// [`crate::methods::RunningMethod::solver_flops`] counts them.
 #[must_use]
 pub fn m4f_cycles(method: Method, block: &Block, substeps: u16, solver_flops: f64) -> Option<f64> {
     let machine = Machine::named("m4f-168")?;

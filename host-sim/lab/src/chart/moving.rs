@@ -5,7 +5,7 @@ use palpate::Fault;
 use palpate_tissue::moving::{Ramp, RampError, TruthError};
 
 use crate::error::Error;
-use crate::rivals::{Block, Method};
+use crate::methods::{Block, Method};
 
 /// Speeds of the ramps [mm/s]; the last is the tap.
 pub const SPEEDS_MM_PER_S: [u32; 4] = [40, 100, 200, 500];
@@ -38,7 +38,7 @@ impl Moving {
             };
             let along = |force: palpate::Vector3<f32>| f64::from(force.dot(&block.params.probe.axis));
             let judged =
-                method.run(block, substeps, |rival| ramp.judge(|depth_m| rival.tick(block.tip_m(depth_m)).map(along)))?;
+                method.run(block, substeps, |running| ramp.judge(|depth_m| running.tick(block.tip_m(depth_m)).map(along)))?;
             match judged {
                 None => return Ok(None),
                 Some(Err(fault)) => return Ok(Some(Err(fault))),

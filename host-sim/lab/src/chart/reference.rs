@@ -2,7 +2,7 @@
 
 use palpate::Vector3;
 
-use crate::rivals::BLOCK_M;
+use crate::methods::BLOCK_M;
 use palpate_tissue::answer::Answer;
 
 /// Forces and shapes to compare with; everything scales with E.

@@ -7,10 +7,10 @@ use super::cycles::m4f_cycles;
 use super::moving::Moving;
 use super::reference::Reference;
 use super::scope::Task;
-use super::survive::{Failure, Survival, Trial, least_substeps, try_press};
+use super::survive::{Failure, PressResult, Survival, least_substeps, try_press};
 use super::timing::{TickTime, tick_time};
 use crate::error::Error;
-use crate::rivals::{Block, Size};
+use crate::methods::{Block, Size};
 
 /// Row of the chart: its task, the counts of its mesh and its outcome.
 #[derive(Clone, Debug)]
@@ -29,7 +29,7 @@ pub struct Measured {
     /// Substeps of a tick.
     pub substeps: u16,
     /// The deepest press.
-    pub trial: Trial,
+    pub trial: PressResult,
     /// Errors.
     pub accuracy: Accuracy,
     /// Errors while the probe moves, where they were asked for and a truth is known; the fault of a
@@ -99,11 +99,11 @@ fn of_task(
     let substeps = survival.substeps;
     let trial = match task.refinement {
         1 => Some(survival.trial),
-        _ => task.method.run(block, substeps, |rival| try_press(block, rival))?,
+        _ => task.method.run(block, substeps, |running| try_press(block, running))?,
     };
     let Some(trial) = trial else { return Ok(None) };
     let moving = if moving { Moving::measure(task.method, block, substeps)? } else { None };
-    let accuracy = task.method.run(block, substeps, |rival| Accuracy::measure(block, rival, reference))?;
+    let accuracy = task.method.run(block, substeps, |running| Accuracy::measure(block, running, reference))?;
     let time = tick_time(task.method, block, substeps)?;
     let all = substeps.saturating_mul(task.refinement);
     Ok(Some(match (accuracy, time) {

@@ -1,6 +1,6 @@
 //! Scope of the chart: methods, sizes, stiffnesses.
 
-use crate::rivals::Method;
+use crate::methods::Method;
 
 /// One row of the chart, to be measured.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,9 +7,9 @@
 use palpate::Vector3;
 
 use crate::error::Error;
-use crate::rivals::{Block, DEEPEST_M, Method, Rival};
+use crate::methods::{Block, DEEPEST_M, Method, RunningMethod};
 
-/// Most substeps that are tried: a rival that needs more is far beyond a millisecond.
+/// Most substeps that are tried: a method that needs more is far beyond a millisecond.
 pub const MOST_SUBSTEPS: u16 = 64;
 /// Speed of the press [m/s].
 const SPEED_M_PER_S: f64 = 0.1;
@@ -52,7 +52,7 @@ pub enum Failure {
 
 /// A press that was tried.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Trial {
+pub struct PressResult {
     /// Why it failed, if so.
     pub failure: Option<Failure>,
     /// Smallest tet volume over its rest volume at the end of the hold; NaN if that was not
@@ -66,7 +66,7 @@ pub struct Survival {
     /// Fewest substeps that survive; where none does, the fewest that stay finite.
     pub substeps: u16,
     /// The press with them.
-    pub trial: Trial,
+    pub trial: PressResult,
 }
 
 /// The fewest substeps, by doubling, then bisection. `None` when the method cannot be had or
@@ -79,7 +79,7 @@ pub fn least_substeps(method: Method, block: &Block) -> Result<Option<Result<Sur
     let mut tried = Vec::new();
     let mut substeps = 1;
     while substeps <= most {
-        let Some(trial) = method.run(block, substeps, |rival| try_press(block, rival))? else { return Ok(None) };
+        let Some(trial) = method.run(block, substeps, |running| try_press(block, running))? else { return Ok(None) };
         tried.push(Survival { substeps, trial });
         if trial.failure.is_none() {
             break;
@@ -97,7 +97,7 @@ pub fn least_substeps(method: Method, block: &Block) -> Result<Option<Result<Sur
     };
     while best.substeps - low > 1 {
         let middle = low + (best.substeps - low) / 2;
-        let Some(trial) = method.run(block, middle, |rival| try_press(block, rival))? else { return Ok(None) };
+        let Some(trial) = method.run(block, middle, |running| try_press(block, running))? else { return Ok(None) };
         match trial.failure {
             None => best = Survival { substeps: middle, trial },
             Some(_) => low = middle,
@@ -107,11 +107,11 @@ pub fn least_substeps(method: Method, block: &Block) -> Result<Option<Result<Sur
 }
 
 /// Presses to the deepest, holds, releases.
-pub fn try_press(block: &Block, rival: &mut dyn Rival) -> Trial {
-    let mut trial = Trial { failure: None, min_j: f64::NAN };
+pub fn try_press(block: &Block, running: &mut dyn RunningMethod) -> PressResult {
+    let mut trial = PressResult { failure: None, min_j: f64::NAN };
     let step_m = SPEED_M_PER_S * f64::from(block.params.tick_s);
     let travel = ((DEEPEST_M + CLEAR_M) / step_m).round() as usize;
-    let mut go = |depth_m: f64| match rival.tick(block.tip_m(depth_m)) {
+    let mut go = |depth_m: f64| match running.tick(block.tip_m(depth_m)) {
         Ok(force) if force.iter().all(|f| f.is_finite()) => Ok(f64::from(force.dot(&block.params.probe.axis))),
         _ => Err(Failure::Diverged { depth_mm: depth_m * 1e3 }),
     };
@@ -121,22 +121,22 @@ pub fn try_press(block: &Block, rival: &mut dyn Rival) -> Trial {
     for depth_m in way_down.chain(hold) {
         match go(depth_m) {
             Ok(force) => force_n = force,
-            Err(failure) => return Trial { failure: Some(failure), ..trial },
+            Err(failure) => return PressResult { failure: Some(failure), ..trial },
         }
     }
     let nodes = block.tissue.mesh.nodes_m.len();
-    let before = positions(rival, nodes);
+    let before = positions(running, nodes);
     let (mut least_n, mut most_n) = (force_n, force_n);
     for _ in 0..STILL_TICKS {
-        match rival.tick(block.tip_m(DEEPEST_M)) {
+        match running.tick(block.tip_m(DEEPEST_M)) {
             Ok(force) => {
                 let force = f64::from(force.dot(&block.params.probe.axis));
                 (least_n, most_n) = (least_n.min(force), most_n.max(force));
             }
-            Err(_) => return Trial { failure: Some(Failure::Diverged { depth_mm: DEEPEST_M * 1e3 }), ..trial },
+            Err(_) => return PressResult { failure: Some(Failure::Diverged { depth_mm: DEEPEST_M * 1e3 }), ..trial },
         }
     }
-    let held = positions(rival, nodes);
+    let held = positions(running, nodes);
     trial.min_j = min_j(block, &held);
     let moved = before.iter().zip(&held).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
     let change = (most_n - least_n) / most_n.abs().max(f64::MIN_POSITIVE);
@@ -145,12 +145,12 @@ pub fn try_press(block: &Block, rival: &mut dyn Rival) -> Trial {
     }
     let way_up = (0..=travel).rev().map(|n| n as f64 * step_m - CLEAR_M);
     for depth_m in way_up.chain(std::iter::repeat_n(-CLEAR_M, WAIT_TICKS)) {
-        if rival.tick(block.tip_m(depth_m)).is_err() {
-            return Trial { failure: Some(Failure::Diverged { depth_mm: depth_m * 1e3 }), ..trial };
+        if running.tick(block.tip_m(depth_m)).is_err() {
+            return PressResult { failure: Some(Failure::Diverged { depth_mm: depth_m * 1e3 }), ..trial };
         }
     }
     let rest = block.tissue.mesh.nodes_m.iter().map(|x| Vector3::from(*x));
-    let left = positions(rival, nodes).iter().zip(rest).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    let left = positions(running, nodes).iter().zip(rest).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
     // positions are finite: a NaN is a fault of the tick
     if trial.failure.is_none() && left > RETURNED_M {
         trial.failure = Some(Failure::Deformed { left_mm: left * 1e3 });
@@ -159,8 +159,8 @@ pub fn try_press(block: &Block, rival: &mut dyn Rival) -> Trial {
 }
 
 /// Positions of all nodes [m].
-pub(super) fn positions(rival: &dyn Rival, nodes: usize) -> Vec<Vector3<f64>> {
-    (0..nodes).map(|n| rival.position_m(n).cast()).collect()
+pub(super) fn positions(running: &dyn RunningMethod, nodes: usize) -> Vec<Vector3<f64>> {
+    (0..nodes).map(|n| running.position_m(n).cast()).collect()
 }
 
 /// Smallest tet volume over its rest volume.

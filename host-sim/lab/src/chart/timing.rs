@@ -9,7 +9,7 @@ use palpate::Fault;
 
 use super::survive::CLEAR_M;
 use crate::error::Error;
-use crate::rivals::{Block, Method, Rival};
+use crate::methods::{Block, Method, RunningMethod};
 use palpate_tissue::clock::thread_time;
 
 /// Depth about which the tip moves [m].
@@ -44,18 +44,19 @@ pub struct TickTime {
 /// A method that cannot be built; the inner result reports that it diverged.
 pub fn tick_time(method: Method, block: &Block, substeps: u16) -> Result<Option<Result<TickTime, Fault>>, Error> {
     let whole = block.clone().refined(1);
-    let timed = Method::Springs.run(&whole, 1, |springs| method.run(block, substeps, |rival| in_turn(block, rival, springs)))?;
+    let timed =
+        Method::Springs.run(&whole, 1, |springs| method.run(block, substeps, |running| in_turn(block, running, springs)))?;
     Ok(timed.transpose().map(Option::flatten)?)
 }
 
-fn in_turn(block: &Block, rival: &mut dyn Rival, springs: &mut dyn Rival) -> Result<TickTime, Fault> {
-    settle(block, rival)?;
+fn in_turn(block: &Block, running: &mut dyn RunningMethod, springs: &mut dyn RunningMethod) -> Result<TickTime, Fault> {
+    settle(block, running)?;
     settle(block, springs)?;
     let begun = thread_time();
     let mut batches_us = Vec::new();
     let mut ratios = Vec::new();
     while batches_us.len() < LEAST_BATCHES || (thread_time() - begun).as_secs_f64() < LONG_ENOUGH_S {
-        let (plain_us, own_us) = (batch_us(block, springs)?, batch_us(block, rival)?);
+        let (plain_us, own_us) = (batch_us(block, springs)?, batch_us(block, running)?);
         batches_us.push(own_us);
         ratios.push(own_us / plain_us);
     }
@@ -65,24 +66,24 @@ fn in_turn(block: &Block, rival: &mut dyn Rival, springs: &mut dyn Rival) -> Res
         min_us: batches_us[0],
         median_us: batches_us[batches_us.len() / 2],
         times_springs: ratios[ratios.len() / 2],
-        solver_flops: rival.solver_flops(),
+        solver_flops: running.solver_flops(),
     })
 }
 
-fn settle(block: &Block, rival: &mut dyn Rival) -> Result<(), Fault> {
+fn settle(block: &Block, running: &mut dyn RunningMethod) -> Result<(), Fault> {
     let down = ((DEPTH_M + CLEAR_M) / 1e-4).ceil() as usize;
     for n in 0..=down + SETTLE_TICKS {
-        rival.tick(block.tip_m((n as f64 * 1e-4 - CLEAR_M).min(DEPTH_M)))?;
+        running.tick(block.tip_m((n as f64 * 1e-4 - CLEAR_M).min(DEPTH_M)))?;
     }
     Ok(())
 }
 
 /// Time of a tick in one batch [us].
-fn batch_us(block: &Block, rival: &mut dyn Rival) -> Result<f64, Fault> {
+fn batch_us(block: &Block, running: &mut dyn RunningMethod) -> Result<f64, Fault> {
     let started = thread_time();
     for n in 1..=BATCH_TICKS {
         let from_start = n.min(BATCH_TICKS - n);
-        rival.tick(block.tip_m(DEPTH_M + from_start as f64 * STEP_M))?;
+        running.tick(block.tip_m(DEPTH_M + from_start as f64 * STEP_M))?;
     }
     Ok((thread_time() - started).as_secs_f64() * 1e6 / BATCH_TICKS as f64)
 }

@@ -5,8 +5,8 @@
 //! condensed outside, constants fitted to presses along the way. Every node is awake all the time,
 //! so nothing changes from tick to tick but the pose: no step and no energy can come from a region
 //! that follows. Paper 004 instead freezes what lies outside a ball around the contact
-//! ([`crate::paper_method::region::StressRule`], its (7)-(8)): see [`contestants`] for that and the
-//! other rivals.
+//! ([`crate::paper_method::region::StressRule`], its (7)-(8)): see [`study_methods`] for that and
+//! the other methods.
 //!
 //! The reference is at rest at every place; the tick has inertia, floored masses and damping, so a
 //! moving probe meets less behind itself: the force falls and drags back as the speed grows. That
@@ -18,19 +18,19 @@
 //! straight and its surface flat, because the reference is
 //! ([`palpate_fit::calibrate::Targets::over_a_stroke`]).
 
-pub mod contestants;
-pub mod course;
 pub mod measured;
+mod report;
 pub mod run;
 pub mod sleeping;
 mod stroke_length;
-mod write;
+pub mod study_methods;
+pub mod trajectory;
 
-pub use contestants::{Kind, StrokePatch, StrokeRecipe, StudyMethod};
-pub use course::{Course, Leg};
 pub use measured::Measured;
 pub use run::{Awake, Figures, Slide, slide, slide_with};
 pub use stroke_length::StrokeLength;
+pub use study_methods::{Kind, StrokePatch, StrokeRecipe, StudyMethod};
+pub use trajectory::{Leg, Trajectory};
 
 use serde::Serialize;
 
@@ -66,7 +66,7 @@ const ROUND_FINE_M: f64 = 0.020;
 /// Thresholds of the stress rule [Pa].
 const LEAST_STRESSES_PA: [f64; 4] = [400.0, 200.0, 100.0, 50.0];
 
-/// All methods on one course.
+/// All methods on one trajectory.
 #[derive(Clone, Debug, Serialize)]
 pub struct Sliding {
     /// Length of the way [mm].
@@ -111,7 +111,7 @@ pub fn report(folder: &OutputFolder, quick: bool, progress: &mut dyn FnMut(usize
     let scene = Scene::load("block")?;
     let answer = Answer::block();
     let map = ReferenceMap::of(&answer).ok_or_else(|| TissueError::Check("the shipped answer lacks centred presses".into()))?;
-    let course = Course {
+    let trajectory = Trajectory {
         centre_m: Vector::zeros(),
         stroke_m: Vector::new(STROKE_M, 0.0, 0.0),
         depth_m: DEPTH_M,
@@ -122,7 +122,7 @@ pub fn report(folder: &OutputFolder, quick: bool, progress: &mut dyn FnMut(usize
     let (sizes, variants) = if quick { (2, 1) } else { (STROKE_PATCHES_M.len(), VARIANTS) };
     let mut recipes = Vec::new();
     for size in &STROKE_PATCHES_M[..sizes] {
-        recipes.extend((0..variants).map(|variant| StrokeRecipe { variant, ..recipe(*size, course.stroke_m.into()) }));
+        recipes.extend((0..variants).map(|variant| StrokeRecipe { variant, ..recipe(*size, trajectory.stroke_m.into()) }));
     }
     let total = recipes.len() + 3 + usize::from(!quick);
     let mut done = 0;
@@ -132,14 +132,14 @@ pub fn report(folder: &OutputFolder, quick: bool, progress: &mut dyn FnMut(usize
     };
     let mut methods = Vec::new();
     let mut measure = |all: Vec<StudyMethod>| -> Result<(), Error> {
-        for contestant in &all {
-            methods.push(Measured::of(contestant, &course, &SPEEDS_M_PER_S, &map)?);
+        for method in &all {
+            methods.push(Measured::of(method, &trajectory, &SPEEDS_M_PER_S, &map)?);
         }
         Ok(())
     };
     for (n, recipe) in recipes.iter().enumerate() {
         tell("stroke patches");
-        measure(StudyMethod::stroke(&scene, recipe, &course, &map, n == 0)?)?;
+        measure(StudyMethod::stroke(&scene, recipe, &trajectory, &map, n == 0)?)?;
     }
     tell("a patch that stays");
     measure(vec![StudyMethod::stays(&scene, &recipe(STAYS_M, [0.0; 3]), &map)?])?;
@@ -147,7 +147,7 @@ pub fn report(folder: &OutputFolder, quick: bool, progress: &mut dyn FnMut(usize
         tell("a round patch that holds the stroke");
         let mut round = recipe(ROUND_M, [0.0; 3]);
         round.sizes.fine_radius_m = ROUND_FINE_M;
-        measure(StudyMethod::stroke(&scene, &round, &course, &map, false)?)?;
+        measure(StudyMethod::stroke(&scene, &round, &trajectory, &map, false)?)?;
     }
     tell("the whole block, awake and frozen");
     measure(StudyMethod::whole(if quick { &LEAST_STRESSES_PA[..2] } else { &LEAST_STRESSES_PA })?)?;
@@ -162,8 +162,8 @@ pub fn report(folder: &OutputFolder, quick: bool, progress: &mut dyn FnMut(usize
         methods,
         strokes,
     };
-    write::tables(folder, &sliding, &map)?;
-    write::pictures(folder, &sliding, &map)?;
+    report::write(folder, &sliding, &map)?;
+    report::draw(folder, &sliding, &map)?;
     Ok(sliding)
 }
 

@@ -1,6 +1,6 @@
 //! The table "region radius x edge treatment -> force error, cost".
 //!
-//! A whole mesh of a block around every patch, every treatment of [`super::rim_treatment`] at its
+//! A whole mesh of a block around every patch, every treatment of [`super::rim_method`] at its
 //! cut. Forces are equilibria of [`palpate_fit::statics`]; the error against dense S is the edge's
 //! alone, the one against the whole mesh of the same springs adds that the outside is linear and
 //! better resolved than those springs, the one against finite elements adds the springs inside,
@@ -8,18 +8,18 @@
 
 mod awake;
 mod cost;
-mod pictures;
+mod figures;
 mod presses;
+mod report;
 mod timing;
-mod write;
 
 pub use awake::{Awake, Frozen, Needed, Stress, Surroundings, awake};
 pub use cost::{Cost, m4f_rim_cycles};
-pub use pictures::pictures;
+pub use figures::draw;
 pub use presses::{Errors, Presses, Setting};
-pub use write::{Summary, write};
+pub use report::{Summary, write};
 
-use super::rim_treatment::{RimTreatment, RimTreatments};
+use super::rim_method::{RimMethod, RimMethods};
 use crate::error::Error;
 use palpate_fit::far_field::{FarField, FarFieldError, Sizes, whole};
 use palpate_fit::statics::Statics;
@@ -66,7 +66,7 @@ impl Scope {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// A patch with an edge treatment.
-    Patch(RimTreatment),
+    Patch(RimMethod),
     /// All of it as springs.
     Whole,
     /// All of it as finite elements.
@@ -191,15 +191,15 @@ fn patch_rows(setting: &Setting, sizes: &Sizes, tissue: &Tissue, far: &FarField,
     let own = setting.press(&Statics::of(&whole.model(), &setting.params)?)?;
     let patch = Patch::build(&far.cut.patch, &setting.material(), None);
     let free = Statics::of(&patch.model(), &setting.params)?;
-    let edges = RimTreatments::of(far, &free, setting.radius_m())?;
-    let dense = setting.press(&edges.statics(&free, RimTreatment::Dense)?)?;
+    let edges = RimMethods::of(far, &free, setting.radius_m())?;
+    let dense = setting.press(&edges.statics(&free, RimMethod::Dense)?)?;
     let times = timing::tick_times(setting, &edges, &patch, &whole)?;
     let row = |kind: Kind, size: Size, presses: Presses| Row {
         fine_m: sizes.fine_m,
         radius_m: sizes.radius_m,
         kind,
         size,
-        against_dense: (kind != Kind::Patch(RimTreatment::Dense)).then(|| presses.against(&dense)),
+        against_dense: (kind != Kind::Patch(RimMethod::Dense)).then(|| presses.against(&dense)),
         against_whole: (kind != Kind::Whole).then(|| presses.against(&own)),
         against_elements: setting.against_elements(&presses).filter(|_| kind != Kind::Elements),
         presses,
@@ -212,9 +212,9 @@ fn patch_rows(setting: &Setting, sizes: &Sizes, tissue: &Tissue, far: &FarField,
         rim_nodes: far.cut.rim.len(),
         rim_edges: far.springs.blocks.len() - far.cut.rim.len(),
     };
-    for edge in RimTreatment::ALL {
+    for edge in RimMethod::ALL {
         let statics = edges.statics(&free, edge)?;
-        let presses = if edge == RimTreatment::Dense { dense.clone() } else { setting.press(&statics)? };
+        let presses = if edge == RimMethod::Dense { dense.clone() } else { setting.press(&statics)? };
         let lowest_m = statics.rim.as_ref().and_then(|rim| lowest(&rim.stiffness_m));
         let cost = Some(Cost::of(setting, &patch, edge, size, &times));
         rows.push(Row { lowest_m, cost, ..row(Kind::Patch(edge), size, presses) });
@@ -237,7 +237,7 @@ impl Table {
     /// Rim springs that are further from dense S than promised or not positive, each as a sentence.
     #[must_use]
     pub fn broken(&self, probe_radius_m: f64) -> Vec<String> {
-        let ours = self.rows.iter().filter(|r| r.kind == Kind::Patch(RimTreatment::RimSprings));
+        let ours = self.rows.iter().filter(|r| r.kind == Kind::Patch(RimMethod::RimSprings));
         let mut broken = Vec::new();
         for row in ours {
             let Some(errors) = &row.against_dense else { continue };

@@ -5,14 +5,14 @@
 //! elements of the same scene.
 
 pub mod assembly;
+mod figures;
 pub mod measured;
 pub mod method;
 pub mod network;
-mod pictures;
 mod printed;
+mod report;
 pub mod scene;
 pub mod steps;
-mod tables;
 pub mod truth;
 
 use std::path::Path;
@@ -111,7 +111,7 @@ pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(),
     progress.say("steps that survive".into());
     let steps = Steps::measure(&sparse.assembly, options.quick)?;
     progress.clear();
-    let findings = tables::Findings {
+    let findings = report::Findings {
         scene: &scene,
         resolutions: &resolutions,
         weighed: weighed.as_ref(),
@@ -120,7 +120,7 @@ pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(),
         quick: options.quick,
         elapsed_s: started.elapsed().as_secs_f64(),
     };
-    tables::write(&findings, folder)
+    report::write(&findings, folder)
 }
 
 /// Names of the resolutions.
@@ -154,7 +154,7 @@ fn at_resolution<'a>(
         runs.push((setup, rests));
     }
     let mut resolution = Resolution { name, assembly, truth, runs, picture_s: f64::NAN };
-    resolution.picture_s = pictures::time_of_one_s(&resolution)?;
+    resolution.picture_s = figures::time_of_one_s(&resolution)?;
     Ok(resolution)
 }
 

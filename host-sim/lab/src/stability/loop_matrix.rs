@@ -18,8 +18,8 @@ pub mod ceiling;
 mod climb;
 mod report;
 
-pub use climb::{Case, Climb, Trial, quiet, walls_n_per_m};
-pub use report::{pictures, print, write};
+pub use climb::{Climb, LoopSetup, TapResult, quiet, walls_n_per_m};
+pub use report::{draw, print, write};
 
 use palpate::BuildError;
 use rayon::prelude::*;
@@ -27,7 +27,7 @@ use serde::Serialize;
 
 use self::ceiling::Ceiling;
 use crate::error::Error;
-use palpate_loop::closed_loop::control::{CONTROLS, Control};
+use palpate_loop::closed_loop::controller::{CONTROLLERS, Controller};
 use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_loop::closed_loop::hand::{HANDS, Hand};
 use palpate_tissue::Error as TissueError;
@@ -73,7 +73,7 @@ pub struct Cell {
     /// Closed form for the device alone [N/m].
     pub passive_n_per_m: f64,
     /// At [`HELD_N_PER_M`].
-    pub held: Trial,
+    pub held: TapResult,
 }
 
 /// Scope of the measurements: loop cases and encoder ceilings.
@@ -112,7 +112,7 @@ impl Scope {
     /// Steps that [`LoopSummary::measure`] reports one by one.
     #[must_use]
     pub fn steps(&self) -> usize {
-        self.cases.len() * HANDS.len() * CONTROLS.len() + self.ceilings.steps()
+        self.cases.len() * HANDS.len() * CONTROLLERS.len() + self.ceilings.steps()
     }
 }
 
@@ -140,10 +140,10 @@ impl LoopSummary {
         let cases: Vec<_> = scope
             .cases
             .iter()
-            .flat_map(|(name, device)| CONTROLS.iter().flat_map(move |c| HANDS.map(|hand| (name, device, hand, *c))))
+            .flat_map(|(name, device)| CONTROLLERS.iter().flat_map(move |c| HANDS.map(|hand| (name, device, hand, *c))))
             .collect();
-        let measure = |(name, device, hand, control): &(&String, &DeviceProfile, Hand, Control)| {
-            let case = Case { device, hand: *hand, control: *control };
+        let measure = |(name, device, hand, control): &(&String, &DeviceProfile, Hand, Controller)| {
+            let case = LoopSetup { device, hand: *hand, control: *control };
             let cell = Cell {
                 device: (*name).clone(),
                 delay_ticks: device.delay_ticks,
@@ -181,7 +181,7 @@ impl LoopSummary {
 /// up to two ticks late, without friction up to one.
 fn broken(cells: &[Cell]) -> Vec<String> {
     let promised =
-        |c: &&Cell| c.control == Control::Ours.name() && (c.device == SWEPT[0] || c.device == SWEPT[1] && c.delay_ticks <= 1);
+        |c: &&Cell| c.control == Controller::Ours.name() && (c.device == SWEPT[0] || c.device == SWEPT[1] && c.delay_ticks <= 1);
     let mut broken = Vec::new();
     for cell in cells.iter().filter(promised) {
         let place = format!("{}, {} ticks late, {}, {HELD_N_PER_M} N/m", cell.device, cell.delay_ticks, cell.hand);

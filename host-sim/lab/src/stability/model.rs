@@ -1,8 +1,8 @@
 //! The model half: every method of the chart pressed, tapped, jittered and released at five
 //! stiffnesses, without a device in the loop.
 //!
-//! A [`Case`] says how the tip moves; a [`Subject`] is a method with the substeps it asks for;
-//! [`press`] moves one through the other and keeps a [`Trace`]; [`judge`] says what went wrong
+//! A [`LoadCase`] says how the tip moves; a [`BuiltMethod`] is a method with the substeps it asks
+//! for; [`press`] moves one through the other and keeps a [`Trace`]; [`judge`] says what went wrong
 //! first; [`margin`] finds how much more it withstands; [`promises`] holds the product to what it
 //! promises.
 //!
@@ -11,22 +11,22 @@
 //! the sinking speed that its elements allow. The other methods have no depth limit; all of them
 //! but the implicit ones and `compliance` are shown a tip that moves at 1 m/s at most.
 
-mod case;
+mod built_method;
+mod figures;
+mod load_case;
 mod margin;
 mod matrix;
-mod pictures;
 mod press;
 mod promise;
-mod subject;
-mod table;
+mod report;
 mod verdict;
 
-pub use case::{CASES, Case, Promise, QUICK_CASES, Stimulus};
+pub use built_method::{Build, BuiltMethod, ROWS, Row};
+pub use figures::draw;
+pub use load_case::{CASES, LoadCase, Promise, QUICK_CASES, Stimulus};
 pub use margin::{Axis, Margin, largest, margin};
 pub use matrix::{Cell, MarginCell, Matrix, Scope, run};
-pub use pictures::pictures;
 pub use press::{Loading, Trace, press};
 pub use promise::promises;
-pub use subject::{Build, ROWS, Row, Subject};
-pub use table::{Summary, write};
+pub use report::{Summary, write};
 pub use verdict::{Figures, Verdict, judge};

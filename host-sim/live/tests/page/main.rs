@@ -145,7 +145,7 @@ fn recorded_here() -> Vec<u8> {
     live.record().unwrap();
     for tick in 0..1200 {
         let depth_m = if tick < 700 { -5e-3 } else { 3e-3 };
-        live.step(palpate::Vector3::new(0.0, 0.0, -depth_m), true);
+        live.tick(palpate::Vector3::new(0.0, 0.0, -depth_m), true);
     }
     live.finish().unwrap()
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use palpate::haptic::cycle::Settings;
-use palpate::{BuildError, Limiters, Vector3};
+use palpate::{BuildError, ClampFlags, Vector3};
 
 use super::device::DeviceProfile;
 use super::hand::{Grip, Hand};
@@ -123,7 +123,7 @@ impl Row {
         // theirs
         let steady = !matches!(hand.grip, Grip::Released | Grip::Changing { .. });
         // a contact that was long at the force limit is weakened on purpose until it ends
-        let relieved = run.rows.last().is_some_and(|r| r.telemetry.limiters.contains(Limiters::GAIN));
+        let relieved = run.rows.last().is_some_and(|r| r.telemetry.limiters.contains(ClampFlags::GAIN));
         let still = run.hold.filter(|h| h.swing_m <= 1e-9 && !relieved);
         Self {
             hand: hand.id,

@@ -8,7 +8,7 @@ use palpate::{BuildError, Fault, Vector3};
 use super::device::DeviceProfile;
 use super::hand::{Grip, Hand};
 use super::plant::{Plant, PortEnergy};
-use super::stimulus::{CLEAR_M, Change, Course, Stimulus};
+use super::stimulus::{CLEAR_M, Change, Stimulus, Trajectory};
 use super::surface::Surface;
 use super::verdict::{Hold, largest_turn_deg, rms_above};
 use super::watch::{Broken, Tick, Watch};
@@ -126,7 +126,7 @@ pub fn run(setup: &Setup, surface: &mut impl Surface) -> Result<Run, BuildError>
 /// Propagates errors from [`Cycle::build`].
 pub fn run_beside(setup: &Setup, surface: &mut impl Surface, beside: &mut impl Beside) -> Result<Run, BuildError> {
     let site = surface.site();
-    let course = course_of(setup, surface);
+    let trajectory = trajectory_of(setup, surface);
     let start_m = site.point_m(-CLEAR_M, 0.0, 0.0);
     let mut plant = Plant::new(setup.device, setup.hand, site.at_m.cast(), site.normal.cast(), start_m);
     let mut cycle = Cycle::build(&setup.settings, &plant.limits())?;
@@ -138,18 +138,18 @@ pub fn run_beside(setup: &Setup, surface: &mut impl Surface, beside: &mut impl B
         watched.cycle_beside(&mut cycle, &mut plant, surface, Command::HEARD, beside);
         plant.rest();
     }
-    plant.set_velocity_m_per_s(-site.normal * course.entry_m_per_s());
+    plant.set_velocity_m_per_s(-site.normal * trajectory.entry_m_per_s());
 
-    let mut rows = Vec::with_capacity((course.seconds() * 1e3) as usize + 1);
+    let mut rows = Vec::with_capacity((trajectory.seconds() * 1e3) as usize + 1);
     let (mut t_s, mut ticks) = (0.0, 0_u32);
-    while t_s < course.seconds() {
-        if let Some(change) = course.change(t_s) {
+    while t_s < trajectory.seconds() {
+        if let Some(change) = trajectory.change(t_s) {
             surface.change(change);
             beside.change(change);
         }
         let telemetry = watched.cycle_beside(&mut cycle, &mut plant, surface, Command::HEARD, beside);
         surface.settle(cycle.in_contact());
-        let aim = course.aim(t_s);
+        let aim = trajectory.aim(t_s);
         let touched = telemetry.output.depth_m > 0.0 || telemetry.applied_n != Vector3::zeros();
         plant.step(&aim, touched);
         rows.push(Row {
@@ -166,13 +166,13 @@ pub fn run_beside(setup: &Setup, surface: &mut impl Surface, beside: &mut impl B
         ticks += 1;
         t_s = f64::from(ticks) * 1e-3;
     }
-    Ok(judge(setup, &course, rows, watched.broken))
+    Ok(judge(setup, &trajectory, rows, watched.broken))
 }
 
-/// The course of a stimulus for this hand on this surface.
-pub(super) fn course_of(setup: &Setup, surface: &impl Surface) -> Course {
+/// The trajectory of a stimulus for this hand on this surface.
+pub(super) fn trajectory_of(setup: &Setup, surface: &impl Surface) -> Trajectory {
     let push_n = if setup.hand.grip == Grip::Released { setup.static_n.min(RELEASED_PUSH_N) } else { 0.0 };
-    Course {
+    Trajectory {
         stimulus: setup.stimulus,
         site: surface.site(),
         depth_m: setup.depth_m,
@@ -218,7 +218,7 @@ impl Watched {
     ) -> Telemetry {
         let limits = *cycle.limits();
         let mut seen = Seen { device, reading: None, got_n: None };
-        let telemetry = cycle.run(&mut seen, surface, command);
+        let telemetry = cycle.tick(&mut seen, surface, command);
         let Seen { reading, got_n, .. } = seen;
         match beside.tick(reading, command, &telemetry, got_n) {
             Some(force_n) => device.actuate(force_n),
@@ -265,7 +265,7 @@ impl<D: HapticDevice> HapticDevice for Seen<'_, D> {
     }
 }
 
-fn judge(setup: &Setup, course: &Course, rows: Vec<Row>, broken: Vec<Broken>) -> Run {
+fn judge(setup: &Setup, trajectory: &Trajectory, rows: Vec<Row>, broken: Vec<Broken>) -> Run {
     let at_m: Vec<Vector3<f64>> = rows.iter().map(|r| r.at_m).collect();
     let force_n: Vec<Vector3<f64>> = rows.iter().map(|r| r.telemetry.applied_n.cast()).collect();
     let ends = setup.stimulus.ends_in_hold();
@@ -274,7 +274,7 @@ fn judge(setup: &Setup, course: &Course, rows: Vec<Row>, broken: Vec<Broken>) ->
     // from the first touch until the hand stops
     let pressing = || {
         let from = rows.iter().position(|r| r.telemetry.output.depth_m > 0.3e-3)?;
-        let stop_s = course.seconds() - super::stimulus::HOLD_S - 0.5;
+        let stop_s = trajectory.seconds() - super::stimulus::HOLD_S - 0.5;
         let to = rows.iter().position(|r| r.t_s >= stop_s)?;
         (to > from + 50).then(|| rms_above(force_n.get(..to).unwrap_or_default(), 50.0, from))
     };

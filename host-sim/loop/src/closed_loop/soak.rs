@@ -11,7 +11,7 @@ use super::campaign::{DEPTH_M, Ground, WALL_N_PER_M};
 use super::faulty::Faulty;
 use super::hand::{Aim, HANDS};
 use super::plant::Plant;
-use super::run::{ARMING_TICKS, Setup, Watched, course_of};
+use super::run::{ARMING_TICKS, Setup, Watched, trajectory_of};
 use super::stimulus::{CLEAR_M, Stimulus};
 use super::surface::{Surface, Wall, with_tissue};
 use super::watch::Broken;
@@ -134,13 +134,13 @@ fn on<S: Surface>(
         let before = held.seen.ticks;
         let Some(stimulus) = Stimulus::named(id) else { continue };
         let setup = Setup { device: ground.device, hand, stimulus, settings, depth_m: DEPTH_M, static_n };
-        let course = course_of(&setup, held.surface);
+        let trajectory = trajectory_of(&setup, held.surface);
         let mut device = held.held(plant(hand, site.point_m(-CLEAR_M, 0.0, 0.0)));
-        device.device().set_velocity_m_per_s(-site.normal * course.entry_m_per_s());
-        let ticks = (1e3 * course.seconds().min(longest_s)) as u32;
+        device.device().set_velocity_m_per_s(-site.normal * trajectory.entry_m_per_s());
+        let ticks = (1e3 * trajectory.seconds().min(longest_s)) as u32;
         for n in 0..ticks {
             let touched = held.tick(&mut device, None);
-            device.device().step(&course.aim(f64::from(n) * 1e-3), touched);
+            device.device().step(&trajectory.aim(f64::from(n) * 1e-3), touched);
         }
         // lifted out by a light finger, and put away
         let from_m = device.device().at_m();

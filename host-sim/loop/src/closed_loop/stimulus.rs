@@ -4,9 +4,9 @@ use palpate::Vector3;
 
 use super::hand::Aim;
 
-/// Where every course begins and where the loop arms, outside the tissue [m].
+/// Where every trajectory begins and where the loop arms, outside the tissue [m].
 pub const CLEAR_M: f64 = 5e-3;
-/// A hold that is judged at the end of a course [s].
+/// A hold that is judged at the end of a trajectory [s].
 pub const HOLD_S: f64 = 2.0;
 /// Time for a press to settle [s].
 const SETTLE_S: f64 = 0.75;
@@ -90,7 +90,7 @@ impl Stimulus {
         Self { id: "S1", name: "tap", kind: Kind::Tap { m_per_s } }
     }
 
-    /// A hold of this time, and the steady end of every course [s].
+    /// A hold of this time, and the steady end of every trajectory [s].
     #[must_use]
     pub fn hold(s: f64) -> Self {
         Self { id: "S4", name: "hold", kind: Kind::Hold { s } }
@@ -165,7 +165,7 @@ impl Site {
 
 /// A stimulus for a hand on a tissue.
 #[derive(Clone, Copy, Debug)]
-pub struct Course {
+pub struct Trajectory {
     /// The stimulus.
     pub stimulus: Stimulus,
     /// Place of the touch.
@@ -178,7 +178,7 @@ pub struct Course {
     pub push_n: f64,
 }
 
-impl Course {
+impl Trajectory {
     /// How long it takes [s]; its last [`HOLD_S`] are steady.
     #[must_use]
     pub fn seconds(&self) -> f64 {
@@ -365,25 +365,25 @@ fn noise(s: f64, seed: u32) -> f64 {
 mod tests {
     use super::*;
 
-    fn course(stimulus: Stimulus) -> Course {
+    fn trajectory(stimulus: Stimulus) -> Trajectory {
         let site = Site::new(Vector3::new(0.01, 0.0, 0.02), Vector3::new(0.0, 0.6, 0.8));
-        Course { stimulus, site, depth_m: 4e-3, reach_m: 7e-3, push_n: 0.0 }
+        Trajectory { stimulus, site, depth_m: 4e-3, reach_m: 7e-3, push_n: 0.0 }
     }
 
     #[test]
     fn every_course_starts_outside_and_ends_in_a_steady_hold_without_a_jump() {
         for stimulus in STIMULI {
-            let course = course(stimulus.short());
-            let end = course.seconds();
-            assert!((course.aim(0.0).at_m - course.site.point_m(-CLEAR_M, 0.0, 0.0)).norm() < 1e-9, "{}", stimulus.id);
-            let hold = course.aim(end);
-            assert!((course.aim(end - HOLD_S + 0.02).at_m - hold.at_m).norm() < 1e-9 && hold.steady, "{}", stimulus.id);
+            let trajectory = trajectory(stimulus.short());
+            let end = trajectory.seconds();
+            assert!((trajectory.aim(0.0).at_m - trajectory.site.point_m(-CLEAR_M, 0.0, 0.0)).norm() < 1e-9, "{}", stimulus.id);
+            let hold = trajectory.aim(end);
+            assert!((trajectory.aim(end - HOLD_S + 0.02).at_m - hold.at_m).norm() < 1e-9 && hold.steady, "{}", stimulus.id);
             let depth = if stimulus.id == "S10" { 0.5 } else { 1.0 };
-            assert!((hold.at_m - course.site.point_m(11e-3 * depth, 0.0, 0.0)).norm() < 1e-9, "{}: {hold:?}", stimulus.id);
+            assert!((hold.at_m - trajectory.site.point_m(11e-3 * depth, 0.0, 0.0)).norm() < 1e-9, "{}: {hold:?}", stimulus.id);
             let ticks = (end / 1e-3) as u32;
             let farthest = (0..ticks)
                 .map(|n| f64::from(n) * 1e-3)
-                .map(|t| (course.aim(t + 1e-3).at_m - course.aim(t).at_m).norm())
+                .map(|t| (trajectory.aim(t + 1e-3).at_m - trajectory.aim(t).at_m).norm())
                 .fold(0.0, f64::max);
             let jumps = stimulus.id == "S3";
             assert!(jumps == (farthest > 2e-3), "{}: {farthest} m in a tick", stimulus.id);
@@ -393,16 +393,16 @@ mod tests {
     #[test]
     fn tissue_changes_three_times_and_ends_as_it_began() {
         for id in ["S11", "S12"] {
-            let course = course(Stimulus::named(id).unwrap());
+            let trajectory = trajectory(Stimulus::named(id).unwrap());
             let changes: Vec<Change> =
-                (0..(course.seconds() * 1e3) as u32).filter_map(|n| course.change(f64::from(n) * 1e-3)).collect();
+                (0..(trajectory.seconds() * 1e3) as u32).filter_map(|n| trajectory.change(f64::from(n) * 1e-3)).collect();
             let ratio = |c: &Change| match c {
                 Change::Stiffness(r) | Change::FarField(r) => *r,
             };
             assert_eq!(changes.iter().map(ratio).collect::<Vec<_>>(), [2.0, 0.5, 1.0], "{id}");
             let depth_m = |s: f64| {
-                let aim = course.aim(course.press_s(0.05) + SETTLE_S + s);
-                -(aim.at_m - course.site.at_m).dot(&course.site.normal)
+                let aim = trajectory.aim(trajectory.press_s(0.05) + SETTLE_S + s);
+                -(aim.at_m - trajectory.site.at_m).dot(&trajectory.site.normal)
             };
             assert!(LEAVES_S.iter().flatten().sum::<f64>() > 0.0 && depth_m(0.0) > 10e-3);
             assert!((depth_m(0.8) + CLEAR_M).abs() < 1e-9 && (depth_m(3.2) + CLEAR_M).abs() < 1e-9, "outside while it stiffens");

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use palpate::haptic::cycle::{PatchRenderer, Renderer};
 use palpate::stages::probe::ProbePose;
-use palpate::{BuildError, GuardLimits, Limiters, Model, Output, Params, RimEdge, RimNode, State, Tuned, Vector3, tick};
+use palpate::{BuildError, ClampFlags, GuardLimits, Model, Output, Params, RimEdge, RimNode, State, Tuned, Vector3, tick};
 
 use super::stimulus::{Change, Site};
 use super::watch::{HalfSpace, RestShape, RestSolid};
@@ -63,9 +63,9 @@ impl Renderer for Wall {
         if depth_m <= 0.0 {
             return Output { point_m: pose.tip_m, outside: true, ..Output::NONE };
         }
-        let mut limiters = Limiters::DEFAULT;
+        let mut limiters = ClampFlags::DEFAULT;
         let depth_m = if depth_m > self.depth_limit_m {
-            limiters.set(Limiters::DEPTH);
+            limiters.set(ClampFlags::DEPTH);
             self.depth_limit_m
         } else {
             depth_m

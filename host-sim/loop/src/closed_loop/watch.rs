@@ -22,7 +22,7 @@ use palpate::haptic::cycle::{Ask, Command, Settings, Telemetry};
 use palpate::haptic::device::{DeviceSpec, Sensed, SensorStatus};
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
-use palpate::{Limiters, Vector3};
+use palpate::{ClampFlags, Vector3};
 use std::sync::Arc;
 
 /// Rounding of a force of a few newtons [N].
@@ -205,7 +205,7 @@ impl Watch {
         // on a flank friction alone may point inward; without it what the model pushes never pulls
         let pushes = telemetry.output.force_n.dot(&telemetry.output.normal) >= 0.0;
         hold("I1", "pull", !pushes || force_n.dot(&telemetry.output.normal) >= -telemetry.output.grip_n - ROUNDING_N)?;
-        if !telemetry.limiters.contains(Limiters::SLEW) && length_n > 1e-3 {
+        if !telemetry.limiters.contains(ClampFlags::SLEW) && length_n > 1e-3 {
             let aside = force_n.cross(&telemetry.wanted_n).norm();
             hold(
                 "I2",
@@ -270,7 +270,7 @@ impl Watch {
         hold("I7", "stale", self.old <= 2 || to == Mode::Fault)?;
 
         if let [Some(one), Some(two), _] = self.past {
-            let believed = two.telemetry.fault.is_none() && !two.telemetry.limiters.contains(Limiters::HELD);
+            let believed = two.telemetry.fault.is_none() && !two.telemetry.limiters.contains(ClampFlags::HELD);
             let forced = one.force_n() != Vector3::zeros() && two.force_n() != Vector3::zeros();
             let new = fresh && one.reading.sequence.wrapping_sub(two.reading.sequence).cast_signed() > 0;
             let far = |t: &Tick| (t.reading.position_m - two.reading.position_m).norm() > 3.3e-3;

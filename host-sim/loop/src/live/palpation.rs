@@ -207,7 +207,7 @@ impl Live {
 
     /// One tick towards a target [m]. `heard`: whoever moves it is there; a silent one loses the
     /// force.
-    pub fn step(&mut self, target_m: Vector3<f64>, heard: bool) -> Told {
+    pub fn tick(&mut self, target_m: Vector3<f64>, heard: bool) -> Told {
         // what softens comes at once; what stiffens under the probe would give energy that nobody
         // brought
         let softens = self.waiting.is_some_and(|p| p.youngs_modulus_pa <= self.tissue.params().youngs_modulus_pa);
@@ -227,7 +227,7 @@ impl Live {
         let command = Command { heard, asked, ..Command::default() };
         let limits = *self.cycle.limits();
         let mut listened = Listened { port: &mut self.port, reading: None, got_n: None };
-        let telemetry = self.cycle.run(&mut listened, &mut self.tissue, command);
+        let telemetry = self.cycle.tick(&mut listened, &mut self.tissue, command);
         let Listened { reading, got_n, .. } = listened;
         let seen = reading.map(|reading| Tick { command, reading, limits, telemetry, got_n, unsound: None });
         let broken = seen.and_then(|tick| self.watch.check(&tick).err());

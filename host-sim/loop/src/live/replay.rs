@@ -88,7 +88,7 @@ pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replay
                     device.reading.position_m = row.position_m;
                     device.reading.sequence = device.reading.sequence.wrapping_add(1);
                     let limits = *cycle.limits();
-                    let now = cycle.run(&mut device, tissue, row.command);
+                    let now = cycle.tick(&mut device, tissue, row.command);
                     let (command, reading, got_n) = (row.command, device.reading, device.got_n);
                     if let Err(broken) = watch.check(&Tick { command, reading, limits, telemetry: now, got_n, unsound: None })
                         && !replayed.broken.iter().any(|(_, b)| *b == broken)

@@ -7,7 +7,7 @@ use super::unit;
 use super::worth::{self, Worth};
 use crate::error::Error;
 use palpate_charts::{PlanChart, PlanDot, plan};
-use palpate_fit::plan::{Bench, Effort, Outcome, RimTreatment, Trial, WORST_RATIO};
+use palpate_fit::plan::{Bench, Effort, JudgedCandidate, Outcome, RimTreatment, WORST_RATIO};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::session::moving::MovingReport;
 
@@ -38,15 +38,15 @@ struct Summary<'a> {
     quick: bool,
     patch: Option<String>,
     promise: Option<Promise<'a>>,
-    chosen: Option<&'a Trial>,
+    chosen: Option<&'a JudgedCandidate>,
     /// Terms of the scene that the chosen one could do without, at which error.
     terms: &'a [Worth],
-    next_smaller: Option<&'a Trial>,
-    next_larger: Option<&'a Trial>,
-    elsewhere: Option<&'a Trial>,
+    next_smaller: Option<&'a JudgedCandidate>,
+    next_larger: Option<&'a JudgedCandidate>,
+    elsewhere: Option<&'a JudgedCandidate>,
     elsewhere_board: Option<&'static str>,
-    tightest_here: Option<&'a Trial>,
-    trials: &'a [Trial],
+    tightest_here: Option<&'a JudgedCandidate>,
+    trials: &'a [JudgedCandidate],
     machine: String,
 }
 
@@ -71,7 +71,7 @@ pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome) -> R
         moving: t.moving,
         holds: t.keeps(bench.tolerance_pct) && t.fits,
     });
-    let session = |t: &Trial| t.session.as_ref().map(|session| worth::of(machine, &t.counts, &session.params));
+    let session = |t: &JudgedCandidate| t.session.as_ref().map(|session| worth::of(machine, &t.counts, &session.params));
     let terms = outcome.chosen.as_ref().and_then(session).unwrap_or_default();
     let summary = Summary {
         scene: &scene.name,
@@ -87,14 +87,14 @@ pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome) -> R
         next_smaller: outcome.smaller.as_ref(),
         next_larger: outcome.larger.as_ref(),
         elsewhere: outcome.elsewhere.as_ref(),
-        elsewhere_board: outcome.elsewhere.as_ref().and_then(Trial::slowest_board).map(|m| m.name),
+        elsewhere_board: outcome.elsewhere.as_ref().and_then(JudgedCandidate::slowest_board).map(|m| m.name),
         tightest_here: outcome.tightest.as_ref(),
         trials: &outcome.trials,
         machine: palpate_tissue::machine::processor(),
     };
     folder.write_json("summary.json", &summary)?;
     let header = ["nodes", "radius_radii", "element_radii", "points", "full_fit", "substeps", "units", "rms_pct", "worst_pct"];
-    let row = |t: &Trial| {
+    let row = |t: &JudgedCandidate| {
         let c = &t.candidate;
         [
             t.counts.nodes as f64,
@@ -121,7 +121,7 @@ pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome) -> R
 }
 
 /// Returns the name of the group of trials that a trial belongs to in a chart.
-fn kind(trial: &Trial) -> String {
+fn kind(trial: &JudgedCandidate) -> String {
     named(trial.edge, trial.terms).unwrap_or_else(|| format!("radius {} R, rim springs", trial.candidate.radius_radii))
 }
 
@@ -143,10 +143,10 @@ fn draw(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), E
     // radii first, in their order, then what was left out
     kinds.sort_by_key(|k| (!k.starts_with("radius"), k.clone()));
     kinds.dedup();
-    let same = |a: &Trial, b: &Option<Trial>| {
+    let same = |a: &JudgedCandidate, b: &Option<JudgedCandidate>| {
         b.as_ref().is_some_and(|b| (a.candidate, a.edge, a.terms, a.effort) == (b.candidate, b.edge, b.terms, b.effort))
     };
-    let dot = |t: &Trial| {
+    let dot = |t: &JudgedCandidate| {
         let chosen = same(t, &outcome.chosen);
         let label = if chosen {
             format!("chosen: {} nodes", t.counts.nodes)
@@ -213,7 +213,7 @@ fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth]) {
         "shear %",
         "moving %"
     );
-    let row = |what: &str, t: &Trial| {
+    let row = |what: &str, t: &JudgedCandidate| {
         let c = &t.candidate;
         println!(
             "{what:<26} {:>5} {:>6} {:>8} {:>6} {:>5} {:>9.1} {:>6.1} kB {:>7.2} {:>+8.2} {:>8.2} {:>8} {:>8}",

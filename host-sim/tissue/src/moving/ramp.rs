@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::error::TruthError;
 use super::table::Table;
-use super::truth::{Course, TRUTHS, Truth};
+use super::truth::{TRUTHS, Trajectory, Truth};
 use crate::error::Error;
 use crate::patch::{Memory, Patch};
 use crate::scene::Scene;
@@ -52,7 +52,7 @@ impl Ramp {
     /// # Errors
     /// A drag, or a table that cannot be read.
     pub fn of(truth: Truth) -> Result<Self, TruthError> {
-        let Course::Ramp { speed_mm_per_s, .. } = truth.course else {
+        let Trajectory::Ramp { speed_mm_per_s, .. } = truth.trajectory else {
             return Err(TruthError::NoRamp { name: truth.name });
         };
         Ok(Self { truth, speed_mm_per_s, table: truth.stored()? })
@@ -72,7 +72,7 @@ impl Ramp {
     /// # Errors
     /// As [`Self::of`].
     pub fn of_scene(scene: &Scene) -> Result<Vec<Self>, TruthError> {
-        let ramps = TRUTHS.into_iter().filter(|truth| matches!(truth.course, Course::Ramp { .. }) && truth.is_of(scene));
+        let ramps = TRUTHS.into_iter().filter(|truth| matches!(truth.trajectory, Trajectory::Ramp { .. }) && truth.is_of(scene));
         let mut ramps = ramps.map(Self::of).collect::<Result<Vec<_>, _>>()?;
         ramps.sort_by_key(|ramp| ramp.speed_mm_per_s);
         Ok(ramps)

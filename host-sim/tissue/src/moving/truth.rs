@@ -23,7 +23,7 @@ pub enum Site {
 
 /// Movement of a stored truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Course {
+pub enum Trajectory {
     /// Ramp to 4 mm, and a hold.
     Ramp {
         /// Speed [mm/s].
@@ -48,7 +48,7 @@ pub enum Course {
     },
 }
 
-impl Course {
+impl Trajectory {
     /// Largest speed of its main part [mm/s], rounded down.
     #[must_use]
     pub fn speed_mm_per_s(self) -> u32 {
@@ -72,18 +72,18 @@ pub struct Truth {
     /// Young's modulus [Pa].
     pub youngs_modulus_pa: f64,
     /// Movement.
-    pub course: Course,
+    pub trajectory: Trajectory,
     /// Text of its file.
     text: &'static str,
 }
 
 macro_rules! truth {
-    ($name:literal, $site:ident, $kpa:literal, $course:ident { $($field:ident: $value:literal),* }) => {
+    ($name:literal, $site:ident, $kpa:literal, $trajectory:ident { $($field:ident: $value:literal),* }) => {
         Truth {
             name: $name,
             site: Site::$site,
             youngs_modulus_pa: $kpa * 1e3,
-            course: Course::$course { $($field: $value),* },
+            trajectory: Trajectory::$trajectory { $($field: $value),* },
             text: include_str!(concat!("../../../references/moving/", $name, ".csv")),
         }
     };

@@ -1,6 +1,6 @@
 //! Promises of `press`. A run that breaks a promise writes its files all the same and exits with 1.
 
-use palpate::Limiters;
+use palpate::ClampFlags;
 
 use super::{Hold, Press};
 use crate::error::Error;
@@ -21,7 +21,7 @@ impl Press {
             let t_s = self.ticks.last().map_or(0.0, |t| t.t_s);
             return broken(format!("{fault} at {t_s:.3} s; the force is zero from there on"));
         }
-        if self.ticks.last().is_some_and(|t| t.output.limiters.contains(Limiters::BURIED)) {
+        if self.ticks.last().is_some_and(|t| t.output.limiters.contains(ClampFlags::BURIED)) {
             return broken(
                 "the probe started inside the tissue and was never outside, so there was no force: start it outside".into(),
             );

@@ -1,6 +1,6 @@
 //! One of our organs as the scene's tissue, on a mesh graded away from the site.
 
-use super::shape::{Shape, Site};
+use super::organ_source::{OrganSource, Site};
 use crate::mesh::TetMesh;
 use crate::organ::{Fine, OrganError, Turned};
 use crate::scene::{Scene, SceneError};
@@ -20,7 +20,7 @@ const HALVINGS: u32 = 12;
 const WORST_SHARE: f64 = 0.15;
 
 /// A mesh of about the scene's number of nodes.
-pub(super) fn graded(scene: &Scene, shape: &Shape, site: &Site) -> Result<TetMesh, SceneError> {
+pub(super) fn graded(scene: &Scene, shape: &OrganSource, site: &Site) -> Result<TetMesh, SceneError> {
     let wanted = scene.tissue.nodes.unwrap_or(DEFAULT_ORGAN_NODES);
     let radius_m = scene.probe.radius_m;
     let coarsest_m = shape.thickness_m(site) / THROUGH;

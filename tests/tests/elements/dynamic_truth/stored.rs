@@ -2,7 +2,7 @@
 
 use palpate_fit::dynamic::truths::Computed;
 use palpate_tissue::answer::Answer;
-use palpate_tissue::moving::truth::{Course, Site, TRUTHS, Truth};
+use palpate_tissue::moving::truth::{Site, TRUTHS, Trajectory, Truth};
 
 use crate::dynamic_truth::coarse;
 use crate::fem_reference::assert_within;
@@ -24,7 +24,7 @@ fn every_table_is_read_and_ends_near_the_static_force() {
             Site::Nodule => read("nodule.json"),
             Site::Centre | Site::Aside | Site::Askew => read("block.json"),
         };
-        if let (Course::Ramp { .. }, Some(held_m2)) = (truth.course, held_m2) {
+        if let (Trajectory::Ramp { .. }, Some(held_m2)) = (truth.trajectory, held_m2) {
             assert_within(truth.name, last.force_over_e_m2[2], held_m2, 0.05);
         }
     }

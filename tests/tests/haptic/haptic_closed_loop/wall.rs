@@ -4,7 +4,7 @@ use palpate::haptic::cycle::Settings;
 use palpate::haptic::damping::DampingSettings;
 use palpate::haptic::device::DeviceSpec;
 use palpate::haptic::passivity::PassivitySettings;
-use palpate::{Fault, Limiters, Vector3};
+use palpate::{ClampFlags, Fault, Vector3};
 use palpate_loop::closed_loop::device::{DeviceProfile, PROFILES};
 use palpate_loop::closed_loop::hand::{HANDS, Hand};
 use palpate_loop::closed_loop::run::{Run, Setup, run};
@@ -124,7 +124,7 @@ fn a_strong_force_is_held_for_long_by_every_hand_on_every_device() {
             let setup = Setup { device: &device, hand, stimulus: Stimulus::hold(14.0), settings, depth_m: 5e-3, static_n };
             let run = run(&setup, &mut Wall::new(n_per_m, device.force_limit_n, normal)).unwrap();
             let last = run.rows.last().unwrap().telemetry;
-            if run.fault.is_some() || last.limiters.contains(Limiters::GAIN) {
+            if run.fault.is_some() || last.limiters.contains(ClampFlags::GAIN) {
                 faded.push(format!("{name}, {}: {} N, {:?}, {}", hand.id, last.applied_n.norm(), last.limiters, label(&run)));
             }
             held += u32::from(f64::from(last.applied_n.norm()) > 0.5 * device.force_limit_n);

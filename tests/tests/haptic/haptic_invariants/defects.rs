@@ -5,7 +5,7 @@
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
-use palpate::{Limiters, Vector3};
+use palpate::{ClampFlags, Vector3};
 use palpate_loop::closed_loop::watch::Tick;
 
 use crate::haptic_invariants::rig::{Defect, NORMAL, Rig};
@@ -107,17 +107,17 @@ const DEFECTS: [(&str, Defect); 26] = [
         }
     }),
     ("limit of each axis instead of the vector", |_, now| {
-        if now.telemetry.limiters.contains(Limiters::FORCE) {
+        if now.telemetry.limiters.contains(ClampFlags::FORCE) {
             give(now, clipped(now.telemetry.wanted_n, 0.57 * now.limits.max_force_n));
         }
     }),
     ("no slew limit", |_, now| {
-        if now.telemetry.limiters.contains(Limiters::SLEW) {
+        if now.telemetry.limiters.contains(ClampFlags::SLEW) {
             give(now, now.telemetry.wanted_n * (now.limits.max_force_n / now.telemetry.wanted_n.norm()).min(1.0));
         }
     }),
     ("a slew limit twice too high", |before, now| {
-        if now.telemetry.limiters.contains(Limiters::SLEW) {
+        if now.telemetry.limiters.contains(ClampFlags::SLEW) {
             give(now, before.force_n() + (now.telemetry.wanted_n - before.force_n()).cap_magnitude(1.0));
         }
     }),
@@ -233,7 +233,7 @@ fn the_script_is_clean_and_meets_every_mode_and_every_limiter_of_the_loop() {
     let rig = script(None);
     rig.expect_clean();
     assert!(Mode::ALL.iter().all(|m| rig.modes.contains(m)), "{:?}", rig.modes);
-    for limiter in [Limiters::FORCE, Limiters::SLEW, Limiters::HELD, Limiters::GAIN, Limiters::ENERGY] {
+    for limiter in [ClampFlags::FORCE, ClampFlags::SLEW, ClampFlags::HELD, ClampFlags::GAIN, ClampFlags::ENERGY] {
         assert!(rig.limiters.contains(limiter), "{limiter:?}");
     }
 }

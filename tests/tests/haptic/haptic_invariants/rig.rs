@@ -5,7 +5,7 @@ use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::stages::probe::ProbePose;
-use palpate::{Fault, Limiters, Output, Vector3};
+use palpate::{ClampFlags, Fault, Output, Vector3};
 use palpate_loop::closed_loop::watch::{Broken, Tick, Watch};
 
 /// Outward normal of the half-space: slanted, so that an axis is not a direction.
@@ -77,7 +77,7 @@ pub struct Rig {
     pub last: Option<Tick>,
     /// Modes and limiters met.
     pub modes: Vec<Mode>,
-    pub limiters: Limiters,
+    pub limiters: ClampFlags,
     watch: Watch,
 }
 
@@ -88,7 +88,7 @@ impl Rig {
         let device = Scripted { reading, got_n: None };
         let cycle = Cycle::build(&Settings::safe(&device.limits()), &device.limits()).unwrap();
         let tissue = HalfSpace { n_per_m: 400.0, sick_n: None };
-        let (broken, modes, limiters) = (Vec::new(), Vec::new(), Limiters::default());
+        let (broken, modes, limiters) = (Vec::new(), Vec::new(), ClampFlags::default());
         Self { device, tissue, cycle, defect: None, broken, last: None, modes, limiters, watch: Watch::default() }
     }
 
@@ -118,7 +118,7 @@ impl Rig {
             self.device.reading.sequence = self.device.reading.sequence.wrapping_add(1);
         }
         let limits: LoopLimitSettings = *self.cycle.limits();
-        let telemetry = self.cycle.run(&mut self.device, &mut self.tissue, command);
+        let telemetry = self.cycle.tick(&mut self.device, &mut self.tissue, command);
         self.limiters.set(telemetry.limiters);
         if !self.modes.contains(&telemetry.mode) {
             self.modes.push(telemetry.mode);

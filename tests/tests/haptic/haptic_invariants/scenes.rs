@@ -4,7 +4,7 @@ use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::SensorStatus;
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
-use palpate::{Fault, Limiters, Vector3};
+use palpate::{ClampFlags, Fault, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -112,7 +112,7 @@ fn old_poses_are_held_for_two_ticks_and_no_longer() {
     rig.hold(50);
     for _ in 0..2 {
         let tick = rig.tick(Command::HEARD, false);
-        assert!(tick.telemetry.limiters.contains(Limiters::HELD) && tick.force_n().norm() > 1.5);
+        assert!(tick.telemetry.limiters.contains(ClampFlags::HELD) && tick.force_n().norm() > 1.5);
     }
     rig.tick(Command::HEARD, false);
     rig.expect_fault(Fault::PoseStale);

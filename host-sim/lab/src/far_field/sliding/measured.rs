@@ -1,12 +1,12 @@
-//! A contestant measured: what it costs, at rest along the way, at every speed, and where it was
+//! A method measured: what it costs, at rest along the way, at every speed, and where it was
 //! not fitted.
 
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::contestants::{Kind, StudyMethod};
-use super::course::Course;
 use super::run::{Awake, Figures, Slide, largest, slide};
+use super::study_methods::{Kind, StudyMethod};
+use super::trajectory::Trajectory;
 use crate::error::Error;
 use palpate_fit::calibrate::targets::Reference;
 use palpate_fit::statics::{CLEAR_M, Solver, Statics, Unbalanced, Vector};
@@ -20,7 +20,7 @@ pub const TOLERANCE_PCT: f64 = 5.0;
 /// Speeds at which the end of that is looked for [mm/s].
 const SPEED_STEP_MM_PER_S: f64 = 10.0;
 const SPEEDS_TRIED: usize = 50;
-/// Slides away from the course: depth and distance aside, in units of the course's depth.
+/// Slides away from the trajectory: depth and distance aside, in units of the trajectory's depth.
 const ELSEWHERE: [(f64, f64); 4] = [(1.0 / 3.0, 0.0), (2.0 / 3.0, 0.0), (4.0 / 3.0, 0.0), (1.0, 4.0 / 3.0)];
 
 /// Share of the tick on a board [%], estimated: see [`palpate_tissue::budget`]. Triangles are
@@ -42,13 +42,13 @@ pub struct BoardShare {
 pub struct Elsewhere {
     /// Depth [mm].
     pub depth_mm: f64,
-    /// Distance from the course to the side [mm].
+    /// Distance from the trajectory to the side [mm].
     pub aside_mm: f64,
-    /// Largest force error at the course's speed, with its sign [%]; `None` after a fault.
+    /// Largest force error at the trajectory's speed, with its sign [%]; `None` after a fault.
     pub worst_pct: Option<f64>,
 }
 
-/// Everything measured on a contestant.
+/// Everything measured on a method.
 #[derive(Clone, Debug, Serialize)]
 pub struct Measured {
     /// Its name.
@@ -56,7 +56,7 @@ pub struct Measured {
     /// Name in a legend.
     #[serde(skip)]
     pub short: String,
-    /// Kind of contestant.
+    /// Kind of method.
     pub kind: Kind,
     /// Nodes.
     pub nodes: usize,
@@ -82,31 +82,31 @@ pub struct Measured {
     /// Slowest speed at which the force leaves the tolerance [mm/s]; `None` if it never did up to
     /// 500.
     pub leaves_at_mm_per_s: Option<f64>,
-    /// Away from the course.
+    /// Away from the trajectory.
     pub elsewhere: Vec<Elsewhere>,
-    /// The slide at the course's own speed.
+    /// The slide at the trajectory's own speed.
     #[serde(skip)]
     pub trace: Slide,
 }
 
 impl Measured {
-    /// Slides a contestant at every speed [m/s].
+    /// Slides a method at every speed [m/s].
     ///
     /// # Errors
     /// Model or parameters that the core rejects, or a press that finds no balance.
     pub fn of(
-        contestant: &StudyMethod,
-        course: &Course,
+        method: &StudyMethod,
+        trajectory: &Trajectory,
         speeds_m_per_s: &[f64],
         reference: &impl Reference,
     ) -> Result<Self, Error> {
-        let (patch, params) = (&contestant.patch, &contestant.params);
+        let (patch, params) = (&method.patch, &method.params);
         let model = patch.model();
         let free = model.nodes.len() - model.anchors.len();
         let e = f64::from(params.youngs_modulus_pa);
-        let run = |course: &Course| slide(patch, params, contestant.awake, course);
-        let figures = |course: &Course| Ok::<_, Error>(run(course)?.figures(reference, e, free));
-        let at = |speed_m_per_s: f64| Course { speed_m_per_s, ..*course };
+        let run = |trajectory: &Trajectory| slide(patch, params, method.awake, trajectory);
+        let figures = |trajectory: &Trajectory| Ok::<_, Error>(run(trajectory)?.figures(reference, e, free));
+        let at = |speed_m_per_s: f64| Trajectory { speed_m_per_s, ..*trajectory };
         let slides = speeds_m_per_s.iter().map(|v| Ok((v * 1e3, figures(&at(*v))?))).collect::<Result<Vec<_>, Error>>()?;
         let mut leaves_at_mm_per_s = None;
         for n in 1..=SPEEDS_TRIED {
@@ -116,49 +116,49 @@ impl Measured {
                 break;
             }
         }
-        let across = Vector::z().cross(&course.direction());
+        let across = Vector::z().cross(&trajectory.direction());
         let elsewhere = ELSEWHERE.iter().map(|(deep, aside)| {
-            let (depth_m, aside_m) = (deep * course.depth_m, aside * course.depth_m);
-            let there = Course { depth_m, centre_m: course.centre_m + across * aside_m, ..*course };
+            let (depth_m, aside_m) = (deep * trajectory.depth_m, aside * trajectory.depth_m);
+            let there = Trajectory { depth_m, centre_m: trajectory.centre_m + across * aside_m, ..*trajectory };
             let worst_pct = figures(&there)?.map(|f| f.worst_pct);
             Ok(Elsewhere { depth_mm: depth_m * 1e3, aside_mm: aside_m * 1e3, worst_pct })
         });
         let elsewhere = elsewhere.collect::<Result<Vec<_>, Error>>()?;
         let (mut rest_pct, mut rim_pct) = (None, None);
-        if matches!(contestant.awake, Awake::All) {
+        if matches!(method.awake, Awake::All) {
             let statics = Statics::of(&model, params)?;
-            let own = at_rest(&statics, course).map_err(no_balance)?;
+            let own = at_rest(&statics, trajectory).map_err(no_balance)?;
             let wanted: Vec<f64> = own
                 .iter()
-                .map(|(along, _)| reference.force(course.place_m(*along), course.depth_m))
+                .map(|(along, _)| reference.force(trajectory.place_m(*along), trajectory.depth_m))
                 .collect::<Option<_>>()
                 .unwrap_or_default();
             let errors: Vec<f64> = own.iter().zip(&wanted).map(|((_, f), w)| 100.0 * (f / w - 1.0)).collect();
             let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt();
             rest_pct = Some([largest(&errors), rms]);
-            if let Some(exact) = &contestant.exact {
-                let exact = at_rest(exact, course).map_err(no_balance)?;
+            if let Some(exact) = &method.exact {
+                let exact = at_rest(exact, trajectory).map_err(no_balance)?;
                 let off: Vec<f64> = own.iter().zip(&exact).map(|((_, f), (_, e))| 100.0 * (f / e - 1.0)).collect();
                 rim_pct = Some(largest(&off));
             }
         }
         Ok(Self {
-            name: contestant.name.clone(),
-            short: contestant.short.clone(),
-            kind: contestant.kind,
+            name: method.name.clone(),
+            short: method.short.clone(),
+            kind: method.kind,
             nodes: model.nodes.len(),
             springs: model.springs.len(),
             tets: model.tets.len(),
             rim: [model.rim_nodes.len(), model.rim_edges.len()],
             substeps: params.substeps,
-            stable_ms: contestant.stable_s * 1e3,
-            boards: MACHINES.iter().map(|machine| board(machine, contestant, course)).collect(),
+            stable_ms: method.stable_s * 1e3,
+            boards: MACHINES.iter().map(|machine| board(machine, method, trajectory)).collect(),
             rest_pct,
             rim_pct,
             slides,
             leaves_at_mm_per_s,
             elsewhere,
-            trace: run(course)?,
+            trace: run(trajectory)?,
         })
     }
 
@@ -170,18 +170,18 @@ impl Measured {
 }
 
 /// Force over E [m^2] of presses at rest along the way, each with its distance from the middle [m].
-fn at_rest(statics: &Statics, course: &Course) -> Result<Vec<(f64, f64)>, Unbalanced> {
+fn at_rest(statics: &Statics, trajectory: &Trajectory) -> Result<Vec<(f64, f64)>, Unbalanced> {
     faer::set_global_parallelism(faer::Par::Seq);
     let solver = Solver::of(statics).ok_or(Unbalanced { depth_mm: 0.0, steps: 0 })?;
-    let rest = solver.rest(statics, course.centre_m, CLEAR_M)?;
-    let half = (0.5 * course.stroke_m.norm() / SPACING_M).round() as i32;
+    let rest = solver.rest(statics, trajectory.centre_m, CLEAR_M)?;
+    let half = (0.5 * trajectory.stroke_m.norm() / SPACING_M).round() as i32;
     (-half..=half)
         .into_par_iter()
         .map(|n| {
             let along_m = SPACING_M * f64::from(n);
-            let place_m = course.place_m(along_m);
+            let place_m = trajectory.place_m(along_m);
             let above = rest.with_tip(place_m + statics.axis() * CLEAR_M);
-            let there = solver.press(statics, &above, place_m - statics.axis() * course.depth_m, course.depth_m)?;
+            let there = solver.press(statics, &above, place_m - statics.axis() * trajectory.depth_m, trajectory.depth_m)?;
             Ok((along_m, there.force))
         })
         .collect()
@@ -191,14 +191,14 @@ fn no_balance(cause: Unbalanced) -> Error {
     Error::Tissue(TissueError::Check(format!("along the stroke: {cause}")))
 }
 
-fn board(machine: &Machine, contestant: &StudyMethod, course: &Course) -> BoardShare {
-    let model = contestant.patch.model();
-    let half_m = 0.5 * course.stroke_m.norm();
+fn board(machine: &Machine, method: &StudyMethod, trajectory: &Trajectory) -> BoardShare {
+    let model = method.patch.model();
+    let half_m = 0.5 * trajectory.stroke_m.norm();
     let touched = [-1.0, -0.5, 0.0, 0.5, 1.0].map(|share| {
-        let place_m = course.place_m(share * half_m).cast::<f32>();
-        triangles_in_reach(&model, place_m.into(), contestant.params.probe.radius_m)
+        let place_m = trajectory.place_m(share * half_m).cast::<f32>();
+        triangles_in_reach(&model, place_m.into(), method.params.probe.radius_m)
     });
-    let cost = machine.cost(&model, touched.into_iter().max().unwrap_or_default(), contestant.params.substeps);
+    let cost = machine.cost(&model, touched.into_iter().max().unwrap_or_default(), method.params.substeps);
     let share_pct = 100.0 * cost.units / cost.budget * machine.load;
     BoardShare { machine: machine.name, unit: machine.unit, units: cost.units, share_pct }
 }

@@ -5,8 +5,8 @@ use palpate::stages::{force, force::foundation::Load};
 use palpate::{BuildError, Fault, Model, Params, ProbePose, State, Tuned, Vector3, tick_with};
 use serde::Serialize;
 
-use super::course::{Course, Leg, Pose};
 use super::sleeping::Sleeping;
+use super::trajectory::{Leg, Pose, Trajectory};
 use crate::paper_method::region::{Region, StressRule, advance_within};
 use palpate_fit::calibrate::targets::Reference;
 use palpate_fit::statics::Vector;
@@ -64,8 +64,8 @@ pub struct Row {
 /// A slide, tick by tick.
 #[derive(Clone, Debug)]
 pub struct Slide {
-    /// Course that was asked for.
-    pub course: Course,
+    /// Trajectory that was asked for.
+    pub trajectory: Trajectory,
     /// Every tick, up to the fault if there was one.
     pub rows: Vec<Row>,
     /// Fault that ended it early.
@@ -108,11 +108,11 @@ pub struct Figures {
 ///
 /// # Errors
 /// Model or parameters that the core rejects.
-pub fn slide(patch: &Patch, params: &Params, awake: Awake, course: &Course) -> Result<Slide, BuildError> {
+pub fn slide(patch: &Patch, params: &Params, awake: Awake, trajectory: &Trajectory) -> Result<Slide, BuildError> {
     match awake {
-        Awake::All => slide_with(patch, params, &mut Product, course),
-        Awake::Stressed(rule) => slide_with(patch, params, &mut Stressed { rule, region: None }, course),
-        Awake::Moving(threshold_m) => slide_with(patch, params, &mut Sleeping::new(threshold_m, &patch.model()), course),
+        Awake::All => slide_with(patch, params, &mut Product, trajectory),
+        Awake::Stressed(rule) => slide_with(patch, params, &mut Stressed { rule, region: None }, trajectory),
+        Awake::Moving(threshold_m) => slide_with(patch, params, &mut Sleeping::new(threshold_m, &patch.model()), trajectory),
     }
 }
 
@@ -120,12 +120,17 @@ pub fn slide(patch: &Patch, params: &Params, awake: Awake, course: &Course) -> R
 ///
 /// # Errors
 /// Model or parameters that the core rejects.
-pub fn slide_with(patch: &Patch, params: &Params, method: &mut impl Method, course: &Course) -> Result<Slide, BuildError> {
+pub fn slide_with(
+    patch: &Patch,
+    params: &Params,
+    method: &mut impl Method,
+    trajectory: &Trajectory,
+) -> Result<Slide, BuildError> {
     let model = patch.wide_model();
     let mut memory = Memory::for_model(&model);
     let (tuned, mut state) = memory.start(&model, params)?;
-    let mut slide = Slide { course: *course, rows: Vec::new(), fault: None };
-    for pose in course.poses() {
+    let mut slide = Slide { trajectory: *trajectory, rows: Vec::new(), fault: None };
+    for pose in trajectory.poses() {
         let started = thread_time();
         let output = tick_with(&model, &tuned, &mut state, ProbePose { tip_m: pose.tip_m.cast() }, method);
         let tick_us = (thread_time() - started).as_secs_f64() * 1e6;
@@ -154,11 +159,12 @@ impl Slide {
         let errors: Vec<f64> = self
             .ways()
             .map(|row| {
-                let wanted_n = youngs_modulus_pa * reference.force(self.course.place_m(row.pose.along_m), self.course.depth_m)?;
+                let wanted_n =
+                    youngs_modulus_pa * reference.force(self.trajectory.place_m(row.pose.along_m), self.trajectory.depth_m)?;
                 Some(100.0 * (row.force_n.z / wanted_n - 1.0))
             })
             .collect::<Option<_>>()?;
-        let ahead = |leg: Leg| if leg == Leg::Back { -self.course.direction() } else { self.course.direction() };
+        let ahead = |leg: Leg| if leg == Leg::Back { -self.trajectory.direction() } else { self.trajectory.direction() };
         let lateral: Vec<f64> = self.ways().map(|r| 100.0 * r.force_n.dot(&ahead(r.pose.leg)) / r.force_n.z).collect();
         let (mut step_n, mut region_step_n, mut work_j) = (0.0_f64, 0.0_f64, 0.0);
         for pair in self.rows.windows(2).filter(|p| p[1].pose.leg != Leg::Press) {
@@ -177,7 +183,7 @@ impl Slide {
         let mut times: Vec<f64> = self.ways().map(|r| r.tick_us).collect();
         times.sort_by(f64::total_cmp);
         Some(Figures {
-            speed_mm_per_s: self.course.speed_m_per_s * 1e3,
+            speed_mm_per_s: self.trajectory.speed_m_per_s * 1e3,
             worst_pct: largest(&errors),
             rms_pct: mean(&errors.iter().map(|e| e * e).collect::<Vec<_>>()).sqrt(),
             mean_pct: mean(&errors),
@@ -214,8 +220,8 @@ mod tests {
     fn work_and_steps_are_those_of_the_forces() {
         let answer = Answer::block();
         let map = ReferenceMap::of(&answer).unwrap();
-        let course =
-            Course { centre_m: Vector::zeros(), stroke_m: Vector::new(0.02, 0.0, 0.0), depth_m: 0.002, speed_m_per_s: 0.05 };
+        let trajectory =
+            Trajectory { centre_m: Vector::zeros(), stroke_m: Vector::new(0.02, 0.0, 0.0), depth_m: 0.002, speed_m_per_s: 0.05 };
         let with = |push_n: f64, jump_n: f64| {
             let row = |pose: Pose| {
                 let ahead = match pose.leg {
@@ -223,11 +229,11 @@ mod tests {
                     Leg::Back | Leg::Turn | Leg::End => -1.0,
                 };
                 let jump = if pose.leg == Leg::Forth && pose.along_m > 0.0 { jump_n } else { 0.0 };
-                let wanted_n = 3500.0 * map.force(course.place_m(pose.along_m), 0.002).unwrap();
+                let wanted_n = 3500.0 * map.force(trajectory.place_m(pose.along_m), 0.002).unwrap();
                 let force_n = Vector::new(ahead * push_n, 0.0, wanted_n + jump);
                 Row { pose, force_n, active_nodes: if jump == 0.0 { 10 } else { 9 }, tick_us: 1.0 }
             };
-            let slide = Slide { course, rows: course.poses().into_iter().map(row).collect(), fault: None };
+            let slide = Slide { trajectory, rows: trajectory.poses().into_iter().map(row).collect(), fault: None };
             slide.figures(&map, 3500.0, 10).unwrap()
         };
         let pushed = with(0.01, 0.0);

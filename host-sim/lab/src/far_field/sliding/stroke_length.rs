@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::contestants::{StrokeRecipe, whole_block};
+use super::study_methods::{StrokeRecipe, whole_block};
 use crate::error::Error;
 use palpate_fit::far_field::{Cut, Sizes};
 use palpate_tissue::Error as TissueError;

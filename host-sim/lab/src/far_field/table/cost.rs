@@ -7,8 +7,8 @@
 
 use super::timing::Times;
 use super::{Setting, Size};
-use crate::far_field::rim_treatment::RimTreatment;
-use crate::rivals::{DenseRim, LowRankRim, ModeRim};
+use crate::far_field::rim_method::RimMethod;
+use crate::methods::{DenseRim, LowRankRim, ModeRim};
 use palpate_tissue::budget::{Machine, triangles_in_reach};
 use palpate_tissue::patch::Patch;
 
@@ -32,7 +32,7 @@ pub struct Cost {
     pub tick_m4f_cycles: f64,
 }
 
-impl RimTreatment {
+impl RimMethod {
     /// Floating-point operations of a substep, and bytes of constants that it reads.
     #[must_use]
     pub fn work(self, rim_nodes: usize, rim_edges: usize) -> (usize, usize) {
@@ -50,7 +50,7 @@ impl RimTreatment {
 
 /// Estimated cycles of an edge on a Cortex-M4F in a substep.
 #[must_use]
-pub fn m4f_rim_cycles(edge: RimTreatment, rim_nodes: usize, rim_edges: usize) -> f64 {
+pub fn m4f_rim_cycles(edge: RimMethod, rim_nodes: usize, rim_edges: usize) -> f64 {
     let machine = Machine::named("m4f-168");
     let rim = |nodes: usize, edges: usize| machine.map_or(0.0, |m| m.rim(nodes, edges));
     let (flops, bytes) = edge.work(rim_nodes, rim_edges);
@@ -58,23 +58,23 @@ pub fn m4f_rim_cycles(edge: RimTreatment, rim_nodes: usize, rim_edges: usize) ->
     let freedoms = 3.0 * rim_nodes as f64;
     // besides the constants: displacements or forces read, forces or places written
     let loads = match edge {
-        RimTreatment::Fixed => return 0.0,
-        RimTreatment::Winkler => return rim(rim_nodes, 0),
-        RimTreatment::Truncated | RimTreatment::RimSprings => return rim(rim_nodes, rim_edges),
-        RimTreatment::Modes(_) | RimTreatment::LowRank(_) => constants + 4.0 * freedoms,
+        RimMethod::Fixed => return 0.0,
+        RimMethod::Winkler => return rim(rim_nodes, 0),
+        RimMethod::Truncated | RimMethod::RimSprings => return rim(rim_nodes, rim_edges),
+        RimMethod::Modes(_) | RimMethod::LowRank(_) => constants + 4.0 * freedoms,
         // the vector is too long for registers: an entry of it for every constant
-        RimTreatment::Dense => 2.0 * constants + 2.0 * freedoms,
+        RimMethod::Dense => 2.0 * constants + 2.0 * freedoms,
     };
     CYCLES_PER_FLOP * flops as f64 + CYCLES_PER_LOAD * loads
 }
 
 impl Cost {
-    pub(super) fn of(setting: &Setting, patch: &Patch, edge: RimTreatment, size: Size, times: &Times) -> Self {
+    pub(super) fn of(setting: &Setting, patch: &Patch, edge: RimMethod, size: Size, times: &Times) -> Self {
         let (rim_flops, rim_bytes) = edge.work(size.rim_nodes, size.rim_edges);
         let substeps = f64::from(setting.params.substeps);
         let rim_m4f_cycles = substeps * m4f_rim_cycles(edge, size.rim_nodes, size.rim_edges);
         let tick_us = times.of(edge);
-        let over_rim_springs = tick_us.zip(times.of(RimTreatment::RimSprings)).map(|(own, ours)| own / ours);
+        let over_rim_springs = tick_us.zip(times.of(RimMethod::RimSprings)).map(|(own, ours)| own / ours);
         let tick_m4f_cycles = bare_cycles(setting, patch) + rim_m4f_cycles;
         Self { rim_flops, rim_bytes, tick_us, over_rim_springs, rim_m4f_cycles, tick_m4f_cycles }
     }

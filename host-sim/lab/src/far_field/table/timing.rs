@@ -1,8 +1,8 @@
 //! Ticks of one patch with every edge treatment, and of the whole organ, timed in turn.
 //!
-//! Rivals that are no springs run as [`crate::rivals`] has them. Batches are short and follow each
-//! other round and round: what a shared machine does to the clock it does to all of them, and the
-//! fastest batch of each has seen it at its best.
+//! Methods that are no springs run as [`crate::methods`] has them. Batches are short and follow
+//! each other round and round: what a shared machine does to the clock it does to all of them, and
+//! the fastest batch of each has seen it at its best.
 
 use faer::Mat;
 use palpate::method::Product;
@@ -10,8 +10,8 @@ use palpate::{Model, Params, State, Terms, Tuned, Vector3};
 
 use super::Setting;
 use crate::error::Error;
-use crate::far_field::rim_treatment::{RimTreatment, RimTreatments};
-use crate::rivals::{DenseRim, LowRankRim, ModeRim, OnCore, Rival};
+use crate::far_field::rim_method::{RimMethod, RimMethods};
+use crate::methods::{DenseRim, LowRankRim, ModeRim, OnCore, RunningMethod};
 use palpate_fit::statics::CLEAR_M;
 use palpate_tissue::clock::thread_time;
 use palpate_tissue::patch::RimSprings;
@@ -29,7 +29,7 @@ const BATCHES: usize = 25;
 /// Ticks in which the press comes to rest before the clock starts.
 const SETTLE_TICKS: usize = 40;
 
-/// Time of a tick with each treatment [us], in the order of [`RimTreatment::ALL`], and of the whole
+/// Time of a tick with each treatment [us], in the order of [`RimMethod::ALL`], and of the whole
 /// organ.
 #[derive(Clone, Debug)]
 pub struct Times {
@@ -41,15 +41,15 @@ pub struct Times {
 impl Times {
     /// Of one treatment [us]; `None` if its tick failed.
     #[must_use]
-    pub fn of(&self, edge: RimTreatment) -> Option<f64> {
-        let at = RimTreatment::ALL.iter().position(|e| *e == edge)?;
+    pub fn of(&self, edge: RimMethod) -> Option<f64> {
+        let at = RimMethod::ALL.iter().position(|e| *e == edge)?;
         self.by_edge.get(at).copied().flatten()
     }
 }
 
 /// A patch whose nodes carry the mass of what is put at its edge.
-fn contestant(setting: &Setting, edges: &RimTreatments, patch: &Patch, edge: RimTreatment) -> Patch {
-    if edge == RimTreatment::Fixed {
+fn patch_with(setting: &Setting, edges: &RimMethods, patch: &Patch, edge: RimMethod) -> Patch {
+    if edge == RimMethod::Fixed {
         let mut tissue = edges.far.cut.patch.clone();
         tissue.anchors.extend(&edges.far.cut.rim);
         tissue.anchors.sort_unstable();
@@ -68,26 +68,26 @@ pub fn diagonal(rim: &[u32], stiffness_m: &Mat<f64>) -> RimSprings {
 }
 
 /// Starts a treatment on the core.
-fn rival<'a>(
-    edges: &RimTreatments,
-    edge: RimTreatment,
+fn running<'a>(
+    edges: &RimMethods,
+    edge: RimMethod,
     params: &Params,
     model: &'a Model<'a>,
     tuned: &'a Tuned<'a>,
     state: State<'a>,
-) -> Result<Option<Box<dyn Rival + 'a>>, Error> {
+) -> Result<Option<Box<dyn RunningMethod + 'a>>, Error> {
     let rim = edges.rim();
     Ok(match edge {
-        RimTreatment::Modes(q) => {
+        RimMethod::Modes(q) => {
             let shapes = edges.modes(q);
             let method = ModeRim::new(model, tuned, params, &rim, &shapes, &edges.far.exact_m);
-            method.map(|method| Box::new(OnCore { model, tuned, state, method }) as Box<dyn Rival + 'a>)
+            method.map(|method| Box::new(OnCore { model, tuned, state, method }) as Box<dyn RunningMethod + 'a>)
         }
-        RimTreatment::LowRank(q) => {
+        RimMethod::LowRank(q) => {
             let method = LowRankRim::new(model, tuned, params, &rim, &edges.low_rank(q)?);
             Some(Box::new(OnCore { model, tuned, state, method }))
         }
-        RimTreatment::Dense => {
+        RimMethod::Dense => {
             let method = DenseRim::new(model, tuned, params, &rim, &edges.far.exact_m);
             Some(Box::new(OnCore { model, tuned, state, method }))
         }
@@ -96,8 +96,8 @@ fn rival<'a>(
 }
 
 /// Whether the core runs the rim itself.
-fn own_rim(edge: RimTreatment) -> bool {
-    matches!(edge, RimTreatment::Fixed | RimTreatment::Winkler | RimTreatment::Truncated | RimTreatment::RimSprings)
+fn own_rim(edge: RimMethod) -> bool {
+    matches!(edge, RimMethod::Fixed | RimMethod::Winkler | RimMethod::Truncated | RimMethod::RimSprings)
 }
 
 /// Runs `work` on ticking patches, one for each treatment and the whole organ last.
@@ -106,12 +106,12 @@ fn own_rim(edge: RimTreatment) -> bool {
 /// Model or parameters that the core rejects, or a matrix that cannot be factored.
 pub fn ticking<T>(
     setting: &Setting,
-    edges: &RimTreatments,
+    edges: &RimMethods,
     patch: &Patch,
     whole: &Patch,
-    work: impl FnOnce(&mut [Option<Box<dyn Rival + '_>>]) -> T,
+    work: impl FnOnce(&mut [Option<Box<dyn RunningMethod + '_>>]) -> T,
 ) -> Result<T, Error> {
-    let mut patches: Vec<Patch> = RimTreatment::ALL.iter().map(|edge| contestant(setting, edges, patch, *edge)).collect();
+    let mut patches: Vec<Patch> = RimMethod::ALL.iter().map(|edge| patch_with(setting, edges, patch, *edge)).collect();
     patches.push(whole.clone());
     let params: Vec<Params> = patches
         .iter_mut()
@@ -122,7 +122,7 @@ pub fn ticking<T>(
             Params { limits: limits(p, f64::from(setting.params.tick_s)), terms, ..setting.params }
         })
         .collect();
-    let core_runs = |n: usize| RimTreatment::ALL.get(n).is_none_or(|edge| own_rim(*edge));
+    let core_runs = |n: usize| RimMethod::ALL.get(n).is_none_or(|edge| own_rim(*edge));
     let models: Vec<Model> = patches
         .iter()
         .enumerate()
@@ -138,29 +138,29 @@ pub fn ticking<T>(
         tuned.push(t);
         states.push(s);
     }
-    let mut rivals = Vec::new();
+    let mut methods = Vec::new();
     for (n, state) in states.into_iter().enumerate() {
-        let edge = RimTreatment::ALL.get(n).copied().unwrap_or(RimTreatment::Fixed);
-        rivals.push(rival(edges, edge, &params[n], &models[n], &tuned[n], state)?);
+        let edge = RimMethod::ALL.get(n).copied().unwrap_or(RimMethod::Fixed);
+        methods.push(running(edges, edge, &params[n], &models[n], &tuned[n], state)?);
     }
-    Ok(work(&mut rivals))
+    Ok(work(&mut methods))
 }
 
 /// Times all treatments of a patch and the whole organ.
 ///
 /// # Errors
 /// As [`ticking`].
-pub fn tick_times(setting: &Setting, edges: &RimTreatments, patch: &Patch, whole: &Patch) -> Result<Times, Error> {
-    let mut fastest = ticking(setting, edges, patch, whole, |rivals| {
-        for slot in rivals.iter_mut() {
-            if slot.as_mut().is_some_and(|rival| !settle(setting, rival.as_mut())) {
+pub fn tick_times(setting: &Setting, edges: &RimMethods, patch: &Patch, whole: &Patch) -> Result<Times, Error> {
+    let mut fastest = ticking(setting, edges, patch, whole, |methods| {
+        for slot in methods.iter_mut() {
+            if slot.as_mut().is_some_and(|running| !settle(setting, running.as_mut())) {
                 *slot = None;
             }
         }
-        let mut fastest: Vec<Option<f64>> = vec![None; rivals.len()];
+        let mut fastest: Vec<Option<f64>> = vec![None; methods.len()];
         for _ in 0..BATCHES {
-            for (slot, fastest) in rivals.iter_mut().zip(&mut fastest) {
-                let us = slot.as_mut().and_then(|rival| batch_us(setting, rival.as_mut()));
+            for (slot, fastest) in methods.iter_mut().zip(&mut fastest) {
+                let us = slot.as_mut().and_then(|running| batch_us(setting, running.as_mut()));
                 match us {
                     Some(us) => *fastest = Some(fastest.map_or(us, |f| f.min(us))),
                     None => (*slot, *fastest) = (None, None),
@@ -177,19 +177,19 @@ fn tip_m(setting: &Setting, depth_m: f64) -> Vector3<f32> {
     setting.site_m.cast() - setting.params.probe.axis * depth_m as f32
 }
 
-fn settle(setting: &Setting, rival: &mut dyn Rival) -> bool {
+fn settle(setting: &Setting, running: &mut dyn RunningMethod) -> bool {
     let depth_m = DEPTH_RADII * setting.radius_m();
     let down = ((depth_m + CLEAR_M) / WAY_IN_M).ceil() as usize;
-    (0..=down + SETTLE_TICKS).all(|n| rival.tick(tip_m(setting, (n as f64 * WAY_IN_M - CLEAR_M).min(depth_m))).is_ok())
+    (0..=down + SETTLE_TICKS).all(|n| running.tick(tip_m(setting, (n as f64 * WAY_IN_M - CLEAR_M).min(depth_m))).is_ok())
 }
 
 /// Time of a tick in one batch [us]; `None` if one fails.
-fn batch_us(setting: &Setting, rival: &mut dyn Rival) -> Option<f64> {
+fn batch_us(setting: &Setting, running: &mut dyn RunningMethod) -> Option<f64> {
     let depth_m = DEPTH_RADII * setting.radius_m();
     let started = thread_time();
     for n in 1..=BATCH_TICKS {
         let from_start = n.min(BATCH_TICKS - n);
-        rival.tick(tip_m(setting, depth_m + from_start as f64 * STEP_M)).ok()?;
+        running.tick(tip_m(setting, depth_m + from_start as f64 * STEP_M)).ok()?;
     }
     Some((thread_time() - started).as_secs_f64() * 1e6 / BATCH_TICKS as f64)
 }
@@ -213,25 +213,25 @@ mod tests {
         let far = FarField::of(&tissue, &sizes, &setting.material(), &setting.params).unwrap();
         let patch = Patch::build(&far.cut.patch, &setting.material(), None);
         let free = Statics::of(&patch.model(), &setting.params).unwrap();
-        let edges = RimTreatments::of(&far, &free, setting.radius_m()).unwrap();
+        let edges = RimMethods::of(&far, &free, setting.radius_m()).unwrap();
         let whole = Patch::build(&tissue, &setting.material(), None);
         let depth_m = 0.003;
-        let forces_n: Vec<f64> = ticking(&setting, &edges, &patch, &whole, |rivals| {
-            let press = |rival: &mut Box<dyn Rival + '_>| {
+        let forces_n: Vec<f64> = ticking(&setting, &edges, &patch, &whole, |methods| {
+            let press = |running: &mut Box<dyn RunningMethod + '_>| {
                 let mut force_n = Vector3::zeros();
                 for n in 0..2500 {
-                    force_n = rival.tick(tip_m(&setting, (5e-5 * f64::from(n) - CLEAR_M).min(depth_m))).unwrap();
+                    force_n = running.tick(tip_m(&setting, (5e-5 * f64::from(n) - CLEAR_M).min(depth_m))).unwrap();
                 }
                 f64::from(force_n.z)
             };
-            rivals.iter_mut().map(|r| press(r.as_mut().unwrap())).collect()
+            methods.iter_mut().map(|r| press(r.as_mut().unwrap())).collect()
         })
         .unwrap();
         let solver = |s: &Statics| super::super::presses::solver(s).unwrap();
         let mut seen = Vec::new();
-        for (edge, found) in RimTreatment::ALL.into_iter().zip(forces_n) {
+        for (edge, found) in RimMethod::ALL.into_iter().zip(forces_n) {
             // the elements are those of the patch that ran
-            let own = contestant(&setting, &edges, &patch, edge);
+            let own = patch_with(&setting, &edges, &patch, edge);
             let free = Model { rim_nodes: &[], rim_edges: &[], ..own.model() };
             let statics = edges.statics(&Statics::of(&free, &setting.params).unwrap(), edge).unwrap();
             let balanced = Setting::forces(&statics, &solver(&statics), setting.site_m, &[depth_m])[0].unwrap();

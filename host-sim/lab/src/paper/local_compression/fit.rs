@@ -18,7 +18,7 @@ use super::hausdorff::hausdorff;
 use super::methods::{Fitted, StudyMethod, springs_of};
 use super::rest::{NoRest, Push};
 use crate::error::Error;
-use crate::rivals::{Block, Method, OnCore, Rival};
+use crate::methods::{Block, Method, OnCore, RunningMethod};
 use palpate_fit::calibrate::schedule::{Schedule, Verdict, Walk};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::mesh::surface::surface;
@@ -32,7 +32,7 @@ const REACH_RADII: f64 = 2.5;
 pub const BOUNDS: [[f64; 2]; 2] = [[1.0, 1e4], [1e-4, 10.0]];
 
 /// Key points at [`TIMES_MS`].
-pub type Way = Vec<Vec<Vector3<f64>>>;
+pub type Trajectory = Vec<Vec<Vector3<f64>>>;
 
 /// Target of a fit: a tissue under a force, and the key points to be matched.
 #[derive(Clone, Debug)]
@@ -42,7 +42,7 @@ pub struct Target {
     /// Force on the finger [N].
     pub force_n: f64,
     keys: Vec<usize>,
-    truth: Way,
+    truth: Trajectory,
 }
 
 /// One temperature's last place.
@@ -88,25 +88,25 @@ pub fn key_nodes(block: &Block) -> Vec<usize> {
 ///
 /// # Errors
 /// [`NoRest::Diverged`], [`NoRest::Sunk`].
-pub fn follow(block: &Block, rival: &mut dyn Rival, force_n: f64, keys: &[usize]) -> Result<Way, NoRest> {
+pub fn follow(block: &Block, running: &mut dyn RunningMethod, force_n: f64, keys: &[usize]) -> Result<Trajectory, NoRest> {
     let mut push = Push::new(force_n);
-    rival.tick(block.tip_m(push.depth_m())).map_err(|_| NoRest::Diverged { depth_mm: 0.0 })?;
-    let mut way = Way::new();
+    running.tick(block.tip_m(push.depth_m())).map_err(|_| NoRest::Diverged { depth_mm: 0.0 })?;
+    let mut trajectory = Trajectory::new();
     let mut tick = 0;
     for ms in TIMES_MS {
         let until = (ms as f64 * 1e-3 / f64::from(block.params.tick_s)).round() as usize;
         while tick < until {
-            push.tick(block, rival)?;
+            push.tick(block, running)?;
             tick += 1;
         }
-        way.push(keys.iter().map(|n| rival.position_m(*n).cast()).collect());
+        trajectory.push(keys.iter().map(|n| running.position_m(*n).cast()).collect());
     }
-    Ok(way)
+    Ok(trajectory)
 }
 
 /// Mean over the times of the distance of two ways [mm].
 #[must_use]
-pub fn distance_mm(a: &Way, b: &Way) -> f64 {
+pub fn distance_mm(a: &Trajectory, b: &Trajectory) -> f64 {
     a.iter().zip(b).map(|(a, b)| 1e3 * hausdorff(a, b)).sum::<f64>() / a.len() as f64
 }
 
@@ -126,7 +126,7 @@ impl Target {
             None => return Err(Error::Tissue(refuse("cannot be had".into()))),
         };
         let own = elements.block(block, step_s.min(1e-3) / 2.0);
-        let truth = elements.run(&own, |rival| follow(&own, rival, force_n, &keys))?;
+        let truth = elements.run(&own, |running| follow(&own, running, force_n, &keys))?;
         let truth = truth.ok_or_else(|| refuse("cannot be had".into()))?.map_err(|why| refuse(why.to_string()))?;
         let any = Fitted::new(1.0, 0.0);
         Ok(Self { block: StudyMethod::LocalCompression(any).block(block, tick_s), force_n, keys, truth })
@@ -152,7 +152,7 @@ pub struct Simulator<'a> {
 
 impl Simulator<'_> {
     /// The way of the model with one k [N/m] and one d [N s/m]; `None` if it diverges or sinks.
-    pub fn way(&mut self, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Option<Way> {
+    pub fn trajectory(&mut self, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Option<Trajectory> {
         let Target { block, force_n, keys, .. } = self.target;
         let params: &Params = &block.params;
         let own = self.patch.wide_model();
@@ -168,17 +168,17 @@ impl Simulator<'_> {
             step: VelocityVerlet::default(),
             compression: None,
         };
-        let way = follow(block, &mut OnCore { model: &model, tuned: &tuned, state, method }, *force_n, keys).ok();
+        let trajectory = follow(block, &mut OnCore { model: &model, tuned: &tuned, state, method }, *force_n, keys).ok();
         self.simulations[0] += 1;
-        self.simulations[1] += usize::from(way.is_none());
-        way
+        self.simulations[1] += usize::from(trajectory.is_none());
+        trajectory
     }
 
     /// Objective [mm] at (ln k, ln d).
     pub fn distance_mm(&mut self, place: &[f64]) -> Option<f64> {
         let inside = place.iter().zip(BOUNDS).all(|(x, [low, high])| (low.ln()..=high.ln()).contains(x));
         let [k, d] = [0, 1].map(|n| place.get(n).map_or(f64::NAN, |x| x.exp()));
-        if inside { self.way(k, d).map(|way| distance_mm(&way, &self.target.truth)) } else { None }
+        if inside { self.trajectory(k, d).map(|trajectory| distance_mm(&trajectory, &self.target.truth)) } else { None }
     }
 
     /// A walk at a random place that has an answer; `None` if a hundred have none.

@@ -12,7 +12,7 @@ use super::methods::{Fitted, StudyMethod, springs_of};
 use super::rest::to_rest;
 use super::steps::hold;
 use crate::error::Error;
-use crate::rivals::Block;
+use crate::methods::Block;
 use palpate_tissue::patch::{Material, Memory, Patch};
 
 /// The paper's fitted values: k [N/m] and d, whose printed unit "Ns/m" is read as N s/m.
@@ -55,16 +55,16 @@ pub fn seen(target: &Target, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> 
     let mut moved = |drive: Drive| -> Result<Seen, Error> {
         let mut shape = |[k, d]: [f64; 2]| -> Result<Option<Vec<Vec<Vector3<f64>>>>, Error> {
             if drive == Drive::ForceOnTheWay {
-                return Ok(on_the_way.way(k, d));
+                return Ok(on_the_way.trajectory(k, d));
             }
             let mut block = target.block.clone();
             block.params.node_damping_per_s = SETTLING_PER_S as f32;
             // half the step, so that stiffer springs are stable too
             block.params.tick_s *= 0.5;
             let model = StudyMethod::LocalCompression(Fitted::new(k, d));
-            let found = model.run(&block, |rival| match drive {
-                Drive::Held => hold(&block, rival, HELD_M).map(|held| held.position_m).ok(),
-                _ => to_rest(&block, rival, target.force_n).map(|rest| rest.position_m).ok(),
+            let found = model.run(&block, |running| match drive {
+                Drive::Held => hold(&block, running, HELD_M).map(|held| held.position_m).ok(),
+                _ => to_rest(&block, running, target.force_n).map(|rest| rest.position_m).ok(),
             })?;
             Ok(found.flatten().map(|x| vec![keys.iter().map(|n| x[*n]).collect()]))
         };

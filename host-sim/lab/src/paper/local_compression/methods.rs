@@ -2,7 +2,7 @@
 //!
 //! | method | force | step |
 //! |---|---|---|
-//! | `local-compression` | springs of one k (1), volume force off, region (7)-(8) | Verlet (9)-(10) |
+//! | `local-compression` | springs of one k (1), no volume, region (7)-(8) | Verlet (9)-(10) |
 //! | `springs` | springs of paper 000, eq (11) | symplectic Euler |
 //! | `meshless`, `neo-hookean-nodal` | moving least squares; finite elements | symplectic Euler |
 //! | `palpate`, `palpate-calibrated` | the product | symplectic Euler, 1 ms |
@@ -21,7 +21,7 @@ use palpate::{Model, Params, Spring, Terms};
 
 use super::rest::{AtRest, NoRest, to_rest};
 use crate::error::Error;
-use crate::rivals::{Block, Method, OnCore, Rival};
+use crate::methods::{Block, Method, OnCore, RunningMethod};
 use palpate_tissue::patch::{Material, Memory, Patch};
 
 /// Halvings of a millisecond that are tried.
@@ -93,7 +93,7 @@ impl StudyMethod {
     ///
     /// # Errors
     /// Model or parameters that the core or the method rejects.
-    pub fn run<T>(&self, block: &Block, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<Option<T>, Error> {
+    pub fn run<T>(&self, block: &Block, work: impl FnOnce(&mut dyn RunningMethod) -> T) -> Result<Option<T>, Error> {
         match self {
             Self::LocalCompression(fitted) => run_fitted(block, fitted, work).map(Some),
             Self::Charted(method) => Ok(method.run(block, 1, work)?),
@@ -110,7 +110,7 @@ impl StudyMethod {
         for halvings in 0..=if self.is_floored() { 0 } else { MOST_HALVINGS } {
             let tick_s = 1e-3 / f64::from(1 << halvings);
             let block = self.block(block, tick_s);
-            match self.run(&block, |rival| to_rest(&block, rival, force_n))? {
+            match self.run(&block, |running| to_rest(&block, running, force_n))? {
                 None => return Ok(None),
                 Some(Ok(_)) => return Ok(Some(Ok(tick_s))),
                 // a shorter step damps no more
@@ -131,7 +131,7 @@ impl StudyMethod {
         let block = self.block(block, tick_s);
         let mut best: Option<AtRest> = None;
         for _ in 0..runs.max(1) {
-            match self.run(&block, |rival| to_rest(&block, rival, force_n))? {
+            match self.run(&block, |running| to_rest(&block, running, force_n))? {
                 None => return Ok(None),
                 Some(Err(failure)) => return Ok(Some(Err(failure))),
                 Some(Ok(rest)) if best.as_ref().is_none_or(|b| rest.cpu_s < b.cpu_s) => best = Some(rest),
@@ -149,7 +149,7 @@ pub fn springs_of(model: &Model, params: &Params, stiffness_n_per_m: f64) -> Vec
     model.springs.iter().map(|s| Spring { k, k_rest: k * (s.k_rest / s.k), ..*s }).collect()
 }
 
-fn run_fitted<T>(block: &Block, fitted: &Fitted, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+fn run_fitted<T>(block: &Block, fitted: &Fitted, work: impl FnOnce(&mut dyn RunningMethod) -> T) -> Result<T, Error> {
     let patch = Patch::build(&block.tissue, &Material::default(), None);
     let own = patch.wide_model();
     let springs = springs_of(&own, &block.params, fitted.stiffness_n_per_m);

@@ -11,8 +11,8 @@ use super::rest::{STILL_MS, STILL_NODE_M_PER_S, STILL_TIP_M};
 use super::study::{BLOCK_PA, FIT_N, FIT_STEPS_S, OnBlock, OnOrgan, named, product};
 use super::sweep::{Curve, STATIC};
 use crate::error::Error;
+use crate::methods::Method;
 use crate::paper::report::Report;
-use crate::rivals::Method;
 use palpate_charts::Scale;
 use palpate_tissue::output::OutputFolder;
 
@@ -229,17 +229,17 @@ pub fn sweeps(
             "ends",
         ];
         report.table(&header, rows.collect::<Vec<_>>());
-        let rivals = [Method::Springs.name(), Method::Meshless.name(), Method::NeoHookeanNodal.name(), STATIC];
+        let methods = [Method::Springs.name(), Method::Meshless.name(), Method::NeoHookeanNodal.name(), STATIC];
         // a method that bears fewer forces is not the more accurate one
         let score = |name: &str| {
             named(curves, name).zip(truth).and_then(|(c, t)| c.depth_error(t)).map(|(rms, count)| (usize::MAX - count, rms))
         };
-        let others = rivals.iter().filter(|r| **r != STATIC).filter_map(|r| score(r));
+        let others = methods.iter().filter(|r| **r != STATIC).filter_map(|r| score(r));
         most_accurate += usize::from(score("local-compression").is_some_and(|own| others.into_iter().all(|other| own <= other)));
         for point in truth.map_or(&[][..], |t| &t.points) {
             tried += 1;
             let Some(own) = named(curves, "local-compression").and_then(|c| c.at(point.force_n)) else { continue };
-            let others = rivals.iter().filter_map(|r| named(curves, r)?.at(point.force_n));
+            let others = methods.iter().filter_map(|r| named(curves, r)?.at(point.force_n));
             best += usize::from(others.map(|p| p.cpu_s).fold(f64::INFINITY, f64::min) > own.cpu_s);
         }
         let rows = curves.iter().flat_map(|c| c.points.iter().map(move |p| (c.name, p)));

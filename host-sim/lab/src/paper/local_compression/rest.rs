@@ -7,7 +7,7 @@
 
 use palpate::Vector3;
 
-use crate::rivals::{Block, Rival};
+use crate::methods::{Block, RunningMethod};
 use palpate_tissue::clock::thread_time;
 use palpate_tissue::finger::{FINGER, Impedance};
 
@@ -89,7 +89,7 @@ impl Push {
     ///
     /// # Errors
     /// [`NoRest::Diverged`], [`NoRest::Sunk`].
-    pub fn tick(&mut self, block: &Block, rival: &mut dyn Rival) -> Result<(), NoRest> {
+    pub fn tick(&mut self, block: &Block, running: &mut dyn RunningMethod) -> Result<(), NoRest> {
         let Impedance { mass_kg, damping_n_s_per_m, .. } = FINGER;
         let tick_s = f64::from(block.params.tick_s);
         // the finger's own damping is taken at the new speed: no tick is too long for it
@@ -100,7 +100,7 @@ impl Push {
             return Err(NoRest::Sunk { depth_mm: block.tissue.depth_limit_m * 1e3 });
         }
         let diverged = NoRest::Diverged { depth_mm: self.depth_m * 1e3 };
-        let force = rival.tick(block.tip_m(self.depth_m)).map_err(|_| diverged)?;
+        let force = running.tick(block.tip_m(self.depth_m)).map_err(|_| diverged)?;
         self.felt_n = f64::from(force.dot(&block.params.probe.axis));
         if self.felt_n.is_finite() { Ok(()) } else { Err(diverged) }
     }
@@ -110,22 +110,22 @@ impl Push {
 ///
 /// # Errors
 /// [`NoRest`].
-pub fn to_rest(block: &Block, rival: &mut dyn Rival, force_n: f64) -> Result<AtRest, NoRest> {
+pub fn to_rest(block: &Block, running: &mut dyn RunningMethod, force_n: f64) -> Result<AtRest, NoRest> {
     let ticks_per_ms = (1e-3 / f64::from(block.params.tick_s)).round().max(1.0) as usize;
     let nodes = block.tissue.mesh.nodes_m.len();
-    let positions = |rival: &dyn Rival| (0..nodes).map(|n| rival.position_m(n).cast()).collect::<Vec<Vector3<f64>>>();
+    let positions = |running: &dyn RunningMethod| (0..nodes).map(|n| running.position_m(n).cast()).collect::<Vec<Vector3<f64>>>();
     let mut push = Push::new(force_n);
-    rival.tick(block.tip_m(push.depth_m())).map_err(|_| NoRest::Diverged { depth_mm: 0.0 })?;
+    running.tick(block.tip_m(push.depth_m())).map_err(|_| NoRest::Diverged { depth_mm: 0.0 })?;
     let (mut tips, mut cpu_s, mut before) = (vec![push.depth_m()], 0.0, None::<Vec<Vector3<f64>>>);
     for ms in 1..=LONGEST_MS {
         let begun = thread_time();
         for _ in 0..ticks_per_ms {
-            push.tick(block, rival)?;
+            push.tick(block, running)?;
         }
         cpu_s += (thread_time() - begun).as_secs_f64();
         tips.push(push.depth_m());
         if let Some(before) = before.take() {
-            let position_m = positions(rival);
+            let position_m = positions(running);
             let furthest = before.iter().zip(&position_m).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
             if furthest <= STILL_NODE_M_PER_S * 1e-3 {
                 return Ok(AtRest {
@@ -138,7 +138,7 @@ pub fn to_rest(block: &Block, rival: &mut dyn Rival, force_n: f64) -> Result<AtR
             }
         }
         if ms >= STILL_MS && displacement_m(&tips[ms - STILL_MS..]) < STILL_TIP_M {
-            before = Some(positions(rival));
+            before = Some(positions(running));
         }
     }
     Err(NoRest::Restless { seconds: LONGEST_MS as f64 * 1e-3, tip_um: displacement_m(&tips[LONGEST_MS - STILL_MS..]) * 1e6 })

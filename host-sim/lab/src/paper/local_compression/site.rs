@@ -5,7 +5,7 @@ use palpate::{Params, ProbeShape, Vector3};
 
 use super::scene::PressScene;
 use crate::error::Error;
-use crate::rivals::Block;
+use crate::methods::Block;
 use palpate_fit::reference::refine::refine;
 use palpate_tissue::mesh::TetMesh;
 use palpate_tissue::mesh::import::import;
@@ -14,7 +14,7 @@ use palpate_tissue::mesh::triangle::entry_m;
 use palpate_tissue::organ::{Fine, Organ, Spec};
 use palpate_tissue::tissue::Tissue;
 use palpate_tissue::tissue::blended;
-use palpate_tissue::tissue::shape::held;
+use palpate_tissue::tissue::organ_source::held;
 
 /// Deepest press that is answered, in finger radii: beyond it the finger's shaft would touch too.
 pub const DEEPEST_RADII: f64 = 3.0;
@@ -24,7 +24,7 @@ const EDGE_GROWTH: f64 = 0.35;
 /// An organ that can be pressed.
 #[derive(Clone, Debug)]
 pub struct Site {
-    /// Tissue and parameters, as the rivals take them. Young's modulus is the mean within a
+    /// Tissue and parameters, as the methods take them. Young's modulus is the mean within a
     /// finger's radius of the site, so that contact, whose stiffness follows from it, is that of
     /// the tissue touched.
     pub block: Block,

@@ -3,7 +3,7 @@
 use palpate::Vector3;
 
 use super::rest::NoRest;
-use crate::rivals::{Block, Rival};
+use crate::methods::{Block, RunningMethod};
 
 /// Speed on the way [m/s], and how long it stays [s].
 const SPEED_M_PER_S: f64 = 0.04;
@@ -24,7 +24,7 @@ pub struct RestingPress {
 ///
 /// # Errors
 /// [`NoRest::Diverged`].
-pub fn hold(block: &Block, rival: &mut dyn Rival, depth_m: f64) -> Result<RestingPress, NoRest> {
+pub fn hold(block: &Block, running: &mut dyn RunningMethod, depth_m: f64) -> Result<RestingPress, NoRest> {
     let tick_s = f64::from(block.params.tick_s);
     let clear_m = 1e-4;
     let travel = ((depth_m + clear_m) / (SPEED_M_PER_S * tick_s)).ceil() as usize;
@@ -33,7 +33,7 @@ pub fn hold(block: &Block, rival: &mut dyn Rival, depth_m: f64) -> Result<Restin
     for n in 0..=travel + stay {
         let tip_m = (n as f64 * SPEED_M_PER_S * tick_s - clear_m).min(depth_m);
         let diverged = NoRest::Diverged { depth_mm: tip_m * 1e3 };
-        let force = f64::from(rival.tick(block.tip_m(tip_m)).map_err(|_| diverged)?.dot(&block.params.probe.axis));
+        let force = f64::from(running.tick(block.tip_m(tip_m)).map_err(|_| diverged)?.dot(&block.params.probe.axis));
         if !force.is_finite() {
             return Err(diverged);
         }
@@ -41,6 +41,6 @@ pub fn hold(block: &Block, rival: &mut dyn Rival, depth_m: f64) -> Result<Restin
             sum += force;
         }
     }
-    let position_m = (0..block.tissue.mesh.nodes_m.len()).map(|n| rival.position_m(n).cast()).collect();
+    let position_m = (0..block.tissue.mesh.nodes_m.len()).map(|n| running.position_m(n).cast()).collect();
     Ok(RestingPress { force_n: sum / read as f64, position_m })
 }

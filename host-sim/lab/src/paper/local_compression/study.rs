@@ -10,10 +10,10 @@ use super::methods::{Fitted, StudyMethod};
 use super::progress::AnnealingProgress;
 use super::scene::PressScene;
 use super::site::{DEEPEST_RADII, Site};
-use super::sweep::{Curve, NODE_DAMPING_PER_S, contestants, curve, region_for, static_curve};
+use super::sweep::{Curve, NODE_DAMPING_PER_S, curve, region_for, static_curve, study_methods};
 use super::truth::Truth;
 use crate::error::Error;
-use crate::rivals::{Block, Method, RADIUS_M};
+use crate::methods::{Block, Method, RADIUS_M};
 use palpate_fit::calibrate::schedule::Schedule;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
@@ -246,8 +246,8 @@ fn with_region(block: &Block, stiffness_n_per_m: f64, damping_n_s_per_m: f64) ->
 
 fn curves(block: &Block, fitted: Fitted, size: &Size) -> Result<Vec<Curve>, Error> {
     let mut found = Vec::new();
-    for contestant in contestants(fitted) {
-        found.extend(curve(&contestant, block, size.forces_n)?);
+    for method in study_methods(fitted) {
+        found.extend(curve(&method, block, size.forces_n)?);
     }
     found.push(static_curve(&Truth::same_mesh(block), size.forces_n)?);
     Ok(found)

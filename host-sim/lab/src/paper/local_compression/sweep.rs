@@ -6,7 +6,7 @@ use palpate::Vector3;
 use super::methods::{Fitted, StudyMethod};
 use super::truth::Truth;
 use crate::error::Error;
-use crate::rivals::{Block, Method};
+use crate::methods::{Block, Method};
 use palpate_tissue::Error as TissueError;
 
 /// Name of the static reference in tables.
@@ -76,7 +76,7 @@ impl Curve {
 
 /// The methods of Fig. 9, and the product.
 #[must_use]
-pub fn contestants(fitted: Fitted) -> Vec<StudyMethod> {
+pub fn study_methods(fitted: Fitted) -> Vec<StudyMethod> {
     let charted = [Method::Springs, Method::Meshless, Method::NeoHookeanNodal, Method::Palpate, Method::Calibrated];
     let with_masses = Fitted { node_damping_per_s: NODE_DAMPING_PER_S, ..fitted };
     [fitted, with_masses].into_iter().map(StudyMethod::LocalCompression).chain(charted.map(StudyMethod::Charted)).collect()
@@ -108,10 +108,10 @@ pub fn region_for(block: &Block, fitted: Fitted, step_s: f64, force_n: f64) -> R
 ///
 /// # Errors
 /// Model or parameters that the core or the method rejects.
-pub fn curve(contestant: &StudyMethod, block: &Block, forces_n: &[f64]) -> Result<Option<Curve>, Error> {
+pub fn curve(method: &StudyMethod, block: &Block, forces_n: &[f64]) -> Result<Option<Curve>, Error> {
     let (mut step_s, mut why) = (None, None);
     for &force_n in forces_n.iter().rev() {
-        match contestant.step_s(block, force_n)? {
+        match method.step_s(block, force_n)? {
             None => return Ok(None),
             Some(Ok(found)) => {
                 step_s = Some(found);
@@ -121,14 +121,14 @@ pub fn curve(contestant: &StudyMethod, block: &Block, forces_n: &[f64]) -> Resul
         }
     }
     let Some(step_s) = step_s else {
-        return Ok(Some(Curve { ended: why, ..Curve::empty(contestant.name()) }));
+        return Ok(Some(Curve { ended: why, ..Curve::empty(method.name()) }));
     };
-    let mut curve = Curve { step_s: Some(step_s), ..Curve::empty(contestant.name()) };
+    let mut curve = Curve { step_s: Some(step_s), ..Curve::empty(method.name()) };
     for &force_n in forces_n {
-        let mut found = contestant.press(block, step_s, force_n, 1)?;
+        let mut found = method.press(block, step_s, force_n, 1)?;
         if let Some(Ok(rest)) = &mut found
             && rest.cpu_s < LONG_S
-            && let Some(Ok(again)) = contestant.press(block, step_s, force_n, RUNS - 1)?
+            && let Some(Ok(again)) = method.press(block, step_s, force_n, RUNS - 1)?
         {
             rest.cpu_s = rest.cpu_s.min(again.cpu_s);
         }

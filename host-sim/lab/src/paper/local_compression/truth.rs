@@ -8,7 +8,7 @@ use palpate::Vector3;
 
 use super::site::Site;
 use crate::error::Error;
-use crate::rivals::Block;
+use crate::methods::Block;
 use palpate_fit::reference::body::{Body, Stiffness};
 use palpate_fit::reference::newton::Press;
 use palpate_fit::reference::probe::RigidProbe;

@@ -9,7 +9,7 @@ use palpate::{Params, ProbePose, Terms, Vector3, tick_with};
 use super::assembly::Assembly;
 use super::method::{HangingMethod, Setup, printed, stepped};
 use crate::error::Error;
-use crate::rivals::Block;
+use crate::methods::Block;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::patch::{Material, Memory, Patch};
 use palpate_tissue::scene;

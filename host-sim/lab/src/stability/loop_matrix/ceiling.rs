@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::climb::{quiet, weakened};
 use super::{DEPTH_M, FORCE_SHARE};
 use crate::error::Error;
-use palpate_loop::closed_loop::control::Control;
+use palpate_loop::closed_loop::controller::Controller;
 use palpate_loop::closed_loop::device::{DeviceProfile, PROFILES};
 use palpate_loop::closed_loop::fidelity;
 use palpate_loop::closed_loop::hand::{HANDS, Hand};
@@ -146,7 +146,7 @@ impl Scope {
 }
 
 fn limit_n(device: &DeviceProfile) -> f64 {
-    f64::from(Control::Ours.settings(device).limits.max_force_n)
+    f64::from(Controller::Ours.settings(device).limits.max_force_n)
 }
 
 impl Ready {
@@ -172,7 +172,7 @@ fn stiffest_held_pa(climb: &[Ready], device: &DeviceProfile, hand: Hand) -> Resu
     for tissue in climb {
         let depth_m = tissue.depth_m(device);
         let static_n = force_at_n(&tissue.curve, depth_m);
-        let settings = Control::Ours.settings(device);
+        let settings = Controller::Ours.settings(device);
         let setup = Setup { device, hand, stimulus: Stimulus::tap(0.05), settings, depth_m, static_n };
         let held = with_tissue(&tissue.patch, &tissue.params, |surface| run(&setup, surface))??;
         if !quiet(&held) || weakened(&held) {

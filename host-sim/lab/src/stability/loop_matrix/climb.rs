@@ -2,11 +2,11 @@
 
 use palpate::haptic::cycle::Renderer;
 use palpate::stages::probe::ProbePose;
-use palpate::{BuildError, Limiters, Vector3};
+use palpate::{BuildError, ClampFlags, Vector3};
 use serde::Serialize;
 
 use super::{DEPTH_M, FORCE_SHARE, SOFTEST_N_PER_M, STEP, STIFFEST_N_PER_M};
-use palpate_loop::closed_loop::control::Control;
+use palpate_loop::closed_loop::controller::Controller;
 use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_loop::closed_loop::hand::Hand;
 use palpate_loop::closed_loop::run::{Row, Run, Setup, run};
@@ -21,18 +21,18 @@ pub fn walls_n_per_m() -> impl Iterator<Item = f64> {
 
 /// A loop without its wall.
 #[derive(Clone, Copy, Debug)]
-pub struct Case<'a> {
+pub struct LoopSetup<'a> {
     /// The device, with its delay.
     pub device: &'a DeviceProfile,
     /// Who holds it.
     pub hand: Hand,
-    /// Control that keeps the loop quiet.
-    pub control: Control,
+    /// Controller that keeps the loop quiet.
+    pub control: Controller,
 }
 
 /// Result of a tap on one wall.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Trial {
+pub struct TapResult {
     /// [`quiet`].
     pub quiet: bool,
     /// The hand overshot into the force limit for so long that the loop holds a weaker wall:
@@ -45,7 +45,7 @@ pub struct Trial {
     pub static_error: Option<f64>,
 }
 
-impl Trial {
+impl TapResult {
     /// Quiet, and the wall that was asked for.
     #[must_use]
     pub fn holds(&self) -> bool {
@@ -57,12 +57,12 @@ impl Trial {
 /// energy never acted.
 #[must_use]
 pub fn quiet(run: &Run) -> bool {
-    run.quiet() && !run.rows.iter().any(|row| row.telemetry.limiters.contains(Limiters::ENERGY))
+    run.quiet() && !run.rows.iter().any(|row| row.telemetry.limiters.contains(ClampFlags::ENERGY))
 }
 
 /// The force at the end is weaker than what was wanted.
 pub(super) fn weakened(run: &Run) -> bool {
-    judged(run).iter().any(|row| row.telemetry.limiters.contains(Limiters::GAIN))
+    judged(run).iter().any(|row| row.telemetry.limiters.contains(ClampFlags::GAIN))
 }
 
 fn judged(run: &Run) -> &[Row] {
@@ -79,12 +79,12 @@ pub struct Climb {
     pub at_least: bool,
 }
 
-impl Case<'_> {
+impl LoopSetup<'_> {
     /// Taps a wall at 0.2 m/s and holds.
     ///
     /// # Errors
     /// A device that the loop refuses.
-    pub fn tap(&self, n_per_m: f64) -> Result<Trial, BuildError> {
+    pub fn tap(&self, n_per_m: f64) -> Result<TapResult, BuildError> {
         let settings = self.control.settings(self.device);
         let limit_n = f64::from(settings.limits.max_force_n);
         let depth_m = DEPTH_M.min(FORCE_SHARE * limit_n / n_per_m);
@@ -93,7 +93,7 @@ impl Case<'_> {
         let wall = Wall::new(n_per_m, limit_n, Vector3::z());
         let run = run(&setup, &mut self.control.over(wall, self.device))?;
         let mut trial =
-            Trial { quiet: quiet(&run), weakened: weakened(&run), created_mj: run.created_j * 1e3, static_error: None };
+            TapResult { quiet: quiet(&run), weakened: weakened(&run), created_mj: run.created_j * 1e3, static_error: None };
         trial.static_error = trial.holds().then(|| static_error(&run, wall));
         Ok(trial)
     }

@@ -8,7 +8,7 @@ use crate::error::Error;
 use palpate_charts::{
     CreatedEnergy, EnergyRow, MatrixCell, MatrixGroup, MatrixRow, StiffnessMatrix, created_energy, stiffness_matrix,
 };
-use palpate_loop::closed_loop::control::CONTROLS;
+use palpate_loop::closed_loop::controller::CONTROLLERS;
 use palpate_loop::closed_loop::device::{DeviceProfile, PROFILES};
 use palpate_loop::closed_loop::hand::HANDS;
 use palpate_tissue::output::OutputFolder;
@@ -84,7 +84,7 @@ pub fn print(summary: &LoopSummary) {
             let Some(first) = summary.cells.iter().find(|c| c.device == device && c.delay_ticks == delay) else { continue };
             println!("{device}, {delay} ticks late; closed form of the device alone: {:.0} N/m", first.passive_n_per_m);
             println!("  {:<18}{hands}{:>10}{:>8}{:>8}", "", "created", "shaken", "error");
-            for control in CONTROLS.map(|c| c.name()) {
+            for control in CONTROLLERS.map(|c| c.name()) {
                 let cells: Vec<&Cell> = summary.row(device, delay, &control).collect();
                 let stiffest: String = cells.iter().map(|c| said(c.climb)).collect();
                 let (created_mj, shaken, error) = (worst_mj(&cells), shaken(&cells), worst_error(&cells) * 100.0 + 0.0);
@@ -146,7 +146,7 @@ fn worst_error(cells: &[&Cell]) -> f64 {
 ///
 /// # Errors
 /// A picture cannot be drawn or written.
-pub fn pictures(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> {
+pub fn draw(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> {
     for device in SWEPT.into_iter().filter(|d| summary.cells.iter().any(|c| c.device == *d)) {
         swept(folder, summary, device)?;
     }
@@ -174,7 +174,7 @@ fn swept(folder: &OutputFolder, summary: &LoopSummary, device: &str) -> Result<(
     let groups = DELAYS.map(|d| MatrixGroup { name: late(d), columns: HANDS.map(|h| (h.id.to_owned(), ceiling)).to_vec() });
     let mut soft = Vec::new();
     let mut rows = Vec::new();
-    for name in CONTROLS.map(|c| c.name()) {
+    for name in CONTROLLERS.map(|c| c.name()) {
         let cells: Vec<&Cell> = DELAYS.iter().flat_map(|d| summary.row(device, *d, &name)).collect();
         let error = worst_error(&cells);
         let star = if error.abs() > SEEN_ERROR { "*" } else { "" };
@@ -184,7 +184,7 @@ fn swept(folder: &OutputFolder, summary: &LoopSummary, device: &str) -> Result<(
         let cells = cells.iter().copied().map(climbed).collect();
         rows.push(MatrixRow { name: format!("{name}{star}"), cells, closed: false });
     }
-    let first = CONTROLS[0].name();
+    let first = CONTROLLERS[0].name();
     let closed = DELAYS.iter().flat_map(|d| summary.row(device, *d, &first)).map(passive).collect();
     rows.push(MatrixRow { name: "passive (closed form)".into(), cells: closed, closed: true });
     let hands = HANDS.map(|h| format!("{} {}", h.id, h.name)).join(", ");
@@ -231,8 +231,8 @@ fn profiles(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> {
         devices.iter().map(of).collect()
     };
     let mut rows: Vec<MatrixRow> =
-        CONTROLS.iter().map(|c| MatrixRow { name: c.name(), cells: worst(&c.name()), closed: false }).collect();
-    let first = CONTROLS[0].name();
+        CONTROLLERS.iter().map(|c| MatrixRow { name: c.name(), cells: worst(&c.name()), closed: false }).collect();
+    let first = CONTROLLERS[0].name();
     let closed = devices.iter().filter_map(|(name, delay)| summary.row(name, *delay, &first).next().map(passive)).collect();
     rows.push(MatrixRow { name: "passive (closed form)".into(), cells: closed, closed: true });
     let named: Vec<String> = columns.iter().map(|(name, ceiling)| format!("{name} {ceiling:.0}")).collect();
@@ -256,7 +256,7 @@ fn profiles(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> {
 
 fn energy(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> {
     let devices: Vec<&str> = SWEPT.into_iter().filter(|d| summary.cells.iter().any(|c| c.device == *d)).collect();
-    let rows: Vec<EnergyRow> = CONTROLS
+    let rows: Vec<EnergyRow> = CONTROLLERS
         .iter()
         .map(|control| {
             let name = control.name();

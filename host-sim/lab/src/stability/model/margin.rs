@@ -1,8 +1,8 @@
 //! How much more a method withstands before it fails: one quantity grows until a press or a tap no
 //! longer passes.
 
-use super::case::{PRESS, Stimulus, TAP};
-use super::subject::Subject;
+use super::built_method::BuiltMethod;
+use super::load_case::{PRESS, Stimulus, TAP};
 use super::verdict::Verdict;
 use crate::error::Error;
 
@@ -70,23 +70,23 @@ impl Axis {
         if or_more { format!("≥ {number}") } else { number }
     }
 
-    fn verdict(self, subject: &Subject, value: f64) -> Result<Verdict, Error> {
+    fn verdict(self, method: &BuiltMethod, value: f64) -> Result<Verdict, Error> {
         match self {
-            Self::Tick => both(&subject.with_tick((value * 1e-3) as f32)),
-            Self::Depth => Ok(subject.stand(&Stimulus { depth_m: value, ..PRESS })?.verdict),
-            Self::Speed => Ok(subject.stand(&Stimulus { in_m_per_s: value, out_m_per_s: value, ..TAP })?.verdict),
-            Self::Stiffness => both(&subject.with_modulus(value)),
+            Self::Tick => both(&method.with_tick((value * 1e-3) as f32)),
+            Self::Depth => Ok(method.stand(&Stimulus { depth_m: value, ..PRESS })?.verdict),
+            Self::Speed => Ok(method.stand(&Stimulus { in_m_per_s: value, out_m_per_s: value, ..TAP })?.verdict),
+            Self::Stiffness => both(&method.with_modulus(value)),
         }
     }
 }
 
 /// The worse of the press and the tap.
-fn both(subject: &Subject) -> Result<Verdict, Error> {
-    let press = subject.stand(&PRESS)?.verdict;
+fn both(method: &BuiltMethod) -> Result<Verdict, Error> {
+    let press = method.stand(&PRESS)?.verdict;
     if press != Verdict::Pass {
         return Ok(press);
     }
-    Ok(subject.stand(&TAP)?.verdict)
+    Ok(method.stand(&TAP)?.verdict)
 }
 
 /// The end of what passes.
@@ -131,11 +131,11 @@ pub fn largest(
     Ok(Margin { passes: Some(good), beyond: Some(beyond) })
 }
 
-/// The margin of a subject along an axis.
+/// The margin of a method along an axis.
 ///
 /// # Errors
 /// A method that cannot be built.
-pub fn margin(subject: &Subject, axis: Axis) -> Result<Margin, Error> {
-    let standard = axis.standard(subject.block.params.youngs_modulus_pa.into());
-    largest(axis.range(), standard, |value| axis.verdict(subject, value))
+pub fn margin(method: &BuiltMethod, axis: Axis) -> Result<Margin, Error> {
+    let standard = axis.standard(method.block.params.youngs_modulus_pa.into());
+    largest(axis.range(), standard, |value| axis.verdict(method, value))
 }

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::case::{CASES, Case, QUICK_CASES};
+use super::built_method::{BuiltMethod, ROWS, Row};
+use super::load_case::{CASES, LoadCase, QUICK_CASES};
 use super::margin::{Axis, Margin, margin};
-use super::subject::{ROWS, Row, Subject};
 use super::verdict::Figures;
 use crate::error::Error;
 
@@ -18,7 +18,7 @@ pub struct Scope {
     /// Stiffnesses [Pa].
     pub moduli_pa: Vec<f64>,
     /// Columns.
-    pub cases: Vec<Case>,
+    pub cases: Vec<LoadCase>,
     /// Stiffnesses at which margins are searched, of those above [Pa].
     pub margins_at_pa: Vec<f64>,
 }
@@ -31,7 +31,7 @@ pub struct Cell {
     /// Stiffness [Pa].
     pub youngs_modulus_pa: f64,
     /// Column.
-    pub case: Case,
+    pub case: LoadCase,
     /// Substeps of a tick.
     pub substeps: u16,
     /// Figures of the press, with the verdict.
@@ -115,32 +115,32 @@ pub fn run(scope: &Scope, done: &(dyn Fn() + Sync)) -> Result<Matrix, Error> {
         }
     }
     let set_up = |&(row, youngs_modulus_pa, inclusion): &(Row, f64, bool)| {
-        let subject = Subject::new(row, scope.nodes, youngs_modulus_pa, inclusion);
+        let method = BuiltMethod::new(row, scope.nodes, youngs_modulus_pa, inclusion);
         done();
-        Ok(subject?.map(|s| (youngs_modulus_pa, inclusion, s)))
+        Ok(method?.map(|s| (youngs_modulus_pa, inclusion, s)))
     };
-    let subjects: Vec<Option<(f64, bool, Subject)>> = places.par_iter().map(set_up).collect::<Result<_, Error>>()?;
-    let subjects: Vec<(f64, bool, Subject)> = subjects.into_iter().flatten().collect();
-    let of_case = |case: &Case, (_, inclusion, _): &(f64, bool, Subject)| case.inclusion == *inclusion;
+    let built: Vec<Option<(f64, bool, BuiltMethod)>> = places.par_iter().map(set_up).collect::<Result<_, Error>>()?;
+    let built: Vec<(f64, bool, BuiltMethod)> = built.into_iter().flatten().collect();
+    let of_case = |case: &LoadCase, (_, inclusion, _): &(f64, bool, BuiltMethod)| case.inclusion == *inclusion;
 
-    let mut trials: Vec<(&(f64, bool, Subject), &Case)> = Vec::new();
+    let mut trials: Vec<(&(f64, bool, BuiltMethod), &LoadCase)> = Vec::new();
     let mut searches = Vec::new();
-    for subject in &subjects {
-        trials.extend(scope.cases.iter().filter(|c| of_case(c, subject)).map(|c| (subject, c)));
-        if !subject.1 && scope.margins_at_pa.contains(&subject.0) {
-            searches.extend(Axis::ALL.map(|axis| (subject, axis)));
+    for method in &built {
+        trials.extend(scope.cases.iter().filter(|c| of_case(c, method)).map(|c| (method, c)));
+        if !method.1 && scope.margins_at_pa.contains(&method.0) {
+            searches.extend(Axis::ALL.map(|axis| (method, axis)));
         }
     }
-    let try_one = |((youngs_modulus_pa, _, subject), case): &(&(f64, bool, Subject), &Case)| {
-        let figures = subject.stand(&case.stimulus)?;
+    let try_one = |((youngs_modulus_pa, _, method), case): &(&(f64, bool, BuiltMethod), &LoadCase)| {
+        let figures = method.stand(&case.stimulus)?;
         done();
-        let (row, substeps) = (subject.row, subject.substeps);
+        let (row, substeps) = (method.row, method.substeps);
         Ok(Cell { row, youngs_modulus_pa: *youngs_modulus_pa, case: **case, substeps, figures })
     };
-    let search_one = |((youngs_modulus_pa, _, subject), axis): &(&(f64, bool, Subject), Axis)| {
-        let margin = margin(subject, *axis)?;
+    let search_one = |((youngs_modulus_pa, _, method), axis): &(&(f64, bool, BuiltMethod), Axis)| {
+        let margin = margin(method, *axis)?;
         done();
-        let (row, substeps) = (subject.row, subject.substeps);
+        let (row, substeps) = (method.row, method.substeps);
         Ok(MarginCell { row, youngs_modulus_pa: *youngs_modulus_pa, substeps, axis: *axis, margin })
     };
     let cells = trials.par_iter().map(try_one).collect::<Result<_, Error>>()?;

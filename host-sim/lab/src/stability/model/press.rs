@@ -1,12 +1,12 @@
 //! Moves the tip through a stimulus and keeps what a verdict needs.
 
-use palpate::{Limiters, Vector3};
+use palpate::{ClampFlags, Vector3};
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::{RngCore, SeedableRng};
 
-use super::case::Stimulus;
+use super::load_case::Stimulus;
 use crate::chart::CLEAR_M;
-use crate::rivals::{Block, Rival};
+use crate::methods::{Block, RunningMethod};
 
 /// Hold, and time to come to rest after the release [s].
 const HOLD_S: f64 = 0.35;
@@ -45,13 +45,13 @@ pub struct Trace {
     /// Largest displacement of a node half a second after the release [m].
     pub residual_m: f64,
     /// Inputs that the guard clamped.
-    pub limiters: Limiters,
+    pub limiters: ClampFlags,
 }
 
 /// Presses, holds, releases. Ticks are those of the block's parameters.
-pub fn press(block: &Block, rival: &mut dyn Rival, stimulus: &Stimulus) -> Trace {
+pub fn press(block: &Block, running: &mut dyn RunningMethod, stimulus: &Stimulus) -> Trace {
     let mut watch = Watch::new(block);
-    if let Err(depth_m) = watch.whole(block, rival, stimulus) {
+    if let Err(depth_m) = watch.whole(block, running, stimulus) {
         watch.trace.diverged_at_m = Some(depth_m);
     }
     watch.trace
@@ -79,13 +79,13 @@ impl Watch {
             moved_m: f64::NAN,
             force_change: f64::NAN,
             residual_m: f64::NAN,
-            limiters: Limiters::DEFAULT,
+            limiters: ClampFlags::DEFAULT,
         };
         Self { tets, position_m: rest_m.clone(), rest_m, trace }
     }
 
     /// The depth where it diverged, if so.
-    fn whole(&mut self, block: &Block, rival: &mut dyn Rival, stimulus: &Stimulus) -> Result<(), f64> {
+    fn whole(&mut self, block: &Block, running: &mut dyn RunningMethod, stimulus: &Stimulus) -> Result<(), f64> {
         let tick_s = f64::from(block.params.tick_s);
         let ticks = |seconds: f64| (seconds / tick_s).ceil() as usize;
         let displacement_m = stimulus.depth_m + CLEAR_M;
@@ -97,21 +97,21 @@ impl Watch {
         for n in 0..=down {
             let time_s = (n as f64 + late()) * tick_s;
             let depth_m = (time_s.max(0.0) * stimulus.in_m_per_s - CLEAR_M).min(stimulus.depth_m);
-            let force_n = self.tick(block, rival, depth_m)?.0;
+            let force_n = self.tick(block, running, depth_m)?.0;
             // where the tip slows down, the force falls by what was viscous: that is no fall while
             // it goes deeper
-            if depth_m < stimulus.depth_m && !rival.limiters().contains(Limiters::DEPTH) {
+            if depth_m < stimulus.depth_m && !running.limiters().contains(ClampFlags::DEPTH) {
                 self.trace.loading.push(Loading { depth_m, force_n });
             }
         }
         let still = ticks(STILL_S);
         for _ in 0..ticks(HOLD_S) - still {
-            self.tick(block, rival, stimulus.depth_m)?;
+            self.tick(block, running, stimulus.depth_m)?;
         }
         let before_m = self.position_m.clone();
         let (mut least_n, mut most_n) = (f64::INFINITY, f64::NEG_INFINITY);
         for _ in 0..still {
-            let (force_n, j) = self.tick(block, rival, stimulus.depth_m)?;
+            let (force_n, j) = self.tick(block, running, stimulus.depth_m)?;
             (least_n, most_n) = (least_n.min(force_n), most_n.max(force_n));
             (self.trace.held_j, self.trace.held_n) = (j, force_n);
         }
@@ -122,21 +122,21 @@ impl Watch {
         for n in 0..=up {
             let time_s = (n as f64 + late()) * tick_s;
             let depth_m = (stimulus.depth_m - time_s.max(0.0) * stimulus.out_m_per_s).max(-CLEAR_M);
-            self.tick(block, rival, depth_m)?;
+            self.tick(block, running, depth_m)?;
         }
         for _ in 0..ticks(REST_S) {
-            self.tick(block, rival, -CLEAR_M)?;
+            self.tick(block, running, -CLEAR_M)?;
         }
         self.trace.residual_m = self.furthest_m(&self.rest_m);
         Ok(())
     }
 
     /// One tick: force along the handle [N] and smallest J; the depth where it diverged [m].
-    fn tick(&mut self, block: &Block, rival: &mut dyn Rival, depth_m: f64) -> Result<(f64, f64), f64> {
-        let force = rival.tick(block.tip_m(depth_m)).map_err(|_| depth_m)?;
+    fn tick(&mut self, block: &Block, running: &mut dyn RunningMethod, depth_m: f64) -> Result<(f64, f64), f64> {
+        let force = running.tick(block.tip_m(depth_m)).map_err(|_| depth_m)?;
         let force_n = f64::from(force.dot(&block.params.probe.axis));
         for (n, x) in (0..).zip(&mut self.position_m) {
-            *x = rival.position_m(n).cast();
+            *x = running.position_m(n).cast();
         }
         let j =
             self.tets.iter().map(|(tet, per_rest)| six_volume(tet, &self.position_m) * per_rest).fold(f64::INFINITY, f64::min);
@@ -147,7 +147,7 @@ impl Watch {
         let trace = &mut self.trace;
         trace.lowest_j = trace.lowest_j.min(j);
         trace.peak_n = trace.peak_n.max(force_n);
-        trace.limiters.set(rival.limiters());
+        trace.limiters.set(running.limiters());
         Ok((force_n, j))
     }
 

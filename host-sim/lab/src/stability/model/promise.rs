@@ -1,6 +1,6 @@
 //! Promises of the product, held against the results.
 
-use super::case::Promise;
+use super::load_case::Promise;
 use super::matrix::{Cell, Matrix};
 use super::verdict::Verdict;
 

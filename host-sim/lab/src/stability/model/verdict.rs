@@ -1,6 +1,6 @@
 //! Verdict on a press: the worst thing that went wrong, if any.
 
-use palpate::Limiters;
+use palpate::ClampFlags;
 use serde::Serialize;
 
 use super::press::{Loading, Trace};
@@ -93,7 +93,7 @@ pub struct Figures {
     /// Where numbers ran away [mm].
     pub diverged_at_mm: Option<f64>,
     /// Inputs that the guard clamped.
-    pub limiters: Limiters,
+    pub limiters: ClampFlags,
 }
 
 /// Judges a press. `slow`: the force on the way down is the tissue's, and must not fall.
@@ -113,7 +113,7 @@ pub fn judge(trace: &Trace, slow: bool) -> Figures {
         Verdict::Deformed
     } else if slow && !at_most(drop, MOST_DROP) {
         Verdict::NonMonotone
-    } else if trace.limiters.contains(Limiters::DEPTH) {
+    } else if trace.limiters.contains(ClampFlags::DEPTH) {
         Verdict::Held
     } else {
         Verdict::Pass

@@ -36,7 +36,7 @@ impl Motion {
         Stimulus::named(self.id)
     }
 
-    /// Where in its course the run begins [s]: a slow approach is cut short.
+    /// Where in its trajectory the run begins [s]: a slow approach is cut short.
     #[must_use]
     pub fn from_s(&self) -> f64 {
         (4.0e-3 / self.m_per_s - 0.02).max(0.0)

@@ -15,8 +15,8 @@ use crate::closed_loop::device::DeviceProfile;
 use crate::closed_loop::faulty::{Expected, Faulty, FaultyTissue, Needs, Opening};
 use crate::closed_loop::hand::HANDS;
 use crate::closed_loop::plant::Plant;
-use crate::closed_loop::run::{ARMING_TICKS, Setup, Watched, course_of};
-use crate::closed_loop::stimulus::{CLEAR_M, Course, Stimulus};
+use crate::closed_loop::run::{ARMING_TICKS, Setup, Watched, trajectory_of};
+use crate::closed_loop::stimulus::{CLEAR_M, Stimulus, Trajectory};
 use crate::closed_loop::surface::Surface;
 
 /// Longest wait for the moment of a fault [ticks].
@@ -82,13 +82,13 @@ impl<'a> Bed<'a> {
             },
         };
         let stimulus = case.motion.stimulus().unwrap_or(crate::closed_loop::stimulus::STIMULI[0]);
-        let course = self.course(case, stimulus, surface);
+        let trajectory = self.trajectory(case, stimulus, surface);
         let from_s = case.motion.from_s();
-        let begin = course.aim(from_s);
+        let begin = trajectory.aim(from_s);
         surface.reset();
         let mut plant = Plant::new(self.device, case.hand, site.at_m.cast(), site.normal.cast(), begin.at_m);
-        plant.set_velocity_m_per_s(if course.entry_m_per_s() > 0.0 {
-            -site.normal * course.entry_m_per_s()
+        plant.set_velocity_m_per_s(if trajectory.entry_m_per_s() > 0.0 {
+            -site.normal * trajectory.entry_m_per_s()
         } else {
             begin.velocity_m_per_s
         });
@@ -100,7 +100,7 @@ impl<'a> Bed<'a> {
             Opening::Active | Opening::RampingIn => {
                 // the patch has seen the probe outside, as it had while arming
                 palpate::haptic::cycle::Renderer::render(&mut scene.tissue, ProbePose { tip_m: begin.at_m.cast() });
-                follow(case, &course, from_s, &mut scene)
+                follow(case, &trajectory, from_s, &mut scene)
             }
             Opening::Inside | Opening::Waving => never_felt(case, &mut scene),
         };
@@ -108,9 +108,12 @@ impl<'a> Bed<'a> {
         Ok(outcome)
     }
 
-    fn course(&self, case: &Case, stimulus: Stimulus, surface: &impl Surface) -> Course {
+    fn trajectory(&self, case: &Case, stimulus: Stimulus, surface: &impl Surface) -> Trajectory {
         let (static_n, depth_m) = (self.static_n, super::DEPTH_M);
-        course_of(&Setup { device: self.device, hand: case.hand, stimulus, settings: self.settings, depth_m, static_n }, surface)
+        trajectory_of(
+            &Setup { device: self.device, hand: case.hand, stimulus, settings: self.settings, depth_m, static_n },
+            surface,
+        )
     }
 }
 
@@ -134,14 +137,14 @@ fn never_felt<S: Surface>(case: &Case, scene: &mut Scene<'_, S>) -> Outcome {
     outcome
 }
 
-fn follow<S: Surface>(case: &Case, course: &Course, from_s: f64, scene: &mut Scene<'_, S>) -> Outcome {
+fn follow<S: Surface>(case: &Case, trajectory: &Trajectory, from_s: f64, scene: &mut Scene<'_, S>) -> Outcome {
     let kind = case.kind();
     let mut outcome = Outcome::default();
     let (mut begun, mut ended): (Option<u32>, Option<u32>) = (None, None);
     let (mut touched_ticks, mut waited, mut last_n) = (0_u32, 0_u32, 0.0_f32);
     let mut last_mode = scene.armed.cycle.mode();
     for n in 0.. {
-        let aim = course.aim(from_s + f64::from(n) * 1e-3);
+        let aim = trajectory.aim(from_s + f64::from(n) * 1e-3);
         if begun.is_none() {
             let normal = scene.tissue.site().normal;
             let speed = scene.plant().velocity_m_per_s();

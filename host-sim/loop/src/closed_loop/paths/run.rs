@@ -92,7 +92,7 @@ impl PathCase {
         for n in 0..ARMING_TICKS {
             let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(n as usize).copied();
             // arming happens far from the tissue, where a patch at rest answers with nothing
-            let telemetry = cycle.run(&mut device, &mut Nothing, Command { asked, ..Command::HEARD });
+            let telemetry = cycle.tick(&mut device, &mut Nothing, Command { asked, ..Command::HEARD });
             let _armed = watch.check(&device.tick(&cycle, asked, telemetry));
         }
         let limits: LoopLimitSettings = *cycle.limits();
@@ -108,7 +108,7 @@ impl PathCase {
             (last_m, last_way_m) = (*at_m, displacement_m);
             device.at_m = *at_m;
             let telemetry =
-                cycle.run(&mut device, &mut PatchRenderer { model: &model, tuned: &tuned, state: &mut state }, Command::HEARD);
+                cycle.tick(&mut device, &mut PatchRenderer { model: &model, tuned: &tuned, state: &mut state }, Command::HEARD);
             let tick = Tick { limits, ..device.tick(&cycle, None, telemetry) };
             device.energy.push(tick.force_n().cast(), telemetry.output.depth_m > 0.0);
             if let Err(broken) = watch.check(&tick)

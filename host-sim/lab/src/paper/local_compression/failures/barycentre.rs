@@ -8,7 +8,7 @@ use palpate::{Model, Vector3};
 use super::super::methods::{Fitted, StudyMethod, springs_of};
 use super::super::steps::hold;
 use crate::error::Error;
-use crate::rivals::{Block, OnCore};
+use crate::methods::{Block, OnCore};
 use palpate_tissue::patch::{Material, Memory, Patch};
 
 /// Depth of the finger [m].

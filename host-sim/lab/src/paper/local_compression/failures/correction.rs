@@ -12,7 +12,7 @@ use palpate::{Model, Params, Terms};
 use super::super::methods::springs_of;
 use super::super::steps::hold;
 use crate::error::Error;
-use crate::rivals::{Block, OnCore};
+use crate::methods::{Block, OnCore};
 use palpate_tissue::patch::{Material, Memory, Patch};
 
 /// Depth of the finger [m].
@@ -79,8 +79,8 @@ pub fn measure(block: &Block, stiffness_n_per_m: f64, steps_s: &[f64]) -> Result
                 compression: correction,
             };
             let stepped = Block { params, ..block.clone() };
-            let mut rival = OnCore { model: &model, tuned: &tuned, state, method };
-            if let Ok(held) = hold(&stepped, &mut rival, DEPTH_M) {
+            let mut running = OnCore { model: &model, tuned: &tuned, state, method };
+            if let Ok(held) = hold(&stepped, &mut running, DEPTH_M) {
                 points.push((step_s, held.force_n));
             }
         }

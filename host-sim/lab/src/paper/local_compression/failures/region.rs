@@ -9,7 +9,7 @@ use palpate::{Fault, Model, ProbePose, State, Tuned, Vector3, tick_with};
 use super::super::methods::{Fitted, StudyMethod, springs_of};
 use super::super::steps::hold;
 use crate::error::Error;
-use crate::rivals::{Block, Rival};
+use crate::methods::{Block, RunningMethod};
 use palpate_tissue::patch::{Material, Memory, Patch};
 
 /// Depth of the finger [m].
@@ -43,7 +43,7 @@ struct Counting<'a> {
     active: u16,
 }
 
-impl Rival for Counting<'_> {
+impl RunningMethod for Counting<'_> {
     fn tick(&mut self, tip_m: Vector3<f32>) -> Result<Vector3<f32>, Fault> {
         let output = tick_with(self.model, self.tuned, &mut self.state, ProbePose { tip_m }, &mut self.method);
         self.active = output.active_nodes;
@@ -73,9 +73,9 @@ pub fn measure(block: &Block, stiffness_n_per_m: f64, least_stresses_pa: &[f64])
         let mut memory = Memory::for_model(&model);
         let (tuned, state) = memory.start(&model, &block.params)?;
         let method = LocalCompression { dampers: None, volume: None, region, step: VelocityVerlet::default(), compression: None };
-        let mut rival = Counting { model: &model, tuned: &tuned, state, method, active: 0 };
-        let held = hold(&block, &mut rival, DEPTH_M).ok();
-        Ok(held.map(|held| (held.force_n, f64::from(rival.active) / free)))
+        let mut running = Counting { model: &model, tuned: &tuned, state, method, active: 0 };
+        let held = hold(&block, &mut running, DEPTH_M).ok();
+        Ok(held.map(|held| (held.force_n, f64::from(running.active) / free)))
     };
     let Some((all_n, _)) = press(None)? else { return Ok(Vec::new()) };
     let mut found = Vec::new();

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use super::course::Leg;
 use super::measured::Measured;
 use super::measured::TOLERANCE_PCT;
+use super::trajectory::Leg;
 use super::{DEPTH_M, Kind, Sliding};
 use crate::error::Error;
 use palpate_charts::{Level, LineSeries, Lines, Scale, ScaledAxis, lines};
@@ -16,7 +16,7 @@ use palpate_tissue::scene::TICK_S;
 const YOUNGS_MODULUS_PA: f64 = 3500.0;
 
 /// Writes `sliding.csv`, `sliding_stroke.csv` and `slide_<n>.csv`.
-pub(super) fn tables(folder: &OutputFolder, sliding: &Sliding, reference: &impl Reference) -> Result<(), Error> {
+pub(super) fn write(folder: &OutputFolder, sliding: &Sliding, reference: &impl Reference) -> Result<(), Error> {
     let mut text = String::from(
         "method,kind,nodes,springs,tets,rim_nodes,rim_edges,substeps,stable_ms,m4f_168_pct,m7_480_pct,rest_worst_pct,rest_rms_pct,rim_pct,speed_mm_per_s,\
          worst_pct,rms_pct,mean_pct,step_n,region_step_n,lateral_pct,lateral_worst_pct,work_mj,awake_least_pct,awake_mean_pct,hold_awake_pct,tick_us,leaves_at_mm_per_s\n",
@@ -58,7 +58,7 @@ pub(super) fn tables(folder: &OutputFolder, sliding: &Sliding, reference: &impl 
             ];
             let _ = writeln!(text, "{}", row.join(","));
         }
-        let wanted = |along_m: f64| reference.force(m.trace.course.place_m(along_m), DEPTH_M).unwrap_or(f64::NAN);
+        let wanted = |along_m: f64| reference.force(m.trace.trajectory.place_m(along_m), DEPTH_M).unwrap_or(f64::NAN);
         let rows = m.trace.rows.iter().enumerate().map(|(tick, r)| {
             let reference_n = YOUNGS_MODULUS_PA * wanted(r.pose.along_m);
             let f = r.force_n;
@@ -78,7 +78,7 @@ pub(super) fn tables(folder: &OutputFolder, sliding: &Sliding, reference: &impl 
 }
 
 /// Draws `sliding_force`, `sliding_error` and `sliding_speed`.
-pub(super) fn pictures(folder: &OutputFolder, sliding: &Sliding, reference: &impl Reference) -> Result<(), Error> {
+pub(super) fn draw(folder: &OutputFolder, sliding: &Sliding, reference: &impl Reference) -> Result<(), Error> {
     let path = folder.draft();
     let below = format!(
         "{} mm forth at {} mm/s, {} mm deep, block 80 x 80 x 40 mm, {YOUNGS_MODULUS_PA} Pa",
@@ -91,7 +91,7 @@ pub(super) fn pictures(folder: &OutputFolder, sliding: &Sliding, reference: &imp
         rows.map(|r| (r.pose.along_m * 1e3, of(r.pose.along_m, r.force_n.z))).collect()
     };
     let wanted_n = |along_m: f64| {
-        let place_m = shown.first().map(|m| m.trace.course.place_m(along_m)).unwrap_or_default();
+        let place_m = shown.first().map(|m| m.trace.trajectory.place_m(along_m)).unwrap_or_default();
         YOUNGS_MODULUS_PA * reference.force(place_m, DEPTH_M).unwrap_or(f64::NAN)
     };
     let half_mm = 0.5 * sliding.stroke_mm;

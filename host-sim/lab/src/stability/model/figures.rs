@@ -1,9 +1,9 @@
 //! The two pictures: verdicts, and margins.
 
+use super::built_method::Row;
 use super::margin::{Axis, Margin};
 use super::matrix::Matrix;
 use super::promise::LEAST_J;
-use super::subject::Row;
 use super::verdict::{Figures, Verdict};
 use crate::error::Error;
 use palpate_charts::{HeatCell, HeatGroup, HeatMatrix, HeatRow, Tone, heat_matrix};
@@ -16,7 +16,7 @@ const THIN: f64 = 1.25;
 ///
 /// # Errors
 /// A picture cannot be drawn or written.
-pub fn pictures(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
+pub fn draw(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
     verdicts(folder, matrix)?;
     if matrix.margins.is_empty() { Ok(()) } else { margins(folder, matrix) }
 }
@@ -90,7 +90,7 @@ fn verdicts(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
     // there is room for the first and the last of many
     let ends = [0, scope.moduli_pa.len().saturating_sub(1)];
     let foot = |(n, pa): (usize, &f64)| if ends.contains(&n) { kpa(pa) } else { String::new() };
-    let group = |case: &super::Case| HeatGroup {
+    let group = |case: &super::LoadCase| HeatGroup {
         label: case.label.map(String::from),
         feet: scope.moduli_pa.iter().enumerate().map(foot).collect(),
     };

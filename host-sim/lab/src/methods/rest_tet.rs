@@ -1,4 +1,4 @@
-//! A linear tet at rest, as every finite-element rival needs it.
+//! A linear tet at rest, as every finite-element method needs it.
 
 use palpate::Vector3;
 

@@ -1,8 +1,8 @@
 //! Stabilising controllers that are compared: the product's, none, and published ones. Each works
 //! around any surface.
 //!
-//! A rival changes what the surface answers; the cycle's own damping is off then and its last
-//! resort as late as it may be set. What a rival sees is what a controller has: the counted depth,
+//! Another controller changes what the surface answers; the cycle's own damping is off then and its
+//! last resort as late as it may be set. What it sees is what a controller has: the counted depth,
 //! the model's force, its stiffness, and the forces it sent itself. All act along the contact's
 //! normal.
 
@@ -38,7 +38,7 @@ const TICK_S: f32 = palpate_tissue::scene::TICK_S as f32;
 
 /// How the loop is kept quiet.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Control {
+pub enum Controller {
     /// The product: [`Settings::safe`].
     Ours,
     /// The model's force as it is.
@@ -66,20 +66,20 @@ pub enum Control {
 }
 
 /// Everything that is compared, ours first.
-pub const CONTROLS: [Control; 10] = [
-    Control::Ours,
-    Control::Direct,
-    Control::ConstantDamping { n_s_per_m: 1.0 },
-    Control::ConstantDamping { n_s_per_m: 2.0 },
-    Control::TimeDomainPassivity,
-    Control::ReferenceEnergy,
-    Control::EnergyBounding,
-    Control::VirtualCoupling,
-    Control::Slew { n_per_tick: 0.05 },
-    Control::LowPass,
+pub const CONTROLLERS: [Controller; 10] = [
+    Controller::Ours,
+    Controller::Direct,
+    Controller::ConstantDamping { n_s_per_m: 1.0 },
+    Controller::ConstantDamping { n_s_per_m: 2.0 },
+    Controller::TimeDomainPassivity,
+    Controller::ReferenceEnergy,
+    Controller::EnergyBounding,
+    Controller::VirtualCoupling,
+    Controller::Slew { n_per_tick: 0.05 },
+    Controller::LowPass,
 ];
 
-impl Control {
+impl Controller {
     /// Shown in tables and pictures.
     #[must_use]
     pub fn name(self) -> String {
@@ -152,7 +152,7 @@ struct Seen {
     tangent_n_per_m: f32,
 }
 
-/// Control law of a rival, evaluated tick by tick.
+/// Law of another controller, evaluated tick by tick.
 trait Law: std::fmt::Debug {
     /// Depth that the model is shown [m] when the handle is at `depth_m`.
     fn shown_m(&mut self, depth_m: f32) -> f32 {
@@ -191,7 +191,7 @@ impl Velocity {
 #[derive(Debug)]
 pub struct Controlled<S> {
     surface: S,
-    control: Control,
+    control: Controller,
     device: Known,
     law: Option<Box<dyn Law>>,
     /// Of the last contact: a force that lingers acts along it.

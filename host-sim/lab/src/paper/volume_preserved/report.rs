@@ -13,7 +13,7 @@ use super::printed::{FULL, Printed, SPARSE, TABLE_1_MM};
 use super::scene::HangingScene;
 use super::steps::Steps;
 use super::truth::Truth;
-use super::{METHODS, PROMISED_M, PROMISED_VOLUME_PCT, Resolution, pictures};
+use super::{METHODS, PROMISED_M, PROMISED_VOLUME_PCT, Resolution, figures};
 use crate::error::Error;
 use crate::paper::report::{Claim, Report, print_claims};
 use palpate_tissue::Error as TissueError;
@@ -55,8 +55,8 @@ pub fn write(findings: &Findings, folder: OutputFolder) -> Result<(), Error> {
         for (n, name) in scene.attachment.names.iter().enumerate() {
             markers(resolution, n, name, &mut report);
         }
-        pictures::fig_2(scene, resolution, &folder, &mut report)?;
-        pictures::fig_3(scene, resolution, &folder, &mut report)?;
+        figures::fig_2(scene, resolution, &folder, &mut report)?;
+        figures::fig_3(scene, resolution, &folder, &mut report)?;
     }
     report.section("Sections 3.3 and 3.4: mean errors, volume, speed");
     means(findings, &mut report);
@@ -313,13 +313,13 @@ fn failures(findings: &Findings, folder: &OutputFolder, report: &mut Report) -> 
     let rows =
         findings.steps.stable.iter().map(|(name, dt_s)| vec![(*name).to_string(), format!("{:.3}", 1e6 * f64::from(*dt_s))]);
     report.table(&["damping constant", "largest step us"], rows.collect::<Vec<_>>());
-    pictures::stable_step(findings.steps, folder, report)?;
+    figures::stable_step(findings.steps, folder, report)?;
     report.say(
         "**The length corrections (6)-(8)** move positions by a part of the violation at every step, which is a force of about m dx/dt^2: a block of 130 nodes, pressed 2 mm \
          deep, answers with a force that grows as the step shrinks. With tau = 0, the paper's setting, every spring is corrected at every step. The same intent as an energy \
          (the product's compensation) has no step in it.",
     );
-    pictures::force_against_step(findings.steps, folder, report)
+    figures::force_against_step(findings.steps, folder, report)
 }
 
 fn product(findings: &Findings) -> Option<Row> {

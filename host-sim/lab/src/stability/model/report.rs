@@ -1,9 +1,9 @@
 //! The matrix as CSV and JSON.
 
-use palpate::Limiters;
+use palpate::ClampFlags;
 use serde::Serialize;
 
-use super::case::Stimulus;
+use super::load_case::Stimulus;
 use super::matrix::{Cell, Matrix};
 use super::promise::{is_promised, promises};
 use super::verdict::Verdict;
@@ -135,7 +135,7 @@ fn cells(matrix: &Matrix) -> String {
     );
     for cell in &matrix.cells {
         let (f, s) = (&cell.figures, cell.case.stimulus);
-        let clamped = |limiter: Limiters| f.limiters.contains(limiter).to_string();
+        let clamped = |limiter: ClampFlags| f.limiters.contains(limiter).to_string();
         let row = [
             cell.row.name(),
             cell.row.method.name().into(),
@@ -158,9 +158,9 @@ fn cells(matrix: &Matrix) -> String {
             number(f.held_n, 5),
             number(f.peak_n, 5),
             f.diverged_at_mm.map_or(String::new(), |d| number(d, 2)),
-            clamped(Limiters::DEPTH),
-            clamped(Limiters::SPEED),
-            clamped(Limiters::FORCE),
+            clamped(ClampFlags::DEPTH),
+            clamped(ClampFlags::SPEED),
+            clamped(ClampFlags::FORCE),
         ];
         text.push_str(&row.join(","));
         text.push('\n');

@@ -1,8 +1,8 @@
-//! Internal forces of the finite-element rivals against their energies, written again in double
+//! Internal forces of the finite-element methods against their energies, written again in double
 //! precision.
 
 use nalgebra::{Matrix3, Vector3};
-use palpate_lab::rivals::{Block, Corotational, Law, Meshless, NeoHookean, ShapeFunctions, Share, Volume};
+use palpate_lab::methods::{Block, Corotational, Law, Meshless, NeoHookean, ShapeFunctions, Share, Volume};
 use palpate_tests::bench::Noise;
 
 /// Single precision: three digits are lost in the deformation gradient (edges of 3-30 mm in

@@ -13,7 +13,7 @@ use palpate::{Fault, Params, Vector3};
 use super::compliance::columns;
 use super::node_contact::NodeContact;
 use super::on_core::Law;
-use super::{Block, Corotational, Factor, LinearElastic, Rival};
+use super::{Block, Corotational, Factor, LinearElastic, RunningMethod};
 use palpate_tissue::error::Error;
 
 /// The factored matrix and what moves.
@@ -123,7 +123,7 @@ impl Implicit {
     }
 }
 
-impl Rival for Implicit {
+impl RunningMethod for Implicit {
     fn tick(&mut self, tip_m: Vector3<f32>) -> Result<Vector3<f32>, Fault> {
         let from = self.tip_m.replace(tip_m).unwrap_or(tip_m);
         let mut load = Vector3::zeros();

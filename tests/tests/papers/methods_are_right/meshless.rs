@@ -1,8 +1,8 @@
-//! The meshless rival: its shape functions, the integration of its cells, its stress.
+//! The meshless method: its shape functions, the integration of its cells, its stress.
 
 use nalgebra::{Matrix3, Vector3};
 use palpate_lab::chart::{Accuracy, Reference};
-use palpate_lab::rivals::{Block, Law, Meshless, Method, ShapeFunctions, integration_points_m};
+use palpate_lab::methods::{Block, Law, Meshless, Method, ShapeFunctions, integration_points_m};
 use palpate_tests::bench::Noise;
 use palpate_tissue::mesh::surface::surface;
 
@@ -135,7 +135,7 @@ fn inner_forces_have_no_sum_and_no_torque() {
 fn it_nears_the_reference_as_nodes_are_added() {
     let rms = [57, 410].map(|nodes| {
         let block = Block::standard(nodes, 3500.0).expect("a block that can be meshed");
-        let pressed = Method::Meshless.run(&block, 1, |rival| Accuracy::measure(&block, rival, &Reference::block()));
+        let pressed = Method::Meshless.run(&block, 1, |running| Accuracy::measure(&block, running, &Reference::block()));
         pressed.expect("built").expect("to be had").expect("stable").rms_pct().expect("a reference")
     });
     assert!(rms[0] < 14.0 && rms[1] < 10.5 && rms[1] < rms[0], "{rms:?} %");

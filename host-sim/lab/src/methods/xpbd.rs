@@ -10,7 +10,7 @@ use palpate::method::Method;
 use palpate::stages::force::{self, foundation, foundation::Load};
 use palpate::{Model, Params, State, Terms, Tuned, Vector3};
 
-use super::{OnCore, Rival};
+use super::{OnCore, RunningMethod};
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::{Memory, Patch};
 
@@ -131,7 +131,7 @@ impl Method for Projection {
 }
 
 /// Runs the constraints of a patch built with all its volume stiffness per tet.
-pub(super) fn with<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+pub(super) fn with<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn RunningMethod) -> T) -> Result<T, Error> {
     let whole = patch.wide_model();
     let mut memory = Memory::for_model(&whole);
     let params = Params { terms: Terms::SPRINGS_ONLY, ..*params };

@@ -8,7 +8,7 @@
 use palpate::{Fault, Vector3};
 
 use super::node_contact::NodeContact;
-use super::{Block, Factor, LinearElastic, Rival};
+use super::{Block, Factor, LinearElastic, RunningMethod};
 use palpate_tissue::error::Error;
 
 /// Condensed Green's functions.
@@ -64,7 +64,7 @@ pub(super) fn columns<T: Copy + From<f32> + Into<f64>>(
     columns
 }
 
-impl Rival for Compliance {
+impl RunningMethod for Compliance {
     fn tick(&mut self, tip_m: Vector3<f32>) -> Result<Vector3<f32>, Fault> {
         let force = self.contact.solve(tip_m) * -self.youngs_modulus_pa;
         if force.iter().all(|f| f.is_finite()) { Ok(force) } else { Err(Fault::ForceNotFinite) }

@@ -16,7 +16,7 @@ type V3 = Vector3<f64>;
 const STEPS: u32 = 400;
 
 /// A closed shape.
-pub enum Shape {
+pub enum OrganSource {
     /// Surface of a mesh file, flat facets, with the mesh and what its import found.
     File(ClosedSurface, TetMesh, ImportReport),
     /// One of our own.
@@ -34,7 +34,7 @@ pub struct Site {
     pub off_m: f64,
 }
 
-impl Shape {
+impl OrganSource {
     /// The shape of a scene; `None` for a block or a packed patch.
     pub fn of(scene: &Scene) -> Result<Option<Self>, Error> {
         let tissue = &scene.tissue;

@@ -1,7 +1,7 @@
 //! The stiffness matrix, its factor and what is solved with them.
 
 use nalgebra::Vector3;
-use palpate_lab::rivals::{Block, Compliance, Factor, LinearElastic, Method, Rival};
+use palpate_lab::methods::{Block, Compliance, Factor, LinearElastic, Method, RunningMethod};
 
 /// `K u` with the lower triangle given [m times the unit of u], shape \[rows\].
 fn times(linear: &LinearElastic, u: &[f64]) -> Vec<f64> {
@@ -106,9 +106,9 @@ fn compliance_is_the_linear_answer_under_signorini_contact() {
 fn implicit_rests_where_compliance_does_while_strains_are_small() {
     let block = Block::standard(130, 3500.0).expect("a block that can be meshed");
     let press = |method: Method| {
-        let force = method.run(&block, 1, |rival| {
-            rival.tick(block.tip_m(-1e-4)).expect("finite");
-            (0..400).map(|_| rival.tick(block.tip_m(2e-4)).expect("finite").z).last()
+        let force = method.run(&block, 1, |running| {
+            running.tick(block.tip_m(-1e-4)).expect("finite");
+            (0..400).map(|_| running.tick(block.tip_m(2e-4)).expect("finite").z).last()
         });
         force.expect("built").flatten().expect("ticks")
     };

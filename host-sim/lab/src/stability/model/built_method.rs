@@ -1,14 +1,14 @@
 //! A method on a block with the substeps that it asks for.
 
 use palpate::method::Product;
-use palpate::{Fault, Limiters, Model, Params, ProbePose, State, Tuned, Vector3, tick_with};
+use palpate::{ClampFlags, Fault, Model, Params, ProbePose, State, Tuned, Vector3, tick_with};
 
-use super::case::{INCLUSION, Stimulus};
+use super::load_case::{INCLUSION, Stimulus};
 use super::press::{Trace, press};
 use super::verdict::{Figures, judge};
 use crate::chart::{MOST_SUBSTEPS, least_substeps};
 use crate::error::Error;
-use crate::rivals::{BLOCK_M, Block, DEEPEST_M, Method, Rival, calibrated};
+use crate::methods::{BLOCK_M, Block, DEEPEST_M, Method, RunningMethod, calibrated};
 use palpate_loop::closed_loop::fidelity;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::patch::{Material, Memory, Patch};
@@ -85,7 +85,7 @@ impl Row {
 
 /// A row on one tissue.
 #[derive(Clone, Debug)]
-pub struct Subject {
+pub struct BuiltMethod {
     /// The row.
     pub row: Row,
     /// Tissue and parameters; substeps apart.
@@ -96,7 +96,7 @@ pub struct Subject {
     guarded: Option<Patch>,
 }
 
-impl Subject {
+impl BuiltMethod {
     /// Sets a row up on the standard block. `None` where the method cannot be had.
     ///
     /// # Errors
@@ -132,14 +132,14 @@ impl Subject {
         Ok(Some(Self { row, block, substeps, guarded: Some(patch) }))
     }
 
-    /// Returns the subject at another tick [s], with the masses and the foundation of this one.
+    /// Returns the method at another tick [s], with the masses and the foundation of this one.
     #[must_use]
     pub fn with_tick(&self, tick_s: f32) -> Self {
         let params = with_tick(&self.block.params, tick_s);
         Self { block: Block { params, ..self.block.clone() }, ..self.clone() }
     }
 
-    /// Returns the subject in another stiffness [Pa], with the substeps of this one.
+    /// Returns the method in another stiffness [Pa], with the substeps of this one.
     #[must_use]
     pub fn with_modulus(&self, youngs_modulus_pa: f64) -> Self {
         let params = Params { youngs_modulus_pa: youngs_modulus_pa as f32, ..self.block.params };
@@ -160,13 +160,13 @@ impl Subject {
     /// A method that cannot be built.
     pub fn press(&self, stimulus: &Stimulus) -> Result<Trace, Error> {
         let Some(patch) = &self.guarded else {
-            let trace = self.row.method.run(&self.block, self.substeps, |rival| press(&self.block, rival, stimulus))?;
+            let trace = self.row.method.run(&self.block, self.substeps, |running| press(&self.block, running, stimulus))?;
             return Ok(trace.ok_or_else(|| TissueError::Usage(format!("{} cannot be had", self.row.name())))?);
         };
         let model = patch.wide_model();
         let mut memory = Memory::for_model(&model);
         let (tuned, state) = memory.start(&model, &Params { substeps: self.substeps, ..self.block.params })?;
-        let mut guarded = Guarded { model: &model, tuned: &tuned, state, limiters: Limiters::DEFAULT };
+        let mut guarded = Guarded { model: &model, tuned: &tuned, state, limiters: ClampFlags::DEFAULT };
         Ok(press(&self.block, &mut guarded, stimulus))
     }
 }
@@ -185,10 +185,10 @@ struct Guarded<'a> {
     model: &'a Model<'a>,
     tuned: &'a Tuned<'a>,
     state: State<'a>,
-    limiters: Limiters,
+    limiters: ClampFlags,
 }
 
-impl Rival for Guarded<'_> {
+impl RunningMethod for Guarded<'_> {
     fn tick(&mut self, tip_m: Vector3<f32>) -> Result<Vector3<f32>, Fault> {
         let output = tick_with(self.model, self.tuned, &mut self.state, ProbePose { tip_m }, &mut Product);
         self.limiters = output.limiters;
@@ -199,7 +199,7 @@ impl Rival for Guarded<'_> {
         self.state.nodes()[node].position_m()
     }
 
-    fn limiters(&self) -> Limiters {
+    fn limiters(&self) -> ClampFlags {
         self.limiters
     }
 }

@@ -1,6 +1,6 @@
 //! Result files of a press: summary, trace, surfaces and pictures.
 
-use palpate::Limiters;
+use palpate::ClampFlags;
 use serde::Serialize;
 
 use crate::error::Error;
@@ -111,8 +111,8 @@ pub fn write(
     draw(folder, scene, session, press)
 }
 
-fn limiter_names(limiters: Limiters) -> Vec<&'static str> {
-    [(Limiters::SPEED, "speed"), (Limiters::DEPTH, "depth"), (Limiters::FORCE, "force"), (Limiters::BURIED, "buried")]
+fn limiter_names(limiters: ClampFlags) -> Vec<&'static str> {
+    [(ClampFlags::SPEED, "speed"), (ClampFlags::DEPTH, "depth"), (ClampFlags::FORCE, "force"), (ClampFlags::BURIED, "buried")]
         .into_iter()
         .filter(|(flag, _)| limiters.contains(*flag))
         .map(|(_, name)| name)

@@ -1,9 +1,9 @@
 //! The chart's pictures: one for each stiffness, cost and error.
 
+use super::report::{COSTS, ERRORS};
 use super::run::{Measured, Run};
-use super::table::{COSTS, ERRORS};
 use crate::error::Error;
-use crate::rivals::Method;
+use crate::methods::Method;
 use palpate_charts::{MethodPoint, MethodPoints, SpeedAccuracy, speed_accuracy};
 use palpate_tissue::output::OutputFolder;
 
@@ -24,7 +24,7 @@ const ERROR_WORDS: [(&str, &str); 3] = [
 ///
 /// # Errors
 /// A picture cannot be drawn or written.
-pub fn pictures(folder: &OutputFolder, runs: &[Run]) -> Result<Vec<String>, Error> {
+pub fn draw(folder: &OutputFolder, runs: &[Run]) -> Result<Vec<String>, Error> {
     let mut moduli: Vec<f64> = runs.iter().map(|r| r.task.youngs_modulus_pa).collect();
     moduli.dedup();
     let below = format!(

@@ -1,18 +1,18 @@
-//! Rivals at rest under the probe: what the tissue pulls at its support is what the probe feels.
+//! Methods at rest under the probe: what the tissue pulls at its support is what the probe feels.
 
 use palpate::{ProbePose, Terms, Vector3, tick};
-use palpate_lab::rivals::{Block, Corotational, Law, Meshless, Method, NeoHookean, Rival, Volume};
+use palpate_lab::methods::{Block, Corotational, Law, Meshless, Method, NeoHookean, RunningMethod, Volume};
 use palpate_tests::bench::{Bench, at_depth};
 
 /// Force on the probe [N] and node positions after a press to 3 mm.
 fn at_rest(block: &Block, method: Method, substeps: u16) -> (Vector3<f32>, Vec<Vector3<f32>>) {
-    let pressed = method.run(block, substeps, |rival: &mut dyn Rival| {
+    let pressed = method.run(block, substeps, |running: &mut dyn RunningMethod| {
         let mut force = Vector3::zeros();
         for n in 0..3000 {
             let depth_m = (5e-5 * f64::from(n) - 2e-4).min(0.003);
-            force = rival.tick(block.tip_m(depth_m)).expect("stable");
+            force = running.tick(block.tip_m(depth_m)).expect("stable");
         }
-        (force, (0..block.tissue.mesh.nodes_m.len()).map(|n| rival.position_m(n)).collect())
+        (force, (0..block.tissue.mesh.nodes_m.len()).map(|n| running.position_m(n)).collect())
     });
     pressed.expect("built").expect("to be had")
 }

@@ -18,7 +18,7 @@ use crate::paper_method::{LocalCompression, VolumePreserved};
 use palpate::method::Method;
 use palpate::{Model, Params, Spring, Terms};
 
-use super::{OnCore, Rival, printed_springs};
+use super::{OnCore, RunningMethod, printed_springs};
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::{Memory, Patch};
 
@@ -28,7 +28,11 @@ const FITTED_OVER_MEAN: f64 = 1.4;
 /// Critical compression ratio; the paper gives none.
 const RATIO: f32 = 0.1;
 
-pub(super) fn volume_preserved<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+pub(super) fn volume_preserved<T>(
+    patch: &Patch,
+    params: &Params,
+    work: impl FnOnce(&mut dyn RunningMethod) -> T,
+) -> Result<T, Error> {
     let own = patch.wide_model();
     let springs = printed_springs(&own, params);
     let model = Model { springs: &springs, ..own };
@@ -51,7 +55,7 @@ pub(super) fn local_compression<T>(
     patch: &Patch,
     even: &Patch,
     params: &Params,
-    work: impl FnOnce(&mut dyn Rival) -> T,
+    work: impl FnOnce(&mut dyn RunningMethod) -> T,
 ) -> Result<T, Error> {
     let (own, even) = (patch.wide_model(), even.wide_model());
     let printed = printed_springs(&even, params);
@@ -70,7 +74,12 @@ pub(super) fn local_compression<T>(
     run(&model, params, method, work)
 }
 
-fn run<T>(model: &Model, params: &Params, method: impl Method, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+fn run<T>(
+    model: &Model,
+    params: &Params,
+    method: impl Method,
+    work: impl FnOnce(&mut dyn RunningMethod) -> T,
+) -> Result<T, Error> {
     let params = Params { terms: Terms::SPRINGS_ONLY, ..*params };
     let mut memory = Memory::for_model(model);
     let (tuned, state) = memory.start(model, &params)?;

@@ -11,8 +11,8 @@
 use crate::paper_method::region::{ContactPressure, StressRule};
 use palpate::Params;
 
-use super::course::Course;
 use super::run::Awake;
+use super::trajectory::Trajectory;
 use crate::error::Error;
 use palpate_fit::calibrate::reference_map::ReferenceMap;
 use palpate_fit::calibrate::{Fit, Settings, Targets, calibrate};
@@ -35,7 +35,7 @@ const DISC_RADII: f64 = 1.15;
 /// Nodes of the shipped whole block.
 const WHOLE_NODES: usize = 410;
 
-/// Kind of contestant.
+/// Kind of method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
@@ -91,7 +91,7 @@ const WAKES_M: f64 = 1e-5;
 /// Something that can slide.
 #[derive(Clone, Debug)]
 pub struct StudyMethod {
-    /// Kind of contestant.
+    /// Kind of method.
     pub kind: Kind,
     /// Unique in a table.
     pub name: String,
@@ -152,13 +152,18 @@ pub struct StrokePatch {
 }
 
 impl StrokePatch {
-    /// Cuts a patch out of the block of a scene and fits it: along `course` to both sides, or
+    /// Cuts a patch out of the block of a scene and fits it: along `trajectory` to both sides, or
     /// around the site if there is none.
     ///
     /// # Errors
     /// Sizes that do not fit the block, a reference that does not know the way, a patch that cannot
     /// be pressed.
-    pub fn fit(scene: &Scene, recipe: &StrokeRecipe, course: Option<&Course>, reference: &ReferenceMap) -> Result<Self, Error> {
+    pub fn fit(
+        scene: &Scene,
+        recipe: &StrokeRecipe,
+        trajectory: Option<&Trajectory>,
+        reference: &ReferenceMap,
+    ) -> Result<Self, Error> {
         let refused = |cause: &dyn std::fmt::Display| TissueError::Usage(format!("{}: {cause}", scene.file));
         let Placed { tissue, axis, .. } = whole_block(scene, recipe)?;
         let params = scene.params(axis);
@@ -167,9 +172,9 @@ impl StrokePatch {
         let far = FarField::of(&tissue, &recipe.sizes, &material, &params).map_err(|cause| refused(&cause))?;
         let (site_m, radius_m) = (Vector::from(tissue.site_m), scene.probe.radius_m);
         let places = recipe.settings.places;
-        let targets = match course {
-            Some(course) => {
-                let stroke_m = course.stroke_m.into();
+        let targets = match trajectory {
+            Some(trajectory) => {
+                let stroke_m = trajectory.stroke_m.into();
                 Targets::over_a_stroke(reference, site_m, stroke_m, HALF_WIDTH_RADII * radius_m, radius_m, places)
             }
             None => Targets::over_a_disc(reference, &[], site_m, radius_m, DISC_RADII, places),
@@ -192,7 +197,7 @@ impl StrokePatch {
         Patch::build(&tissue, &self.material, Some(&self.multipliers))
     }
 
-    fn contestant(&self, kind: Kind, name: String) -> Result<StudyMethod, Error> {
+    fn method(&self, kind: Kind, name: String) -> Result<StudyMethod, Error> {
         let rim: Vec<usize> = self.far.cut.rim.iter().map(|n| *n as usize).collect();
         let exact = Statics::of(&self.patch.model(), &self.params)?.with_rim(&rim, &self.far.exact_m);
         Ok(StudyMethod { exact: Some(exact), ..StudyMethod::new(kind, name, self.patch.clone(), &self.params, Awake::All)? })
@@ -239,15 +244,15 @@ impl StudyMethod {
     pub(super) fn stroke(
         scene: &Scene,
         recipe: &StrokeRecipe,
-        course: &Course,
+        trajectory: &Trajectory,
         reference: &ReferenceMap,
         and_others: bool,
     ) -> Result<Vec<Self>, Error> {
-        let fitted = StrokePatch::fit(scene, recipe, Some(course), reference)?;
+        let fitted = StrokePatch::fit(scene, recipe, Some(trajectory), reference)?;
         let round = recipe.sizes.stroke_m == [0.0; 3];
         let (kind, shape) = if round { (Kind::Round, "round patch") } else { (Kind::Stroke, "stroke patch") };
         let size = size_of(recipe, &fitted.patch);
-        let mut all = vec![fitted.contestant(kind, format!("{shape} {size}"))?];
+        let mut all = vec![fitted.method(kind, format!("{shape} {size}"))?];
         if and_others {
             let name = format!("{shape} {size} rim fixed");
             all.push(Self::new(Kind::Fixed, name, fitted.with_fixed_rim(), &fitted.params, Awake::All)?);
@@ -261,7 +266,7 @@ impl StudyMethod {
     /// A round patch that was meant to stay.
     pub(super) fn stays(scene: &Scene, recipe: &StrokeRecipe, reference: &ReferenceMap) -> Result<Self, Error> {
         let fitted = StrokePatch::fit(scene, recipe, None, reference)?;
-        fitted.contestant(Kind::Stays, format!("patch that stays {}", size_of(recipe, &fitted.patch)))
+        fitted.method(Kind::Stays, format!("patch that stays {}", size_of(recipe, &fitted.patch)))
     }
 
     /// The shipped block, all awake and with its outside frozen by the stress rule at every

@@ -47,7 +47,7 @@ pub struct Bench<'a> {
 
 /// A candidate, fitted and judged.
 #[derive(Clone, Debug, Serialize)]
-pub struct Trial {
+pub struct JudgedCandidate {
     /// Point of the search.
     pub candidate: Candidate,
     /// Its edge.
@@ -90,7 +90,7 @@ fn by_name<S: Serializer>(terms: &Terms, to: S) -> Result<S::Ok, S::Error> {
     to.collect_seq(named.into_iter().filter(|t| t.1).map(|t| t.0))
 }
 
-impl Trial {
+impl JudgedCandidate {
     /// Whether a tolerance [%] is kept: pressed, and by the edge when sheared; and the moving error
     /// that the scene allows.
     #[must_use]
@@ -122,7 +122,7 @@ impl Bench<'_> {
     ///
     /// # Errors
     /// A patch that cannot be fitted, pressed or run.
-    pub fn run(&self, weighed: &Weighed, edge: RimTreatment, terms: Terms, effort: Effort) -> Result<Trial, Error> {
+    pub fn run(&self, weighed: &Weighed, edge: RimTreatment, terms: Terms, effort: Effort) -> Result<JudgedCandidate, Error> {
         let candidate = weighed.candidate;
         let what = if effort == Effort::Full { "fitting" } else { "screening" };
         (self.progress)(&format!(
@@ -160,7 +160,7 @@ impl Bench<'_> {
             session = Some(Box::new(ready));
         }
         let cost = self.machine.cost_of(&counts, &params, substeps);
-        Ok(Trial {
+        Ok(JudgedCandidate {
             candidate,
             edge,
             terms,

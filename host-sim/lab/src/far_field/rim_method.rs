@@ -1,8 +1,8 @@
-//! Treatments of the rim that can replace the outside at the cut: ours and its rivals,
+//! Treatments of the rim that can replace the outside at the cut: ours and others,
 //! all made from the same condensed stiffness S.
 //!
 //! Written as matrices between the rim nodes, every one of them can be pressed in
-//! [`palpate_fit::statics`]; how a tick runs those that are no springs is in [`crate::rivals`].
+//! [`palpate_fit::statics`]; how a tick runs those that are no springs is in [`crate::methods`].
 //! Shapes of the rim are the leading left singular vectors of its displacements under loads on the
 //! surface.
 
@@ -26,7 +26,7 @@ const HALVINGS: usize = 24;
 
 /// Treatment of the rim of a cut patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RimTreatment {
+pub enum RimMethod {
     /// Rim nodes are fixed: what the papers do with the edge of a region.
     Fixed,
     /// Springs to the ground, one number for the whole rim: `c diag(S)`, c fitted to a press.
@@ -44,7 +44,7 @@ pub enum RimTreatment {
     Dense,
 }
 
-impl RimTreatment {
+impl RimMethod {
     /// In the order of tables and legends.
     pub const ALL: [Self; 9] = [
         Self::Fixed,
@@ -84,7 +84,7 @@ pub struct LowRank {
 
 /// All edge treatments of one cut.
 #[derive(Clone, Debug)]
-pub struct RimTreatments<'a> {
+pub struct RimMethods<'a> {
     /// Patch, outside, S and the rim springs fitted to it.
     pub far: &'a FarField,
     /// Shapes of the rim, orthonormal, the leading one first, shape [3 rim nodes][3 rim nodes].
@@ -93,7 +93,7 @@ pub struct RimTreatments<'a> {
     winkler: f64,
 }
 
-impl<'a> RimTreatments<'a> {
+impl<'a> RimMethods<'a> {
     /// Fits everything that needs a fit. `free` is the patch with its rim free; the Winkler springs
     /// are the ones with which a disc of radius `disc_m`, glued to the site and pressed, meets the
     /// stiffness that it meets with S: a single number can be right in one case, so that is the one
@@ -108,7 +108,7 @@ impl<'a> RimTreatments<'a> {
         // eigenvalues come in ascending order
         let shapes = Mat::from_fn(size, size, |r, c| eigen.U()[(r, size - 1 - c)]);
         let mut edges = Self { far, shapes, winkler: 1.0 };
-        let dense = edges.statics(free, RimTreatment::Dense)?;
+        let dense = edges.statics(free, RimMethod::Dense)?;
         let solver = Solver::of(&dense).ok_or_else(not_positive)?;
         let site_m = Vector::from(far.cut.patch.site_m);
         let stiffness = |statics: &Statics| solver.glued(statics, site_m, disc_m, statics.axis()).map(|g| g.stiffness_m);
@@ -116,7 +116,7 @@ impl<'a> RimTreatments<'a> {
         let (mut low, mut high) = WINKLER;
         for _ in 0..HALVINGS {
             edges.winkler = (low * high).sqrt();
-            let softer = stiffness(&edges.statics(free, RimTreatment::Winkler)?).is_ok_and(|found| found < wanted);
+            let softer = stiffness(&edges.statics(free, RimMethod::Winkler)?).is_ok_and(|found| found < wanted);
             if softer { low = edges.winkler } else { high = edges.winkler }
         }
         Ok(edges)
@@ -132,30 +132,30 @@ impl<'a> RimTreatments<'a> {
     ///
     /// # Errors
     /// A factor does not exist: S is not positive.
-    pub fn statics(&self, free: &Statics, edge: RimTreatment) -> Result<Statics, Error> {
+    pub fn statics(&self, free: &Statics, edge: RimMethod) -> Result<Statics, Error> {
         let rim = self.rim();
         Ok(match edge {
-            RimTreatment::Fixed => free.with_fixed(&rim),
-            RimTreatment::Winkler | RimTreatment::Truncated | RimTreatment::RimSprings => {
+            RimMethod::Fixed => free.with_fixed(&rim),
+            RimMethod::Winkler | RimMethod::Truncated | RimMethod::RimSprings => {
                 free.with_rim(&rim, &springs::dense(&self.sparse(edge).unwrap_or_else(|| self.far.springs.clone())))
             }
-            RimTreatment::Modes(q) => free.with_rim(&rim, &self.slaved(q)),
-            RimTreatment::LowRank(q) => {
+            RimMethod::Modes(q) => free.with_rim(&rim, &self.slaved(q)),
+            RimMethod::LowRank(q) => {
                 let LowRank { blocks, factor } = self.low_rank(q)?;
                 let taken = &factor * factor.transpose();
                 let block = |r: usize, c: usize| if r / 3 == c / 3 { blocks[r / 3][r % 3][c % 3] } else { 0.0 };
                 free.with_rim(&rim, &Mat::from_fn(3 * rim.len(), 3 * rim.len(), |r, c| block(r, c) - taken[(r, c)]))
             }
-            RimTreatment::Dense => free.with_rim(&rim, &self.far.exact_m),
+            RimMethod::Dense => free.with_rim(&rim, &self.far.exact_m),
         })
     }
 
     /// The treatments that are springs of the product's kind; `None` for the others.
     #[must_use]
-    pub fn sparse(&self, edge: RimTreatment) -> Option<RimSprings> {
+    pub fn sparse(&self, edge: RimMethod) -> Option<RimSprings> {
         let s = &self.far.exact_m;
         let blocks = match edge {
-            RimTreatment::Winkler => {
+            RimMethod::Winkler => {
                 let c = self.winkler;
                 let own = |k: usize| {
                     let d = [0, 1, 2].map(|a| c * s[(3 * k + a, 3 * k + a)]);
@@ -163,8 +163,8 @@ impl<'a> RimTreatments<'a> {
                 };
                 (0..self.far.cut.rim.len()).map(own).collect()
             }
-            RimTreatment::Truncated => self.far.springs.blocks.iter().map(|(at, _)| (*at, block(s, *at))).collect(),
-            RimTreatment::RimSprings => return Some(self.far.springs.clone()),
+            RimMethod::Truncated => self.far.springs.blocks.iter().map(|(at, _)| (*at, block(s, *at))).collect(),
+            RimMethod::RimSprings => return Some(self.far.springs.clone()),
             _ => return None,
         };
         Some(RimSprings { node: self.far.cut.rim.clone(), blocks, mended: 0 })

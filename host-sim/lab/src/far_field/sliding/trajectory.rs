@@ -12,7 +12,7 @@ const PAUSE_S: f64 = 0.2;
 
 /// A slide forth and back over a flat top, normal along z, at one depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Course {
+pub struct Trajectory {
     /// Middle of the way, on the rest surface [m].
     pub centre_m: Vector,
     /// The way from end to end [m].
@@ -23,7 +23,7 @@ pub struct Course {
     pub speed_m_per_s: f64,
 }
 
-/// Part of a course.
+/// Part of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Leg {
     /// Down, and at rest until the first way.
@@ -38,7 +38,7 @@ pub enum Leg {
     End,
 }
 
-/// A pose of a course.
+/// A pose of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Which part.
@@ -49,7 +49,7 @@ pub struct Pose {
     pub tip_m: Vector,
 }
 
-impl Course {
+impl Trajectory {
     /// Which way the probe goes forth, a unit vector.
     #[must_use]
     pub fn direction(&self) -> Vector {
@@ -62,7 +62,7 @@ impl Course {
         self.centre_m + self.direction() * along_m
     }
 
-    /// Every tick of the course. It starts outside the tissue.
+    /// Every tick of the trajectory. It starts outside the tissue.
     #[must_use]
     pub fn poses(&self) -> Vec<Pose> {
         let half_m = 0.5 * self.stroke_m.norm();
@@ -94,18 +94,18 @@ mod tests {
 
     #[test]
     fn a_course_is_closed_and_never_faster_than_it_says() {
-        let course = Course {
+        let trajectory = Trajectory {
             centre_m: Vector::new(0.01, 0.0, 0.0),
             stroke_m: Vector::new(0.0, 0.03, 0.0),
             depth_m: 0.003,
             speed_m_per_s: 0.07,
         };
-        let poses = course.poses();
+        let poses = trajectory.poses();
         let of = |leg: Leg| poses.iter().filter(move |p| p.leg == leg);
         assert!(poses[0].tip_m.z > 0.0, "starts outside");
         assert_eq!(of(Leg::Press).next_back().unwrap().tip_m, of(Leg::End).next_back().unwrap().tip_m);
         let (first, last) = (of(Leg::Turn).next().unwrap(), of(Leg::Press).next_back().unwrap());
-        assert!((first.tip_m - last.tip_m - course.stroke_m).norm() < 1e-12);
+        assert!((first.tip_m - last.tip_m - trajectory.stroke_m).norm() < 1e-12);
         for pair in poses.windows(2) {
             let way = pair[1].tip_m - pair[0].tip_m;
             assert!(way.norm() <= 1.02 * 0.07 * TICK_S + 1e-12, "{way}");

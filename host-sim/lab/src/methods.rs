@@ -39,14 +39,14 @@ pub use rims::{DenseRim, LowRankRim, ModeRim};
 pub use xpbd::Xpbd;
 
 use palpate::method::Product;
-use palpate::{Fault, Limiters, Model, Params, Spring, Terms, Vector3};
+use palpate::{ClampFlags, Fault, Model, Params, Spring, Terms, Vector3};
 
 use palpate_tissue::error::Error;
 use palpate_tissue::moving::with_substeps;
 use palpate_tissue::patch::{Material, Memory, Patch};
 
 /// A method at work on one block.
-pub trait Rival {
+pub trait RunningMethod {
     /// One millisecond with the tip there at its end [m]. Force on the probe [N], out of the
     /// tissue.
     ///
@@ -59,8 +59,8 @@ pub trait Rival {
 
     /// Returns the inputs that a guard before the method clamped in the last tick; none where there
     /// is no guard.
-    fn limiters(&self) -> Limiters {
-        Limiters::DEFAULT
+    fn limiters(&self) -> ClampFlags {
+        ClampFlags::DEFAULT
     }
 
     /// Floating-point operations that the last tick spent in solves; 0 for methods without.
@@ -167,7 +167,12 @@ impl Method {
     ///
     /// # Errors
     /// Model or parameters that the core rejects, or a stiffness matrix that cannot be factored.
-    pub fn run<T>(self, block: &Block, substeps: u16, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<Option<T>, Error> {
+    pub fn run<T>(
+        self,
+        block: &Block,
+        substeps: u16,
+        work: impl FnOnce(&mut dyn RunningMethod) -> T,
+    ) -> Result<Option<T>, Error> {
         let split = |params: &Params| with_substeps(&Params { substeps, ..*params }, block.refinement);
         let params = split(&block.params);
         let patch = |share: f64| {
@@ -211,12 +216,12 @@ pub fn calibrated(block: &Block) -> Option<(Patch, Params)> {
     Some((patch, Params { compensation, compensation_threshold, mass_floor, contact_damping, ..block.params }))
 }
 
-fn own<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+fn own<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn RunningMethod) -> T) -> Result<T, Error> {
     on_core_alone(&patch.wide_model(), params, work)
 }
 
 /// The papers' plain model.
-fn springs_alone<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+fn springs_alone<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn RunningMethod) -> T) -> Result<T, Error> {
     let model = patch.wide_model();
     let springs = printed_springs(&model, params);
     let params = Params { terms: Terms::SPRINGS_ONLY, ..*params };
@@ -230,7 +235,7 @@ fn printed_springs(model: &Model, params: &Params) -> Vec<Spring> {
     model.springs.iter().map(|s| Spring { k: s.k * factor, k_rest: s.k_rest * factor, ..*s }).collect()
 }
 
-fn on_core_alone<T>(model: &Model, params: &Params, work: impl FnOnce(&mut dyn Rival) -> T) -> Result<T, Error> {
+fn on_core_alone<T>(model: &Model, params: &Params, work: impl FnOnce(&mut dyn RunningMethod) -> T) -> Result<T, Error> {
     let mut memory = Memory::for_model(model);
     let (tuned, state) = memory.start(model, params)?;
     Ok(work(&mut OnCore { model, tuned: &tuned, state, method: Product }))

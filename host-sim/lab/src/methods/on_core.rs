@@ -1,7 +1,7 @@
-//! Explicit rivals on the core: it moves the nodes and presses the surface, the rival says what the
-//! tissue answers.
+//! Explicit methods on the core: it moves the nodes and presses the surface, the method says what
+//! the tissue answers.
 //!
-//! The core's tick runs with springs and volume off. After each of its substeps the rival's force
+//! The core's tick runs with springs and volume off. After each of its substeps the method's force
 //! gives every node a kick `v += f dt / (m (1 - alpha dt))`: as the next substep begins with
 //! damping, `v (1 - alpha dt)`, and the contact's kick and then moves, both together are one step
 //! of symplectic Euler.
@@ -10,7 +10,7 @@ use palpate::method::Method;
 use palpate::stages::force::{self, foundation::Load};
 use palpate::{Fault, Model, NodeRest, Params, ProbePose, State, Terms, Tuned, Vector3, tick_with};
 
-use super::{Block, Rival};
+use super::{Block, RunningMethod};
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::{Material, Memory, Patch};
 
@@ -36,7 +36,7 @@ pub struct OnCore<'a, M> {
     pub method: M,
 }
 
-impl<M: Method> Rival for OnCore<'_, M> {
+impl<M: Method> RunningMethod for OnCore<'_, M> {
     fn tick(&mut self, tip_m: Vector3<f32>) -> Result<Vector3<f32>, Fault> {
         let output = tick_with(self.model, self.tuned, &mut self.state, ProbePose { tip_m }, &mut self.method);
         output.fault.map_or(Ok(output.force_n), Err)
@@ -72,7 +72,7 @@ pub(super) fn with_law<T>(
     block: &Block,
     params: &Params,
     law: impl Law,
-    work: impl FnOnce(&mut dyn Rival) -> T,
+    work: impl FnOnce(&mut dyn RunningMethod) -> T,
 ) -> Result<T, Error> {
     let patch = Patch::build(&block.tissue, &Material::default(), None);
     let whole = patch.wide_model();

@@ -31,7 +31,7 @@ pub enum Promise {
 
 /// A column of the matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Case {
+pub struct LoadCase {
     /// Name in files.
     pub name: &'static str,
     /// Two lines over the column.
@@ -66,7 +66,7 @@ const fn deep(depth_m: f64) -> Stimulus {
 }
 
 /// Every column.
-pub const CASES: [Case; 11] = [
+pub const CASES: [LoadCase; 11] = [
     case("press-20", ["press", "20 %"], PRESS, false, Promise::Pass),
     case("press-40", ["press", "40 %"], deep(0.016), false, Promise::Hold),
     case("press-60", ["press", "60 %"], deep(0.024), false, Promise::Hold),
@@ -83,8 +83,8 @@ pub const CASES: [Case; 11] = [
 /// Columns of the quick matrix, by name.
 pub const QUICK_CASES: [&str; 5] = ["press-20", "press-40", "tap-0.5", "jitter-press", "inclusion-press"];
 
-const fn case(name: &'static str, label: [&'static str; 2], stimulus: Stimulus, inclusion: bool, promise: Promise) -> Case {
-    Case { name, label, stimulus, inclusion, promise }
+const fn case(name: &'static str, label: [&'static str; 2], stimulus: Stimulus, inclusion: bool, promise: Promise) -> LoadCase {
+    LoadCase { name, label, stimulus, inclusion, promise }
 }
 
 impl Stimulus {

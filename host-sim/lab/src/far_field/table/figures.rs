@@ -4,7 +4,7 @@ use super::presses::Setting;
 use super::{Awake, Kind, PROMISED_PCT, Row, Surroundings, Table};
 use crate::chart::front;
 use crate::error::Error;
-use crate::far_field::rim_treatment::RimTreatment;
+use crate::far_field::rim_method::RimMethod;
 use palpate_charts::{
     Level, LineSeries, Lines, MethodPoint, MethodPoints, Scale, ScaledAxis, SpeedAccuracy, lines, speed_accuracy,
 };
@@ -28,13 +28,7 @@ struct Curve {
 ///
 /// # Errors
 /// A picture cannot be drawn or written.
-pub fn pictures(
-    folder: &OutputFolder,
-    scene: &str,
-    setting: &Setting,
-    table: &Table,
-    awake: &Awake,
-) -> Result<Vec<String>, Error> {
+pub fn draw(folder: &OutputFolder, scene: &str, setting: &Setting, table: &Table, awake: &Awake) -> Result<Vec<String>, Error> {
     let mut finenesses: Vec<f64> = table.rows.iter().map(|r| r.fine_m).collect();
     finenesses.dedup();
     let depth_mm = 0.5e3 * setting.radius_m();
@@ -93,15 +87,15 @@ fn drawn(error_pct: f64) -> f64 {
 }
 
 /// Name in a legend, in full.
-fn words(edge: RimTreatment) -> String {
+fn words(edge: RimMethod) -> String {
     match edge {
-        RimTreatment::Fixed => "fixed edge (papers)".into(),
-        RimTreatment::Winkler => "Winkler springs".into(),
-        RimTreatment::Truncated => "S cut off to rim edges".into(),
-        RimTreatment::RimSprings => "rim springs (ours)".into(),
-        RimTreatment::Modes(q) => format!("{q} modes"),
-        RimTreatment::LowRank(q) => format!("blocks less rank {q}"),
-        RimTreatment::Dense => "dense S".into(),
+        RimMethod::Fixed => "fixed edge (papers)".into(),
+        RimMethod::Winkler => "Winkler springs".into(),
+        RimMethod::Truncated => "S cut off to rim edges".into(),
+        RimMethod::RimSprings => "rim springs (ours)".into(),
+        RimMethod::Modes(q) => format!("{q} modes"),
+        RimMethod::LowRank(q) => format!("blocks less rank {q}"),
+        RimMethod::Dense => "dense S".into(),
     }
 }
 
@@ -113,9 +107,9 @@ fn over_radius(
     fine_m: f64,
     curve: &Curve,
 ) -> Result<bool, Error> {
-    let rows = |edge: RimTreatment| table.rows.iter().filter(move |r| r.fine_m == fine_m && r.kind == Kind::Patch(edge));
-    let labels: Vec<(RimTreatment, String)> =
-        RimTreatment::ALL.iter().filter(|e| **e != RimTreatment::Dense).map(|e| (*e, words(*e))).collect();
+    let rows = |edge: RimMethod| table.rows.iter().filter(move |r| r.fine_m == fine_m && r.kind == Kind::Patch(edge));
+    let labels: Vec<(RimMethod, String)> =
+        RimMethod::ALL.iter().filter(|e| **e != RimMethod::Dense).map(|e| (*e, words(*e))).collect();
     let series: Vec<LineSeries> = labels
         .iter()
         .map(|(edge, label)| {
@@ -143,12 +137,12 @@ fn over_radius(
 
 /// Worst error one probe radius off the centre against dense S [%]: what tells edges apart.
 fn worst_pct(row: &Row) -> Option<f64> {
-    if row.kind == Kind::Patch(RimTreatment::Dense) { Some(0.0) } else { row.against_dense?.aside_pct[1] }
+    if row.kind == Kind::Patch(RimMethod::Dense) { Some(0.0) } else { row.against_dense?.aside_pct[1] }
 }
 
 fn over_cycles(folder: &OutputFolder, name: &str, table: &Table, fine_m: f64, scene: &str) -> Result<bool, Error> {
-    let labels: Vec<String> = RimTreatment::ALL.iter().map(|e| words(*e)).collect();
-    let methods: Vec<MethodPoints> = RimTreatment::ALL
+    let labels: Vec<String> = RimMethod::ALL.iter().map(|e| words(*e)).collect();
+    let methods: Vec<MethodPoints> = RimMethod::ALL
         .iter()
         .zip(&labels)
         .map(|(edge, label)| {
@@ -182,8 +176,8 @@ fn over_cycles(folder: &OutputFolder, name: &str, table: &Table, fine_m: f64, sc
 }
 
 fn over_time(folder: &OutputFolder, name: &str, table: &Table, fine_m: f64, title: &str) -> Result<bool, Error> {
-    let labels: Vec<(RimTreatment, String)> =
-        RimTreatment::ALL.iter().filter(|e| **e != RimTreatment::Dense).map(|e| (*e, words(*e))).collect();
+    let labels: Vec<(RimMethod, String)> =
+        RimMethod::ALL.iter().filter(|e| **e != RimMethod::Dense).map(|e| (*e, words(*e))).collect();
     let series: Vec<LineSeries> = labels
         .iter()
         .map(|(edge, label)| {

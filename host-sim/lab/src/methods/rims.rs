@@ -3,7 +3,7 @@
 //!
 //! The model they run on has no rim springs of its own; its rim nodes carry the mass floor of the
 //! stiffness that is attached here. Dense and low rank add their force as a kick after each
-//! substep, as the explicit rivals of this folder do. Modes have floored masses `Phi^T m Phi` of
+//! substep, as the explicit methods of this folder do. Modes have floored masses `Phi^T m Phi` of
 //! the rim's nodes: a subspace of a system that is stable at this step is stable too.
 
 use faer::linalg::solvers::Solve;
@@ -12,7 +12,7 @@ use palpate::method::Method;
 use palpate::{Model, Params, State, Tuned, Vector3};
 
 use super::on_core::steps;
-use crate::far_field::rim_treatment::LowRank;
+use crate::far_field::rim_method::LowRank;
 
 /// The rim nodes of a running patch.
 #[derive(Debug)]

@@ -10,7 +10,7 @@ type V = Vector3<f32>;
 
 /// Geometry computed once from a body.
 #[derive(Clone, Debug, Default)]
-pub struct Shape {
+pub struct DrawnBody {
     /// The body.
     pub body: Body,
     /// Its whole boundary, counter-clockwise seen from outside.
@@ -20,7 +20,7 @@ pub struct Shape {
     six_volumes_m3: Vec<f32>,
 }
 
-impl Shape {
+impl DrawnBody {
     /// Of a body.
     #[must_use]
     pub fn of(body: Body) -> Self {

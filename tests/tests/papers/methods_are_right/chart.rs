@@ -1,7 +1,7 @@
 //! The front, and what `palpate chart` leaves behind.
 
 use palpate_lab::chart::{Reference, Scope, Task, front, front_of_three, measure};
-use palpate_lab::rivals::{Block, Method};
+use palpate_lab::methods::{Block, Method};
 use palpate_tests::palpate_command::{Desk, palpate};
 
 #[test]
