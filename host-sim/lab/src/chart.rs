@@ -3,7 +3,8 @@
 //! For each method, size and stiffness: the substeps it needs to survive the deepest press
 //! (`survive`), what force and shape it then gives against the converged reference (`accuracy`),
 //! what a tick costs here (`timing`) and, estimated, on a Cortex-M4F (`cycles`); on demand the
-//! force while the probe moves (`moving`).
+//! force while the probe moves (`moving`), and what is missed without the terms of relaxation,
+//! stiffening and friction (`term_errors`).
 
 mod accuracy;
 mod cycles;
@@ -15,6 +16,7 @@ mod report;
 mod run;
 mod scope;
 mod survive;
+mod term_errors;
 mod timing;
 
 pub use accuracy::{Accuracy, DEPTHS_M, SURFACE_DEPTHS_M};
@@ -27,4 +29,5 @@ pub use report::{COSTS, ERRORS, Front, FrontPoint, MovingFront, MovingPoint, Qua
 pub use run::{Measured, Run, measure};
 pub use scope::{Scope, Task};
 pub use survive::{CLEAR_M, Failure, MOST_SUBSTEPS, PressResult, Survival, least_substeps, try_press};
+pub use term_errors::{TermErrors, term_errors, write_term_errors};
 pub use timing::{TickTime, tick_time};

@@ -6,9 +6,16 @@ use clap::Args;
 
 use super::progress::Bar;
 use crate::error::Error;
-use palpate_lab::chart::{MovingPoint, Reference, Run, Scope, Summary, Task, draw, measure, write};
+use palpate_lab::chart::{
+    MovingPoint, Reference, Run, Scope, Summary, Task, TermErrors, draw, measure, term_errors, write, write_term_errors,
+};
 use palpate_lab::methods::{Block, Method};
 use palpate_tissue::output::OutputFolder;
+
+/// Nodes and Young's modulus [Pa] of the block on which the terms are measured.
+const NODES: usize = 410;
+const QUICK_NODES: usize = 130;
+const TERMS_PA: f64 = 20e3;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct ChartArgs {
@@ -19,6 +26,10 @@ pub(super) struct ChartArgs {
     /// try shorter substeps: three times the rows, and 100 kPa besides.
     #[arg(long)]
     moving: bool,
+    /// Also measure every method in tissue that relaxes, stiffens and rubs; the others have no such
+    /// terms, and their errors say what that costs.
+    #[arg(long)]
+    terms: bool,
     /// Output folder, made if it is not there; replaces an earlier result in it when the run is
     /// done.
     #[arg(long, value_name = "FOLDER", default_value = "out/chart")]
@@ -35,8 +46,44 @@ impl ChartArgs {
         draw(&folder, &runs)?;
         print_table(&runs);
         print_fronts(&summary);
+        if self.terms {
+            let errors = terms(if self.quick { QUICK_NODES } else { NODES })?;
+            write_term_errors(&folder, &errors)?;
+            print_terms(&errors);
+        }
         println!("\nwrote {}: summary.json, chart.csv, pictures as SVG and PNG", folder.publish()?.display());
         Ok(())
+    }
+}
+
+/// Every method in tissue with terms, on the block of 20 kPa.
+fn terms(nodes: usize) -> Result<Vec<TermErrors>, Error> {
+    let mut bar = Bar::default();
+    let mut found = Vec::new();
+    for (n, method) in Method::ALL.into_iter().enumerate() {
+        bar.show(n, Method::ALL.len(), format!("{} with and without terms", method.name()));
+        let block = match method {
+            Method::Calibrated => Block::calibrated(nodes, TERMS_PA),
+            _ => Some(Block::standard(nodes, TERMS_PA)?),
+        };
+        if let Some(block) = block {
+            found.extend(term_errors(method, &block)?);
+        }
+    }
+    bar.clear();
+    Ok(found)
+}
+
+fn print_terms(errors: &[TermErrors]) {
+    println!(
+        "\nerror where the tissue relaxes, stiffens, rubs; ours with these terms, the others have none\n{:<22} {:>5} {:>6} {:>12} {:>12} {:>14} {:>12}",
+        "method", "nodes", "terms", "held 1 s %", "held 10 s %", "b 10, 6 mm %", "sideways %"
+    );
+    let said = |pct: Option<f64>| pct.map_or("diverges".into(), |pct| format!("{pct:+.1}"));
+    for row in errors {
+        let ([one, ten], has) = (row.held_pct.map(said), if row.has_terms { "with" } else { "none" });
+        let (deep, sideways) = (said(row.stiffening_pct), said(row.sideways_pct));
+        println!("{:<22} {:>5} {has:>6} {one:>12} {ten:>12} {deep:>14} {sideways:>12}", row.method, row.nodes);
     }
 }
 

@@ -6,8 +6,8 @@
 use palpate::ClampFlags;
 use palpate_lab::methods::Method;
 use palpate_lab::stability::model::{
-    Axis, Build, BuiltMethod, CASES, Figures, LoadCase, Loading, Matrix, Promise, ROWS, Row, Scope, Stimulus, Trace, Verdict,
-    draw, judge, largest, margin, promises, run, write,
+    Axis, Build, BuiltMethod, CASES, CaseTissue, Figures, LoadCase, Loading, Matrix, Promise, ROWS, Row, Scope, Stimulus, Trace,
+    Verdict, draw, judge, largest, margin, promises, run, write,
 };
 use palpate_tests::share::Share;
 use palpate_tissue::output::OutputFolder;
@@ -23,7 +23,7 @@ fn case(name: &str) -> LoadCase {
 
 fn built(method: Method, youngs_modulus_pa: f64) -> BuiltMethod {
     let row = Row { method, build: Build::Derived };
-    BuiltMethod::new(row, NODES, youngs_modulus_pa, false).expect("built").expect("to be had")
+    BuiltMethod::new(row, NODES, youngs_modulus_pa, CaseTissue::Plain).expect("built").expect("to be had")
 }
 
 fn stand(method: &BuiltMethod, name: &str) -> Figures {
@@ -126,7 +126,7 @@ fn methods_fail_where_they_are_known_to() {
     assert!(diverged.diverged_at_mm.is_some_and(|mm| mm > 1.0 && mm <= 8.0), "{diverged:?}");
     // without the guard the product itself does not withstand 16 mm
     let row = Row { method: Method::Palpate, build: Build::Unguarded };
-    let unguarded = BuiltMethod::new(row, NODES, 3.5e3, false).expect("built").expect("to be had");
+    let unguarded = BuiltMethod::new(row, NODES, 3.5e3, CaseTissue::Plain).expect("built").expect("to be had");
     assert!(stand(&unguarded, "press-40").verdict > Verdict::Held);
     assert_eq!(stand(&unguarded, "press-20").verdict, Verdict::Pass);
 }
@@ -189,14 +189,31 @@ fn every_method_feels_the_inclusion() {
     let press = Stimulus { depth_m: 1.5e-3, ..case("press-20").stimulus };
     let mut share = Share::one_in(3);
     for row in ROWS.into_iter().filter(|_| share.takes()) {
-        let [plain_n, stiffer_n] = [false, true].map(|inclusion| {
-            let method = BuiltMethod::new(row, NODES, 3.5e3, inclusion).expect("built").expect("to be had");
+        let [plain_n, stiffer_n] = [CaseTissue::Plain, CaseTissue::Inclusion].map(|tissue| {
+            let method = BuiltMethod::new(row, NODES, 3.5e3, tissue).expect("built").expect("to be had");
             method.press(&press).expect("built").held_n
         });
         let ratio = stiffer_n / plain_n;
         println!("{}: {plain_n} N, with the inclusion {ratio} of it", row.name());
         assert!((1.01..1.3).contains(&ratio), "{}: {ratio}", row.name());
     }
+}
+
+/// Friction and stiffening are the product's alone, and change its force.
+#[test]
+fn terms_are_felt_by_the_product_and_had_by_no_other() {
+    let held_n = |tissue| {
+        let row = Row { method: Method::Calibrated, build: Build::Derived };
+        let method = BuiltMethod::new(row, NODES, 3.5e3, tissue).expect("built").expect("to be had");
+        let figures = method.stand(&case("press-20").stimulus).expect("built");
+        assert_eq!(figures.verdict, Verdict::Pass, "{tissue:?}: {figures:?}");
+        figures.held_n
+    };
+    let [plain, rubs, stiffens] = [CaseTissue::Plain, CaseTissue::Frictional, CaseTissue::Stiffening].map(held_n);
+    println!("{plain} N, {rubs} N with friction, {stiffens} N where it stiffens");
+    assert!(rubs > 1.02 * plain && stiffens > 2.0 * plain, "{plain}, {rubs}, {stiffens} N");
+    let other = Row { method: Method::NeoHookean, build: Build::Derived };
+    assert!(BuiltMethod::new(other, NODES, 3.5e3, CaseTissue::Frictional).expect("built").is_none());
 }
 
 /// Poses of other moments, but never back in time.

@@ -23,7 +23,7 @@ mod verdict;
 
 pub use built_method::{Build, BuiltMethod, ROWS, Row};
 pub use figures::draw;
-pub use load_case::{CASES, LoadCase, Promise, QUICK_CASES, Stimulus};
+pub use load_case::{CASES, CaseTissue, LoadCase, Promise, QUICK_CASES, Stimulus};
 pub use margin::{Axis, Margin, largest, margin};
 pub use matrix::{Cell, MarginCell, Matrix, Scope, run};
 pub use press::{Loading, Trace, press};

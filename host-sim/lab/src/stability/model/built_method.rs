@@ -3,7 +3,7 @@
 use palpate::method::Product;
 use palpate::{ClampFlags, Fault, Model, Params, ProbePose, State, Tuned, Vector3, tick_with};
 
-use super::load_case::{INCLUSION, Stimulus};
+use super::load_case::{CaseTissue, INCLUSION, Stimulus};
 use super::press::{Trace, press};
 use super::verdict::{Figures, judge};
 use crate::chart::{MOST_SUBSTEPS, least_substeps};
@@ -97,11 +97,15 @@ pub struct BuiltMethod {
 }
 
 impl BuiltMethod {
-    /// Sets a row up on the standard block. `None` where the method cannot be had.
+    /// Sets a row up on the standard block, or on one with something added. `None` where the method
+    /// cannot be had, or lacks the term that the tissue needs.
     ///
     /// # Errors
     /// A block or a method that cannot be built.
-    pub fn new(row: Row, nodes: usize, youngs_modulus_pa: f64, inclusion: bool) -> Result<Option<Self>, Error> {
+    pub fn new(row: Row, nodes: usize, youngs_modulus_pa: f64, tissue: CaseTissue) -> Result<Option<Self>, Error> {
+        if tissue.needs_a_term() && !row.is_product() {
+            return Ok(None);
+        }
         let block = match row.method {
             Method::Calibrated => match Block::calibrated(nodes, youngs_modulus_pa) {
                 Some(block) => block,
@@ -109,7 +113,9 @@ impl BuiltMethod {
             },
             _ => Block::standard(nodes, youngs_modulus_pa)?,
         };
+        let inclusion = tissue == CaseTissue::Inclusion;
         let mut block = if inclusion { block.with_inclusion(INCLUSION) } else { block };
+        block.params = tissue.of(block.params);
         if !row.is_product() {
             block.tissue.depth_limit_m = NO_LIMIT_M;
             let substeps = match least_substeps(row.method, &block)? {

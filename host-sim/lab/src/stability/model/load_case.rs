@@ -1,6 +1,9 @@
 //! How the tip moves: the columns of the matrix, as data.
 
-use palpate_tissue::scene::Inclusion;
+use palpate::Params;
+use palpate_tissue::scene::Inclusion as Ball;
+
+use CaseTissue::{Frictional, Inclusion, Plain, Stiffening};
 
 /// Down at a speed, held, up at a speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +32,51 @@ pub enum Promise {
     None,
 }
 
+/// Tissue of a case: the standard block, or with one thing added to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CaseTissue {
+    /// As it is.
+    Plain,
+    /// With a ball in it: ten times stiffer, 12 mm deep.
+    Inclusion,
+    /// The probe rubs on it, with a coefficient of 0.5.
+    Frictional,
+    /// It stiffens, with an exponent of 20.
+    Stiffening,
+}
+
+impl CaseTissue {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Plain, Self::Inclusion, Self::Frictional, Self::Stiffening];
+
+    /// Name in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Plain => "plain",
+            Self::Inclusion => "inclusion",
+            Self::Frictional => "mu 0.5",
+            Self::Stiffening => "b = 20",
+        }
+    }
+
+    /// Whether only the product has the term that this tissue needs.
+    #[must_use]
+    pub const fn needs_a_term(self) -> bool {
+        matches!(self, Self::Frictional | Self::Stiffening)
+    }
+
+    /// The parameters of this tissue.
+    #[must_use]
+    pub const fn of(self, params: Params) -> Params {
+        match self {
+            Self::Plain | Self::Inclusion => params,
+            Self::Frictional => Params { friction: 0.5, ..params },
+            Self::Stiffening => Params { stiffening_b: 20.0, ..params },
+        }
+    }
+}
+
 /// A column of the matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadCase {
@@ -38,8 +86,8 @@ pub struct LoadCase {
     pub label: [&'static str; 2],
     /// How the tip moves.
     pub stimulus: Stimulus,
-    /// The tissue has a ball in it: ten times stiffer, 12 mm deep.
-    pub inclusion: bool,
+    /// Tissue that is pressed.
+    pub tissue: CaseTissue,
     /// Promise of the product.
     pub promise: Promise,
 }
@@ -54,7 +102,7 @@ const FASTEST_M_PER_S: f64 = 1.0;
 const DEEP_M: f64 = 8e-3;
 
 /// Ten times stiffer, 12 mm deep: the scene `nodule`.
-pub(super) const INCLUSION: Inclusion = Inclusion { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0 };
+pub(super) const INCLUSION: Ball = Ball { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0 };
 
 /// The standard slow press.
 pub(super) const PRESS: Stimulus = Stimulus { depth_m: DEEP_M, in_m_per_s: SLOW_M_PER_S, out_m_per_s: SLOW_M_PER_S, jitter: 0.0 };
@@ -66,25 +114,35 @@ const fn deep(depth_m: f64) -> Stimulus {
 }
 
 /// Every column.
-pub const CASES: [LoadCase; 11] = [
-    case("press-20", ["press", "20 %"], PRESS, false, Promise::Pass),
-    case("press-40", ["press", "40 %"], deep(0.016), false, Promise::Hold),
-    case("press-60", ["press", "60 %"], deep(0.024), false, Promise::Hold),
-    case("press-80", ["press", "80 %"], deep(0.032), false, Promise::LetThrough),
-    case("tap-0.5", ["tap", "0.5 m/s"], TAP, false, Promise::Pass),
-    case("tap-1", ["tap", "1 m/s"], Stimulus { in_m_per_s: 1.0, out_m_per_s: 1.0, ..PRESS }, false, Promise::None),
-    case("jitter-press", ["press,", "jitter"], Stimulus { jitter: 0.5, ..PRESS }, false, Promise::Pass),
-    case("jitter-tap", ["tap 0.5,", "jitter"], Stimulus { jitter: 0.5, ..TAP }, false, Promise::Pass),
-    case("inclusion-press", ["press,", "inclusion"], PRESS, true, Promise::Pass),
-    case("inclusion-tap", ["tap 0.5,", "inclusion"], TAP, true, Promise::Pass),
-    case("release", ["sudden", "release"], Stimulus { out_m_per_s: FASTEST_M_PER_S, ..PRESS }, false, Promise::Pass),
+pub const CASES: [LoadCase; 15] = [
+    case("press-20", ["press", "20 %"], PRESS, Plain, Promise::Pass),
+    case("press-40", ["press", "40 %"], deep(0.016), Plain, Promise::Hold),
+    case("press-60", ["press", "60 %"], deep(0.024), Plain, Promise::Hold),
+    case("press-80", ["press", "80 %"], deep(0.032), Plain, Promise::LetThrough),
+    case("tap-0.5", ["tap", "0.5 m/s"], TAP, Plain, Promise::Pass),
+    case("tap-1", ["tap", "1 m/s"], Stimulus { in_m_per_s: 1.0, out_m_per_s: 1.0, ..PRESS }, Plain, Promise::None),
+    case("jitter-press", ["press,", "jitter"], Stimulus { jitter: 0.5, ..PRESS }, Plain, Promise::Pass),
+    case("jitter-tap", ["tap 0.5,", "jitter"], Stimulus { jitter: 0.5, ..TAP }, Plain, Promise::Pass),
+    case("inclusion-press", ["press,", "inclusion"], PRESS, Inclusion, Promise::Pass),
+    case("inclusion-tap", ["tap 0.5,", "inclusion"], TAP, Inclusion, Promise::Pass),
+    case("release", ["sudden", "release"], Stimulus { out_m_per_s: FASTEST_M_PER_S, ..PRESS }, Plain, Promise::Pass),
+    case("friction-press", ["press,", "mu 0.5"], PRESS, Frictional, Promise::Pass),
+    case("friction-tap", ["tap 0.5,", "mu 0.5"], TAP, Frictional, Promise::Pass),
+    case("stiffening-press", ["press,", "b = 20"], PRESS, Stiffening, Promise::Pass),
+    case("stiffening-tap", ["tap 0.5,", "b = 20"], TAP, Stiffening, Promise::Pass),
 ];
 
 /// Columns of the quick matrix, by name.
 pub const QUICK_CASES: [&str; 5] = ["press-20", "press-40", "tap-0.5", "jitter-press", "inclusion-press"];
 
-const fn case(name: &'static str, label: [&'static str; 2], stimulus: Stimulus, inclusion: bool, promise: Promise) -> LoadCase {
-    LoadCase { name, label, stimulus, inclusion, promise }
+const fn case(
+    name: &'static str,
+    label: [&'static str; 2],
+    stimulus: Stimulus,
+    tissue: CaseTissue,
+    promise: Promise,
+) -> LoadCase {
+    LoadCase { name, label, stimulus, tissue, promise }
 }
 
 impl Stimulus {

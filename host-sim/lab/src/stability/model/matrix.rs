@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::built_method::{BuiltMethod, ROWS, Row};
-use super::load_case::{CASES, LoadCase, QUICK_CASES};
+use super::load_case::{CASES, CaseTissue, LoadCase, QUICK_CASES};
 use super::margin::{Axis, Margin, margin};
 use super::verdict::Figures;
 use crate::error::Error;
@@ -96,9 +96,9 @@ impl Scope {
         places * (self.tissues().len() + self.cases.len()) + self.rows.len() * self.margins_at_pa.len() * Axis::ALL.len()
     }
 
-    /// With and without the inclusion, as far as the columns ask for it.
-    fn tissues(&self) -> Vec<bool> {
-        [false, true].into_iter().filter(|with| self.cases.iter().any(|c| c.inclusion == *with)).collect()
+    /// The tissues that the columns ask for.
+    fn tissues(&self) -> Vec<CaseTissue> {
+        CaseTissue::ALL.into_iter().filter(|tissue| self.cases.iter().any(|c| c.tissue == *tissue)).collect()
     }
 }
 
@@ -111,33 +111,33 @@ pub fn run(scope: &Scope, done: &(dyn Fn() + Sync)) -> Result<Matrix, Error> {
     let mut places = Vec::new();
     for &row in &scope.rows {
         for &youngs_modulus_pa in &scope.moduli_pa {
-            places.extend(tissues.iter().map(|&inclusion| (row, youngs_modulus_pa, inclusion)));
+            places.extend(tissues.iter().map(|&tissue| (row, youngs_modulus_pa, tissue)));
         }
     }
-    let set_up = |&(row, youngs_modulus_pa, inclusion): &(Row, f64, bool)| {
-        let method = BuiltMethod::new(row, scope.nodes, youngs_modulus_pa, inclusion);
+    let set_up = |&(row, youngs_modulus_pa, tissue): &(Row, f64, CaseTissue)| {
+        let method = BuiltMethod::new(row, scope.nodes, youngs_modulus_pa, tissue);
         done();
-        Ok(method?.map(|s| (youngs_modulus_pa, inclusion, s)))
+        Ok(method?.map(|s| (youngs_modulus_pa, tissue, s)))
     };
-    let built: Vec<Option<(f64, bool, BuiltMethod)>> = places.par_iter().map(set_up).collect::<Result<_, Error>>()?;
-    let built: Vec<(f64, bool, BuiltMethod)> = built.into_iter().flatten().collect();
-    let of_case = |case: &LoadCase, (_, inclusion, _): &(f64, bool, BuiltMethod)| case.inclusion == *inclusion;
+    let built: Vec<Option<(f64, CaseTissue, BuiltMethod)>> = places.par_iter().map(set_up).collect::<Result<_, Error>>()?;
+    let built: Vec<(f64, CaseTissue, BuiltMethod)> = built.into_iter().flatten().collect();
+    let of_case = |case: &LoadCase, (_, tissue, _): &(f64, CaseTissue, BuiltMethod)| case.tissue == *tissue;
 
-    let mut trials: Vec<(&(f64, bool, BuiltMethod), &LoadCase)> = Vec::new();
+    let mut trials: Vec<(&(f64, CaseTissue, BuiltMethod), &LoadCase)> = Vec::new();
     let mut searches = Vec::new();
     for method in &built {
         trials.extend(scope.cases.iter().filter(|c| of_case(c, method)).map(|c| (method, c)));
-        if !method.1 && scope.margins_at_pa.contains(&method.0) {
+        if method.1 == CaseTissue::Plain && scope.margins_at_pa.contains(&method.0) {
             searches.extend(Axis::ALL.map(|axis| (method, axis)));
         }
     }
-    let try_one = |((youngs_modulus_pa, _, method), case): &(&(f64, bool, BuiltMethod), &LoadCase)| {
+    let try_one = |((youngs_modulus_pa, _, method), case): &(&(f64, CaseTissue, BuiltMethod), &LoadCase)| {
         let figures = method.stand(&case.stimulus)?;
         done();
         let (row, substeps) = (method.row, method.substeps);
         Ok(Cell { row, youngs_modulus_pa: *youngs_modulus_pa, case: **case, substeps, figures })
     };
-    let search_one = |((youngs_modulus_pa, _, method), axis): &(&(f64, bool, BuiltMethod), Axis)| {
+    let search_one = |((youngs_modulus_pa, _, method), axis): &(&(f64, CaseTissue, BuiltMethod), Axis)| {
         let margin = margin(method, *axis)?;
         done();
         let (row, substeps) = (method.row, method.substeps);

@@ -3,7 +3,7 @@
 use palpate::ClampFlags;
 use serde::Serialize;
 
-use super::load_case::Stimulus;
+use super::load_case::{CaseTissue, Stimulus};
 use super::matrix::{Cell, Matrix};
 use super::promise::{is_promised, promises};
 use super::verdict::Verdict;
@@ -66,7 +66,9 @@ impl Summary {
     pub fn of(matrix: &Matrix) -> Self {
         let rows = matrix.scope.rows.iter().filter_map(|row| {
             let own: Vec<&Cell> = matrix.cells.iter().filter(|c| c.row == *row).collect();
-            let of = |pa: &f64| own.iter().find(|c| c.youngs_modulus_pa == *pa && !c.case.inclusion).map(|c| c.substeps);
+            let of = |pa: &f64| {
+                own.iter().find(|c| c.youngs_modulus_pa == *pa && c.case.tissue == CaseTissue::Plain).map(|c| c.substeps)
+            };
             let substeps = matrix.scope.moduli_pa.iter().filter_map(of).collect();
             let count = |verdict: Verdict| own.iter().filter(|c| c.figures.verdict == verdict).count();
             let verdicts = Verdict::ALL.map(|v| (v, count(v))).into_iter().filter(|(_, n)| *n > 0).collect();
@@ -131,7 +133,7 @@ pub fn write(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
 
 fn cells(matrix: &Matrix) -> String {
     let mut text = String::from(
-        "row,method,substeps,youngs_modulus_pa,case,depth_m,in_m_per_s,out_m_per_s,jitter,inclusion,promised,verdict,lowest_j,held_j,residual_mm,force_drop_pct,moved_mm,force_change_pct,held_n,peak_n,diverged_at_mm,depth_held,speed_limited,force_cut\n",
+        "row,method,substeps,youngs_modulus_pa,case,depth_m,in_m_per_s,out_m_per_s,jitter,tissue,promised,verdict,lowest_j,held_j,residual_mm,force_drop_pct,moved_mm,force_change_pct,held_n,peak_n,diverged_at_mm,depth_held,speed_limited,force_cut\n",
     );
     for cell in &matrix.cells {
         let (f, s) = (&cell.figures, cell.case.stimulus);
@@ -146,7 +148,7 @@ fn cells(matrix: &Matrix) -> String {
             s.in_m_per_s.to_string(),
             s.out_m_per_s.to_string(),
             s.jitter.to_string(),
-            cell.case.inclusion.to_string(),
+            cell.case.tissue.name().into(),
             is_promised(cell).to_string(),
             f.verdict.name().into(),
             number(f.lowest_j, 4),
