@@ -146,7 +146,7 @@ fn promised() -> Matrix {
 #[test]
 fn the_product_stands_what_it_promises() {
     let matrix = promised();
-    assert_eq!(matrix.cells.len(), 2 * 2 * 10);
+    assert_eq!(matrix.cells.len(), 2 * 2 * 14);
     for cell in &matrix.cells {
         println!("{} {} Pa {}: {:?}", cell.row.name(), cell.youngs_modulus_pa, cell.case.name, cell.figures);
     }

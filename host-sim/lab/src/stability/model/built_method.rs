@@ -11,7 +11,9 @@ use crate::error::Error;
 use crate::methods::{BLOCK_M, Block, DEEPEST_M, Method, RunningMethod, calibrated};
 use palpate_loop::closed_loop::fidelity;
 use palpate_tissue::Error as TissueError;
+use palpate_tissue::budget::MACHINES;
 use palpate_tissue::patch::{Material, Memory, Patch};
+use palpate_tissue::session::Session;
 use palpate_tissue::stable_step::{limits, with_tick};
 use palpate_tissue::tissue::DEPTH_MARGIN;
 
@@ -98,7 +100,7 @@ pub struct BuiltMethod {
 
 impl BuiltMethod {
     /// Sets a row up on the standard block, or on one with something added. `None` where the method
-    /// cannot be had, or lacks the term that the tissue needs.
+    /// cannot be had, lacks the term that the tissue needs, or refuses the tissue.
     ///
     /// # Errors
     /// A block or a method that cannot be built.
@@ -128,8 +130,17 @@ impl BuiltMethod {
         block.tissue.depth_limit_m = DEPTH_MARGIN * DEEPEST_M;
         let Some((patch, params)) = product(&block, row.method, inclusion) else { return Ok(None) };
         let params = Params { substeps: 1, limits: limits(&patch, f64::from(params.tick_s)), ..params };
-        let derived = fidelity::derive(&patch, &params, FIDELITY_DEPTH_M)?;
-        let (params, substeps) = (derived.params, derived.params.substeps);
+        let params = if tissue == CaseTissue::Stiffening {
+            // the bound at the depth limit decides, as in `press`, which refuses what it cannot keep
+            match Session::of_fitted(&MACHINES[0], patch.clone(), params) {
+                Ok(session) => session.params,
+                Err(TissueError::TooSlow(_)) => return Ok(None),
+                Err(cause) => return Err(cause.into()),
+            }
+        } else {
+            fidelity::derive(&patch, &params, FIDELITY_DEPTH_M)?.params
+        };
+        let substeps = params.substeps;
         if row.build == Build::Unguarded {
             block.tissue.depth_limit_m = NO_LIMIT_M;
             return Ok(Some(Self { row, block, substeps, guarded: None }));

@@ -106,6 +106,7 @@ fn verdicts(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
     let rows = rows(matrix, of_row);
     let mut key: Vec<(HeatCell, &str)> = Verdict::ALL.map(|v| (look(v), meaning(v))).into();
     key.insert(1, (squeezed(), "J < 0.2"));
+    key.push((empty(), "refused, or has no such term"));
     let moduli: Vec<String> = scope.moduli_pa.iter().map(kpa).collect();
     let below = format!(
         "Block of {} nodes, 40 mm high, hemisphere R = 8 mm; presses at 40 mm/s; 8 mm if not said; from left {} kPa",

@@ -133,7 +133,8 @@ pub const CASES: [LoadCase; 15] = [
 ];
 
 /// Columns of the quick matrix, by name.
-pub const QUICK_CASES: [&str; 5] = ["press-20", "press-40", "tap-0.5", "jitter-press", "inclusion-press"];
+pub const QUICK_CASES: [&str; 8] =
+    ["press-20", "press-40", "tap-0.5", "jitter-press", "inclusion-press", "friction-tap", "stiffening-press", "stiffening-tap"];
 
 const fn case(
     name: &'static str,

@@ -77,7 +77,7 @@ impl Scope {
         }
     }
 
-    /// Two stiffnesses and five columns on the block of 130 nodes, margins at one.
+    /// Two stiffnesses and eight columns on the block of 130 nodes, margins at one.
     #[must_use]
     pub fn quick() -> Self {
         Self {
