@@ -14,6 +14,7 @@ pub mod budget;
 pub mod clock;
 pub mod error;
 pub mod finger;
+pub mod fit_record;
 pub mod machine;
 pub mod measure;
 pub mod mesh;

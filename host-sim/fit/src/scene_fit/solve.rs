@@ -1,0 +1,104 @@
+//! Finite elements of one press.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::presses::{PressJob, Presses};
+use super::shifted::shifted;
+use crate::reference::body::Material;
+use crate::reference::domain::BlockCase;
+use crate::reference::newton::Press;
+use crate::reference::probe::RigidProbe;
+use crate::reference::shape::TetRule;
+use palpate_tissue::answer::SurfaceGrid;
+use palpate_tissue::error::Error;
+use palpate_tissue::mesh::{BlockSpec, block};
+use palpate_tissue::scene::Scene;
+
+/// Surface grid of a hold, in steps of an eighth of the probe's radius: 2.75 radii to each side.
+const GRID_RADII: f64 = 0.125;
+const GRID_HALF_COUNT: usize = 22;
+/// Nodes this far from the centre move with the probe [probe radii].
+const KEPT_RADII: f64 = 1.0;
+
+/// What a press gave.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Forces {
+    /// Along the press over E [m^2], shape \[depths\].
+    pub force_over_e_m2: Vec<f64>,
+    /// Surfaces at the depths that asked for one.
+    pub surfaces: Vec<SurfaceGrid>,
+    /// Nodes of the quadratic mesh.
+    pub nodes: usize,
+}
+
+/// Solves all presses that `stored` does not have, as many at once as there are cores; `done` hears
+/// of each.
+///
+/// # Errors
+/// As [`solve`], or of `done`.
+pub fn solve_all(
+    scene: &Scene,
+    presses: &Presses,
+    stored: impl Fn(&PressJob) -> Option<Forces> + Sync,
+    done: impl Fn(&PressJob, &Forces) -> Result<(), Error> + Sync,
+) -> Result<Vec<(PressJob, Forces)>, Error> {
+    let one = |job: &PressJob| {
+        let forces = match stored(job) {
+            Some(forces) => forces,
+            None => solve(scene, job)?,
+        };
+        done(job, &forces)?;
+        Ok((job.clone(), forces))
+    };
+    let jobs: Vec<&PressJob> = presses.jobs().collect();
+    // one at a time from the front: the longest first
+    jobs.into_par_iter().with_max_len(1).map(one).collect()
+}
+
+/// Solves a press of the scene's block with the scene's probe.
+///
+/// # Errors
+/// A mesh that cannot be made, or a press that does not converge.
+pub fn solve(scene: &Scene, job: &PressJob) -> Result<Forces, Error> {
+    let file = &scene.file;
+    let size_m = scene.tissue.block_m.unwrap_or_default();
+    let radius_m = scene.probe.radius_m;
+    let mut case = BlockCase {
+        size_m,
+        place_m: [0.0; 2],
+        material: Material { poisson_ratio: scene.tissue.poisson_ratio, stiffening_b: 0.0, inclusions: Vec::new() },
+        nodes: job.nodes,
+        fine_radius_m: job.fine_radius_m,
+        rule: TetRule::Four,
+        may_cut: [!job.whole; 2],
+    };
+    let refuse = |cause: &dyn std::fmt::Display| Error::Usage(format!("{file}: tissue.block_m: {cause}"));
+    let built = if job.whole {
+        let spec = BlockSpec { size_m, nodes: job.nodes, fine_at_m: [0.0; 2], fine_radius_m: job.fine_radius_m };
+        let mesh = block(&spec).map_err(|cause| refuse(&cause))?;
+        let mesh = shifted(&mesh, size_m, KEPT_RADII * radius_m, job.place_m);
+        case.place_m = job.place_m;
+        case.support(&mesh, [false; 2])
+    } else {
+        case.build().map_err(|cause| refuse(&cause))?
+    };
+    let probe = RigidProbe::new(scene.probe.shape, radius_m, built.place_m, Vector3::z());
+    let no_memory = || Error::Usage(format!("{file}: not enough memory for the finite elements: use --quick"));
+    let mut press = Press::new(&built.body, probe, built.place_m).ok_or_else(no_memory)?;
+    let mut forces = Forces { force_over_e_m2: Vec::new(), surfaces: Vec::new(), nodes: built.body.mesh.nodes_m.len() };
+    for depth_m in &job.depths_m {
+        press.go_to(*depth_m, |_| {}).map_err(|stalled| {
+            Error::Usage(format!(
+                "{file}: drive: at {:?} m no equilibrium was found deeper than {:.5} m: press less deep",
+                job.place_m, stalled.reached_m
+            ))
+        })?;
+        forces.force_over_e_m2.push(press.force_over_e_m2());
+        if job.surfaces_m.contains(depth_m) {
+            forces.surfaces.push(built.grid(&press.displacement_m, GRID_RADII * radius_m, GRID_HALF_COUNT));
+        }
+    }
+    Ok(forces)
+}
