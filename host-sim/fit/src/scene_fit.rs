@@ -23,4 +23,4 @@ pub use fit::{FINE_RADII, Prepared, prepare};
 pub use judge::{DepthVerdict, Verdict, judge};
 pub use known::Known;
 pub use presses::{JUDGED_RADII, Level, PressJob, Presses};
-pub use solve::{Forces, solve, solve_all};
+pub use solve::{Forces, Watch, solve_all};

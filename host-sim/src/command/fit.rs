@@ -10,14 +10,17 @@ use super::Common;
 use crate::error::Error;
 use palpate_fit::calibrate::{Fit, Round, Settings};
 use palpate_fit::scene_fit::{
-    Known, Level, Prepared, Presses, Solved, Verdict, answer, check, judge, prepare, refuse_beyond_the_guard, solve_all,
+    Forces, Known, Level, Prepared, PressJob, Presses, Solved, Verdict, Watch, answer, check, judge, prepare,
+    refuse_beyond_the_guard, solve_all,
 };
 use palpate_fit::{calibrate::targets::Reference, statics::Unbalanced};
 use palpate_tissue::Error as TissueError;
+use palpate_tissue::answer::AnswerProbe;
 use palpate_tissue::budget::MACHINES;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::{NO_PATCH, Scene};
-use palpate_tissue::session::{Session, packed};
+use palpate_tissue::session::{Session, calibrated, packed};
+use palpate_tissue::trials::Trial;
 
 use report::Report;
 use steps::Steps;
@@ -57,7 +60,7 @@ impl FitArgs {
         let presses = Presses::of(&scene, &prepared.tissue, level);
         let path = self.common.folder("fit");
         let folder = OutputFolder::open(&path)?;
-        let mut store = Store::of(&path, &folder, &scene);
+        let store = Store::of(&path, &folder, &scene);
         println!(
             "scene {}: {} nodes, nu {}, {:?} of {} mm, {:.2} to {:.2} mm deep",
             scene.name,
@@ -68,11 +71,11 @@ impl FitArgs {
             presses.fitted_m.first().unwrap_or(&f64::NAN) * 1e3,
             presses.fitted_m.last().unwrap_or(&f64::NAN) * 1e3,
         );
-        let solved = reference(&scene, &presses, &mut store)?;
+        let solved = reference(&scene, &presses, &store)?;
         let known = Known::of(&solved.known)
             .ok_or_else(|| TissueError::Check("the finite elements gave fewer than four depths at the centre".into()))?;
         refuse_beyond_the_guard(&scene, |depth_m| known.force(palpate_fit::statics::Vector::zeros(), depth_m).unwrap_or(0.0))?;
-        let fit = self.fit(&scene, &presses, &prepared, &known, &mut store)?;
+        let fit = self.fit(&scene, &presses, &prepared, &known, &store)?;
         let (patch, params) = packed::unpack(&fit.patch()).map_err(TissueError::from)?;
         let steps = Steps::new("judging", 2);
         let before =
@@ -81,6 +84,8 @@ impl FitArgs {
         let verdict = judge(&patch, &params, &known, &solved.unseen).map_err(|e| unbalanced(&scene, e))?;
         steps.one("the fitted patch");
         steps.finish();
+        let mut trials = vec![trial(&scene, &presses, &prepared, None, &before)];
+        trials.extend(self.other_tip(&scene, &presses, &prepared, &known, &solved));
         let session = Session::of_fitted(&MACHINES[0], patch, params)?.for_motion(&MACHINES[0], &scene)?;
         let report = Report {
             scene: &scene,
@@ -91,6 +96,7 @@ impl FitArgs {
             session: &session,
             before: &before,
             verdict: &verdict,
+            trials: &trials,
             places: self.places,
             quick: self.quick,
             tolerance_pct: self.tolerance_pct,
@@ -124,7 +130,7 @@ impl FitArgs {
         presses: &Presses,
         prepared: &Prepared,
         known: &Known,
-        store: &mut Store,
+        store: &Store,
     ) -> Result<StoredFit, Error> {
         let rounds = if self.quick { QUICK_ROUNDS } else { Settings::default().rounds };
         let settings = Settings { places: self.places, rounds, fit: Fit::GaussNewton };
@@ -146,6 +152,22 @@ impl FitArgs {
         Ok(stored)
     }
 
+    /// The shipped patch of this size under this scene's tip, where the tissue is its own.
+    fn other_tip(&self, scene: &Scene, presses: &Presses, prepared: &Prepared, known: &Known, solved: &Solved) -> Option<Trial> {
+        let nodes = prepared.tissue.mesh.nodes_m.len();
+        let record = calibrated::record(nodes)?;
+        let own = AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m };
+        let same = record.tissue.block_m == scene.tissue.block_m && record.tissue.poisson_ratio == scene.tissue.poisson_ratio;
+        if !same || record.probe == own {
+            return None;
+        }
+        let (patch, packed) = calibrated::sized(nodes)?;
+        let params = palpate::Params { probe: prepared.params.probe, ..packed };
+        // a patch that is not pressed so far is no trial
+        let verdict = judge(&patch, &params, known, &solved.unseen).ok()?;
+        Some(trial(scene, presses, prepared, Some(record.probe), &verdict))
+    }
+
     /// What was asked for; if it is missed, what would do.
     fn promise(&self, prepared: &Prepared, verdict: &Verdict) -> Result<(), Error> {
         let (asked, rms, worst) = (self.tolerance_pct, verdict.rms_pct(), verdict.worst_pct());
@@ -165,24 +187,52 @@ impl FitArgs {
     }
 }
 
+fn trial(scene: &Scene, presses: &Presses, prepared: &Prepared, fitted: Option<AnswerProbe>, verdict: &Verdict) -> Trial {
+    Trial {
+        scene: scene.name.clone(),
+        block_m: scene.tissue.block_m.unwrap_or_default(),
+        poisson_ratio: scene.tissue.poisson_ratio,
+        probe: AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m },
+        nodes: prepared.tissue.mesh.nodes_m.len(),
+        deepest_m: presses.fitted_m.last().copied().unwrap_or_default(),
+        fitted,
+        rms_pct: verdict.rms_pct(),
+        worst_pct: verdict.worst_pct(),
+    }
+}
+
 fn unbalanced(scene: &Scene, cause: Unbalanced) -> Error {
     Error::Tissue(TissueError::Check(format!("scene {}: {cause}", scene.name)))
 }
 
 /// Solves what no earlier run has.
-fn reference(scene: &Scene, presses: &Presses, store: &mut Store) -> Result<Solved, Error> {
+fn reference(scene: &Scene, presses: &Presses, store: &Store) -> Result<Solved, Error> {
     let steps = Steps::new("finite elements", presses.jobs().count() as u64);
-    let found = solve_all(
-        scene,
-        presses,
-        |job| store.press(job),
-        |job, forces| {
-            store.keep_press(job, forces)?;
-            let [x, y] = job.place_m.map(|x| x * 1e3);
-            steps.one(&format!("({x:.1}, {y:.1}) mm, {} nodes", forces.nodes));
-            Ok(())
-        },
-    )?;
+    let found = solve_all(scene, presses, &Watched { store, steps: &steps })?;
     steps.finish();
     Ok(answer(scene, presses, |job| found.iter().find(|(own, _)| own == job).map(|(_, forces)| forces.clone()))?)
+}
+
+/// Presses are stored, and told.
+struct Watched<'a> {
+    store: &'a Store<'a>,
+    steps: &'a Steps,
+}
+
+impl Watch for Watched<'_> {
+    fn stored(&self, job: &PressJob) -> Option<Forces> {
+        self.store.press(job)
+    }
+
+    fn reached(&self, job: &PressJob, depth_m: f64) {
+        let [x, y] = job.place_m.map(|x| x * 1e3);
+        self.steps.at(&format!("({x:.1}, {y:.1}) mm, {:.2} mm deep", depth_m * 1e3));
+    }
+
+    fn done(&self, job: &PressJob, forces: &Forces) -> Result<(), TissueError> {
+        self.store.keep_press(job, forces)?;
+        let [x, y] = job.place_m.map(|x| x * 1e3);
+        self.steps.one(&format!("({x:.1}, {y:.1}) mm, {} nodes", forces.nodes));
+        Ok(())
+    }
 }

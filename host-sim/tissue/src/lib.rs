@@ -31,5 +31,6 @@ pub mod session;
 pub mod stable_step;
 pub mod tissue;
 pub mod trace_file;
+pub mod trials;
 
 pub use error::Error;

@@ -33,35 +33,57 @@ pub struct Forces {
     pub nodes: usize,
 }
 
-/// Solves all presses that `stored` does not have, as many at once as there are cores; `done` hears
-/// of each.
-///
-/// # Errors
-/// As [`solve`], or of `done`.
-pub fn solve_all(
-    scene: &Scene,
-    presses: &Presses,
-    stored: impl Fn(&PressJob) -> Option<Forces> + Sync,
-    done: impl Fn(&PressJob, &Forces) -> Result<(), Error> + Sync,
-) -> Result<Vec<(PressJob, Forces)>, Error> {
-    let one = |job: &PressJob| {
-        let forces = match stored(job) {
-            Some(forces) => forces,
-            None => solve(scene, job)?,
-        };
-        done(job, &forces)?;
-        Ok((job.clone(), forces))
-    };
-    let jobs: Vec<&PressJob> = presses.jobs().collect();
-    // one at a time from the front: the longest first
-    jobs.into_par_iter().with_max_len(1).map(one).collect()
+/// Equilibria at some depths of a mesh, from which those of a mesh shifted by a little are found.
+type Starts = Vec<(f64, Vec<Vector3<f64>>)>;
+
+/// What is heard of presses under way.
+pub trait Watch: Sync {
+    /// The forces of a press, if an earlier run solved it.
+    fn stored(&self, job: &PressJob) -> Option<Forces>;
+
+    /// A press is so deep [m].
+    fn reached(&self, job: &PressJob, depth_m: f64);
+
+    /// A press is done.
+    ///
+    /// # Errors
+    /// It cannot be stored.
+    fn done(&self, job: &PressJob, forces: &Forces) -> Result<(), Error>;
 }
 
-/// Solves a press of the scene's block with the scene's probe.
+/// Solves all presses that are not stored, as many at once as there are cores.
 ///
 /// # Errors
-/// A mesh that cannot be made, or a press that does not converge.
-pub fn solve(scene: &Scene, job: &PressJob) -> Result<Forces, Error> {
+/// A mesh that cannot be made, a press that does not converge, or one that cannot be stored.
+pub fn solve_all(scene: &Scene, presses: &Presses, watch: &impl Watch) -> Result<Vec<(PressJob, Forces)>, Error> {
+    let one = |job: &PressJob, starts: &Starts| {
+        let (forces, own) = match watch.stored(job) {
+            Some(forces) => (forces, Starts::new()),
+            None => solve(scene, job, starts, watch)?,
+        };
+        watch.done(job, &forces)?;
+        Ok(((job.clone(), forces), own))
+    };
+    // the longest first, one at a time
+    let first: Vec<&PressJob> = std::iter::once(&presses.again).chain(presses.centre.iter().rev()).collect();
+    let first: Vec<_> =
+        first.into_par_iter().with_max_len(1).map(|job| one(job, &Starts::new())).collect::<Result<_, Error>>()?;
+    let mut starts = Starts::new();
+    let mut found = Vec::new();
+    for (pressed, own) in first {
+        if pressed.0 == presses.again {
+            starts = own;
+        }
+        found.push(pressed);
+    }
+    let places: Vec<&PressJob> = presses.aside.iter().chain(&presses.unseen).collect();
+    let places = places.into_par_iter().with_max_len(1).map(|job| Ok(one(job, &starts)?.0));
+    found.extend(places.collect::<Result<Vec<_>, Error>>()?);
+    Ok(found)
+}
+
+/// Solves a press of the scene's block with the scene's probe, from `starts` where it has the depth.
+fn solve(scene: &Scene, job: &PressJob, starts: &Starts, watch: &impl Watch) -> Result<(Forces, Starts), Error> {
     let file = &scene.file;
     let size_m = scene.tissue.block_m.unwrap_or_default();
     let radius_m = scene.probe.radius_m;
@@ -88,17 +110,25 @@ pub fn solve(scene: &Scene, job: &PressJob) -> Result<Forces, Error> {
     let no_memory = || Error::Usage(format!("{file}: not enough memory for the finite elements: use --quick"));
     let mut press = Press::new(&built.body, probe, built.place_m).ok_or_else(no_memory)?;
     let mut forces = Forces { force_over_e_m2: Vec::new(), surfaces: Vec::new(), nodes: built.body.mesh.nodes_m.len() };
+    let mut own = Starts::new();
     for depth_m in &job.depths_m {
-        press.go_to(*depth_m, |_| {}).map_err(|stalled| {
-            Error::Usage(format!(
-                "{file}: drive: at {:?} m no equilibrium was found deeper than {:.5} m: press less deep",
-                job.place_m, stalled.reached_m
-            ))
-        })?;
+        let start = starts.iter().find(|(depth, _)| depth == depth_m);
+        let near = start.is_some_and(|(_, displacement_m)| press.start_from(displacement_m, *depth_m));
+        if !near {
+            press.go_to(*depth_m, |at_m| watch.reached(job, at_m)).map_err(|stalled| {
+                Error::Usage(format!(
+                    "{file}: drive: at {:?} m no equilibrium was found deeper than {:.5} m: press less deep",
+                    job.place_m, stalled.reached_m
+                ))
+            })?;
+        }
+        if job.whole {
+            own.push((*depth_m, press.displacement_m.clone()));
+        }
         forces.force_over_e_m2.push(press.force_over_e_m2());
         if job.surfaces_m.contains(depth_m) {
             forces.surfaces.push(built.grid(&press.displacement_m, GRID_RADII * radius_m, GRID_HALF_COUNT));
         }
     }
-    Ok(forces)
+    Ok((forces, own))
 }

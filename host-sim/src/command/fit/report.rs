@@ -10,6 +10,7 @@ use palpate_tissue::fit_record::{FitRecord, Judged, Moving, RECORD_SUFFIX, check
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
+use palpate_tissue::trials::Trial;
 use palpate_tissue::{Error as TissueError, machine};
 use serde::Serialize;
 
@@ -26,6 +27,7 @@ pub(super) struct Report<'a> {
     pub session: &'a Session,
     pub before: &'a Verdict,
     pub verdict: &'a Verdict,
+    pub trials: &'a [Trial],
     pub places: usize,
     pub quick: bool,
     pub tolerance_pct: f64,
@@ -77,8 +79,8 @@ impl Report<'_> {
                 machine: machine::processor(),
             },
         )?;
-        let stages = serde_json::to_string(stages)
-            .map_err(|e| TissueError::Write { path: STAGES.into(), source: e.into() })?;
+        folder.write_json("trials.json", &self.trials)?;
+        let stages = serde_json::to_string(stages).map_err(|e| TissueError::Write { path: STAGES.into(), source: e.into() })?;
         folder.write(STAGES, stages.as_bytes())?;
         let file = folder.publish()?.join(&name);
         self.print(&record);

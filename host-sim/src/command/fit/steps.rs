@@ -38,12 +38,22 @@ impl Steps {
         // a step is only counted: what another thread left half done is as good
         let mut told = self.told.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         told.0 += 1;
+        self.tell(&mut told, what);
+    }
+
+    /// Where the next one is.
+    pub(super) fn at(&self, what: &str) {
+        let mut told = self.told.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        self.tell(&mut told, what);
+    }
+
+    fn tell(&self, (done, last): &mut (u64, Instant), what: &str) {
         if let Some(bar) = &self.bar {
-            bar.set_position(told.0);
+            bar.set_position(*done);
             bar.set_message(what.to_owned());
-        } else if told.1.elapsed() >= LINE {
-            told.1 = Instant::now();
-            eprintln!("{}: {} of {} after {:.0} s, {what}", self.stage, told.0, self.total, self.began.elapsed().as_secs_f64());
+        } else if last.elapsed() >= LINE {
+            *last = Instant::now();
+            eprintln!("{}: {done} of {} after {:.0} s, {what}", self.stage, self.total, self.began.elapsed().as_secs_f64());
         }
     }
 
