@@ -3,6 +3,10 @@
 mod report;
 mod steps;
 mod store;
+mod trials;
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Args;
 
@@ -28,10 +32,13 @@ use store::{FitKey, Store, StoredFit};
 
 /// The worst press may be this many times the tolerance off.
 const WORST_RATIO: f64 = 2.5;
+/// Most nodes that a block is meshed with.
+const MOST_NODES: f64 = 5000.0;
 /// Places that can be asked for: 20 over-fit.
 const PLACES_RANGE: std::ops::RangeInclusive<usize> = 20..=2000;
-/// Most rounds of a fit with `--quick`.
-const QUICK_ROUNDS: usize = 4;
+/// Most rounds of a fit: later ones gain little. With `--quick`.
+const ROUNDS: usize = 10;
+const QUICK_ROUNDS: usize = 3;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct FitArgs {
@@ -50,10 +57,20 @@ pub(super) struct FitArgs {
     /// Coarse finite elements and few rounds: a trial of the command, not a patch to rely on.
     #[arg(long)]
     quick: bool,
+    /// Fit every scene of a folder, and put their trials together: the table that ships.
+    #[arg(long, hide = true, value_name = "FOLDER", conflicts_with = "scene")]
+    trials: Option<PathBuf>,
 }
 
 impl FitArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
+        match &self.trials {
+            Some(scenes) => trials::run(self, scenes),
+            None => self.fit_scene(),
+        }
+    }
+
+    fn fit_scene(&self) -> Result<(), Error> {
         let scene = self.scene()?;
         let prepared = prepare(&scene)?;
         let level = if self.quick { Level::Quick } else { Level::Full };
@@ -71,11 +88,11 @@ impl FitArgs {
             presses.fitted_m.first().unwrap_or(&f64::NAN) * 1e3,
             presses.fitted_m.last().unwrap_or(&f64::NAN) * 1e3,
         );
-        let solved = reference(&scene, &presses, &store)?;
+        let (solved, reused_presses) = reference(&scene, &presses, &store)?;
         let known = Known::of(&solved.known)
             .ok_or_else(|| TissueError::Check("the finite elements gave fewer than four depths at the centre".into()))?;
         refuse_beyond_the_guard(&scene, |depth_m| known.force(palpate_fit::statics::Vector::zeros(), depth_m).unwrap_or(0.0))?;
-        let fit = self.fit(&scene, &presses, &prepared, &known, &store)?;
+        let (fit, reused_fit) = self.fit(&scene, &presses, &prepared, &known, &store)?;
         let (patch, params) = packed::unpack(&fit.patch()).map_err(TissueError::from)?;
         let steps = Steps::new("judging", 2);
         let before =
@@ -97,6 +114,7 @@ impl FitArgs {
             before: &before,
             verdict: &verdict,
             trials: &trials,
+            reused: (reused_presses, reused_fit),
             places: self.places,
             quick: self.quick,
             tolerance_pct: self.tolerance_pct,
@@ -131,13 +149,13 @@ impl FitArgs {
         prepared: &Prepared,
         known: &Known,
         store: &Store,
-    ) -> Result<StoredFit, Error> {
-        let rounds = if self.quick { QUICK_ROUNDS } else { Settings::default().rounds };
+    ) -> Result<(StoredFit, bool), Error> {
+        let rounds = if self.quick { QUICK_ROUNDS } else { ROUNDS };
         let settings = Settings { places: self.places, rounds, fit: Fit::GaussNewton };
         let key = FitKey { nodes: prepared.tissue.mesh.nodes_m.len(), places: self.places, rounds };
         if let Some(stored) = store.fit(presses, &key) {
             println!("fit: as an earlier run left it");
-            return Ok(stored);
+            return Ok((stored, true));
         }
         let steps = Steps::new("fit", rounds as u64 + 1);
         let fit = prepared.fit(scene, presses, known, &settings, &mut |r: &Round| {
@@ -149,7 +167,7 @@ impl FitArgs {
         let patch = fit.patch.pack(&fit.params, stable.map_or(0.0, |s| s.pressed_s) as f32);
         let stored = StoredFit::new(presses.clone(), key, &patch, fit.rounds);
         store.keep_fit(&stored)?;
-        Ok(stored)
+        Ok((stored, false))
     }
 
     /// The shipped patch of this size under this scene's tip, where the tissue is its own.
@@ -177,10 +195,13 @@ impl FitArgs {
         }
         // the error falls about with the root of the node count
         let nodes = prepared.tissue.mesh.nodes_m.len() as f64 * (keeps / asked).powi(2);
+        let would_do = match nodes {
+            n if n > MOST_NODES => "more nodes than a block is meshed with would (an estimate): ask for".to_owned(),
+            n => format!("try --nodes {:.0} (an estimate), or", (n / 10.0).ceil() * 10.0),
+        };
         Err(TissueError::Check(format!(
-            "{rms:.2} % rms and {worst:+.2} % at the worst unseen press, {asked} % rms and {:.1} % were asked for; all is written: try --nodes {:.0} (an estimate), or --tolerance-pct {:.1}",
+            "{rms:.2} % rms and {worst:+.2} % at the worst unseen press, {asked} % rms and {:.1} % were asked for; all is written: {would_do} --tolerance-pct {:.1}",
             WORST_RATIO * asked,
-            (nodes / 10.0).ceil() * 10.0,
             (keeps * 10.0).ceil() / 10.0
         ))
         .into())
@@ -206,17 +227,25 @@ fn unbalanced(scene: &Scene, cause: Unbalanced) -> Error {
 }
 
 /// Solves what no earlier run has.
-fn reference(scene: &Scene, presses: &Presses, store: &Store) -> Result<Solved, Error> {
+fn reference(scene: &Scene, presses: &Presses, store: &Store) -> Result<(Solved, usize), Error> {
     let steps = Steps::new("finite elements", presses.jobs().count() as u64);
-    let found = solve_all(scene, presses, &Watched { store, steps: &steps })?;
+    let watched = Watched { store, steps: &steps, reused: AtomicUsize::new(0) };
+    let found = solve_all(scene, presses, &watched)?;
     steps.finish();
-    Ok(answer(scene, presses, |job| found.iter().find(|(own, _)| own == job).map(|(_, forces)| forces.clone()))?)
+    let reused = watched.reused.into_inner();
+    if reused > 0 {
+        println!("finite elements: {reused} of {} presses as an earlier run left them", found.len());
+    }
+    let solved = answer(scene, presses, |job| found.iter().find(|(own, _)| own == job).map(|(_, forces)| forces.clone()))?;
+    Ok((solved, reused))
 }
 
 /// Presses are stored, and told.
 struct Watched<'a> {
     store: &'a Store<'a>,
     steps: &'a Steps,
+    /// Presses that an earlier run solved.
+    reused: AtomicUsize,
 }
 
 impl Watch for Watched<'_> {
@@ -229,8 +258,12 @@ impl Watch for Watched<'_> {
         self.steps.at(&format!("({x:.1}, {y:.1}) mm, {:.2} mm deep", depth_m * 1e3));
     }
 
-    fn done(&self, job: &PressJob, forces: &Forces) -> Result<(), TissueError> {
-        self.store.keep_press(job, forces)?;
+    fn done(&self, job: &PressJob, forces: &Forces, anew: bool) -> Result<(), TissueError> {
+        if anew {
+            self.store.keep_press(job, forces)?;
+        } else {
+            self.reused.fetch_add(1, Ordering::Relaxed);
+        }
         let [x, y] = job.place_m.map(|x| x * 1e3);
         self.steps.one(&format!("({x:.1}, {y:.1}) mm, {} nodes", forces.nodes));
         Ok(())

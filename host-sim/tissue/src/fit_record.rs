@@ -1,4 +1,4 @@
-//! What a patch was fitted to, and how wrong it was found to be: a record beside the patch file.
+//! The record beside a patch file: what the patch was fitted to, and how wrong it was found to be.
 //!
 //! `block-410.patch` has `block-410.patch.json`. The patch itself, which a board takes as it is,
 //! does not change. The record names the checksum of its patch, so that it never vouches for
@@ -10,13 +10,15 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::answer::{AnswerProbe, AnswerTissue};
+use crate::error::Error;
+use crate::output::OutputFolder;
 
 /// Added to the name of the patch file.
 pub const RECORD_SUFFIX: &str = ".json";
 /// Where a patch file has its checksum.
 const CHECKSUM: std::ops::Range<usize> = 12..16;
 
-/// What a patch was fitted to, and its judged error.
+/// Scene that a patch was fitted to, and its judged error.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct FitRecord {
@@ -39,8 +41,9 @@ pub struct FitRecord {
     /// Error while the probe moves, on top.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub moving: Option<Moving>,
-    /// How far the finite elements themselves may be off [%].
-    pub reference_error_pct: f64,
+    /// How far the finite elements themselves may be off [%], where that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference_error_pct: Option<f64>,
 }
 
 /// Force errors at places that the fit did not see.
@@ -78,6 +81,14 @@ impl FitRecord {
         let mut name = OsString::from(patch);
         name.push(RECORD_SUFFIX);
         name.into()
+    }
+
+    /// Writes the record beside the patch file `name`.
+    ///
+    /// # Errors
+    /// The disk is full.
+    pub fn write(&self, folder: &OutputFolder, name: &str) -> Result<(), Error> {
+        folder.write_json(&format!("{name}{RECORD_SUFFIX}"), self)
     }
 
     /// The record of a patch file, if it has one that is its own.

@@ -68,13 +68,14 @@ fn failure(line: &str) -> Option<String> {
 
 /// Commands that take minutes of a core. Each has a quick form among the other tests, except `cut`
 /// and the benchmark.
-const LONG: [&str; 11] = [
+const LONG: [&str; 12] = [
     "accept",
     "bench",
     "calibrate --quick",
     "chart",
     "cut --scene",
     "far-field",
+    "fit --scene",
     "loop --quick",
     "paper",
     "plan",

@@ -1,4 +1,4 @@
-//! What a fit refuses before anything is solved.
+//! Refusals of a fit, before anything is solved.
 
 use palpate_tissue::error::Error;
 use palpate_tissue::scene::{Drive, Scene, Shape};

@@ -22,6 +22,9 @@ const NINE_ABOVE: f64 = 0.4;
 /// be further off.
 const TOLERANCE: f64 = 0.005;
 const SHALLOW_TOLERANCE: f64 = 0.008;
+/// The shallowest depths, which rest on few points, are fitted at so many times more places.
+const SHALLOW_DEPTHS: usize = 2;
+const SHALLOW_PLACES: usize = 2;
 /// A surface node this share of the depth off counts as one unit of error (1), within this radius
 /// [probe radii].
 const DENT_TOLERANCE: f64 = 0.008;
@@ -84,12 +87,12 @@ impl Prepared {
     fn targets(&self, presses: &Presses, known: &Known, places: usize) -> Option<Targets> {
         let radius_m = f64::from(self.params.probe.radius_m);
         let centre_m = Vector::from(self.tissue.site_m);
-        let forces = |offset_m: Vector| {
+        let forces = |offset_m: Vector, depths: usize| {
             let at = |(n, depth_m): (usize, &f64)| {
                 let tolerance = if n == 0 { SHALLOW_TOLERANCE } else { TOLERANCE };
                 Some(ForceTarget { depth_m: *depth_m, force: known.force(offset_m, *depth_m)?, tolerance })
             };
-            presses.fitted_m.iter().enumerate().map(at).collect::<Option<Vec<_>>>()
+            presses.fitted_m.iter().take(depths).enumerate().map(at).collect::<Option<Vec<_>>>()
         };
         let top = (0..).zip(&self.tissue.mesh.nodes_m).filter(|(_, x)| (x[2] - centre_m.z).abs() < 1e-9);
         let near: Vec<(usize, Vector)> = top
@@ -102,11 +105,14 @@ impl Prepared {
             let nodes = near.iter().map(node).collect::<Option<Vec<_>>>()?;
             Some(DentTarget { depth_m, nodes, tolerance_m: DENT_TOLERANCE * depth_m })
         };
+        let all_depths = presses.fitted_m.len();
         let dents = DENTS.iter().map(dent).collect::<Option<Vec<_>>>()?;
-        let mut all = vec![PlaceTarget { place_m: centre_m, forces: forces(Vector::zeros())?, dents }];
-        for [x, y] in sunflower(places, DISC_RADII * radius_m) {
-            let offset_m = Vector::new(x, y, 0.0);
-            all.push(PlaceTarget { place_m: centre_m + offset_m, forces: forces(offset_m)?, dents: Vec::new() });
+        let mut all = vec![PlaceTarget { place_m: centre_m, forces: forces(Vector::zeros(), all_depths)?, dents }];
+        for (count, depths) in [(places, all_depths), (SHALLOW_PLACES * places, SHALLOW_DEPTHS)] {
+            for [x, y] in sunflower(count, DISC_RADII * radius_m) {
+                let offset_m = Vector::new(x, y, 0.0);
+                all.push(PlaceTarget { place_m: centre_m + offset_m, forces: forces(offset_m, depths)?, dents: Vec::new() });
+            }
         }
         Some(Targets { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii: DISC_RADII })
     }

@@ -17,8 +17,8 @@ const UNSEEN: [f64; 4] = [1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 5.0 / 6.0];
 /// Dents are fitted at these of the fitted depths.
 pub(super) const DENTS: [usize; 2] = [2, 3];
 /// Depths at which the ratio to the centre is solved, of the fitted and of the unseen ones.
-const RATIO_FITTED: [usize; 2] = [2, 4];
-const RATIO_UNSEEN: [usize; 2] = [1, 2];
+const RATIO_FITTED: [usize; 2] = [1, 4];
+const RATIO_UNSEEN: [usize; 2] = [0, 2];
 /// Places off the centre that the fit knows [probe radii], on an axis and on a diagonal; a block
 /// that is not square has the other axis too.
 const ASIDE: [[f64; 2]; 5] = [[0.7, 0.0], [1.25, 0.0], [1.75, 0.0], [0.75, 0.75], [1.2, 1.2]];
@@ -30,8 +30,8 @@ const UNSEEN_SEED: u64 = 77;
 /// finer mesh; of the whole block for the places.
 const CENTRE_NODES: [usize; 2] = [300, 600];
 const WHOLE_NODES: usize = 300;
-const COARSE_CENTRE_NODES: [usize; 2] = [150, 250];
-const COARSE_WHOLE_NODES: usize = 250;
+const COARSE_CENTRE_NODES: [usize; 2] = [60, 110];
+const COARSE_WHOLE_NODES: usize = 80;
 /// Depths up to this share of the deepest have meshes of their own, finer.
 const SHALLOW: f64 = 0.26;
 

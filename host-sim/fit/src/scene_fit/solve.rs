@@ -22,7 +22,7 @@ const GRID_HALF_COUNT: usize = 22;
 /// Nodes this far from the centre move with the probe [probe radii].
 const KEPT_RADII: f64 = 1.0;
 
-/// What a press gave.
+/// Forces and surfaces of a press.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Forces {
     /// Along the press over E [m^2], shape \[depths\].
@@ -36,7 +36,7 @@ pub struct Forces {
 /// Equilibria at some depths of a mesh, from which those of a mesh shifted by a little are found.
 type Starts = Vec<(f64, Vec<Vector3<f64>>)>;
 
-/// What is heard of presses under way.
+/// Listener to presses under way.
 pub trait Watch: Sync {
     /// The forces of a press, if an earlier run solved it.
     fn stored(&self, job: &PressJob) -> Option<Forces>;
@@ -44,11 +44,11 @@ pub trait Watch: Sync {
     /// A press is so deep [m].
     fn reached(&self, job: &PressJob, depth_m: f64);
 
-    /// A press is done.
+    /// A press is done, `anew` or as it was stored.
     ///
     /// # Errors
     /// It cannot be stored.
-    fn done(&self, job: &PressJob, forces: &Forces) -> Result<(), Error>;
+    fn done(&self, job: &PressJob, forces: &Forces, anew: bool) -> Result<(), Error>;
 }
 
 /// Solves all presses that are not stored, as many at once as there are cores.
@@ -57,11 +57,13 @@ pub trait Watch: Sync {
 /// A mesh that cannot be made, a press that does not converge, or one that cannot be stored.
 pub fn solve_all(scene: &Scene, presses: &Presses, watch: &impl Watch) -> Result<Vec<(PressJob, Forces)>, Error> {
     let one = |job: &PressJob, starts: &Starts| {
-        let (forces, own) = match watch.stored(job) {
+        let stored = watch.stored(job);
+        let anew = stored.is_none();
+        let (forces, own) = match stored {
             Some(forces) => (forces, Starts::new()),
             None => solve(scene, job, starts, watch)?,
         };
-        watch.done(job, &forces)?;
+        watch.done(job, &forces, anew)?;
         Ok(((job.clone(), forces), own))
     };
     // the longest first, one at a time

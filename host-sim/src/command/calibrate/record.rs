@@ -4,7 +4,7 @@ use palpate_fit::calibrate::accuracy::{Accuracy, DISC_RADII, PLACES};
 use palpate_fit::calibrate::targets::DEPTHS_RADII;
 use palpate_tissue::Error;
 use palpate_tissue::answer::Answer;
-use palpate_tissue::fit_record::{FitRecord, Judged, RECORD_SUFFIX, checksum};
+use palpate_tissue::fit_record::{FitRecord, Judged, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::packed;
@@ -39,13 +39,18 @@ pub(super) fn write(
         judged: Judged {
             rms_pct,
             worst_pct,
-            from_m: depths_mm.first().map_or(0.0, |d| d * 1e-3),
-            to_m: depths_mm.last().map_or(0.0, |d| d * 1e-3),
+            from_m: depths_mm.first().copied().map_or(0.0, metres),
+            to_m: depths_mm.last().copied().map_or(0.0, metres),
             places: PLACES,
             disc_radius_m: DISC_RADII * radius_m,
         },
         moving: None,
-        reference_error_pct: REFERENCE_ERROR_PCT,
+        reference_error_pct: Some(REFERENCE_ERROR_PCT),
     };
-    folder.write_json(&format!("{name}{RECORD_SUFFIX}"), &record)
+    record.write(folder, name)
+}
+
+/// Without what single precision of the radius adds.
+fn metres(mm: f64) -> f64 {
+    (mm * 1e4).round() / 1e7
 }

@@ -6,7 +6,7 @@ use palpate_fit::calibrate::Round;
 use palpate_fit::calibrate::targets::Reference;
 use palpate_fit::scene_fit::{Known, Presses, Solved, Verdict};
 use palpate_tissue::answer::{Answer, AnswerProbe, AnswerTissue};
-use palpate_tissue::fit_record::{FitRecord, Judged, Moving, RECORD_SUFFIX, checksum};
+use palpate_tissue::fit_record::{FitRecord, Judged, Moving, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
@@ -28,6 +28,8 @@ pub(super) struct Report<'a> {
     pub before: &'a Verdict,
     pub verdict: &'a Verdict,
     pub trials: &'a [Trial],
+    /// Presses, and whether the fit, that an earlier run left.
+    pub reused: (usize, bool),
     pub places: usize,
     pub quick: bool,
     pub tolerance_pct: f64,
@@ -38,6 +40,8 @@ struct Summary<'a> {
     scene: &'a str,
     nodes: usize,
     quick: bool,
+    reused_presses: usize,
+    reused_fit: bool,
     tolerance_pct: f64,
     reference_nodes: usize,
     reference_error_pct: f64,
@@ -57,7 +61,7 @@ impl Report<'_> {
         let record = self.record(&patch)?;
         let name = format!("{}-{}.patch", self.scene.name, record.nodes);
         folder.write(&name, &patch)?;
-        folder.write_json(&format!("{name}{RECORD_SUFFIX}"), &record)?;
+        record.write(&folder, &name)?;
         self.answer().save(&folder, "answer.json")?;
         self.tables(&folder)?;
         self.pictures(&folder)?;
@@ -67,9 +71,11 @@ impl Report<'_> {
                 scene: &self.scene.name,
                 nodes: record.nodes,
                 quick: self.quick,
+                reused_presses: self.reused.0,
+                reused_fit: self.reused.1,
                 tolerance_pct: self.tolerance_pct,
                 reference_nodes: self.solved.nodes,
-                reference_error_pct: record.reference_error_pct,
+                reference_error_pct: 100.0 * self.solved.error,
                 fitted_places: self.places,
                 fitted_depths_m: &self.presses.fitted_m,
                 uncalibrated: self.before,
@@ -121,7 +127,7 @@ impl Report<'_> {
                 disc_radius_m: verdict.disc_radius_m,
             },
             moving: self.session.report.moving.map(|m| Moving { speed_m_per_s: m.speed_m_per_s, rms_pct: m.rms_pct }),
-            reference_error_pct,
+            reference_error_pct: Some(reference_error_pct),
         })
     }
 
@@ -206,7 +212,7 @@ impl Report<'_> {
             v.disc_radius_m * 1e3,
             v.disc_rms_pct,
             v.disc_worst_pct,
-            record.reference_error_pct
+            100.0 * self.solved.error
         );
         if let Some(moving) = record.moving {
             println!("moving at {:.0} mm/s {:.1} % more", moving.speed_m_per_s * 1e3, moving.rms_pct);

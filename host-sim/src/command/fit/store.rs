@@ -1,4 +1,4 @@
-//! What earlier runs into the same folder have finished: each press, and the fit.
+//! Stages that earlier runs into the same folder have finished: each press, and the fit.
 //!
 //! A finished stage is a note beside the folder until the result is published, and in the result
 //! from then on. It is used again where all that it was made from is the same.
@@ -28,7 +28,7 @@ struct Pressed {
     probe: AnswerProbe,
 }
 
-/// What the fit was made from, beside the presses.
+/// Inputs of the fit beside the presses.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct FitKey {
     pub nodes: usize,

@@ -17,7 +17,7 @@ const PATCHES: [&[u8]; 3] = [
     include_bytes!("../../../patches/block-1020.patch"),
 ];
 
-/// What each was fitted to, and how wrong it is: `palpate calibrate --check` writes these.
+/// Their records: `palpate calibrate --check` writes them.
 const RECORDS: [&str; 3] = [
     include_str!("../../../patches/block-130.patch.json"),
     include_str!("../../../patches/block-410.patch.json"),
@@ -71,7 +71,7 @@ pub fn bytes(nodes: usize) -> Option<&'static [u8]> {
     SIZES.iter().position(|n| *n == nodes).map(|size| PATCHES[size])
 }
 
-/// What the shipped patch of a size was fitted to, and how wrong it is.
+/// The record of the shipped patch of a size.
 #[must_use]
 pub fn record(nodes: usize) -> Option<FitRecord> {
     let size = SIZES.iter().position(|n| *n == nodes)?;

@@ -20,14 +20,14 @@ const SAME: f64 = 1e-6;
 pub enum Standing {
     /// Fitted to this scene and judged.
     Calibrated {
-        /// What it was fitted to, and the error found.
+        /// Its fit, and the error found.
         record: FitRecord,
     },
     /// Fitted, but to another scene.
     CalibratedForAnother {
-        /// What is different, in words.
+        /// Differences, in words.
         differs: Vec<String>,
-        /// What it was fitted to.
+        /// Its fit.
         record: FitRecord,
         /// Error of the nearest trial.
         expected: Option<Expected>,
@@ -51,13 +51,13 @@ impl Standing {
         let fitted_places = patch.fitted_places();
         let file = scene.solver.patch.as_deref().filter(|path| path.as_os_str() != NO_PATCH);
         let record = match file {
+            _ if fitted_places == 0 => None,
             Some(file) => FitRecord::of_file(file),
-            None if fitted_places > 0 => calibrated::record(scene.tissue.nodes.unwrap_or(DEFAULT_NODES)),
-            None => None,
+            None => calibrated::record(scene.tissue.nodes.unwrap_or(DEFAULT_NODES)),
         };
         match record {
             Some(record) => {
-                let differs = differs(scene, &record);
+                let differs = differs(scene, patch, &record);
                 if differs.is_empty() {
                     return Self::Calibrated { record };
                 }
@@ -76,7 +76,7 @@ impl Standing {
             Self::Calibrated { record } => {
                 let judged = record.judged;
                 format!(
-                    "calibrated to finite elements of this scene over {} places: {:.1} % rms, worst {:+.1} % at {} places that the fit did not see, {:.2} to {:.2} mm deep",
+                    "calibrated to finite elements over {} places of this scene: {:.1} % rms off, {:+.1} % at worst, at {} places that the fit did not see, {:.2} to {:.2} mm deep",
                     record.fitted_places,
                     judged.rms_pct,
                     judged.worst_pct,
@@ -113,8 +113,8 @@ fn expectation(expected: Option<&Expected>) -> String {
     }
 }
 
-/// What of a scene is not as its patch was fitted, the tip first.
-fn differs(scene: &Scene, record: &FitRecord) -> Vec<String> {
+/// Differences between a scene and what its patch was fitted to, the tip first.
+fn differs(scene: &Scene, patch: &Patch, record: &FitRecord) -> Vec<String> {
     let (tissue, probe) = (&scene.tissue, &scene.probe);
     let mut differs = Vec::new();
     let tip = AnswerProbe { shape: probe.shape, radius_m: probe.radius_m };
@@ -128,7 +128,8 @@ fn differs(scene: &Scene, record: &FitRecord) -> Vec<String> {
     if tissue.block_m.is_some() && tissue.block_m != record.tissue.block_m {
         differs.push("calibrated for another block".into());
     }
-    if tissue.inclusion != record.tissue.inclusion {
+    // a piece of an organ brings the inclusions it was cut with, and no scene may add any
+    if patch.model().rim_nodes.is_empty() && tissue.inclusion != record.tissue.inclusion {
         let what = if record.tissue.inclusion.is_empty() { "without its inclusions" } else { "with other inclusions" };
         differs.push(format!("calibrated {what}"));
     }
