@@ -17,6 +17,8 @@ mod emulate;
 mod far_field;
 mod fault_paths;
 mod faults;
+#[cfg(feature = "full")]
+mod fit;
 mod hardware_in_loop;
 mod help;
 mod live;
@@ -48,13 +50,13 @@ use crate::error::Error;
 
 #[cfg(not(feature = "full"))]
 use self::absent::{
-    AcceptArgs, CalibrateArgs, ChartArgs, CutArgs, EmulateArgs, FarFieldArgs, PaperCommand, PlanArgs, ReferenceArgs, ScoreArgs,
-    StabilityArgs,
+    AcceptArgs, CalibrateArgs, ChartArgs, CutArgs, EmulateArgs, FarFieldArgs, FitArgs, PaperCommand, PlanArgs, ReferenceArgs,
+    ScoreArgs, StabilityArgs,
 };
 #[cfg(feature = "full")]
 use self::{
     accept::AcceptArgs, calibrate::CalibrateArgs, chart::ChartArgs, cut::CutArgs, emulate::EmulateArgs, far_field::FarFieldArgs,
-    paper::PaperCommand, plan::PlanArgs, reference::ReferenceArgs, score::ScoreArgs, stability::StabilityArgs,
+    fit::FitArgs, paper::PaperCommand, plan::PlanArgs, reference::ReferenceArgs, score::ScoreArgs, stability::StabilityArgs,
 };
 
 /// Soft tissue for haptic devices: press it, measure it, pack it for a board.
@@ -91,6 +93,16 @@ enum Command {
     /// PNG. Fails (exit code 1) if the fit does not improve the patch.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Calibrate(CalibrateArgs),
+    /// Calibrate a patch for the scene of a block, and judge it where the fit has not looked.
+    ///
+    /// Solves the presses that it needs by finite elements, meshes, fits, and presses the patch at
+    /// places and depths that the fit never saw. A run that was stopped goes on where it was when
+    /// it is started again. Writes <scene>-<nodes>.patch, beside it what it was fitted to and how
+    /// wrong it is (.patch.json), answer.json, summary.json, accuracy.csv, convergence.csv and
+    /// pictures as SVG and PNG. Fails (exit code 1) if the error is larger than --tolerance-pct,
+    /// and says what would do.
+    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
+    Fit(FitArgs),
     /// Check a mesh file.
     #[command(subcommand)]
     Mesh(mesh::MeshCommand),
@@ -203,7 +215,7 @@ enum Command {
 }
 
 const AFTER_HELP: &str = "\
-Built when first used, which takes some minutes: reference, calibrate, cut, plan, emulate, accept, chart, far-field, stability, paper, score, and
+Built when first used, which takes some minutes: fit, reference, calibrate, cut, plan, emulate, accept, chart, far-field, stability, paper, score, and
 the options --emulated.
 
 Exit code: 0 if what the command promises held, 1 if a check failed, 2 on bad input.
@@ -220,7 +232,7 @@ struct Common {
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     scene: String,
     /// Output folder, made if it is not there; replaces an earlier result in it when the run is
-    /// done [default: out/press, out/reference, out/calibrate, out/pack, out/cut, out/loop,
+    /// done [default: out/press, out/fit, out/reference, out/calibrate, out/pack, out/cut, out/loop,
     /// out/far-field, out/plan, out/emulate].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -254,6 +266,7 @@ impl Cli {
             Some(Command::Reference(args)) => args.run(),
             Some(Command::Accept(args)) => args.run(),
             Some(Command::Calibrate(args)) => args.run(),
+            Some(Command::Fit(args)) => args.run(),
             Some(Command::Mesh(command)) => command.run(),
             Some(Command::Pack(args)) => args.run(),
             Some(Command::Cut(args)) => args.run(),

@@ -10,6 +10,7 @@ use palpate_tissue::moving::RampError;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::press::{Hold, Press};
 use palpate_tissue::scene::{Scene, Shape};
+use palpate_tissue::session::standing::Standing;
 use palpate_tissue::session::{Report, Session};
 use palpate_tissue::trace_file;
 
@@ -18,7 +19,10 @@ use palpate_tissue::trace_file;
 struct Summary<'a> {
     scene: &'a str,
     method: &'static str,
+    /// Calibrated to this very scene.
     calibrated: bool,
+    /// What the patch was fitted to, and the error to expect.
+    model: Standing,
     fitted_places: u32,
     nodes: usize,
     springs: usize,
@@ -74,10 +78,12 @@ pub fn write(
         }
     }
     let [p50, p99, max] = press.tick_us();
+    let model = Standing::of(scene, &session.patch);
     let summary = Summary {
         scene: &scene.name,
         method: scene.solver.method.name(),
-        calibrated: session.patch.fitted_places() > 0,
+        calibrated: matches!(model, Standing::Calibrated { .. }),
+        model,
         fitted_places: session.patch.fitted_places(),
         nodes: session.report.nodes,
         springs: session.report.springs,

@@ -74,7 +74,7 @@ impl Default for Settings {
 }
 
 /// One round of a fit.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Round {
     /// Evaluations of the objective so far, each the solution of all presses.
     pub evaluations: usize,

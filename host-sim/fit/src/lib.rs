@@ -20,4 +20,5 @@ pub mod half_space;
 pub mod partial_slip;
 pub mod plan;
 pub mod reference;
+pub mod scene_fit;
 pub mod statics;

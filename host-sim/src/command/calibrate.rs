@@ -1,5 +1,7 @@
 //! `palpate calibrate`.
 
+mod record;
+
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -112,7 +114,7 @@ impl CalibrateArgs {
         }
         if !answer.is_for(&scene) {
             return Err(TissueError::Usage(format!(
-                "scene {}: the reference answer is for another block, Poisson's ratio or probe: make one with palpate reference and give it with --reference",
+                "scene {}: the reference answer is for another block, Poisson's ratio or probe: palpate fit solves and fits this scene; an answer.json of it is given with --reference",
                 scene.name
             )).into());
         }
@@ -177,7 +179,8 @@ impl CalibrateArgs {
         let stable = StableStep::measure(&patch.wide_model(), params, patch.site_m())?;
         let stable_s = stable.map_or(0.0, |s| s.pressed_s);
         let name = format!("{}-{}.patch", scene.name, patch.model().nodes.len());
-        folder.write(&name, &patch.pack(params, stable_s as f32))?;
+        let bytes = patch.pack(params, stable_s as f32);
+        folder.write(&name, &bytes)?;
         let header = ["evaluations", "cost", "force_rms_pct", "dent_mean_mm", "elapsed_s"];
         let rows = rounds.iter().map(|r| [r.evaluations as f64, r.cost, r.force_rms_pct, r.dent_mean_mm, r.elapsed_s]);
         folder.write_csv("convergence.csv", header, rows)?;
@@ -188,6 +191,7 @@ impl CalibrateArgs {
             .map_err(|cause| TissueError::Check(cause.to_string()))?;
         print_accuracy(&name, &accuracy);
         write_accuracy(&folder, &accuracy)?;
+        record::write(&folder, &name, &bytes, scene, answer, &accuracy)?;
         folder.write_json(
             "summary.json",
             &Summary {
@@ -229,6 +233,9 @@ impl CalibrateArgs {
             let fitted = session.patch.fitted_places();
             print_accuracy(&format!("{} nodes, fitted over {fitted} places", session.report.nodes), &accuracy);
             folder.write_json(&format!("accuracy-{nodes}.json"), &accuracy)?;
+            if let Some(bytes) = calibrated::bytes(nodes).filter(|_| scene.solver.patch.is_none()) {
+                record::write(&folder, &format!("block-{nodes}.patch"), bytes, &scene, answer, &accuracy)?;
+            }
         }
         folder.publish()?;
         Ok(())
@@ -255,7 +262,7 @@ fn targets(scene: &Scene, tissue: &Tissue, answer: &Answer, places: usize) -> Re
 
 fn lacking(scene: &Scene) -> Error {
     Error::Tissue(TissueError::Usage(format!(
-        "scene {}: the reference answer lacks presses this fit needs (to a probe's radius at the centre, places off it, surfaces at a quarter and a half radius): solve them with palpate reference",
+        "scene {}: the reference answer lacks presses this fit needs (to a probe's radius at the centre, places off it, surfaces at a quarter and a half radius): palpate fit solves what it needs, and fits",
         scene.name
     )))
 }

@@ -9,10 +9,13 @@ use super::progress::Status;
 use crate::error::Error;
 use palpate_fit::calibrate::Round;
 use palpate_fit::calibrate::accuracy::Accuracy;
-use palpate_fit::far_field::fitted::{Fitted, Prepared, Recipe, Short, Truth};
+use palpate_fit::calibrate::targets::DEPTHS_RADII;
+use palpate_fit::far_field::fitted::{Fitted, JUDGED_PLACES, JUDGED_RADII, Prepared, Recipe, Short, Truth};
 use palpate_fit::far_field::springs;
 use palpate_tissue::Error as TissueError;
+use palpate_tissue::answer::{AnswerProbe, AnswerTissue};
 use palpate_tissue::budget::{Cost, Machine, triangles_in_reach};
+use palpate_tissue::fit_record::{FitRecord, Judged, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::Scene;
@@ -24,6 +27,8 @@ const ELEMENTS_RADII: [f64; 2] = [0.3, 0.9];
 const HALVINGS: usize = 5;
 /// A fit that ends further off [%] is no patch.
 const WORST_RMS_PCT: f64 = 10.0;
+/// Depths between which the error is told in short [probe radii].
+const JUDGED_DEPTHS_RADII: [f64; 2] = [0.125, 0.5];
 /// Rounds of the fit may be fewer, but not places: 20 over-fit.
 const PLACES_RANGE: std::ops::RangeInclusive<usize> = 20..=2000;
 
@@ -224,6 +229,9 @@ fn write(
             machine: palpate_tissue::machine::processor(),
         },
     )?;
+    if let Some(patch_crc32) = checksum(&bytes) {
+        record(scene, session, &errors, patch_crc32).write(&folder, &name)?;
+    }
     let out = folder.publish()?;
     println!(
         "{}: {} nodes, {} springs, {} tets, {} rim nodes and {} rim edges for {} elements outside, {} bytes",
@@ -250,6 +258,37 @@ fn write(
         errors.centred_rms_pct, errors.disc_rms_pct, errors.disc_worst_pct
     );
     Ok(())
+}
+
+/// The record beside the patch.
+fn record(scene: &Scene, session: &Session, errors: &Short, patch_crc32: u32) -> FitRecord {
+    let radius_m = scene.probe.radius_m;
+    let tissue = &scene.tissue;
+    FitRecord {
+        patch_crc32,
+        scene: scene.name.clone(),
+        nodes: session.report.nodes,
+        tissue: AnswerTissue {
+            block_m: tissue.block_m,
+            mesh: tissue.mesh.as_ref().map(|path| path.display().to_string()).or_else(|| tissue.organ.clone()),
+            poisson_ratio: tissue.poisson_ratio,
+            stiffening_b: 0.0,
+            inclusion: tissue.inclusion.clone(),
+        },
+        probe: AnswerProbe { shape: scene.probe.shape, radius_m },
+        fitted_places: session.patch.fitted_places(),
+        fitted_depths_m: DEPTHS_RADII.iter().map(|depth| depth * radius_m).collect(),
+        judged: Judged {
+            rms_pct: errors.disc_rms_pct,
+            worst_pct: errors.disc_worst_pct,
+            from_m: JUDGED_DEPTHS_RADII[0] * radius_m,
+            to_m: JUDGED_DEPTHS_RADII[1] * radius_m,
+            places: JUDGED_PLACES,
+            disc_radius_m: JUDGED_RADII * radius_m,
+        },
+        moving: None,
+        reference_error_pct: None,
+    }
 }
 
 /// Farthest node from the site [m].

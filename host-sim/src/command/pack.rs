@@ -6,9 +6,11 @@ use super::Common;
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::{Cost, MACHINES, Machine, triangles_in_reach};
+use palpate_tissue::fit_record::{FitRecord, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
+use palpate_tissue::session::standing::Standing;
 use palpate_tissue::tissue::DEFAULT_NODES;
 
 /// Fewest nodes that the block generator meshes.
@@ -94,6 +96,10 @@ fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), 
     let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
     let name = format!("{}-{}.patch", scene.name, machine.name);
     folder.write(&name, &bytes)?;
+    // the constants are those of the fit, whatever was packed
+    if let (Standing::Calibrated { record }, Some(patch_crc32)) = (Standing::of(&scene, &session.patch), checksum(&bytes)) {
+        FitRecord { patch_crc32, ..record }.write(&folder, &name)?;
+    }
     let out = folder.publish()?;
     println!(
         "{}: {} nodes, {} springs, {} tets, {touched} triangles in reach, {} bytes; about {:.0} of {:.0} {} a tick on {} (estimate)",

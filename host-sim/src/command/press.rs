@@ -15,6 +15,7 @@ use palpate_tissue::reference_values;
 use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::session::Session;
 use palpate_tissue::session::moving::{DEFAULT_ERROR_PCT, MovingReport};
+use palpate_tissue::session::standing::Standing;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct PressArgs {
@@ -104,12 +105,7 @@ fn print_report(scene: &Scene, session: &Session) {
             scene.probe.radius_m * 1e3
         );
     }
-    match session.patch.fitted_places() {
-        0 => println!(
-            "  model     uncalibrated, constants from formulas alone: palpate calibrate fits a block's patch; patch = FILE under [solver] takes it"
-        ),
-        n => println!("  model     calibrated to finite elements over {n} places"),
-    }
+    println!("  model     {}", Standing::of(scene, &session.patch).sentence());
 }
 
 /// The session's patch on every ramp whose truth is stored; a ramp that it does not survive is left

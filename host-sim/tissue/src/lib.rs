@@ -14,6 +14,7 @@ pub mod budget;
 pub mod clock;
 pub mod error;
 pub mod finger;
+pub mod fit_record;
 pub mod machine;
 pub mod measure;
 pub mod mesh;
@@ -30,5 +31,6 @@ pub mod session;
 pub mod stable_step;
 pub mod tissue;
 pub mod trace_file;
+pub mod trials;
 
 pub use error::Error;

@@ -3,6 +3,7 @@
 pub mod calibrated;
 pub mod moving;
 pub mod packed;
+pub mod standing;
 
 use palpate::{GuardLimits, Params, ProbeShape, Terms, Vector3};
 

@@ -5,6 +5,7 @@ mod bad_terms_say_what_where_how;
 mod drives_reach_their_targets;
 mod every_preset_presses;
 mod every_scene_key_acts;
+mod fit_goes_on;
 mod mistyped_command_lines_name_the_help;
 mod pictures;
 mod press_writes_the_contract;

@@ -68,7 +68,7 @@ fn failure(line: &str) -> Option<String> {
 
 /// Commands that take minutes of a core. Each has a quick form among the other tests, except `cut`
 /// and the benchmark.
-const LONG: [&str; 12] = [
+const LONG: [&str; 13] = [
     "accept",
     "bench",
     "calibrate --quick",
@@ -76,6 +76,7 @@ const LONG: [&str; 12] = [
     "cut --scene",
     "far-field",
     "faults",
+    "fit --scene",
     "loop --quick",
     "paper",
     "plan",

@@ -9,7 +9,7 @@ use palpate_tissue::answer::GluedAnswer;
 /// than the 1.5 over which the force is held to its tolerance.
 pub const DISC_RADII: f64 = 1.65;
 /// Depths of the presses at every place [probe radii].
-const DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 0.875];
+pub const DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 0.875];
 /// Depths of the presses at the centre [probe radii].
 const CENTRE_DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 1.0];
 /// Depths of the presses along a stroke [probe radii]: 0.5, 1, 2, 4 mm for a radius of 8 mm, so

@@ -140,16 +140,18 @@ impl Unknowns {
     #[must_use]
     pub fn result(&self, base: &Statics, z: &[f64], params: &Params) -> (Multipliers, Params) {
         let at = self.apply(base, z);
+        // springs alone are a solid of nu = 1/4: there nothing is left for the volume terms to multiply
+        let ratio = |a: f64, b: f64| if b == 0.0 { 1.0 } else { a / b };
         let multipliers = Multipliers {
             edge: at.springs.iter().zip(&base.springs).map(|(a, b)| a.k / b.k).collect(),
-            node: at.pressure.iter().zip(&base.pressure).map(|(a, b)| a / b).collect(),
+            node: at.pressure.iter().zip(&base.pressure).map(|(a, b)| ratio(*a, *b)).collect(),
             point: at
                 .triangles
                 .iter()
                 .zip(&base.triangles)
                 .map(|(a, b)| a.k.iter().zip(&b.k).map(|(a, b)| a / b).collect())
                 .collect(),
-            bulk: at.tets.iter().zip(&base.tets).map(|(a, b)| a.bulk / b.bulk).next().unwrap_or(1.0),
+            bulk: at.tets.iter().zip(&base.tets).map(|(a, b)| ratio(a.bulk, b.bulk)).next().unwrap_or(1.0),
             stiffening: at.stiffening_per_m / base.stiffening_per_m,
         };
         let params =

@@ -137,6 +137,21 @@ impl<'a> Press<'a> {
         Ok(())
     }
 
+    /// Goes straight to a depth from the equilibrium at that depth of a body that is almost this one;
+    /// false if none is found, and the tissue is as it was.
+    pub fn start_from(&mut self, displacement_m: &[Vector3<f64>], depth_m: f64) -> bool {
+        let kept = std::mem::replace(&mut self.displacement_m, displacement_m.to_vec());
+        let (last_step_m, before_m) = (self.last_step_m, self.depth_m);
+        // not the first contact: no stages
+        self.last_step_m = if depth_m == before_m { depth_m } else { depth_m - before_m };
+        if self.settle(depth_m, TOLERANCE) {
+            (self.before_m, self.depth_m) = (kept, depth_m);
+            return true;
+        }
+        (self.displacement_m, self.last_step_m) = (kept, last_step_m);
+        false
+    }
+
     /// Carries the last step on.
     fn predict(&mut self, to_m: f64) {
         if self.last_step_m == 0.0 {

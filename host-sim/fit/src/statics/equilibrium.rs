@@ -8,6 +8,9 @@ use super::{Statics, Vector, elastic};
 /// It balances when the forces left on the nodes are this share of the probe's force.
 const TOLERANCE: f64 = 1e-7;
 const MOST_STEPS: usize = 60;
+/// It stands on an edge of the probe, where no position has a slope of zero, when the forces left
+/// fall no lower than this share.
+const ON_AN_EDGE: f64 = 1e-3;
 /// A factor is used again while each step with it leaves at most this share of the imbalance.
 const STILL_GOOD: f64 = 0.25;
 /// A factor made at most this far away [m] from the balance serves its derivatives.
@@ -91,8 +94,12 @@ impl Solver {
         let mut factor: Option<Factor> = None;
         let mut factored_at = Vec::new();
         let (mut slope, mut force) = statics.slope(&x_m, tip_m);
+        let mut least = (f64::INFINITY, Vec::new(), 0.0);
         for step in 0..MOST_STEPS {
             let left = norm(&slope);
+            if left < least.0 {
+                least = (left, x_m.clone(), force);
+            }
             if left <= TOLERANCE * force.max(1e-12) {
                 let near =
                     x_m.iter().zip(&factored_at).all(|(x, at): (&Vector, &Vector)| (x - at).norm_squared() <= NEAR_M * NEAR_M);
@@ -136,7 +143,12 @@ impl Solver {
             let balanced = norm(&slope) <= TOLERANCE * force.max(1e-12);
             factor = (balanced || gained <= STILL_GOOD).then_some(used);
         }
-        Err(failed(MOST_STEPS))
+        let (left, x_m, force) = least;
+        if left > ON_AN_EDGE * force {
+            return Err(failed(MOST_STEPS));
+        }
+        let factor = SHIFTS.iter().find_map(|&shift| statics.factor(&self.pattern, &x_m, Some(tip_m), shift).ok());
+        Ok(Balance { x_m, tip_m, force, factor: factor.ok_or_else(|| failed(MOST_STEPS))? })
     }
 }
 

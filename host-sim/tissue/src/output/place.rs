@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use super::Record;
 use super::record::RECORD;
 use crate::error::Error;
+use crate::fit_record::RECORD_SUFFIX;
 
 /// The folder of a result and its neighbours, as absolute paths without links.
 #[derive(Debug)]
@@ -117,7 +118,11 @@ impl Place {
                 return Err(io::Error::new(ErrorKind::IsADirectory, format!("{name} is a folder")));
             }
         }
-        let patch = |name: &&String| name.ends_with(".patch") && !dropped.contains(name);
+        // a patch stays with the record of its fit
+        let patch = |name: &&String| {
+            let patch = name.strip_suffix(RECORD_SUFFIX).unwrap_or(name);
+            patch.ends_with(".patch") && !dropped.iter().any(|gone| gone == patch)
+        };
         record.names.extend(earlier.names.iter().filter(patch).cloned());
         record.write(&self.draft)?;
         if !self.folder.join(RECORD).exists() {

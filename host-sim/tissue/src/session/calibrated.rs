@@ -3,6 +3,7 @@
 use palpate::Params;
 
 use super::packed;
+use crate::fit_record::FitRecord;
 use crate::patch::Patch;
 use crate::scene::{Method, Scene, Shape};
 use crate::tissue::DEFAULT_NODES;
@@ -14,6 +15,13 @@ const PATCHES: [&[u8]; 3] = [
     include_bytes!("../../../patches/block-130.patch"),
     include_bytes!("../../../patches/block-410.patch"),
     include_bytes!("../../../patches/block-1020.patch"),
+];
+
+/// Their records: `palpate calibrate --check` writes them.
+const RECORDS: [&str; 3] = [
+    include_str!("../../../patches/block-130.patch.json"),
+    include_str!("../../../patches/block-410.patch.json"),
+    include_str!("../../../patches/block-1020.patch.json"),
 ];
 
 /// Conditions that the patches were fitted under: block [m], Poisson's ratio, probe radius [m], and
@@ -55,4 +63,17 @@ pub fn as_shipped(scene: &Scene) -> Option<(Patch, Params)> {
 pub fn sized(nodes: usize) -> Option<(Patch, Params)> {
     let size = SIZES.iter().position(|n| *n == nodes)?;
     packed::unpack(PATCHES[size]).ok()
+}
+
+/// The shipped patch file of a size.
+#[must_use]
+pub fn bytes(nodes: usize) -> Option<&'static [u8]> {
+    SIZES.iter().position(|n| *n == nodes).map(|size| PATCHES[size])
+}
+
+/// The record of the shipped patch of a size.
+#[must_use]
+pub fn record(nodes: usize) -> Option<FitRecord> {
+    let size = SIZES.iter().position(|n| *n == nodes)?;
+    serde_json::from_str(RECORDS[size]).ok()
 }

@@ -1,0 +1,26 @@
+//! From the scene of a block to a calibrated patch and its judged error: which presses the fit and
+//! the judgement need, their finite elements, the fit, the verdict.
+//!
+//! ```text
+//! presses ─ solve (finite elements, one press at a time) ─ answer ─┬─ known ─ targets ─ fit ─ patch
+//!                                                                 └─ unseen ──────────────── judge
+//! ```
+//!
+//! Unseen presses are solved at places and depths that no target is made of.
+
+mod answer;
+mod check;
+mod fit;
+mod judge;
+mod known;
+mod presses;
+mod shifted;
+mod solve;
+
+pub use answer::{Solved, answer};
+pub use check::{check, refuse_beyond_the_guard};
+pub use fit::{FINE_RADII, Prepared, prepare};
+pub use judge::{DepthVerdict, Verdict, judge};
+pub use known::Known;
+pub use presses::{JUDGED_RADII, Level, PressJob, Presses};
+pub use solve::{Forces, Watch, solve_all};

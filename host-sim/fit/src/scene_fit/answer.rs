@@ -1,0 +1,82 @@
+//! The solved presses of a scene as an answer, and how exact it is.
+
+use super::presses::{PressJob, Presses};
+use super::solve::Forces;
+use crate::reference::study::extrapolate;
+use palpate_tissue::answer::{Answer, AnswerProbe, AnswerTissue, HoldAnswer};
+use palpate_tissue::error::Error;
+use palpate_tissue::scene::Scene;
+
+/// Presses in two answers, one for the fit and one for the judgement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solved {
+    /// What the fit may know: the fitted depths at the centre, and places around it.
+    pub known: Answer,
+    /// What only the judgement knows: other depths at the centre, and at other places.
+    pub unseen: Answer,
+    /// How far the force at the centre may be off, of all depths the most: its change from the
+    /// coarser mesh to the finer, or to the limit that the two point to (1).
+    pub error: f64,
+    /// Nodes of the finest quadratic mesh.
+    pub nodes: usize,
+}
+
+/// Puts presses together; `found` has what a job gave.
+///
+/// # Errors
+/// A press that is missing.
+pub fn answer(scene: &Scene, presses: &Presses, found: impl Fn(&PressJob) -> Option<Forces>) -> Result<Solved, Error> {
+    let of = |job: &PressJob| found(job).ok_or_else(|| Error::Check(format!("{}: a press is missing: run it again", scene.file)));
+    let (mut error, mut nodes) = (0.0_f64, 0);
+    let mut centred: Vec<HoldAnswer> = Vec::new();
+    for pair in presses.centre.chunks_exact(2) {
+        let [coarse, fine] = [of(&pair[0])?, of(&pair[1])?];
+        nodes = nodes.max(fine.nodes);
+        let mut surfaces = fine.surfaces.into_iter();
+        for (n, depth_m) in pair[1].depths_m.iter().enumerate() {
+            let (before, finest) = (coarse.force_over_e_m2[n], fine.force_over_e_m2[n]);
+            let estimate = extrapolate(&[(coarse.nodes, before), (fine.nodes, finest)]);
+            error = estimate.map_or(error, |e| error.max(e.error / finest));
+            let surface = if pair[1].surfaces_m.contains(depth_m) { surfaces.next() } else { None };
+            let force_over_e_m2 = estimate.map_or(finest, |e| e.limit);
+            centred.push(HoldAnswer { place_m: [0.0; 3], depth_m: *depth_m, force_over_e_m2, surface });
+        }
+    }
+    let again = of(&presses.again)?;
+    let ratio = |depth_m: f64| {
+        let at = presses.again.depths_m.iter().position(|d| *d == depth_m)?;
+        let fine = centred.iter().find(|h| h.depth_m == depth_m)?;
+        Some(fine.force_over_e_m2 / again.force_over_e_m2[at])
+    };
+    let aside = |jobs: &[PressJob]| -> Result<Vec<HoldAnswer>, Error> {
+        let mut holds = Vec::new();
+        for job in jobs {
+            for (depth_m, force) in job.depths_m.iter().zip(of(job)?.force_over_e_m2) {
+                let Some(ratio) = ratio(*depth_m) else { continue };
+                let place_m = [job.place_m[0], job.place_m[1], 0.0];
+                holds.push(HoldAnswer { place_m, depth_m: *depth_m, force_over_e_m2: force * ratio, surface: None });
+            }
+        }
+        Ok(holds)
+    };
+    let (known_aside, unseen_aside) = (aside(&presses.aside)?, aside(&presses.unseen)?);
+    let (known, unseen): (Vec<_>, Vec<_>) = centred.into_iter().partition(|h| presses.fitted_m.contains(&h.depth_m));
+    Ok(Solved {
+        known: of_holds(scene, known.into_iter().chain(known_aside)),
+        unseen: of_holds(scene, unseen.into_iter().chain(unseen_aside)),
+        error,
+        nodes,
+    })
+}
+
+fn of_holds(scene: &Scene, holds: impl Iterator<Item = HoldAnswer>) -> Answer {
+    let tissue = AnswerTissue {
+        block_m: scene.tissue.block_m,
+        mesh: None,
+        poisson_ratio: scene.tissue.poisson_ratio,
+        stiffening_b: 0.0,
+        inclusion: Vec::new(),
+    };
+    let probe = AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m };
+    Answer { tissue, probe, holds: holds.collect(), glued: Vec::new() }
+}

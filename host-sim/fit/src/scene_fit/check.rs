@@ -1,0 +1,89 @@
+//! Refusals of a fit, before anything is solved.
+
+use palpate_tissue::error::Error;
+use palpate_tissue::scene::{Drive, Scene, Shape};
+use palpate_tissue::tissue::DEPTH_MARGIN;
+
+/// Largest Poisson's ratio: beyond, the finite elements lock.
+const MOST_POISSON_RATIO: f64 = 0.495;
+/// Softest tissue [Pa]; fat and brain have a few hundred.
+const SOFTEST_PA: f64 = 100.0;
+/// Widest probe, as a share of the shorter side.
+const WIDEST: f64 = 1.0 / 3.0;
+/// Deepest press, as a share of the thickness.
+const DEEPEST: f64 = 0.5;
+
+/// Refuses what cannot be fitted, and values that are most likely in another unit.
+///
+/// # Errors
+/// The first such value, with its key.
+pub fn check(scene: &Scene) -> Result<(), Error> {
+    scene.refuse_stiffening()?;
+    let (tissue, probe) = (&scene.tissue, &scene.probe);
+    let Some(size_m) = tissue.block_m else {
+        let why = "is not a block, which is all that fit takes: palpate cut calibrates a piece of a mesh or of an organ";
+        return Ok(scene.bad("tissue", why)?);
+    };
+    if tissue.gravity_m_per_s2 != [0.0; 3] {
+        return Ok(scene.bad("tissue.gravity_m_per_s2", "is not zero: a fit has no weight, leave it out here")?);
+    }
+    if tissue.poisson_ratio > MOST_POISSON_RATIO {
+        let why =
+            format!("= {}: the finite elements stay exact to {MOST_POISSON_RATIO} only: give at most that", tissue.poisson_ratio);
+        return Ok(scene.bad("tissue.poisson_ratio", &why)?);
+    }
+    let e_pa = tissue.youngs_modulus_pa;
+    if e_pa < SOFTEST_PA {
+        let why = format!("= {e_pa} Pa is softer than any tissue ({SOFTEST_PA} Pa): give pascals; {e_pa} kPa is {}", e_pa * 1e3);
+        return Ok(scene.bad("tissue.youngs_modulus_pa", &why)?);
+    }
+    let [x, y, thick_m] = size_m;
+    let (wide_m, side_m) = (2.0 * probe.radius_m, x.min(y));
+    if wide_m > WIDEST * side_m {
+        let why = format!(
+            "= {}: the probe is wider ({wide_m} m) than a third of the block ({side_m} m): give metres, a probe of at most {:.4} m, or a wider block",
+            probe.radius_m,
+            0.5 * WIDEST * side_m
+        );
+        return Ok(scene.bad("probe.radius_m", &why)?);
+    }
+    if probe.position_m.is_some_and(|at| at != [0.0; 2]) {
+        return Ok(scene.bad("probe.position_m", "is off the centre, over which a fit is spread: leave it out")?);
+    }
+    scene.refuse_deeper_than(DEEPEST * thick_m, "half the block is thick")?;
+    if let Drive::Force { .. } = scene.drive
+        && DEPTH_MARGIN * probe.radius_m > thick_m
+    {
+        return Ok(scene.bad("drive.kind", "gives no depth, and the block is thin for this probe: use \"depth\"")?);
+    }
+    refuse_beyond_the_guard(scene, |depth_m| half_space_m2(scene, depth_m))
+}
+
+/// Refuses holds at which the force is larger than any that is rendered; `force_m2` is over E [m^2].
+///
+/// # Errors
+/// The first such hold.
+pub fn refuse_beyond_the_guard(scene: &Scene, force_m2: impl Fn(f64) -> f64) -> Result<(), Error> {
+    let (Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. }) = &scene.drive else { return Ok(()) };
+    let most_n = f64::from(palpate::GuardLimits::HIGHEST.max_force_n);
+    for (n, hold_m) in holds_m.iter().enumerate() {
+        let force_n = scene.tissue.youngs_modulus_pa * force_m2(*hold_m);
+        if force_n > most_n {
+            let why = format!(
+                "= {hold_m}: the force there is {force_n:.1} N, the guard lets {most_n} N through: press less deep, or give metres and pascals"
+            );
+            return Ok(scene.bad(&format!("drive.holds_m[{n}]"), &why)?);
+        }
+    }
+    Ok(())
+}
+
+/// Force over E on a half-space [m^2], less than that on any block: Hertz, or the rigid punch.
+fn half_space_m2(scene: &Scene, depth_m: f64) -> f64 {
+    let (nu, radius_m) = (scene.tissue.poisson_ratio, scene.probe.radius_m);
+    let plane = 1.0 / (1.0 - nu * nu);
+    match scene.probe.shape {
+        Shape::Flat => 2.0 * radius_m * plane * depth_m,
+        Shape::Hemisphere | Shape::Sphere => 4.0 / 3.0 * plane * radius_m.sqrt() * depth_m.powf(1.5),
+    }
+}

@@ -1,0 +1,119 @@
+//! The patch of a block and what it is fitted to.
+
+use palpate::Params;
+
+use super::known::Known;
+use super::presses::{DENTS, Presses};
+use crate::calibrate::places::sunflower;
+use crate::calibrate::targets::{DISC_RADII, DentTarget, ForceTarget, PlaceTarget, Reference};
+use crate::calibrate::{Calibration, Round, Settings, Targets, calibrate};
+use crate::statics::Vector;
+use palpate_tissue::error::Error;
+use palpate_tissue::patch::{Material, Patch};
+use palpate_tissue::scene::Scene;
+use palpate_tissue::tissue::{Tissue, place_fine};
+
+/// Elements under the probe are smallest this far around it [probe radii].
+pub const FINE_RADII: f64 = 1.25;
+/// Elements larger than this share of the probe's radius get nine foundation points per triangle
+/// instead of four.
+const NINE_ABOVE: f64 = 0.4;
+/// A force this far off counts as one unit of error (1); the shallowest rests on few points and may
+/// be further off.
+const TOLERANCE: f64 = 0.005;
+const SHALLOW_TOLERANCE: f64 = 0.008;
+/// The shallowest depths, which rest on few points, are fitted at so many times more places.
+const SHALLOW_DEPTHS: usize = 2;
+const SHALLOW_PLACES: usize = 2;
+/// A surface node this share of the depth off counts as one unit of error (1), within this radius
+/// [probe radii].
+const DENT_TOLERANCE: f64 = 0.008;
+const DENT_RADII: f64 = 2.5;
+
+/// A scene's patch before the fit.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// Meshed tissue.
+    pub tissue: Tissue,
+    /// Constants of the material.
+    pub material: Material,
+    /// Parameters of the scene.
+    pub params: Params,
+}
+
+/// Meshes the block of a scene for its patch.
+///
+/// # Errors
+/// A block that cannot be meshed so.
+pub fn prepare(scene: &Scene) -> Result<Prepared, Error> {
+    let placed = place_fine(scene, &[], FINE_RADII)?;
+    let params = scene.params(placed.axis);
+    let material = Material { poisson_ratio: scene.tissue.poisson_ratio, ..Material::default() };
+    let element_m = Patch::build(&placed.tissue, &material, None).element_m();
+    let points_per_triangle = if element_m > NINE_ABOVE * scene.probe.radius_m { 9 } else { 4 };
+    Ok(Prepared { tissue: placed.tissue, material: Material { points_per_triangle, ..material }, params })
+}
+
+impl Prepared {
+    /// The patch with constants from formulas alone.
+    #[must_use]
+    pub fn uncalibrated(&self) -> Patch {
+        Patch::build(&self.tissue, &self.material, None)
+    }
+
+    /// Fits the patch to what is known.
+    ///
+    /// # Errors
+    /// Presses that the reference lacks, a patch that cannot be pressed, a fit that gains nothing.
+    pub fn fit(
+        &self,
+        scene: &Scene,
+        presses: &Presses,
+        known: &Known,
+        settings: &Settings,
+        progress: &mut dyn FnMut(&Round),
+    ) -> Result<Calibration, Error> {
+        let lacks = || Error::Check(format!("{}: the finite elements lack presses that the fit needs: fit it anew", scene.file));
+        let targets = self.targets(presses, known, settings.places).ok_or_else(lacks)?;
+        let fit = calibrate(&self.tissue, &self.material, None, &self.params, &targets, settings, progress)
+            .map_err(|cause| Error::Usage(format!("{}: {cause}", scene.file)))?;
+        if !matches!((fit.rounds.first(), fit.rounds.last()), (Some(first), Some(last)) if last.cost < first.cost) {
+            let why = "the fit did not improve the patch, nothing is written: take more --places or another --nodes";
+            return Err(Error::Check(why.into()));
+        }
+        Ok(fit)
+    }
+
+    fn targets(&self, presses: &Presses, known: &Known, places: usize) -> Option<Targets> {
+        let radius_m = f64::from(self.params.probe.radius_m);
+        let centre_m = Vector::from(self.tissue.site_m);
+        let forces = |offset_m: Vector, depths: usize| {
+            let at = |(n, depth_m): (usize, &f64)| {
+                let tolerance = if n == 0 { SHALLOW_TOLERANCE } else { TOLERANCE };
+                Some(ForceTarget { depth_m: *depth_m, force: known.force(offset_m, *depth_m)?, tolerance })
+            };
+            presses.fitted_m.iter().take(depths).enumerate().map(at).collect::<Option<Vec<_>>>()
+        };
+        let top = (0..).zip(&self.tissue.mesh.nodes_m).filter(|(_, x)| (x[2] - centre_m.z).abs() < 1e-9);
+        let near: Vec<(usize, Vector)> = top
+            .map(|(n, x)| (n, Vector::from(*x) - centre_m))
+            .filter(|(_, offset)| offset.norm() <= DENT_RADII * radius_m)
+            .collect();
+        let dent = |n: &usize| {
+            let depth_m = presses.fitted_m[*n];
+            let node = |(node, at): &(usize, Vector)| Some((*node, Vector::from(known.displacement_m(depth_m, [at.x, at.y])?)));
+            let nodes = near.iter().map(node).collect::<Option<Vec<_>>>()?;
+            Some(DentTarget { depth_m, nodes, tolerance_m: DENT_TOLERANCE * depth_m })
+        };
+        let all_depths = presses.fitted_m.len();
+        let dents = DENTS.iter().map(dent).collect::<Option<Vec<_>>>()?;
+        let mut all = vec![PlaceTarget { place_m: centre_m, forces: forces(Vector::zeros(), all_depths)?, dents }];
+        for (count, depths) in [(places, all_depths), (SHALLOW_PLACES * places, SHALLOW_DEPTHS)] {
+            for [x, y] in sunflower(count, DISC_RADII * radius_m) {
+                let offset_m = Vector::new(x, y, 0.0);
+                all.push(PlaceTarget { place_m: centre_m + offset_m, forces: forces(offset_m, depths)?, dents: Vec::new() });
+            }
+        }
+        Some(Targets { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii: DISC_RADII })
+    }
+}

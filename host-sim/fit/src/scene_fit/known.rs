@@ -1,0 +1,160 @@
+//! The known presses between their places and depths.
+//!
+//! Over depth the logarithm of the force changes slowly against depth^1.5 (Hertz), of a flat end
+//! against the depth: a cubic of the depth's logarithm through the four nearest solved depths. Over
+//! the top the ratio to the centred force is one plus an even polynomial of degree four, as the
+//! block has two planes of symmetry, fitted to the solved places.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::calibrate::targets::Reference;
+use crate::statics::Vector;
+use palpate_tissue::answer::{Answer, SurfaceGrid};
+use palpate_tissue::scene::Shape;
+
+/// Terms of the polynomial: x^2, y^2, x^4, x^2 y^2, y^4.
+const TERMS: usize = 5;
+/// Weight of zero for each, beside places that weigh about one.
+const RIDGE: f64 = 1e-9;
+/// Places closer to the centre than this are the centre [m].
+const CENTRED_M: f64 = 1e-9;
+
+/// Forces over a disc around the centre of a block's top.
+#[derive(Clone, Debug)]
+pub struct Known {
+    /// Depth [m] and logarithm of the force over E over its power of the depth, shallow first.
+    centred: Vec<(f64, f64)>,
+    /// Depth [m] and terms, shallow first.
+    ratios: Vec<(f64, SVector<f64, TERMS>)>,
+    surfaces: Vec<(f64, SurfaceGrid)>,
+    power: f64,
+    length_m: f64,
+}
+
+impl Known {
+    /// `None` with fewer than four depths at the centre.
+    #[must_use]
+    pub fn of(answer: &Answer) -> Option<Self> {
+        let away = |place: [f64; 3]| place[0].hypot(place[1]);
+        let power = if answer.probe.shape == Shape::Flat { 1.0 } else { 1.5 };
+        let at_centre = || answer.holds.iter().filter(|h| away(h.place_m) < CENTRED_M);
+        let mut centred: Vec<(f64, f64)> =
+            at_centre().map(|h| (h.depth_m, (h.force_over_e_m2 / h.depth_m.powf(power)).ln())).collect();
+        centred.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if centred.len() < 4 {
+            return None;
+        }
+        let surfaces = at_centre().filter_map(|h| Some((h.depth_m, h.surface.clone()?))).collect();
+        let mut known = Self { centred, ratios: Vec::new(), surfaces, power, length_m: answer.probe.radius_m };
+        let square = answer.tissue.block_m.is_some_and(|size| size[0] == size[1]);
+        for n in 0..known.centred.len() {
+            let depth_m = known.centred[n].0;
+            let aside = answer.holds.iter().filter(|h| h.depth_m == depth_m && away(h.place_m) > CENTRED_M);
+            let centre = known.centred_force(depth_m);
+            let (mut normal, mut right) = (SMatrix::<f64, TERMS, TERMS>::identity() * RIDGE, SVector::<f64, TERMS>::zeros());
+            let mut places = 0;
+            for hold in aside {
+                let [x, y, _] = hold.place_m;
+                let ratio = hold.force_over_e_m2 / centre - 1.0;
+                for at in [[x, y], [y, x]].into_iter().take(if square { 2 } else { 1 }) {
+                    let shape = known.shape(at);
+                    normal += shape * shape.transpose();
+                    right += shape * ratio;
+                }
+                places += 1;
+            }
+            if places > 0 {
+                known.ratios.push((depth_m, normal.cholesky()?.solve(&right)));
+            }
+        }
+        Some(known)
+    }
+
+    /// Depths that the fit knows [m], rising.
+    #[must_use]
+    pub fn depths_m(&self) -> Vec<f64> {
+        self.centred.iter().map(|c| c.0).collect()
+    }
+
+    fn shape(&self, [x, y]: [f64; 2]) -> SVector<f64, TERMS> {
+        let (x, y) = ((x / self.length_m).powi(2), (y / self.length_m).powi(2));
+        [x, y, x * x, x * y, y * y].into()
+    }
+
+    fn centred_force(&self, depth_m: f64) -> f64 {
+        let above = self.centred.partition_point(|c| c.0 < depth_m);
+        let first = above.saturating_sub(2).min(self.centred.len() - 4);
+        let near = &self.centred[first..first + 4];
+        let mut sum = 0.0;
+        for (n, at) in near.iter().enumerate() {
+            let others = near.iter().enumerate().filter(|(m, _)| *m != n);
+            sum += at.1 * others.map(|(_, o)| (depth_m / o.0).ln() / (at.0 / o.0).ln()).product::<f64>();
+        }
+        sum.exp() * depth_m.powf(self.power)
+    }
+
+    /// Linear in the depth's logarithm between two solved depths, constant beyond.
+    fn ratio(&self, place: [f64; 2], depth_m: f64) -> Option<f64> {
+        let shape = self.shape(place);
+        let above = self.ratios.partition_point(|r| r.0 < depth_m);
+        match (above.checked_sub(1).and_then(|n| self.ratios.get(n)), self.ratios.get(above)) {
+            (Some(low), Some(high)) => {
+                let share = (depth_m / low.0).ln() / (high.0 / low.0).ln();
+                Some(1.0 + low.1.dot(&shape) * (1.0 - share) + high.1.dot(&shape) * share)
+            }
+            (Some(only), None) | (None, Some(only)) => Some(1.0 + only.1.dot(&shape)),
+            (None, None) => None,
+        }
+    }
+}
+
+impl Reference for Known {
+    fn force(&self, place_m: Vector, depth_m: f64) -> Option<f64> {
+        let centred = (depth_m <= self.deepest_m() * (1.0 + 1e-9)).then(|| self.centred_force(depth_m))?;
+        if place_m.x.hypot(place_m.y) < CENTRED_M {
+            return Some(centred);
+        }
+        Some(centred * self.ratio([place_m.x, place_m.y], depth_m)?)
+    }
+
+    fn deepest_m(&self) -> f64 {
+        self.centred.last().map_or(0.0, |c| c.0)
+    }
+
+    fn shallowest_m(&self) -> f64 {
+        self.centred.first().map_or(0.0, |c| c.0)
+    }
+
+    fn displacement_m(&self, depth_m: f64, offset_m: [f64; 2]) -> Option<[f64; 3]> {
+        self.surfaces.iter().find(|(depth, _)| *depth == depth_m)?.1.at_m(offset_m)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use palpate_tissue::answer::HoldAnswer;
+
+    #[test]
+    fn between_solved_depths_and_places_the_law_is_kept() {
+        let force = |x: f64, y: f64, d: f64| {
+            let fall = 1.0 - 30.0 * x * x - 45.0 * y * y - 4e4 * x * x * y * y;
+            d.powf(1.5) * 0.15 * d.powf(0.1) * fall
+        };
+        let mut answer = Answer::block();
+        answer.tissue.block_m = Some([0.08, 0.06, 0.04]);
+        answer.holds.clear();
+        for d in [0.0005, 0.001, 0.002, 0.004, 0.006] {
+            for [x, y] in [[0.0, 0.0], [0.006, 0.0], [0.01, 0.0], [0.0, 0.006], [0.0, 0.01], [0.007, 0.007]] {
+                let force_over_e_m2 = force(x, y, d);
+                answer.holds.push(HoldAnswer { place_m: [x, y, 0.0], depth_m: d, force_over_e_m2, surface: None });
+            }
+        }
+        let known = Known::of(&answer).unwrap();
+        for (x, y, d) in [(0.0, 0.0, 0.003), (0.003, -0.005, 0.001), (-0.006, 0.006, 0.0055)] {
+            let found = known.force(Vector::new(x, y, 0.0), d).unwrap();
+            assert!((found / force(x, y, d) - 1.0).abs() < 1e-6, "{x} {y} {d}: {found}");
+        }
+        assert!(known.force(Vector::zeros(), 0.0061).is_none(), "deeper than solved");
+    }
+}

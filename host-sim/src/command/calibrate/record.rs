@@ -1,0 +1,56 @@
+//! The record beside a calibrated patch: what it was fitted to, and how wrong it is.
+
+use palpate_fit::calibrate::accuracy::{Accuracy, DISC_RADII, PLACES};
+use palpate_fit::calibrate::targets::DEPTHS_RADII;
+use palpate_tissue::Error;
+use palpate_tissue::answer::Answer;
+use palpate_tissue::fit_record::{FitRecord, Judged, checksum};
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::packed;
+
+/// The finite elements of the answer that ships were solved on three meshes and agree to this [%].
+const REFERENCE_ERROR_PCT: f64 = 0.3;
+
+/// Writes the record of the patch file `name`.
+pub(super) fn write(
+    folder: &OutputFolder,
+    name: &str,
+    bytes: &[u8],
+    scene: &Scene,
+    answer: &Answer,
+    accuracy: &Accuracy,
+) -> Result<(), Error> {
+    let Some(patch_crc32) = checksum(bytes) else { return Ok(()) };
+    let (patch, _) = packed::unpack(bytes)?;
+    let radius_m = scene.probe.radius_m;
+    // the disc, over all of its depths
+    let disc: Vec<_> = accuracy.forces.iter().filter(|f| f.disc_rms_pct.is_some()).collect();
+    let depths_mm: Vec<f64> = disc.iter().map(|f| f.depth_mm).collect();
+    let (rms_pct, worst_pct) = accuracy.disc_pct(&depths_mm);
+    let record = FitRecord {
+        patch_crc32,
+        scene: scene.name.clone(),
+        nodes: patch.model().nodes.len(),
+        tissue: answer.tissue.clone(),
+        probe: answer.probe,
+        fitted_places: patch.fitted_places(),
+        fitted_depths_m: DEPTHS_RADII.iter().map(|depth| depth * radius_m).collect(),
+        judged: Judged {
+            rms_pct,
+            worst_pct,
+            from_m: depths_mm.first().copied().map_or(0.0, metres),
+            to_m: depths_mm.last().copied().map_or(0.0, metres),
+            places: PLACES,
+            disc_radius_m: DISC_RADII * radius_m,
+        },
+        moving: None,
+        reference_error_pct: Some(REFERENCE_ERROR_PCT),
+    };
+    record.write(folder, name)
+}
+
+/// Without what single precision of the radius adds.
+fn metres(mm: f64) -> f64 {
+    (mm * 1e4).round() / 1e7
+}

@@ -1,0 +1,271 @@
+//! `palpate fit`: from the scene of a block to a calibrated patch with a judged error.
+
+mod report;
+mod steps;
+mod store;
+mod trials;
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use clap::Args;
+
+use super::Common;
+use crate::error::Error;
+use palpate_fit::calibrate::{Fit, Round, Settings};
+use palpate_fit::scene_fit::{
+    Forces, Known, Level, Prepared, PressJob, Presses, Solved, Verdict, Watch, answer, check, judge, prepare,
+    refuse_beyond_the_guard, solve_all,
+};
+use palpate_fit::{calibrate::targets::Reference, statics::Unbalanced};
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::answer::AnswerProbe;
+use palpate_tissue::budget::MACHINES;
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::{NO_PATCH, Scene};
+use palpate_tissue::session::{Session, calibrated, packed};
+use palpate_tissue::trials::Trial;
+
+use report::Report;
+use steps::Steps;
+use store::{FitKey, Store, StoredFit};
+
+/// The worst press may be this many times the tolerance off.
+const WORST_RATIO: f64 = 2.5;
+/// Most nodes that a block is meshed with.
+const MOST_NODES: f64 = 5000.0;
+/// Places that can be asked for: 20 over-fit.
+const PLACES_RANGE: std::ops::RangeInclusive<usize> = 20..=2000;
+/// Most rounds of a fit: later ones gain little. With `--quick`.
+const ROUNDS: usize = 10;
+const QUICK_ROUNDS: usize = 3;
+
+#[derive(Args, Clone, Debug)]
+pub(super) struct FitArgs {
+    #[command(flatten)]
+    common: Common,
+    /// Nodes of the patch [default: the scene's].
+    #[arg(long, value_name = "COUNT")]
+    nodes: Option<usize>,
+    /// Places of the probe to fit over, beside the centre.
+    #[arg(long, value_name = "COUNT", default_value_t = Settings::default().places)]
+    places: usize,
+    /// Force error that is asked for, at places and depths that the fit never saw [%]: root mean
+    /// square; a single press may be 2.5 times as far off.
+    #[arg(long, value_name = "PERCENT", default_value_t = 2.0, allow_negative_numbers = true)]
+    tolerance_pct: f64,
+    /// Coarse finite elements and few rounds: a trial of the command, not a patch to rely on.
+    #[arg(long)]
+    quick: bool,
+    /// Fit every scene of a folder, and put their trials together: the table that ships.
+    #[arg(long, hide = true, value_name = "FOLDER", conflicts_with = "scene")]
+    trials: Option<PathBuf>,
+}
+
+impl FitArgs {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        match &self.trials {
+            Some(scenes) => trials::run(self, scenes),
+            None => self.fit_scene(),
+        }
+    }
+
+    fn fit_scene(&self) -> Result<(), Error> {
+        let scene = self.scene()?;
+        let prepared = prepare(&scene)?;
+        let level = if self.quick { Level::Quick } else { Level::Full };
+        let presses = Presses::of(&scene, &prepared.tissue, level);
+        let path = self.common.folder("fit");
+        let folder = OutputFolder::open(&path)?;
+        let store = Store::of(&path, &folder, &scene);
+        println!(
+            "scene {}: {} nodes, nu {}, {:?} of {} mm, {:.2} to {:.2} mm deep",
+            scene.name,
+            prepared.tissue.mesh.nodes_m.len(),
+            scene.tissue.poisson_ratio,
+            scene.probe.shape,
+            scene.probe.radius_m * 1e3,
+            presses.fitted_m.first().unwrap_or(&f64::NAN) * 1e3,
+            presses.fitted_m.last().unwrap_or(&f64::NAN) * 1e3,
+        );
+        let (solved, reused_presses) = reference(&scene, &presses, &store)?;
+        let known = Known::of(&solved.known)
+            .ok_or_else(|| TissueError::Check("the finite elements gave fewer than four depths at the centre".into()))?;
+        refuse_beyond_the_guard(&scene, |depth_m| known.force(palpate_fit::statics::Vector::zeros(), depth_m).unwrap_or(0.0))?;
+        let (fit, reused_fit) = self.fit(&scene, &presses, &prepared, &known, &store)?;
+        let (patch, params) = packed::unpack(&fit.patch()).map_err(TissueError::from)?;
+        let steps = Steps::new("judging", 2);
+        let before =
+            judge(&prepared.uncalibrated(), &prepared.params, &known, &solved.unseen).map_err(|e| unbalanced(&scene, e))?;
+        steps.one("the patch before the fit");
+        let verdict = judge(&patch, &params, &known, &solved.unseen).map_err(|e| unbalanced(&scene, e))?;
+        steps.one("the fitted patch");
+        steps.finish();
+        let mut trials = vec![trial(&scene, &presses, &prepared, None, &before)];
+        trials.extend(self.other_tip(&scene, &presses, &prepared, &known, &solved));
+        let session = Session::of_fitted(&MACHINES[0], patch, params)?.for_motion(&MACHINES[0], &scene)?;
+        let report = Report {
+            scene: &scene,
+            presses: &presses,
+            solved: &solved,
+            known: &known,
+            fit: &fit,
+            session: &session,
+            before: &before,
+            verdict: &verdict,
+            trials: &trials,
+            reused: (reused_presses, reused_fit),
+            places: self.places,
+            quick: self.quick,
+            tolerance_pct: self.tolerance_pct,
+        };
+        let stages = store.stages(&presses, &fit);
+        report.write(folder, &stages)?;
+        self.promise(&prepared, &verdict)
+    }
+
+    /// The scene, if it can be fitted.
+    fn scene(&self) -> Result<Scene, Error> {
+        let mut scene = Scene::load(&self.common.scene)?;
+        if !PLACES_RANGE.contains(&self.places) {
+            let (first, last) = (PLACES_RANGE.start(), PLACES_RANGE.end());
+            return Err(TissueError::Usage(format!("--places {}: take {first} to {last}", self.places)).into());
+        }
+        if !(self.tolerance_pct > 0.0 && self.tolerance_pct <= 100.0) {
+            let why = format!("--tolerance-pct {}: give a percentage above 0, at most 100", self.tolerance_pct);
+            return Err(TissueError::Usage(why).into());
+        }
+        check(&scene)?;
+        // the scene may already name the patch that is about to be fitted
+        scene.solver.patch = Some(NO_PATCH.into());
+        scene.tissue.nodes = self.nodes.or(scene.tissue.nodes);
+        Ok(scene)
+    }
+
+    fn fit(
+        &self,
+        scene: &Scene,
+        presses: &Presses,
+        prepared: &Prepared,
+        known: &Known,
+        store: &Store,
+    ) -> Result<(StoredFit, bool), Error> {
+        let rounds = if self.quick { QUICK_ROUNDS } else { ROUNDS };
+        let settings = Settings { places: self.places, rounds, fit: Fit::GaussNewton };
+        let key = FitKey { nodes: prepared.tissue.mesh.nodes_m.len(), places: self.places, rounds };
+        if let Some(stored) = store.fit(presses, &key) {
+            println!("fit: as an earlier run left it");
+            return Ok((stored, true));
+        }
+        let steps = Steps::new("fit", rounds as u64 + 1);
+        let fit = prepared.fit(scene, presses, known, &settings, &mut |r: &Round| {
+            steps.one(&format!("force error {:.2} % rms", r.force_rms_pct));
+        })?;
+        steps.finish();
+        let stable = palpate_tissue::stable_step::StableStep::measure(&fit.patch.wide_model(), &fit.params, fit.patch.site_m())
+            .map_err(TissueError::from)?;
+        let patch = fit.patch.pack(&fit.params, stable.map_or(0.0, |s| s.pressed_s) as f32);
+        let stored = StoredFit::new(presses.clone(), key, &patch, fit.rounds);
+        store.keep_fit(&stored)?;
+        Ok((stored, false))
+    }
+
+    /// The shipped patch of this size under this scene's tip, where the tissue is its own.
+    fn other_tip(&self, scene: &Scene, presses: &Presses, prepared: &Prepared, known: &Known, solved: &Solved) -> Option<Trial> {
+        let nodes = prepared.tissue.mesh.nodes_m.len();
+        let record = calibrated::record(nodes)?;
+        let own = AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m };
+        let same = record.tissue.block_m == scene.tissue.block_m && record.tissue.poisson_ratio == scene.tissue.poisson_ratio;
+        if !same || record.probe == own {
+            return None;
+        }
+        let (patch, packed) = calibrated::sized(nodes)?;
+        let params = palpate::Params { probe: prepared.params.probe, ..packed };
+        // a patch that is not pressed so far is no trial
+        let verdict = judge(&patch, &params, known, &solved.unseen).ok()?;
+        Some(trial(scene, presses, prepared, Some(record.probe), &verdict))
+    }
+
+    /// What was asked for; if it is missed, what would do.
+    fn promise(&self, prepared: &Prepared, verdict: &Verdict) -> Result<(), Error> {
+        let (asked, rms, worst) = (self.tolerance_pct, verdict.rms_pct(), verdict.worst_pct());
+        let keeps = rms.max(worst.abs() / WORST_RATIO);
+        if keeps <= asked {
+            return Ok(());
+        }
+        // the error falls about with the root of the node count
+        let nodes = prepared.tissue.mesh.nodes_m.len() as f64 * (keeps / asked).powi(2);
+        let would_do = match nodes {
+            n if n > MOST_NODES => "more nodes than a block is meshed with would (an estimate): ask for".to_owned(),
+            n => format!("try --nodes {:.0} (an estimate), or", (n / 10.0).ceil() * 10.0),
+        };
+        Err(TissueError::Check(format!(
+            "{rms:.2} % rms and {worst:+.2} % at the worst unseen press, {asked} % rms and {:.1} % were asked for; all is written: {would_do} --tolerance-pct {:.1}",
+            WORST_RATIO * asked,
+            (keeps * 10.0).ceil() / 10.0
+        ))
+        .into())
+    }
+}
+
+fn trial(scene: &Scene, presses: &Presses, prepared: &Prepared, fitted: Option<AnswerProbe>, verdict: &Verdict) -> Trial {
+    Trial {
+        scene: scene.name.clone(),
+        block_m: scene.tissue.block_m.unwrap_or_default(),
+        poisson_ratio: scene.tissue.poisson_ratio,
+        probe: AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m },
+        nodes: prepared.tissue.mesh.nodes_m.len(),
+        deepest_m: presses.fitted_m.last().copied().unwrap_or_default(),
+        fitted,
+        rms_pct: verdict.rms_pct(),
+        worst_pct: verdict.worst_pct(),
+    }
+}
+
+fn unbalanced(scene: &Scene, cause: Unbalanced) -> Error {
+    Error::Tissue(TissueError::Check(format!("scene {}: {cause}", scene.name)))
+}
+
+/// Solves what no earlier run has.
+fn reference(scene: &Scene, presses: &Presses, store: &Store) -> Result<(Solved, usize), Error> {
+    let steps = Steps::new("finite elements", presses.jobs().count() as u64);
+    let watched = Watched { store, steps: &steps, reused: AtomicUsize::new(0) };
+    let found = solve_all(scene, presses, &watched)?;
+    steps.finish();
+    let reused = watched.reused.into_inner();
+    if reused > 0 {
+        println!("finite elements: {reused} of {} presses as an earlier run left them", found.len());
+    }
+    let solved = answer(scene, presses, |job| found.iter().find(|(own, _)| own == job).map(|(_, forces)| forces.clone()))?;
+    Ok((solved, reused))
+}
+
+/// Presses are stored, and told.
+struct Watched<'a> {
+    store: &'a Store<'a>,
+    steps: &'a Steps,
+    /// Presses that an earlier run solved.
+    reused: AtomicUsize,
+}
+
+impl Watch for Watched<'_> {
+    fn stored(&self, job: &PressJob) -> Option<Forces> {
+        self.store.press(job)
+    }
+
+    fn reached(&self, job: &PressJob, depth_m: f64) {
+        let [x, y] = job.place_m.map(|x| x * 1e3);
+        self.steps.at(&format!("({x:.1}, {y:.1}) mm, {:.2} mm deep", depth_m * 1e3));
+    }
+
+    fn done(&self, job: &PressJob, forces: &Forces, anew: bool) -> Result<(), TissueError> {
+        if anew {
+            self.store.keep_press(job, forces)?;
+        } else {
+            self.reused.fetch_add(1, Ordering::Relaxed);
+        }
+        let [x, y] = job.place_m.map(|x| x * 1e3);
+        self.steps.one(&format!("({x:.1}, {y:.1}) mm, {} nodes", forces.nodes));
+        Ok(())
+    }
+}

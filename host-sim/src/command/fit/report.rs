@@ -1,0 +1,221 @@
+//! Files, table and closing sentences of a fit.
+
+use palpate::Vector3;
+use palpate_charts::{self as charts, ConvergencePoint, Press, Sample};
+use palpate_fit::calibrate::Round;
+use palpate_fit::calibrate::targets::Reference;
+use palpate_fit::scene_fit::{Known, Presses, Solved, Verdict};
+use palpate_tissue::answer::{Answer, AnswerProbe, AnswerTissue};
+use palpate_tissue::fit_record::{FitRecord, Judged, Moving, checksum};
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::Session;
+use palpate_tissue::trials::Trial;
+use palpate_tissue::{Error as TissueError, machine};
+use serde::Serialize;
+
+use super::store::{STAGES, StoredFit};
+use crate::error::Error;
+
+/// All that a fit came to.
+pub(super) struct Report<'a> {
+    pub scene: &'a Scene,
+    pub presses: &'a Presses,
+    pub solved: &'a Solved,
+    pub known: &'a Known,
+    pub fit: &'a StoredFit,
+    pub session: &'a Session,
+    pub before: &'a Verdict,
+    pub verdict: &'a Verdict,
+    pub trials: &'a [Trial],
+    /// Presses, and whether the fit, that an earlier run left.
+    pub reused: (usize, bool),
+    pub places: usize,
+    pub quick: bool,
+    pub tolerance_pct: f64,
+}
+
+#[derive(Serialize)]
+struct Summary<'a> {
+    scene: &'a str,
+    nodes: usize,
+    quick: bool,
+    reused_presses: usize,
+    reused_fit: bool,
+    tolerance_pct: f64,
+    reference_nodes: usize,
+    reference_error_pct: f64,
+    fitted_places: usize,
+    fitted_depths_m: &'a [f64],
+    uncalibrated: &'a Verdict,
+    calibrated: &'a Verdict,
+    record: &'a FitRecord,
+    rounds: &'a [Round],
+    machine: String,
+}
+
+impl Report<'_> {
+    /// Writes all files, publishes them, and prints the verdict.
+    pub(super) fn write(&self, folder: OutputFolder, stages: &impl Serialize) -> Result<(), Error> {
+        let patch = self.fit.patch();
+        let record = self.record(&patch)?;
+        let name = format!("{}-{}.patch", self.scene.name, record.nodes);
+        folder.write(&name, &patch)?;
+        record.write(&folder, &name)?;
+        self.answer().save(&folder, "answer.json")?;
+        self.tables(&folder)?;
+        self.pictures(&folder)?;
+        folder.write_json(
+            "summary.json",
+            &Summary {
+                scene: &self.scene.name,
+                nodes: record.nodes,
+                quick: self.quick,
+                reused_presses: self.reused.0,
+                reused_fit: self.reused.1,
+                tolerance_pct: self.tolerance_pct,
+                reference_nodes: self.solved.nodes,
+                reference_error_pct: 100.0 * self.solved.error,
+                fitted_places: self.places,
+                fitted_depths_m: &self.presses.fitted_m,
+                uncalibrated: self.before,
+                calibrated: self.verdict,
+                record: &record,
+                rounds: &self.fit.rounds,
+                machine: machine::processor(),
+            },
+        )?;
+        folder.write_json("trials.json", &self.trials)?;
+        let stages = serde_json::to_string(stages).map_err(|e| TissueError::Write { path: STAGES.into(), source: e.into() })?;
+        folder.write(STAGES, stages.as_bytes())?;
+        let file = folder.publish()?.join(&name);
+        self.print(&record);
+        println!(
+            "\nwrote {}: what it was fitted to beside it, summary.json, accuracy.csv, convergence.csv, answer.json, pictures as SVG and PNG",
+            file.display()
+        );
+        println!("press it with patch = \"{}\" under [solver] of the scene", file.display());
+        Ok(())
+    }
+
+    fn record(&self, patch: &[u8]) -> Result<FitRecord, Error> {
+        let (scene, verdict) = (self.scene, self.verdict);
+        let patch_crc32 = checksum(patch)
+            .ok_or_else(|| TissueError::Check("the stored fit is damaged: remove the output folder and fit again".into()))?;
+        let depths = || verdict.depths.iter().map(|d| d.depth_mm * 1e-3);
+        let reference_error_pct = 100.0 * self.solved.error;
+        Ok(FitRecord {
+            patch_crc32,
+            scene: scene.name.clone(),
+            nodes: self.session.report.nodes,
+            tissue: AnswerTissue {
+                block_m: scene.tissue.block_m,
+                mesh: None,
+                poisson_ratio: scene.tissue.poisson_ratio,
+                stiffening_b: 0.0,
+                inclusion: Vec::new(),
+            },
+            probe: AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m },
+            fitted_places: self.session.patch.fitted_places(),
+            fitted_depths_m: self.presses.fitted_m.clone(),
+            judged: Judged {
+                rms_pct: verdict.rms_pct(),
+                worst_pct: verdict.worst_pct(),
+                from_m: depths().fold(f64::INFINITY, f64::min),
+                to_m: depths().fold(0.0, f64::max),
+                places: verdict.disc_places,
+                disc_radius_m: verdict.disc_radius_m,
+            },
+            moving: self.session.report.moving.map(|m| Moving { speed_m_per_s: m.speed_m_per_s, rms_pct: m.rms_pct }),
+            reference_error_pct: Some(reference_error_pct),
+        })
+    }
+
+    /// Both answers in one, for `calibrate` and for whoever wants the forces.
+    fn answer(&self) -> Answer {
+        let mut answer = self.solved.known.clone();
+        answer.holds.extend(self.solved.unseen.holds.iter().cloned());
+        answer
+    }
+
+    fn tables(&self, folder: &OutputFolder) -> Result<(), Error> {
+        let header = ["depth_mm", "fitted_depth", "centred_pct", "disc_rms_pct", "disc_worst_pct", "uncalibrated_rms_pct"];
+        let rows = self.verdict.depths.iter().zip(&self.before.depths).map(|(after, before)| {
+            let fitted = f64::from(u8::from(after.fitted_depth));
+            [after.depth_mm, fitted, after.centred_pct, after.rms_pct, after.worst_pct, before.rms_pct]
+        });
+        folder.write_csv("accuracy.csv", header, rows)?;
+        let header = ["evaluations", "cost", "force_rms_pct", "dent_mean_mm", "elapsed_s"];
+        let rows = self.fit.rounds.iter().map(|r| [r.evaluations as f64, r.cost, r.force_rms_pct, r.dent_mean_mm, r.elapsed_s]);
+        Ok(folder.write_csv("convergence.csv", header, rows)?)
+    }
+
+    fn pictures(&self, folder: &OutputFolder) -> Result<(), Error> {
+        let points: Vec<ConvergencePoint> = self
+            .fit
+            .rounds
+            .iter()
+            .map(|r| ConvergencePoint {
+                evaluations: r.evaluations,
+                force_rms_pct: r.force_rms_pct,
+                dent_mean_mm: r.dent_mean_mm,
+                elapsed_s: r.elapsed_s,
+            })
+            .collect();
+        charts::convergence(folder.draft(), "convergence", &self.scene.name, &points)?;
+        let e_pa = self.scene.tissue.youngs_modulus_pa;
+        let force_n = |depth_m: f64| self.known.force(Vector3::zeros(), depth_m).unwrap_or(0.0) * e_pa;
+        let ours: Vec<Sample> = self
+            .verdict
+            .depths
+            .iter()
+            .enumerate()
+            .map(|(n, d)| {
+                let depth_m = d.depth_mm * 1e-3;
+                Sample { t_s: n as f64, depth_m, force_n: force_n(depth_m) * (1.0 + 0.01 * d.centred_pct) }
+            })
+            .collect();
+        let reference: Vec<(f64, f64)> = ours.iter().map(|s| (s.depth_m, force_n(s.depth_m))).collect();
+        let press = Press {
+            scene: &self.scene.name,
+            node_count: self.session.report.nodes,
+            trace: &ours,
+            holds: &[],
+            reference: &reference,
+        };
+        charts::force_depth(folder.draft(), "force_depth", &press)?;
+        Ok(())
+    }
+
+    fn print(&self, record: &FitRecord) {
+        println!("\nforce error against finite elements, places unknown to the fit; * depths unknown too");
+        println!("{:>10} {:>10} {:>11} {:>9} {:>14}", "depth mm", "centred %", "disc rms %", "worst %", "uncalibrated %");
+        for (after, before) in self.verdict.depths.iter().zip(&self.before.depths) {
+            println!(
+                "{:>9.3}{} {:>+10.2} {:>11.2} {:>+9.2} {:>14.2}",
+                after.depth_mm,
+                if after.fitted_depth { ' ' } else { '*' },
+                after.centred_pct,
+                after.rms_pct,
+                after.worst_pct,
+                before.rms_pct
+            );
+        }
+        let v = self.verdict;
+        println!(
+            "{} presses solved at unseen places and depths: {:.2} % rms, worst {:+.2} % (uncalibrated {:.2} and {:+.2} %)",
+            v.unseen_presses, v.unseen_rms_pct, v.unseen_worst_pct, self.before.unseen_rms_pct, self.before.unseen_worst_pct
+        );
+        println!(
+            "{} random places within {:.1} mm at all depths: {:.2} % rms, worst {:+.2} %; the finite elements themselves within {:.2} %",
+            v.disc_places,
+            v.disc_radius_m * 1e3,
+            v.disc_rms_pct,
+            v.disc_worst_pct,
+            100.0 * self.solved.error
+        );
+        if let Some(moving) = record.moving {
+            println!("moving at {:.0} mm/s {:.1} % more", moving.speed_m_per_s * 1e3, moving.rms_pct);
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! Stages that earlier runs into the same folder have finished: each press, and the fit.
+//!
+//! A finished stage is a note beside the folder until the result is published, and in the result
+//! from then on. It is used again where all that it was made from is the same.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use palpate_fit::calibrate::Round;
+use palpate_fit::scene_fit::{Forces, PressJob, Presses};
+use palpate_tissue::answer::AnswerProbe;
+use palpate_tissue::error::Error;
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::Scene;
+use serde::{Deserialize, Serialize};
+
+/// Rises when a stage computes something else from the same input.
+const FORM: u32 = 1;
+/// In the result.
+pub(super) const STAGES: &str = "stages.json";
+
+/// The tissue and the tip that were pressed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Pressed {
+    form: u32,
+    block_m: Option<[f64; 3]>,
+    poisson_ratio: f64,
+    probe: AnswerProbe,
+}
+
+/// Inputs of the fit beside the presses.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct FitKey {
+    pub nodes: usize,
+    pub places: usize,
+    pub rounds: usize,
+}
+
+/// A finished press.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct StoredPress {
+    pressed: Pressed,
+    job: PressJob,
+    forces: Forces,
+}
+
+/// A finished fit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct StoredFit {
+    pub presses: Presses,
+    pub key: FitKey,
+    /// The patch file, in hexadecimal digits.
+    patch: String,
+    pub rounds: Vec<Round>,
+}
+
+impl StoredFit {
+    pub(super) fn new(presses: Presses, key: FitKey, patch: &[u8], rounds: Vec<Round>) -> Self {
+        let mut digits = String::with_capacity(2 * patch.len());
+        for byte in patch {
+            let _infallible = write!(digits, "{byte:02x}");
+        }
+        Self { presses, key, patch: digits, rounds }
+    }
+
+    /// Bytes of the patch file; none if the digits were damaged.
+    pub(super) fn patch(&self) -> Vec<u8> {
+        let pair = |n: usize| self.patch.get(n..n + 2).and_then(|pair| u8::from_str_radix(pair, 16).ok());
+        (0..self.patch.len()).step_by(2).map_while(pair).collect()
+    }
+}
+
+/// All stages of a result.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct Stages {
+    presses: Vec<StoredPress>,
+    fit: Option<(Pressed, StoredFit)>,
+}
+
+/// Finished stages of this scene.
+pub(super) struct Store<'a> {
+    folder: &'a OutputFolder,
+    pressed: Pressed,
+    stages: Stages,
+}
+
+impl<'a> Store<'a> {
+    /// Reads what there is; a file that cannot be read is none.
+    pub(super) fn of(path: &Path, folder: &'a OutputFolder, scene: &Scene) -> Self {
+        let pressed = Pressed {
+            form: FORM,
+            block_m: scene.tissue.block_m,
+            poisson_ratio: scene.tissue.poisson_ratio,
+            probe: AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m },
+        };
+        let published = std::fs::read_to_string(path.join(STAGES)).ok();
+        let mut stages: Stages = published.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
+        stages.presses.retain(|press| press.pressed == pressed);
+        stages.fit = stages.fit.filter(|(own, _)| *own == pressed);
+        Self { folder, pressed, stages }
+    }
+
+    /// The forces of a press, if it was solved.
+    pub(super) fn press(&self, job: &PressJob) -> Option<Forces> {
+        let stored = self.stages.presses.iter().find(|press| press.job == *job);
+        if let Some(stored) = stored {
+            return Some(stored.forces.clone());
+        }
+        let note: StoredPress = serde_json::from_str(&self.folder.read_note(&name(job))?).ok()?;
+        (note.pressed == self.pressed && note.job == *job).then_some(note.forces)
+    }
+
+    /// Notes a press.
+    pub(super) fn keep_press(&self, job: &PressJob, forces: &Forces) -> Result<(), Error> {
+        let stored = StoredPress { pressed: self.pressed.clone(), job: job.clone(), forces: forces.clone() };
+        self.folder.write_note(&name(job), &stored)
+    }
+
+    /// The fit, if it was made from the same.
+    pub(super) fn fit(&self, presses: &Presses, key: &FitKey) -> Option<StoredFit> {
+        let same = |fit: &StoredFit| fit.presses == *presses && fit.key == *key;
+        if let Some((_, fit)) = self.stages.fit.as_ref().filter(|(_, fit)| same(fit)) {
+            return Some(fit.clone());
+        }
+        let (pressed, fit): (Pressed, StoredFit) = serde_json::from_str(&self.folder.read_note(FIT)?).ok()?;
+        (pressed == self.pressed && same(&fit)).then_some(fit)
+    }
+
+    /// Notes a fit.
+    pub(super) fn keep_fit(&self, fit: &StoredFit) -> Result<(), Error> {
+        self.folder.write_note(FIT, &(&self.pressed, fit))
+    }
+
+    /// All stages, to be published.
+    pub(super) fn stages(&self, presses: &Presses, fit: &StoredFit) -> impl Serialize + use<> {
+        let stored =
+            |job: &PressJob| Some(StoredPress { pressed: self.pressed.clone(), job: job.clone(), forces: self.press(job)? });
+        Stages { presses: presses.jobs().filter_map(stored).collect(), fit: Some((self.pressed.clone(), fit.clone())) }
+    }
+}
+
+const FIT: &str = "fit.json";
+
+/// Of a note: one for each mesh and place.
+fn name(job: &PressJob) -> String {
+    let [x, y] = job.place_m.map(|x| (x * 1e7).round());
+    let deepest = job.depths_m.last().map_or(0.0, |d| (d * 1e7).round());
+    format!("press-{}-{x}-{y}-{deepest}-{}.json", job.nodes, if job.whole { "whole" } else { "piece" })
+}

@@ -1,0 +1,106 @@
+//! The record beside a patch file: what the patch was fitted to, and how wrong it was found to be.
+//!
+//! `block-410.patch` has `block-410.patch.json`. The patch itself, which a board takes as it is,
+//! does not change. The record names the checksum of its patch, so that it never vouches for
+//! another.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::answer::{AnswerProbe, AnswerTissue};
+use crate::error::Error;
+use crate::output::OutputFolder;
+
+/// Added to the name of the patch file.
+pub const RECORD_SUFFIX: &str = ".json";
+/// Where a patch file has its checksum.
+const CHECKSUM: std::ops::Range<usize> = 12..16;
+
+/// Scene that a patch was fitted to, and its judged error.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct FitRecord {
+    /// Checksum of the patch file.
+    pub patch_crc32: u32,
+    /// Name of the scene.
+    pub scene: String,
+    /// Nodes of the patch.
+    pub nodes: usize,
+    /// Tissue that the fit knew.
+    pub tissue: AnswerTissue,
+    /// Tip that the fit knew.
+    pub probe: AnswerProbe,
+    /// Places around the centre over which it was fitted.
+    pub fitted_places: u32,
+    /// Depths that it was fitted at [m], rising.
+    pub fitted_depths_m: Vec<f64>,
+    /// Error where the fit has not looked.
+    pub judged: Judged,
+    /// Error while the probe moves, on top.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moving: Option<Moving>,
+    /// How far the finite elements themselves may be off [%], where that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference_error_pct: Option<f64>,
+}
+
+/// Force errors at places that the fit did not see.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Judged {
+    /// Root mean square over places and depths [%].
+    pub rms_pct: f64,
+    /// The largest, with its sign [%].
+    pub worst_pct: f64,
+    /// Shallowest press [m].
+    pub from_m: f64,
+    /// Deepest press [m].
+    pub to_m: f64,
+    /// How many places.
+    pub places: usize,
+    /// They lie within this of the centre [m].
+    pub disc_radius_m: f64,
+}
+
+/// Force error of floored masses under a moving probe.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Moving {
+    /// Speed of the ramp [m/s].
+    pub speed_m_per_s: f64,
+    /// Root mean square over the ramp, of its largest force [%].
+    pub rms_pct: f64,
+}
+
+impl FitRecord {
+    /// Path of the record of a patch file.
+    #[must_use]
+    pub fn path(patch: &Path) -> PathBuf {
+        let mut name = OsString::from(patch);
+        name.push(RECORD_SUFFIX);
+        name.into()
+    }
+
+    /// Writes the record beside the patch file `name`.
+    ///
+    /// # Errors
+    /// The disk is full.
+    pub fn write(&self, folder: &OutputFolder, name: &str) -> Result<(), Error> {
+        folder.write_json(&format!("{name}{RECORD_SUFFIX}"), self)
+    }
+
+    /// The record of a patch file, if it has one that is its own.
+    #[must_use]
+    pub fn of_file(patch: &Path) -> Option<Self> {
+        let record: Self = serde_json::from_str(&std::fs::read_to_string(Self::path(patch)).ok()?).ok()?;
+        (checksum(&std::fs::read(patch).ok()?)? == record.patch_crc32).then_some(record)
+    }
+}
+
+/// Checksum of a patch file, as it stands there; `None` if the file is too short to have one.
+#[must_use]
+pub fn checksum(patch: &[u8]) -> Option<u32> {
+    Some(u32::from_le_bytes(patch.get(CHECKSUM)?.try_into().ok()?))
+}

@@ -1,0 +1,163 @@
+//! How far the force of a scene's patch can be trusted: what it was fitted to, what of the scene is
+//! different, and the error to expect.
+
+use serde::Serialize;
+
+use super::calibrated;
+use crate::answer::AnswerProbe;
+use crate::fit_record::FitRecord;
+use crate::patch::Patch;
+use crate::scene::{Drive, NO_PATCH, Scene, Shape};
+use crate::tissue::DEFAULT_NODES;
+use crate::trials::{Expected, expected};
+
+/// Depths and lengths this share apart are the same.
+const SAME: f64 = 1e-6;
+
+/// How far a patch can be trusted in a scene.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "standing", rename_all = "kebab-case")]
+pub enum Standing {
+    /// Fitted to this scene and judged.
+    Calibrated {
+        /// Its fit, and the error found.
+        record: FitRecord,
+    },
+    /// Fitted, but to another scene.
+    CalibratedForAnother {
+        /// Differences, in words.
+        differs: Vec<String>,
+        /// Its fit.
+        record: FitRecord,
+        /// Error of the nearest trial.
+        expected: Option<Expected>,
+    },
+    /// Fitted, but to what is not known: the patch file came without its record.
+    Unrecorded {
+        /// Places that it was fitted over.
+        fitted_places: u32,
+    },
+    /// Constants from formulas alone.
+    Uncalibrated {
+        /// Error of the nearest trial.
+        expected: Option<Expected>,
+    },
+}
+
+impl Standing {
+    /// The standing of a scene's patch.
+    #[must_use]
+    pub fn of(scene: &Scene, patch: &Patch) -> Self {
+        let fitted_places = patch.fitted_places();
+        let file = scene.solver.patch.as_deref().filter(|path| path.as_os_str() != NO_PATCH);
+        let record = match file {
+            _ if fitted_places == 0 => None,
+            Some(file) => FitRecord::of_file(file),
+            None => calibrated::record(scene.tissue.nodes.unwrap_or(DEFAULT_NODES)),
+        };
+        match record {
+            Some(record) => {
+                let differs = differs(scene, patch, &record);
+                if differs.is_empty() {
+                    return Self::Calibrated { record };
+                }
+                let expected = expected(scene, patch.model().nodes.len(), Some(&record));
+                Self::CalibratedForAnother { differs, record, expected }
+            }
+            None if fitted_places > 0 => Self::Unrecorded { fitted_places },
+            None => Self::Uncalibrated { expected: expected(scene, patch.model().nodes.len(), None) },
+        }
+    }
+
+    /// In a sentence or two.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        match self {
+            Self::Calibrated { record } => {
+                let judged = record.judged;
+                format!(
+                    "calibrated to finite elements over {} places of this scene: {:.1} % rms off, {:+.1} % at worst, at {} places that the fit did not see, {:.2} to {:.2} mm deep",
+                    record.fitted_places,
+                    judged.rms_pct,
+                    judged.worst_pct,
+                    judged.places,
+                    judged.from_m * 1e3,
+                    judged.to_m * 1e3
+                )
+            }
+            Self::CalibratedForAnother { differs, expected, .. } => {
+                format!("{}: {}; palpate fit calibrates this scene", differs.join(", "), expectation(expected.as_ref()))
+            }
+            Self::Unrecorded { fitted_places } => {
+                format!(
+                    "fitted over {fitted_places} places, but its record (.patch.json) is not beside it: to which scene and how wrong is unknown"
+                )
+            }
+            Self::Uncalibrated { expected } => {
+                format!(
+                    "uncalibrated, constants from formulas alone: {}; palpate fit calibrates the scene of a block, palpate cut a piece of an organ",
+                    expectation(expected.as_ref())
+                )
+            }
+        }
+    }
+}
+
+fn expectation(expected: Option<&Expected>) -> String {
+    match expected {
+        None => "how wrong is unknown, no trial is like it".into(),
+        Some(e) => {
+            let about = if e.alike { "expect about" } else { "no trial is much like it; the nearest was" };
+            format!("{about} {:.0} % rms, up to {:+.0} % (trial {})", e.rms_pct.ceil(), e.worst_pct, e.trial)
+        }
+    }
+}
+
+/// Differences between a scene and what its patch was fitted to, the tip first.
+fn differs(scene: &Scene, patch: &Patch, record: &FitRecord) -> Vec<String> {
+    let (tissue, probe) = (&scene.tissue, &scene.probe);
+    let mut differs = Vec::new();
+    let tip = AnswerProbe { shape: probe.shape, radius_m: probe.radius_m };
+    if tip != record.probe {
+        let name = |probe: &AnswerProbe| format!("{} R {} mm", shape(probe.shape), probe.radius_m * 1e3);
+        differs.push(format!("calibrated for another tip ({})", name(&record.probe)));
+    }
+    if tissue.poisson_ratio != record.tissue.poisson_ratio {
+        differs.push(format!("calibrated for another Poisson's ratio ({})", record.tissue.poisson_ratio));
+    }
+    if tissue.block_m.is_some() && tissue.block_m != record.tissue.block_m {
+        differs.push("calibrated for another block".into());
+    }
+    // a piece of an organ brings the inclusions it was cut with, and no scene may add any
+    if patch.model().rim_nodes.is_empty() && tissue.inclusion != record.tissue.inclusion {
+        let what = if record.tissue.inclusion.is_empty() { "without its inclusions" } else { "with other inclusions" };
+        differs.push(format!("calibrated {what}"));
+    }
+    if tissue.stiffening_b != record.tissue.stiffening_b {
+        differs.push("calibrated for tissue that does not stiffen".into());
+    }
+    if probe.friction > 0.0 {
+        differs.push("calibrated without friction".into());
+    }
+    let [x, y] = probe.position_m.unwrap_or_default();
+    if x.hypot(y) > record.judged.disc_radius_m * (1.0 + SAME) {
+        differs.push(format!("judged within {:.1} mm of the centre only", record.judged.disc_radius_m * 1e3));
+    }
+    if let Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } = &scene.drive {
+        let deepest_m = holds_m.iter().copied().fold(0.0, f64::max);
+        if deepest_m > record.judged.to_m * (1.0 + SAME) {
+            differs.push(format!("judged to {:.2} mm deep only", record.judged.to_m * 1e3));
+        }
+    }
+    differs
+}
+
+/// As scene files have it.
+#[must_use]
+pub fn shape(shape: Shape) -> &'static str {
+    match shape {
+        Shape::Hemisphere => "hemisphere",
+        Shape::Sphere => "sphere",
+        Shape::Flat => "flat",
+    }
+}

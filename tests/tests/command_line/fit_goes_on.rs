@@ -1,0 +1,133 @@
+//! `palpate fit` from a scene to a press: killed and started again, refused, and what a press says
+//! of the patch.
+
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use palpate_tests::palpate_command::{Desk, binary, palpate, repository};
+use palpate_tests::press_run::{SMALL_BLOCK, edited};
+use serde_json::Value;
+
+use crate::bad_input_says_what_where_how::refused;
+
+const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
+const FIT: [&str; 9] = ["fit", "--scene", "scene.toml", "--out", "out", "--quick", "--places", "20", "--tolerance-pct=30"];
+
+/// The small block, coarse, with some edits.
+fn scene(edits: &[(&str, &str)]) -> String {
+    let coarse = edited(SMALL_BLOCK, "nodes = 129", "nodes = 60");
+    edits.iter().fold(coarse, |text, (from, to)| edited(&text, from, to))
+}
+
+fn json(desk: &Desk, file: &str) -> Value {
+    serde_json::from_slice(&std::fs::read(desk.folder().join(file)).unwrap()).unwrap()
+}
+
+fn press_notes(desk: &Desk) -> usize {
+    let notes = std::fs::read_dir(desk.folder().join(".out.notes")).into_iter().flatten().flatten();
+    notes.filter(|entry| entry.file_name().to_string_lossy().starts_with("press-")).count()
+}
+
+#[test]
+fn a_fit_that_was_killed_goes_on_and_its_patch_is_pressed() {
+    let desk = Desk::default();
+    desk.put("scene.toml", scene(&[]));
+    let mut command = Command::new(binary(SCRATCH));
+    command.args(FIT).current_dir(desk.folder()).stdout(Stdio::null()).stderr(Stdio::null());
+    let mut run = command.spawn().expect("palpate was built");
+    let begun = Instant::now();
+    while press_notes(&desk) < 3 {
+        assert!(run.try_wait().unwrap().is_none() && begun.elapsed() < Duration::from_secs(300), "no press was noted");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    run.kill().expect("SIGKILL");
+    run.wait().expect("it ended");
+    let noted = press_notes(&desk);
+    assert!(!desk.folder().join("out").exists());
+
+    let again = palpate(SCRATCH, desk.folder(), &FIT);
+    assert_eq!(again.code, Some(0), "{again:?}");
+    let summary = json(&desk, "out/summary.json");
+    assert!(summary["reused_presses"].as_u64().unwrap() >= noted as u64, "{noted} noted, {}", summary["reused_presses"]);
+    assert_eq!((desk.listing(), summary["reused_fit"].as_bool()), (vec!["out".to_owned(), "scene.toml".to_owned()], Some(false)));
+    let patch = std::fs::read(desk.folder().join("out/small-60.patch")).unwrap();
+
+    // all is there, and the patch is what one run makes
+    let third = palpate(SCRATCH, desk.folder(), &FIT);
+    assert_eq!(third.code, Some(0), "{third:?}");
+    let summary = json(&desk, "out/summary.json");
+    assert_eq!((summary["reused_presses"].as_u64(), summary["reused_fit"].as_bool()), (Some(14), Some(true)));
+    assert!(patch == std::fs::read(desk.folder().join("out/small-60.patch")).unwrap());
+    let (calibrated, before) = (&summary["calibrated"], &summary["uncalibrated"]);
+    let rms = |verdict: &Value| verdict["unseen_rms_pct"].as_f64().unwrap();
+    assert!(rms(calibrated) < rms(before), "{} % after, {} % before", rms(calibrated), rms(before));
+
+    // pressed, the patch says what it was fitted to; for another tip it says that it was not
+    let press = |scene: &str| {
+        desk.put("press.toml", format!("{scene}[solver]\npatch = \"out/small-60.patch\"\n"));
+        let outcome = palpate(SCRATCH, desk.folder(), &["press", "--scene", "press.toml", "--out", "press"]);
+        assert_eq!(outcome.code, Some(0), "{outcome:?}");
+        (outcome.stdout, json(&desk, "press/summary.json"))
+    };
+    let (said, summary) = press(&scene(&[]));
+    assert!(said.contains("calibrated to finite elements over 20 places of this scene"), "{said}");
+    assert_eq!((summary["model"]["standing"].as_str(), summary["calibrated"].as_bool()), (Some("calibrated"), Some(true)));
+    assert!(summary["model"]["record"]["judged"]["rms_pct"].as_f64().unwrap() >= rms(calibrated));
+    let (said, summary) = press(&scene(&[("radius_m = 0.008", "radius_m = 0.007")]));
+    assert!(said.contains("calibrated for another tip (hemisphere R 8 mm)"), "{said}");
+    assert_eq!(summary["calibrated"].as_bool(), Some(false));
+    std::fs::remove_file(desk.folder().join("out/small-60.patch.json")).unwrap();
+    let (said, summary) = press(&scene(&[]));
+    assert!(said.contains("its record (.patch.json) is not beside it") && summary["calibrated"] == false, "{said}");
+}
+
+#[test]
+fn scenes_that_no_fit_can_be_made_of() {
+    let desk = Desk::default();
+    let fit = |edits: &[(&str, &str)], says: &[&str]| {
+        desk.put("scene.toml", scene(edits));
+        refused(&desk, &FIT, &[&["scene.toml: "], says].concat());
+    };
+    fit(&[("poisson_ratio = 0.45", "poisson_ratio = 0.5")], &["poisson_ratio", "0.5", "outside"]);
+    fit(&[("poisson_ratio = 0.45", "poisson_ratio = 0.498")], &["tissue.poisson_ratio = 0.498", "at most that"]);
+    fit(&[("radius_m = 0.008", "radius_m = 0.03")], &["probe.radius_m = 0.03", "third of the block", "0.0133 m"]);
+    fit(&[("3500.0", "3.5")], &["tissue.youngs_modulus_pa = 3.5", "give pascals", "3.5 kPa is 3500"]);
+    fit(&[("0.004]", "0.025]")], &["drive.holds_m[2] = 0.025", "half the block is thick", "press less deep"]);
+    fit(&[("3500.0", "3.5e6")], &["drive.holds_m[0] = 0.001", "the guard lets 12 N through"]);
+    fit(&[("position_m = [0.0, 0.0]", "position_m = [0.01, 0.0]")], &["probe.position_m", "leave it out"]);
+    fit(&[("nodes = 60", "nodes = 60\nstiffening_b = 3.0")], &["tissue.stiffening_b = 3", "fitted without it"]);
+    fit(&[("nodes = 60", "nodes = 60\ngravity_m_per_s2 = [0.0, 0.0, -9.8]")], &["tissue.gravity_m_per_s2", "leave it out"]);
+    desk.put("scene.toml", scene(&[]));
+    let with = |option: &'static str| ["fit", "--scene", "scene.toml", "--out", "out", option];
+    refused(&desk, &with("--places=3"), &["--places 3", "20 to 2000"]);
+    refused(&desk, &with("--tolerance-pct=0"), &["--tolerance-pct 0", "above 0"]);
+    refused(&desk, &with("--nodes=7"), &["nodes", "7"]);
+    refused(&desk, &["fit", "--scene", "organ-liver", "--out", "out"], &["organ-liver: tissue", "palpate cut"]);
+}
+
+/// The shipped patches have their records, and a scene that none is for hears of a trial.
+#[test]
+fn a_press_never_claims_a_fit_that_was_for_another_scene() {
+    let desk = Desk::default();
+    let press = |scene: &str| {
+        desk.put("press.toml", scene);
+        let outcome = palpate(SCRATCH, desk.folder(), &["press", "--scene", "press.toml", "--out", "press"]);
+        assert_eq!(outcome.code, Some(0), "{outcome:?}");
+        (outcome.stdout, json(&desk, "press/summary.json")["model"].clone())
+    };
+    let shipped = edited(SMALL_BLOCK, "nodes = 129", "nodes = 130");
+    let (said, model) = press(&shipped);
+    assert!(said.contains("over 300 places of this scene") && model["standing"] == "calibrated", "{said}{model}");
+    let nodule = "[[tissue.inclusion]]\ncenter_m = [0.0, 0.0, -0.012]\nradius_m = 0.006\nstiffness_ratio = 10.0\n[probe]";
+    let (said, model) = press(&edited(&shipped, "[probe]", nodule));
+    assert!(said.contains("calibrated without its inclusions"), "{said}");
+    assert_eq!(model["standing"], "calibrated-for-another");
+    let (said, model) = press(&edited(&shipped, "poisson_ratio = 0.45", "poisson_ratio = 0.3"));
+    assert!(said.contains("uncalibrated") && said.contains("(trial nu") && said.contains("palpate fit"), "{said}");
+    assert_eq!(model["standing"], "uncalibrated");
+    let path = repository().join("host-sim/patches/block-130.patch");
+    let other = edited(&shipped, "radius_m = 0.008", "radius_m = 0.005");
+    let (said, model) = press(&format!("{other}[solver]\npatch = \"{}\"\n", path.display()));
+    assert!(said.contains("calibrated for another tip (hemisphere R 8 mm): expect about"), "{said}");
+    assert_eq!(model["standing"], "calibrated-for-another");
+}
