@@ -186,7 +186,7 @@ impl FitArgs {
         Some(trial(scene, presses, prepared, Some(record.probe), &verdict))
     }
 
-    /// What was asked for; if it is missed, what would do.
+    /// Holds the verdict against the error that was asked for; where it misses, says what would do.
     fn promise(&self, prepared: &Prepared, verdict: &Verdict) -> Result<(), Error> {
         let (asked, rms, worst) = (self.tolerance_pct, verdict.rms_pct(), verdict.worst_pct());
         let keeps = rms.max(worst.abs() / WORST_RATIO);

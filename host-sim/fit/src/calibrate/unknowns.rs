@@ -159,3 +159,28 @@ impl Unknowns {
         (multipliers, params)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use palpate_tissue::patch::{Material, Patch};
+    use palpate_tissue::scene::Scene;
+    use palpate_tissue::tissue::place;
+
+    /// Springs alone are a solid of nu = 1/4: its volume terms are zero.
+    #[test]
+    fn without_volume_terms_all_multipliers_are_finite() {
+        let (_, text) = palpate_tissue::scene::PRESETS[0];
+        let mut scene = Scene::parse("block", text).unwrap();
+        (scene.tissue.nodes, scene.tissue.poisson_ratio) = (Some(60), 0.25);
+        let placed = place(&scene, &[]).unwrap();
+        let params = scene.params(placed.axis);
+        let patch = Patch::build(&placed.tissue, &Material { poisson_ratio: 0.25, ..Material::default() }, None);
+        let statics = Statics::of(&patch.model(), &params).unwrap();
+        let unknowns = Unknowns::of(&statics, &placed.tissue, 0.02);
+        let z: Vec<f64> = (0..unknowns.len()).map(|n| 0.1 * (n as f64).sin()).collect();
+        let (multipliers, _) = unknowns.result(&statics, &z, &params);
+        let all = multipliers.edge.iter().chain(&multipliers.node).chain(multipliers.point.iter().flatten());
+        assert!(all.chain([&multipliers.bulk, &multipliers.stiffening]).all(|m| m.is_finite() && *m > 0.0), "{multipliers:?}");
+    }
+}

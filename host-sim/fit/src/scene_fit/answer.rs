@@ -10,9 +10,9 @@ use palpate_tissue::scene::Scene;
 /// Presses in two answers, one for the fit and one for the judgement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solved {
-    /// What the fit may know: the fitted depths at the centre, and places around it.
+    /// Presses that the fit may know: the fitted depths at the centre, and places around it.
     pub known: Answer,
-    /// What only the judgement knows: other depths at the centre, and at other places.
+    /// Presses that only the judgement knows: other depths at the centre, and at other places.
     pub unseen: Answer,
     /// How far the force at the centre may be off, of all depths the most: its change from the
     /// coarser mesh to the finer, or to the limit that the two point to (1).

@@ -38,7 +38,7 @@ const SHALLOW: f64 = 0.26;
 /// How fine the finite elements are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Level {
-    /// What a published fit takes.
+    /// Meshes of a published fit.
     Full,
     /// A trial of the command, under a minute.
     Quick,
