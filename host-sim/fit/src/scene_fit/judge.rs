@@ -50,6 +50,8 @@ pub struct Verdict {
     pub disc_worst_pct: f64,
     /// How many places.
     pub disc_places: usize,
+    /// Places that could not be judged: the patch finds no balance there.
+    pub lost_places: usize,
     /// Radius of the disc [m].
     pub disc_radius_m: f64,
 }
@@ -68,10 +70,11 @@ impl Verdict {
     }
 }
 
-/// Presses a patch, at rest on its own site, as `unseen` was pressed, and over the disc.
+/// Presses a patch, at rest on its own site, as `unseen` was pressed, and over the disc. A place
+/// off the centre without balance is counted, and not judged.
 ///
 /// # Errors
-/// A press without balance.
+/// A press at the centre without balance.
 pub fn judge(patch: &Patch, params: &Params, known: &Known, unseen: &Answer) -> Result<Verdict, Unbalanced> {
     faer::set_global_parallelism(faer::Par::Seq);
     let refused = Unbalanced { depth_mm: 0.0, steps: 0 };
@@ -109,8 +112,9 @@ pub fn judge(patch: &Patch, params: &Params, known: &Known, unseen: &Answer) -> 
         let forces = press(Vector::new(at[0], at[1], 0.0), &holds.iter().map(|h| h.0).collect::<Vec<_>>())?;
         Ok(holds.iter().zip(forces).map(|((depth_m, wanted), force)| (*depth_m, 100.0 * (force / wanted - 1.0))).collect())
     };
-    let direct: Vec<(f64, f64)> =
-        places.into_par_iter().map(solved).collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
+    let asked = places.len() + PLACES;
+    // the centre has to balance; under a flat end a place off it may not
+    let direct: Vec<Vec<(f64, f64)>> = places.into_par_iter().filter_map(|at| solved(at).ok()).collect();
     let over_disc = |[x, y]: [f64; 2]| -> Result<Vec<f64>, Unbalanced> {
         let offset_m = Vector::new(x, y, 0.0);
         let error = |(force, depth_m): (f64, &f64)| {
@@ -119,7 +123,9 @@ pub fn judge(patch: &Patch, params: &Params, known: &Known, unseen: &Answer) -> 
         press(offset_m, &depths_m)?.into_iter().zip(&depths_m).map(error).collect()
     };
     let disc: Vec<Vec<f64>> =
-        random(PLACES, JUDGED_RADII * radius_m, SEED).into_par_iter().map(over_disc).collect::<Result<_, _>>()?;
+        random(PLACES, JUDGED_RADII * radius_m, SEED).into_par_iter().filter_map(|at| over_disc(at).ok()).collect();
+    let lost_places = asked - direct.len() - disc.len();
+    let direct: Vec<(f64, f64)> = direct.into_iter().flatten().collect();
     let centred = over_disc([0.0; 2])?;
     let depths = depths_m.iter().enumerate().map(|(n, depth_m)| {
         let column: Vec<f64> = disc.iter().map(|row| row[n]).collect();
@@ -145,7 +151,8 @@ pub fn judge(patch: &Patch, params: &Params, known: &Known, unseen: &Answer) -> 
         unseen_presses: errors.len(),
         disc_rms_pct: rms(&all),
         disc_worst_pct: worst(&all),
-        disc_places: PLACES,
+        disc_places: disc.len(),
+        lost_places,
         disc_radius_m: JUDGED_RADII * radius_m,
     })
 }

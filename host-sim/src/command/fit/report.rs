@@ -214,6 +214,9 @@ impl Report<'_> {
             v.disc_worst_pct,
             100.0 * self.solved.error
         );
+        if v.lost_places > 0 {
+            println!("{} more places could not be judged: no balance was found there", v.lost_places);
+        }
         if let Some(moving) = record.moving {
             println!("moving at {:.0} mm/s {:.1} % more", moving.speed_m_per_s * 1e3, moving.rms_pct);
         }
