@@ -11,7 +11,7 @@
 //! [`reference`](mod@reference) solves the press by finite elements, [`statics`] the patch's own
 //! equilibrium, [`calibrate`](mod@calibrate) brings the second to the first, [`far_field`]
 //! condenses the organ around the patch into rim springs, and [`plan`] searches for the smallest
-//! patch.
+//! patch. What finite elements have answered once is in [`solved`].
 
 pub mod calibrate;
 pub mod dynamic;
@@ -21,4 +21,5 @@ pub mod partial_slip;
 pub mod plan;
 pub mod reference;
 pub mod scene_fit;
+pub mod solved;
 pub mod statics;

@@ -3,7 +3,7 @@
 //! Quasi-static and in double precision: 10-node tets ([`quadratic`], [`shape`]) of neo-Hookean
 //! tissue ([`body`]) against a frictionless rigid probe ([`probe`]), solved by Newton's method with
 //! line search (`minimise`) and load stepping ([`newton`]) on a sparse Cholesky factor
-//! (`cholesky`). The same tissue hangs under its weight, several organs tied to each other, held
+//! (`cholesky`), the contact solved for within each iteration (`near`). The same tissue hangs under its weight, several organs tied to each other, held
 //! and moved at some nodes: [`hang`]. A glued disc, at small displacement: [`glued`]. Everything is
 //! over Young's modulus: the modulus is 1 Pa here, and a force [N] is an area [m^2].
 
@@ -12,10 +12,12 @@ pub mod body;
 mod cholesky;
 pub mod condensed;
 pub mod domain;
+mod elimination;
 pub mod glued;
 pub mod hang;
 pub mod locate;
 pub(crate) mod minimise;
+mod near;
 pub mod nearest;
 pub mod newton;
 pub mod organs;

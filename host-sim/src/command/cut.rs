@@ -12,6 +12,7 @@ use palpate_fit::calibrate::accuracy::Accuracy;
 use palpate_fit::calibrate::targets::DEPTHS_RADII;
 use palpate_fit::far_field::fitted::{Fitted, JUDGED_PLACES, JUDGED_RADII, Prepared, Recipe, Short, Truth};
 use palpate_fit::far_field::springs;
+use palpate_fit::solved::Solved;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::{AnswerProbe, AnswerTissue};
 use palpate_tissue::budget::{Cost, Machine, triangles_in_reach};
@@ -88,9 +89,11 @@ impl CutArgs {
         if before.units > before.budget {
             return Err(too_slow(&prepared.patch(), &before, machine));
         }
-        let folder = OutputFolder::open(&common.folder("cut"))?;
+        let out = common.folder("cut");
+        let folder = OutputFolder::open(&out)?;
         status.say("finite elements of the whole");
-        let truth = Truth::of(&scene, &prepared.placed, |done, all| {
+        let solved = Solved::beside(&out);
+        let truth = Truth::kept(&scene, &prepared.placed, Some(&solved), |done, all| {
             status.say(format!("finite elements of the whole: {done} of {all} presses"));
         })?;
         let mut rounds = 0;
@@ -101,6 +104,7 @@ impl CutArgs {
         let session = Session::of_fitted(machine, fitted.patch.clone(), fitted.params)?;
         let cost = cost(&session.patch, machine, probe_m, session.params.substeps);
         status.clear();
+        solved.said().iter().for_each(|line| println!("{line}"));
         if cost.units > cost.budget {
             return Err(too_slow(&session.patch, &cost, machine));
         }

@@ -7,6 +7,7 @@ mod fem_reference;
 mod hanging_reference;
 mod mesh_import;
 mod organ_meshes;
+mod solved_again;
 mod statics_agree;
 mod stiffening_agrees;
 mod whole_organ;

@@ -32,7 +32,7 @@ pub(super) fn masses_m3(body: &Body) -> Vec<f64> {
     values
 }
 
-/// Elastic, contact and inertial energy of a step, over Young's modulus.
+/// Elastic and inertial energy of a step, over Young's modulus.
 pub(super) struct Inertial<'a> {
     pub body: &'a Body,
     pub contact: Option<&'a Contact>,
@@ -66,13 +66,17 @@ impl Potential for Inertial<'_> {
         self.body
     }
 
-    fn energy(&self, displacement_m: &[Vector3<f64>]) -> Option<f64> {
-        let (away, pull) = self.pull(displacement_m);
-        Some(self.body.energy(displacement_m, self.contact)? + self.energy_m3(&away, &pull))
+    fn contact(&self) -> Option<&Contact> {
+        self.contact
     }
 
-    fn assemble(&self, displacement_m: &[Vector3<f64>]) -> Option<Assembled> {
-        let mut sum = self.body.assemble(displacement_m, self.contact)?;
+    fn energy(&self, displacement_m: &[Vector3<f64>]) -> Option<f64> {
+        let (away, pull) = self.pull(displacement_m);
+        Some(self.body.energy(displacement_m, None)? + self.energy_m3(&away, &pull))
+    }
+
+    fn assemble(&self, displacement_m: &[Vector3<f64>], tangent: bool) -> Option<Assembled> {
+        let mut sum = self.body.derive(displacement_m, tangent)?;
         let (away, pull) = self.pull(displacement_m);
         let weight = self.weight();
         sum.energy_m3 += self.energy_m3(&away, &pull);

@@ -4,7 +4,7 @@
 use palpate::Params;
 use serde::Serialize;
 
-use super::organ_reference::organ_reference;
+use super::organ_reference::organ_reference_kept;
 use super::surface_map::SurfaceMap;
 use super::whole::whole;
 use super::{FarField, RimSprings, Sizes};
@@ -13,6 +13,7 @@ use crate::calibrate::places::sunflower;
 use crate::calibrate::reference_map::ReferenceMap;
 use crate::calibrate::targets::Reference;
 use crate::calibrate::{Calibration, Fit, Round, Settings, Targets, calibrate};
+use crate::solved::Solved;
 use crate::statics::Vector;
 use palpate_tissue::answer::{Answer, GluedAnswer};
 use palpate_tissue::error::Error;
@@ -65,11 +66,24 @@ pub enum Truth {
 
 impl Truth {
     /// The shipped answer if it is of this scene, pressed at its centre; else finite elements of
-    /// the whole, some minutes for an organ.
+    /// the whole, a minute or two for an organ.
     ///
     /// # Errors
-    /// Errors of [`organ_reference`].
+    /// Errors of [`organ_reference_kept`].
     pub fn of(scene: &Scene, placed: &Placed, progress: impl Fn(usize, usize) + Sync) -> Result<Self, Error> {
+        Self::kept(scene, placed, None, progress)
+    }
+
+    /// As [`Self::of`], finite elements that were `solved` before being found again.
+    ///
+    /// # Errors
+    /// Errors of [`organ_reference_kept`].
+    pub fn kept(
+        scene: &Scene,
+        placed: &Placed,
+        solved: Option<&Solved>,
+        progress: impl Fn(usize, usize) + Sync,
+    ) -> Result<Self, Error> {
         let answer = Answer::block();
         let centred = scene.probe.position_m.unwrap_or_default() == [0.0; 2];
         let deep_enough = |map: ReferenceMap| map.deepest_m() * (1.0 + 1e-9) >= deepest_hold_m(scene).unwrap_or_default();
@@ -81,8 +95,8 @@ impl Truth {
         let depths_m = SOLVED_DEPTHS.map(|share| share * deepest_m);
         let mut offsets_m = vec![[0.0; 2]];
         offsets_m.extend(sunflower(SOLVED_PLACES, SOLVED_RADII * radius_m));
-        let solved = organ_reference(scene, placed, &offsets_m, &depths_m, progress)?;
-        let map = SurfaceMap::of(&solved, placed, radius_m);
+        let reference = organ_reference_kept(scene, placed, &offsets_m, &depths_m, solved, progress)?;
+        let map = SurfaceMap::of(&reference, placed, radius_m);
         map.map(|map| Self::Organ(Box::new(map)))
             .ok_or_else(|| Error::Check("the finite elements gave no smooth surface of forces".into()))
     }

@@ -16,6 +16,7 @@ use crate::reference::probe::RigidProbe;
 use crate::reference::quadratic::QuadraticMesh;
 use crate::reference::refine::refine;
 use crate::reference::shape::{TET_EDGES, TetRule};
+use crate::solved::Solved;
 use palpate_tissue::error::Error;
 use palpate_tissue::mesh::surface::surface;
 use palpate_tissue::mesh::triangle::entry_m;
@@ -86,6 +87,21 @@ pub fn organ_reference(
     depths_m: &[f64],
     progress: impl Fn(usize, usize) + Sync,
 ) -> Result<OrganReference, Error> {
+    organ_reference_kept(scene, placed, offsets_m, depths_m, None, progress)
+}
+
+/// As [`organ_reference`], what was `solved` before being found again.
+///
+/// # Errors
+/// As [`organ_reference`].
+pub fn organ_reference_kept(
+    scene: &Scene,
+    placed: &Placed,
+    offsets_m: &[[f64; 2]],
+    depths_m: &[f64],
+    solved: Option<&Solved>,
+    progress: impl Fn(usize, usize) + Sync,
+) -> Result<OrganReference, Error> {
     let bench = Bench::of(scene, placed, depths_m)?;
     let places = offsets_m.iter().map(|offset| bench.place(*offset)).collect::<Result<Vec<V3>, Error>>()?;
     let site = V3::from(placed.tissue.site_m);
@@ -93,13 +109,21 @@ pub fn organ_reference(
     let off_site: Vec<V3> = places.iter().copied().filter(|place| *place != site).collect();
     let tasks: Vec<(V3, Level)> =
         [(site, FINE), (site, COARSE)].into_iter().chain(off_site.into_iter().map(|place| (place, COARSE))).collect();
-    let done = AtomicUsize::new(0);
-    let press = |(place, level): &(V3, Level)| {
-        let pressed = bench.press(*place, *level);
-        progress(done.fetch_add(1, Ordering::Relaxed) + 1, tasks.len());
-        pressed
+    let solve = || -> Result<Vec<f64>, Error> {
+        let done = AtomicUsize::new(0);
+        let press = |(place, level): &(V3, Level)| {
+            let pressed = bench.press(*place, *level);
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, tasks.len());
+            pressed
+        };
+        let pressed = tasks.par_iter().map(press).collect::<Result<Vec<Pressed>, Error>>()?;
+        Ok(pressed.into_iter().flat_map(Pressed::numbers).collect())
     };
-    let mut pressed = tasks.par_iter().map(press).collect::<Result<Vec<Pressed>, Error>>()?.into_iter();
+    let numbers = match solved {
+        Some(solved) => solved.answer(&bench.problem(&tasks), tasks.len() * (1 + depths_m.len()), solve)?,
+        None => solve()?,
+    };
+    let mut pressed = numbers.chunks_exact(1 + depths_m.len()).map(Pressed::of);
     let (Some(fine), Some(coarse)) = (pressed.next(), pressed.next()) else {
         return Err(Error::Usage(format!("{}: no press was asked for: give places and depths", scene.file)));
     };
@@ -116,6 +140,17 @@ pub fn organ_reference(
     });
     let at_places: Vec<PlaceForces> = at_places.collect();
     Ok(OrganReference { places: at_places, depths_m: depths_m.to_vec(), error, nodes: fine.nodes })
+}
+
+impl Pressed {
+    fn numbers(self) -> impl Iterator<Item = f64> {
+        std::iter::once(self.nodes as f64).chain(self.force_over_e_m2)
+    }
+
+    fn of(numbers: &[f64]) -> Self {
+        let (nodes, forces) = numbers.split_first().map_or((0.0, &[][..]), |(nodes, forces)| (*nodes, forces));
+        Self { nodes: nodes as usize, force_over_e_m2: forces.to_vec() }
+    }
 }
 
 /// Inputs that all presses share.
@@ -160,6 +195,18 @@ impl<'a> Bench<'a> {
                 ))
             },
         )
+    }
+
+    /// All that the forces of some presses depend on.
+    fn problem(&self, tasks: &[(V3, Level)]) -> String {
+        let (tissue, probe, own) = (&self.placed.tissue, &self.scene.probe, &self.scene.tissue);
+        // an organ by its name, as its shape is code
+        let ratio = |pascal: f64| pascal / own.youngs_modulus_pa;
+        let regions = own.region.iter().map(|region| (&region.name, ratio(region.youngs_modulus_pa)));
+        let regions: Vec<_> = regions.collect();
+        let own = (probe.shape, probe.radius_m, own.poisson_ratio, &own.organ, regions, &own.inclusion);
+        let presses = (self.placed.axis, tissue.site_m, self.depths_m, tasks);
+        format!("{own:?}\n{presses:?}\n{:?}", tissue.mesh)
     }
 
     fn press(&self, place: V3, level: Level) -> Result<Pressed, Error> {
@@ -212,5 +259,40 @@ impl<'a> Bench<'a> {
             force_over_e_m2.push(press.force_over_e_m2());
         }
         Ok(Pressed { nodes: body.mesh.nodes_m.len(), force_over_e_m2 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::far_field::Sizes;
+    use crate::far_field::whole::whole;
+    use palpate_tissue::scene::Shape;
+
+    #[test]
+    fn whatever_changes_the_forces_changes_the_problem() {
+        let sizes = Sizes { radius_m: 0.017, fine_m: 0.0046, fine_radius_m: 0.008, growth: 0.45, stroke_m: [0.0; 3] };
+        let problem = |change: fn(&mut Scene), depth_m: f64, place: [f64; 3]| {
+            let mut scene = Scene::load("organ-liver").unwrap();
+            change(&mut scene);
+            let placed = whole(&scene, &[], &sizes).unwrap();
+            let depths_m = [depth_m];
+            Bench::of(&scene, &placed, &depths_m).unwrap().problem(&[(place.into(), COARSE)])
+        };
+        let own = problem(|_| {}, 1e-3, [0.0; 3]);
+        assert_eq!(own, problem(|_| {}, 1e-3, [0.0; 3]));
+        assert!(!own.contains("0x"), "an address is another one in the next run");
+        assert_eq!(own, problem(|scene| scene.tissue.youngs_modulus_pa *= 2.0, 1e-3, [0.0; 3]));
+        let others = [
+            problem(|_| {}, 1.1e-3, [0.0; 3]),
+            problem(|_| {}, 1e-3, [1e-9, 0.0, 0.0]),
+            problem(|scene| scene.tissue.poisson_ratio = 0.44, 1e-3, [0.0; 3]),
+            problem(|scene| scene.probe.radius_m = 0.0081, 1e-3, [0.0; 3]),
+            problem(|scene| scene.probe.shape = Shape::Flat, 1e-3, [0.0; 3]),
+            problem(|scene| scene.probe.site = Some([0.001, 0.044, 0.046]), 1e-3, [0.0; 3]),
+        ];
+        for (n, other) in others.iter().enumerate() {
+            assert!(*other != own && !others[..n].contains(other), "{n}");
+        }
     }
 }

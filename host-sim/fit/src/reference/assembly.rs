@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::cholesky::Cholesky;
+use super::elimination::eliminate;
 use super::quadratic::QuadraticMesh;
 
 /// Where the 3 x 3 block of two nodes lies in the lower triangle.
@@ -44,7 +45,12 @@ impl Pattern {
         9 * self.block_row.len()
     }
 
-    pub fn analyse(&self) -> Option<Cholesky> {
+    /// Orders the elimination, the `last` nodes at its end in their own order; `None` if memory for
+    /// the factor runs out.
+    pub fn analyse(&self, last: &[u32]) -> Option<Cholesky> {
+        let below = |n: usize| &self.block_row[self.block_start[n] + 1..self.block_start[n + 1]];
+        let order = eliminate(self.nodes, below, last)?;
+        let order = order.into_iter().flat_map(|n| (0..3).map(move |k| 3 * n as usize + k)).collect();
         let mut column_start = vec![0];
         let mut row = Vec::with_capacity(self.entries());
         for column in self.block_start.windows(2) {
@@ -54,12 +60,15 @@ impl Pattern {
                 column_start.push(row.len());
             }
         }
-        Cholesky::analyse(column_start, row)
+        Cholesky::analyse(column_start, row, order)
     }
 
     /// Adds the block (row node i, column node j) to the lower triangle, where it or its transpose
-    /// belongs.
+    /// belongs; not to an empty one.
     pub fn add(&self, values: &mut [f64], i: u32, j: u32, block: &Matrix3<f64>) {
+        if values.is_empty() {
+            return;
+        }
         let (row, column, turned) = if i >= j { (i, j as usize, false) } else { (j, i as usize, true) };
         let (start, end) = (self.block_start[column], self.block_start[column + 1]);
         let Ok(at) = self.block_row[start..end].binary_search(&row) else { return };

@@ -7,7 +7,7 @@
 //! at b = 0. Contact with the probe is in [`super::touch`].
 
 use nalgebra::{Matrix3, Vector3};
-use rayon::prelude::{IntoParallelRefIterator, ParallelIterator, ParallelSlice};
+use rayon::prelude::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator, ParallelSlice};
 
 use super::assembly::Pattern;
 use super::probe::RigidProbe;
@@ -80,6 +80,9 @@ pub struct Body {
     pub(crate) pattern: Pattern,
     points: Vec<Point>,
     points_per_tet: usize,
+    /// How exactly the elastic energy is known: it is the difference of numbers of the size of the
+    /// shear modulus times the volume [m^3].
+    pub(super) rounding_m3: f64,
 }
 
 /// Energy and its derivatives at one displacement.
@@ -88,7 +91,8 @@ pub struct Assembled {
     pub energy_m3: f64,
     /// Gradient of the energy [m^2]: what has to vanish at free components.
     pub residual_m2: Vec<Vector3<f64>>,
-    /// Lower triangle of the second derivative [m], in the pattern's order, not yet fixed.
+    /// Lower triangle of the second derivative [m], in the pattern's order, not yet fixed; empty
+    /// where it was not asked for.
     pub tangent: Vec<f64>,
 }
 
@@ -152,7 +156,8 @@ impl Body {
             }
         }
         let pattern = Pattern::new(&mesh, &[]);
-        Self { points_per_tet: rule.len(), mesh, fixed, touchable, copies, pattern, points }
+        let rounding_m3 = f64::EPSILON * points.iter().map(|point| point.mu * point.volume_m3).sum::<f64>();
+        Self { points_per_tet: rule.len(), mesh, fixed, touchable, copies, pattern, points, rounding_m3 }
     }
 
     /// Makes room in the tangent for blocks between all nodes of each group.
@@ -169,7 +174,7 @@ impl Body {
         let elastic: f64 = parts.into_iter().sum::<Option<f64>>()?;
         let mut energy = elastic;
         if let Some(contact) = contact {
-            self.add_contact_energy(displacement_m, contact, &mut energy);
+            energy += self.contact_energy_m3(&self.touchable, displacement_m, contact);
         }
         energy.is_finite().then_some(energy)
     }
@@ -177,28 +182,37 @@ impl Body {
     /// Energy, residual and tangent; `None` if an element is inside out.
     #[must_use]
     pub fn assemble(&self, displacement_m: &[Vector3<f64>], contact: Option<&Contact>) -> Option<Assembled> {
+        let mut sum = self.derive(displacement_m, true)?;
+        if let Some(contact) = contact {
+            self.add_contact(&self.touchable, displacement_m, contact, &mut sum);
+        }
+        Some(sum)
+    }
+
+    /// Energy, residual and, if asked for, tangent without contact; `None` if an element is inside
+    /// out.
+    pub(crate) fn derive(&self, displacement_m: &[Vector3<f64>], tangent: bool) -> Option<Assembled> {
         let mut sum = Assembled {
             energy_m3: 0.0,
             residual_m2: vec![Vector3::zeros(); self.mesh.nodes_m.len()],
-            tangent: vec![0.0; self.pattern.entries()],
+            tangent: vec![0.0; if tangent { self.pattern.entries() } else { 0 }],
         };
         let tets: Vec<usize> = (0..self.mesh.tets.len()).collect();
         for batch in tets.chunks(BATCH) {
-            let elements: Vec<Option<Element>> = batch.par_iter().map(|t| self.element(*t, displacement_m)).collect();
+            let one = |t: &usize| self.element(*t, displacement_m, tangent);
+            let elements: Vec<Option<Element>> = batch.par_iter().with_min_len(CHUNK).map(one).collect();
             for (t, element) in batch.iter().zip(elements) {
                 let element = element?;
                 sum.energy_m3 += element.energy;
                 let nodes = &self.mesh.tets[*t];
-                for (a, i) in nodes.iter().enumerate() {
-                    sum.residual_m2[*i as usize] += element.force[a];
-                    for (b, j) in nodes[..=a].iter().enumerate() {
-                        self.pattern.add(&mut sum.tangent, *i, *j, &element.stiffness[a * (a + 1) / 2 + b]);
-                    }
+                for (i, force) in nodes.iter().zip(&element.force) {
+                    sum.residual_m2[*i as usize] += force;
+                }
+                let pairs = (0..10).flat_map(|a| (0..=a).map(move |b| (a, b)));
+                for ((a, b), block) in pairs.zip(&element.stiffness) {
+                    self.pattern.add(&mut sum.tangent, nodes[a], nodes[b], block);
                 }
             }
-        }
-        if let Some(contact) = contact {
-            self.add_contact(displacement_m, contact, &mut sum);
         }
         Some(sum)
     }
@@ -250,9 +264,10 @@ impl Body {
         Some(energy)
     }
 
-    fn element(&self, tet: usize, displacement_m: &[Vector3<f64>]) -> Option<Element> {
+    fn element(&self, tet: usize, displacement_m: &[Vector3<f64>], tangent: bool) -> Option<Element> {
         let u = self.mesh.tets[tet].map(|n| displacement_m[n as usize]);
-        let mut sum = Element { energy: 0.0, force: [Vector3::zeros(); 10], stiffness: vec![Matrix3::zeros(); 55] };
+        let blocks = if tangent { 55 } else { 0 };
+        let mut sum = Element { energy: 0.0, force: [Vector3::zeros(); 10], stiffness: vec![Matrix3::zeros(); blocks] };
         for point in self.points(tet) {
             let f = point.deformation(&u);
             let j = f.determinant();
@@ -274,6 +289,9 @@ impl Body {
             let steeper = 2.0 * point.stiffening_b * mu * v;
             for a in 0..10 {
                 sum.force[a] += ((f * rest[a]) * mu + now[a] * pressure) * v;
+                if !tangent {
+                    continue;
+                }
                 for b in 0..=a {
                     let block = &mut sum.stiffness[a * (a + 1) / 2 + b];
                     *block += now[a] * (now[b].transpose() * (lambda * v)) - now[b] * (now[a].transpose() * (pressure * v));

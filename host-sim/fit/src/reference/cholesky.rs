@@ -1,11 +1,14 @@
 //! Sparse Cholesky factor with a fixed pattern.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::perm::Perm;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Conj, MatMut, Par, Side, Spec};
+use faer::{Conj, Mat, MatMut, Par, Side, Spec};
 
 /// Lower triangle by columns, and the factor's pattern.
 pub(crate) struct Cholesky {
@@ -17,13 +20,20 @@ pub(crate) struct Cholesky {
 }
 
 impl Cholesky {
-    /// Analyses a lower triangle and orders its elimination (approximate minimum degree); `None` if
-    /// memory runs out.
-    pub fn analyse(column_start: Vec<usize>, row: Vec<usize>) -> Option<Self> {
+    /// Analyses a lower triangle whose unknowns are eliminated in the given order; `None` if memory
+    /// runs out.
+    pub fn analyse(column_start: Vec<usize>, row: Vec<usize>, order: Vec<usize>) -> Option<Self> {
         let size = column_start.len() - 1;
         let pattern = SymbolicSparseColMatRef::new_checked(size, size, &column_start, None, &row);
-        let order = SymmetricOrdering::Amd;
-        let symbolic = factorize_symbolic_cholesky(pattern, Side::Lower, order, CholeskySymbolicParams::default()).ok()?;
+        let mut place = vec![0; size];
+        order.iter().enumerate().for_each(|(at, unknown)| place[*unknown] = at);
+        let order = Perm::new_checked(order.into_boxed_slice(), place.into_boxed_slice(), size);
+        let parameters = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+            ..CholeskySymbolicParams::default()
+        };
+        let order = SymmetricOrdering::Custom(order.as_ref());
+        let symbolic = factorize_symbolic_cholesky(pattern, Side::Lower, order, parameters).ok()?;
         let factor = vec![0.0; symbolic.len_val()];
         Some(Self { size, column_start, row, symbolic, factor })
     }
@@ -46,6 +56,29 @@ impl Cholesky {
             .is_ok()
     }
 
+    /// The last `count` rows and columns of the factor, in the order of elimination: the factor of
+    /// the matrix from which all other unknowns are condensed out.
+    pub fn last(&self, count: usize) -> Mat<f64> {
+        let mut last = Mat::zeros(count, count);
+        let SymbolicCholeskyRaw::Supernodal(symbolic) = self.symbolic.raw() else { return last };
+        let factor = SupernodalLltRef::<'_, usize, f64>::new(symbolic, &self.factor);
+        let first = self.size - count;
+        for s in (0..symbolic.n_supernodes()).rev() {
+            let (node, values) = (factor.supernode(s), factor.supernode(s).val());
+            let (start, columns) = (node.start(), values.ncols());
+            if start + columns <= first {
+                break;
+            }
+            for column in first.max(start)..start + columns {
+                let below = (column..start + columns).chain(node.pattern().iter().copied());
+                for (at, row) in below.enumerate() {
+                    last[(row - first, column - first)] = values[(column - start + at, column - start)];
+                }
+            }
+        }
+        last
+    }
+
     /// Solves in place with the last factor.
     pub fn solve(&self, rhs: &mut [f64]) {
         let mut memory = MemBuffer::new(self.symbolic.solve_in_place_scratch::<f64>(1, parallel()));
@@ -59,7 +92,7 @@ impl Cholesky {
     }
 }
 
-fn parallel() -> Par {
+pub(crate) fn parallel() -> Par {
     #[cfg(not(target_family = "wasm"))]
     return Par::rayon(0);
     #[cfg(target_family = "wasm")]

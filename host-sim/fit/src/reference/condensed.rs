@@ -28,7 +28,7 @@ pub fn condensed(body: &Body, tie: &[Tie], kept: usize) -> Option<Mat<f64>> {
     let fixed: Vec<[bool; 3]> = body.fixed.iter().zip(tie).map(|(f, t)| if *t == Tie::Free { *f } else { [true; 3] }).collect();
     let mut matrix = rest.tangent.clone();
     body.pattern.fix(&mut matrix, &fixed);
-    let mut solver = body.pattern.analyse()?;
+    let mut solver = body.pattern.analyse(&[])?;
     if !solver.factorise(&matrix) {
         return None;
     }

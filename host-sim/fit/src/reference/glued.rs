@@ -143,7 +143,7 @@ fn on_one_mesh(
     let tangent = body.assemble(&rest, None).ok_or(GluedError::Unsound)?.tangent;
     let mut kept = tangent.clone();
     body.pattern.fix(&mut kept, &body.fixed);
-    let mut factor = body.pattern.analyse().ok_or(GluedError::Memory)?;
+    let mut factor = body.pattern.analyse(&[]).ok_or(GluedError::Memory)?;
     if !factor.factorise(&kept) {
         return Err(GluedError::Unsound);
     }

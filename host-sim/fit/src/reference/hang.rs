@@ -51,8 +51,8 @@ impl Potential for Weighed<'_> {
         self.suspension.energy_m3(displacement_m, self.weight_share)
     }
 
-    fn assemble(&self, displacement_m: &[Vector3<f64>]) -> Option<Assembled> {
-        self.suspension.assemble(displacement_m, self.weight_share)
+    fn assemble(&self, displacement_m: &[Vector3<f64>], tangent: bool) -> Option<Assembled> {
+        self.suspension.derive(displacement_m, self.weight_share, tangent)
     }
 
     fn force_m2(&self, _: &[Vector3<f64>], assembled: &Assembled) -> f64 {

@@ -2,10 +2,15 @@
 
 use nalgebra::Vector3;
 
-use super::body::{Assembled, Body};
+use super::body::{Assembled, Body, Contact};
 use super::cholesky::Cholesky;
+use super::near::{Near, State, Stiffness};
 
-const MOST_ITERATIONS: usize = 25;
+const MOST_FACTORISATIONS: usize = 25;
+const MOST_IDLE: usize = 3;
+/// A factor is kept for further iterations as long as each of them leaves at most this share of the
+/// residual: a factorisation takes as long as ten to thirty iterations with a factor that is there.
+const KEEP: f64 = 0.3;
 /// Line search: least share of the step, sufficient decrease (Armijo).
 const LEAST_SHARE: f64 = 1.0 / 4096.0;
 const DECREASE: f64 = 1e-4;
@@ -15,24 +20,42 @@ const STRENGTHEN: [f64; 5] = [0.0, 1e-3, 1e-2, 1e-1, 1.0];
 /// Residual over force at which a search that finds no lower energy has still converged.
 const ROUNDED: f64 = 1e-5;
 
-/// Energy of a body and of all that acts on it.
+/// Energy of a body and of all that acts on it but the probe.
 pub(crate) trait Potential {
     /// The body.
     fn body(&self) -> &Body;
 
+    /// The probe that touches it.
+    fn contact(&self) -> Option<&Contact> {
+        None
+    }
+
     /// Energy over Young's modulus [m^3]; `None` if an element is inside out.
     fn energy(&self, displacement_m: &[Vector3<f64>]) -> Option<f64>;
 
-    /// Energy and its derivatives; `None` if an element is inside out.
-    fn assemble(&self, displacement_m: &[Vector3<f64>]) -> Option<Assembled>;
+    /// Energy and its derivatives, the second only if asked for; `None` if an element is inside out.
+    fn assemble(&self, displacement_m: &[Vector3<f64>], tangent: bool) -> Option<Assembled>;
 
     /// The force over Young's modulus [m^2] that the residual is small against.
     fn force_m2(&self, displacement_m: &[Vector3<f64>], assembled: &Assembled) -> f64;
 }
 
+/// Residual at some displacement.
+struct Balance {
+    /// Without the contact near the probe.
+    sum: Assembled,
+    /// What the residual is small against, over Young's modulus [m^2].
+    force: f64,
+    /// Norm, all contact included [m^2].
+    residual: f64,
+}
+
 /// The factor and the count of its uses.
 pub(crate) struct Minimiser {
     solver: Cholesky,
+    near: Near,
+    /// Stiffness of the near nodes by the last factor; `None` if a tangent has to be factorised.
+    kept: Option<Stiffness>,
     /// Newton iterations so far.
     pub iterations: usize,
 }
@@ -40,7 +63,7 @@ pub(crate) struct Minimiser {
 impl Minimiser {
     /// Analyses the body's tangent; `None` if memory for the factor runs out.
     pub fn new(body: &Body) -> Option<Self> {
-        Some(Self { solver: body.pattern.analyse()?, iterations: 0 })
+        Some(Self { solver: body.pattern.analyse(&[])?, near: Near::default(), kept: None, iterations: 0 })
     }
 
     /// Entries of the Cholesky factor.
@@ -51,27 +74,75 @@ impl Minimiser {
     /// Goes to the equilibrium in which fixed components stay where they are; false if it is not
     /// found.
     pub fn relax(&mut self, potential: &impl Potential, displacement_m: &mut Vec<Vector3<f64>>, tolerance: f64) -> bool {
-        for _ in 0..MOST_ITERATIONS {
-            let Some(mut now) = potential.assemble(displacement_m) else { return false };
-            let force = potential.force_m2(displacement_m, &now);
-            for (residual, fixed) in now.residual_m2.iter_mut().zip(&potential.body().fixed) {
-                for k in 0..3 {
-                    if fixed[k] {
-                        residual[k] = 0.0;
-                    }
-                }
-            }
-            let residual = now.residual_m2.iter().map(Vector3::norm_squared).sum::<f64>().sqrt();
-            if residual <= tolerance * force {
+        let body = potential.body();
+        let (mut before, mut least) = (f64::INFINITY, f64::INFINITY);
+        let (mut factorisations, mut idle, mut aged) = (0, 0, true);
+        while factorisations <= MOST_FACTORISATIONS {
+            let Some(mut now) = self.balance(potential, displacement_m) else { return false };
+            if now.residual <= tolerance * now.force {
                 return true;
             }
-            let Some(step) = self.direction(potential.body(), &mut now) else { return false };
-            if !search(potential, displacement_m, &now, &step) {
-                // no lower energy is left within rounding: converged as far as it goes
-                return residual <= ROUNDED * force;
+            if self.kept.is_some() && now.residual > KEEP * before {
+                self.kept = None;
+                let Some(anew) = self.balance(potential, displacement_m) else { return false };
+                now = anew;
+            }
+            // steps with the tangent of the place itself that gain nothing: converged as far as it
+            // goes
+            idle = if now.residual < 0.5 * least { 0 } else { idle + usize::from(!aged) };
+            least = least.min(now.residual);
+            if idle >= MOST_IDLE && now.residual <= ROUNDED * now.force {
+                return true;
+            }
+            before = now.residual;
+            aged = self.kept.is_some();
+            factorisations += usize::from(!aged);
+            let state = potential.contact().map(|contact| State { body, contact, displacement_m });
+            let Some(mut step) = self.direction(body, state, &mut now.sum) else { return false };
+            if let (Some(contact), Some(kept)) = (potential.contact(), &self.kept) {
+                self.near.correct(body, contact, displacement_m, &self.solver, kept, &mut step);
+            }
+            let step: Vec<_> = step.chunks_exact(3).map(Vector3::from_column_slice).collect();
+            if !self.search(potential, displacement_m, &now.sum, &step) {
+                if !aged {
+                    // no lower energy is left within rounding: converged as far as it goes
+                    return now.residual <= ROUNDED * now.force;
+                }
+                self.kept = None;
             }
         }
         false
+    }
+
+    /// What is out of balance; the tangent too where a factor is wanted.
+    fn balance(&mut self, potential: &impl Potential, displacement_m: &[Vector3<f64>]) -> Option<Balance> {
+        let body = potential.body();
+        if let Some(contact) = potential.contact() {
+            self.watch(body, displacement_m, contact)?;
+        }
+        let mut sum = potential.assemble(displacement_m, self.kept.is_none())?;
+        let force = potential.force_m2(displacement_m, &sum);
+        if let Some(contact) = potential.contact() {
+            body.add_contact(&self.near.others, displacement_m, contact, &mut sum);
+        }
+        hold(&body.fixed, &mut sum.residual_m2);
+        let mut residual_m2 = sum.residual_m2.clone();
+        if let Some(contact) = potential.contact() {
+            body.add_push(&self.near.triangles, displacement_m, contact, &mut residual_m2);
+            hold(&body.fixed, &mut residual_m2);
+        }
+        let residual = residual_m2.iter().map(Vector3::norm_squared).sum::<f64>().sqrt();
+        Some(Balance { sum, force, residual })
+    }
+
+    /// Keeps all that touches the probe near it; `None` if memory for the factor runs out.
+    fn watch(&mut self, body: &Body, displacement_m: &[Vector3<f64>], contact: &Contact) -> Option<()> {
+        if self.near.misses(body, displacement_m, contact) {
+            self.near = Near::of(body, displacement_m, contact);
+            self.solver = body.pattern.analyse(&self.near.nodes)?;
+            self.kept = None;
+        }
+        Some(())
     }
 
     /// The first-order answer of the free components to a move of the fixed ones (`moved_m`, zero
@@ -83,49 +154,87 @@ impl Minimiser {
         moved_m: &[Vector3<f64>],
     ) -> Option<Vec<Vector3<f64>>> {
         let body = potential.body();
-        let mut now = potential.assemble(displacement_m)?;
+        let mut now = potential.assemble(displacement_m, true)?;
         let pushed = body.tangent_times(&now, moved_m);
         for (n, residual) in now.residual_m2.iter_mut().enumerate() {
             for k in 0..3 {
                 residual[k] = if body.fixed[n][k] { -moved_m[n][k] } else { residual[k] + pushed[n][k] };
             }
         }
-        self.direction(body, &mut now)
+        self.kept = None;
+        let step = self.direction(body, None, &mut now)?;
+        Some(step.chunks_exact(3).map(Vector3::from_column_slice).collect())
     }
 
-    /// Newton's step; a fixed component's is minus its residual.
-    fn direction(&mut self, body: &Body, now: &mut Assembled) -> Option<Vec<Vector3<f64>>> {
+    /// Newton's step, with the kept factor if there is one; a fixed component's is minus its
+    /// residual.
+    fn direction(&mut self, body: &Body, state: Option<State>, now: &mut Assembled) -> Option<Vec<f64>> {
         self.iterations += 1;
+        if self.kept.is_none() {
+            self.kept = Some(self.factorise(body, state, &mut now.tangent)?);
+        }
+        let mut step: Vec<f64> = now.residual_m2.iter().flat_map(|r| [-r.x, -r.y, -r.z]).collect();
+        self.solver.solve(&mut step);
+        Some(step)
+    }
+
+    fn factorise(&mut self, body: &Body, state: Option<State>, tangent: &mut [f64]) -> Option<Stiffness> {
+        if let Some(state) = &state {
+            body.stiffen(&self.near.triangles, state.displacement_m, state.contact, false, tangent);
+        }
         for share in STRENGTHEN {
             if share > 0.0 {
-                body.pattern.strengthen(&mut now.tangent, share);
+                body.pattern.strengthen(tangent, share);
             }
-            body.pattern.fix(&mut now.tangent, &body.fixed);
-            if self.solver.factorise(&now.tangent) {
-                let mut step: Vec<f64> = now.residual_m2.iter().flat_map(|r| [-r.x, -r.y, -r.z]).collect();
-                self.solver.solve(&mut step);
-                return Some(step.chunks_exact(3).map(Vector3::from_column_slice).collect());
+            body.pattern.fix(tangent, &body.fixed);
+            if self.solver.factorise(tangent) {
+                return Some(Stiffness::of(&self.solver, &self.near, state.as_ref()));
             }
         }
         None
     }
+
+    /// Goes along a step as far as the energy falls enough; false if it nowhere does.
+    fn search(
+        &self,
+        potential: &impl Potential,
+        displacement_m: &mut Vec<Vector3<f64>>,
+        now: &Assembled,
+        step: &[Vector3<f64>],
+    ) -> bool {
+        let body = potential.body();
+        let near = |at: &[Vector3<f64>]| {
+            potential.contact().map_or(0.0, |contact| body.contact_energy_m3(&self.near.triangles, at, contact))
+        };
+        let others = |at: &[Vector3<f64>]| {
+            potential.contact().map_or(0.0, |contact| body.contact_energy_m3(&self.near.others, at, contact))
+        };
+        let ahead = |share: f64| displacement_m.iter().zip(step).map(|(u, s)| u + s * share).collect::<Vec<_>>();
+        // contact near the probe is no part of the slope: its change along the whole step stands in
+        // (Lee, Sun, Saunders 2014, SIAM J Optim 24:1420)
+        let touching = near(displacement_m);
+        let slope = now.residual_m2.iter().zip(step).map(|(r, s)| r.dot(s)).sum::<f64>() + (near(&ahead(1.0)) - touching);
+        let energy = now.energy_m3 + touching;
+        // energies closer than this are equal
+        let rounding = 1e-13 * energy.abs() + body.rounding_m3;
+        let mut share = 1.0;
+        while share >= LEAST_SHARE {
+            let there = ahead(share);
+            if let Some(smooth) = potential.energy(&there)
+                && smooth + near(&there) + others(&there) <= energy + DECREASE * share * slope + rounding
+            {
+                *displacement_m = there;
+                return true;
+            }
+            share *= 0.5;
+        }
+        false
+    }
 }
 
-/// Goes along a step as far as the energy falls enough; false if it nowhere does.
-fn search(potential: &impl Potential, displacement_m: &mut Vec<Vector3<f64>>, now: &Assembled, step: &[Vector3<f64>]) -> bool {
-    let slope: f64 = now.residual_m2.iter().zip(step).map(|(r, s)| r.dot(s)).sum();
-    // energies closer than this are equal
-    let rounding = 1e-13 * now.energy_m3.abs();
-    let mut share = 1.0;
-    while share >= LEAST_SHARE {
-        let there: Vec<_> = displacement_m.iter().zip(step).map(|(u, s)| u + s * share).collect();
-        if let Some(energy) = potential.energy(&there)
-            && energy <= now.energy_m3 + DECREASE * share * slope + rounding
-        {
-            *displacement_m = there;
-            return true;
-        }
-        share *= 0.5;
+/// Clears what fixed components bear.
+fn hold(fixed: &[[bool; 3]], residual_m2: &mut [Vector3<f64>]) {
+    for (residual, fixed) in residual_m2.iter_mut().zip(fixed) {
+        (0..3).filter(|k| fixed[*k]).for_each(|k| residual[k] = 0.0);
     }
-    false
 }

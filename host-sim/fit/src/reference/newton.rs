@@ -12,9 +12,6 @@ use super::touch::Touch;
 /// the probe: as the pressure of a round probe rises with sqrt(depth / radius), the penetration
 /// stays about this share of the depth.
 const SOFTNESS: f64 = 1.5e-4;
-/// The first contact is made stiffer in these stages, each starting where the one before ended:
-/// fewer iterations than the last alone.
-const STAGES: [f64; 3] = [0.01, 0.1, 1.0];
 /// Contact gets no stiffer at depths below this share of the radius.
 const LEAST_DEPTH: f64 = 1e-3;
 /// Largest step of depth, in probe radii.
@@ -142,7 +139,6 @@ impl<'a> Press<'a> {
     pub fn start_from(&mut self, displacement_m: &[Vector3<f64>], depth_m: f64) -> bool {
         let kept = std::mem::replace(&mut self.displacement_m, displacement_m.to_vec());
         let (last_step_m, before_m) = (self.last_step_m, self.depth_m);
-        // not the first contact: no stages
         self.last_step_m = if depth_m == before_m { depth_m } else { depth_m - before_m };
         if self.settle(depth_m, TOLERANCE) {
             (self.before_m, self.depth_m) = (kept, depth_m);
@@ -167,16 +163,8 @@ impl<'a> Press<'a> {
 
     /// Newton's method at one depth; false if it does not converge.
     fn settle(&mut self, depth_m: f64, tolerance: f64) -> bool {
-        let stages = if self.last_step_m == 0.0 { STAGES.as_slice() } else { &[1.0] };
-        stages.iter().all(|stage| {
-            let mut contact = self.contact(depth_m);
-            contact.penalty_per_m *= stage;
-            self.relax(&contact, if *stage < 1.0 { LOOSE } else { tolerance })
-        })
-    }
-
-    fn relax(&mut self, contact: &Contact, tolerance: f64) -> bool {
-        self.solver.relax(&Pressed { body: self.body, contact }, &mut self.displacement_m, tolerance)
+        let contact = self.contact(depth_m);
+        self.solver.relax(&Pressed { body: self.body, contact: &contact }, &mut self.displacement_m, tolerance)
     }
 }
 
@@ -191,12 +179,16 @@ impl Potential for Pressed<'_> {
         self.body
     }
 
-    fn energy(&self, displacement_m: &[Vector3<f64>]) -> Option<f64> {
-        self.body.energy(displacement_m, Some(self.contact))
+    fn contact(&self) -> Option<&Contact> {
+        Some(self.contact)
     }
 
-    fn assemble(&self, displacement_m: &[Vector3<f64>]) -> Option<Assembled> {
-        self.body.assemble(displacement_m, Some(self.contact))
+    fn energy(&self, displacement_m: &[Vector3<f64>]) -> Option<f64> {
+        self.body.energy(displacement_m, None)
+    }
+
+    fn assemble(&self, displacement_m: &[Vector3<f64>], tangent: bool) -> Option<Assembled> {
+        self.body.derive(displacement_m, tangent)
     }
 
     fn force_m2(&self, displacement_m: &[Vector3<f64>], _: &Assembled) -> f64 {

@@ -156,7 +156,11 @@ impl Suspension {
     /// Energy, residual and tangent with a share of the weight; `None` if an element is inside out.
     #[must_use]
     pub fn assemble(&self, displacement_m: &[Vector3<f64>], weight_share: f64) -> Option<Assembled> {
-        let mut sum = self.body.assemble(displacement_m, None)?;
+        self.derive(displacement_m, weight_share, true)
+    }
+
+    pub(super) fn derive(&self, displacement_m: &[Vector3<f64>], weight_share: f64, tangent: bool) -> Option<Assembled> {
+        let mut sum = self.body.derive(displacement_m, tangent)?;
         for tie in &self.ties {
             tie.add(displacement_m, &self.body.pattern, &mut sum);
         }

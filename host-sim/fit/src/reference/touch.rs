@@ -4,7 +4,7 @@
 //! Penalty on the gap g at seven points of each surface triangle: penalty/2 g^2 per rest area where
 //! g < 0.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::body::{Assembled, Body, Contact};
 use super::probe::Gap;
@@ -24,26 +24,94 @@ pub struct Touch {
     pub area_m2: f64,
 }
 
+/// A quadrature point of the surface that is inside the probe.
+pub(super) struct Point<'a> {
+    /// Nodes of its triangle.
+    pub nodes: &'a [u32; 6],
+    /// Shape functions there.
+    pub shape: &'a [f64; 6],
+    /// Rest area that it stands for [m^2].
+    area_m2: f64,
+    gap: Gap,
+    penalty_per_m: f64,
+}
+
+impl Point<'_> {
+    fn energy_m3(&self) -> f64 {
+        0.5 * self.penalty_per_m * self.area_m2 * self.gap.gap_m * self.gap.gap_m
+    }
+
+    /// Slope of the energy along the point's displacement [m^2].
+    pub fn push_m2(&self) -> Vector3<f64> {
+        self.gap.normal * (self.penalty_per_m * self.area_m2 * self.gap.gap_m)
+    }
+
+    /// Its second derivative [m], with or without the probe's curvature, without which it is never
+    /// indefinite.
+    pub fn stiffness_m(&self, curved: bool) -> Matrix3<f64> {
+        // the curvature makes the tangent indefinite where a step has not yet been answered:
+        // bounded there
+        let curved_m = if curved { self.gap.gap_m.max(-HIGHEST_PRESSURE / self.penalty_per_m) } else { 0.0 };
+        let normal = self.gap.normal;
+        (normal * normal.transpose() + self.gap.curvature_per_m * curved_m) * (self.penalty_per_m * self.area_m2)
+    }
+}
+
 impl Body {
-    pub(super) fn add_contact_energy(&self, displacement_m: &[Vector3<f64>], contact: &Contact, energy_m3: &mut f64) {
-        self.each_touch(displacement_m, contact, |_, _, area, gap| {
-            *energy_m3 += 0.5 * contact.penalty_per_m * area * gap.gap_m * gap.gap_m;
+    pub(super) fn contact_energy_m3(&self, triangles: &[usize], displacement_m: &[Vector3<f64>], contact: &Contact) -> f64 {
+        let mut energy_m3 = 0.0;
+        self.each_touch(triangles, displacement_m, contact, |point| energy_m3 += point.energy_m3());
+        energy_m3
+    }
+
+    pub(super) fn add_contact(
+        &self,
+        triangles: &[usize],
+        displacement_m: &[Vector3<f64>],
+        contact: &Contact,
+        sum: &mut Assembled,
+    ) {
+        self.each_touch(triangles, displacement_m, contact, |point| {
+            sum.energy_m3 += point.energy_m3();
+            for (n, share) in point.nodes.iter().zip(point.shape) {
+                sum.residual_m2[*n as usize] += point.push_m2() * *share;
+            }
+        });
+        self.stiffen(triangles, displacement_m, contact, true, &mut sum.tangent);
+    }
+
+    /// Adds the second derivative of the energy of contact to a tangent, with or without the probe's
+    /// curvature.
+    pub(super) fn stiffen(
+        &self,
+        triangles: &[usize],
+        displacement_m: &[Vector3<f64>],
+        contact: &Contact,
+        curved: bool,
+        tangent: &mut [f64],
+    ) {
+        self.each_touch(triangles, displacement_m, contact, |point| {
+            let block = point.stiffness_m(curved);
+            for (a, i) in point.nodes.iter().enumerate() {
+                for (b, j) in point.nodes[..=a].iter().enumerate() {
+                    self.pattern.add(tangent, *i, *j, &(block * (point.shape[a] * point.shape[b])));
+                }
+            }
         });
     }
 
-    pub(super) fn add_contact(&self, displacement_m: &[Vector3<f64>], contact: &Contact, sum: &mut Assembled) {
-        let penalty = contact.penalty_per_m;
-        self.each_touch(displacement_m, contact, |nodes, shape, area, gap| {
-            sum.energy_m3 += 0.5 * penalty * area * gap.gap_m * gap.gap_m;
-            // the probe's curvature makes the tangent indefinite where a step has not yet been
-            // answered: bounded there
-            let curved_m = gap.gap_m.max(-HIGHEST_PRESSURE / penalty);
-            let block = (gap.normal * gap.normal.transpose() + gap.curvature_per_m * curved_m) * (penalty * area);
-            for (a, i) in nodes.iter().enumerate() {
-                sum.residual_m2[*i as usize] += gap.normal * (penalty * area * gap.gap_m * shape[a]);
-                for (b, j) in nodes[..=a].iter().enumerate() {
-                    self.pattern.add(&mut sum.tangent, *i, *j, &(block * (shape[a] * shape[b])));
-                }
+    /// Adds the slope of the energy of contact to that of all nodes.
+    pub(super) fn add_push(
+        &self,
+        triangles: &[usize],
+        displacement_m: &[Vector3<f64>],
+        contact: &Contact,
+        residual_m2: &mut [Vector3<f64>],
+    ) {
+        self.each_touch(triangles, displacement_m, contact, |point| {
+            let push = point.push_m2();
+            for (n, share) in point.nodes.iter().zip(point.shape) {
+                residual_m2[*n as usize] += push * *share;
             }
         });
     }
@@ -52,23 +120,32 @@ impl Body {
     #[must_use]
     pub fn touch(&self, displacement_m: &[Vector3<f64>], contact: &Contact) -> Touch {
         let mut touch = Touch::default();
-        self.each_touch(displacement_m, contact, |_, _, area, gap| {
-            touch.force_m2 += gap.normal * (contact.penalty_per_m * area * gap.gap_m * self.copies);
-            touch.penetration_m = touch.penetration_m.max(-gap.gap_m);
-            touch.area_m2 += area * self.copies;
+        self.each_touch(&self.touchable, displacement_m, contact, |point| {
+            touch.force_m2 += point.push_m2() * self.copies;
+            touch.penetration_m = touch.penetration_m.max(-point.gap.gap_m);
+            touch.area_m2 += point.area_m2 * self.copies;
         });
         touch
     }
 
-    /// Calls `each` with (nodes, shape functions, rest area, gap) at every point inside the probe.
-    fn each_touch(
+    /// Least distance of a triangle's nodes and quadrature points to the probe [m].
+    pub(super) fn least_gap_m(&self, triangle: usize, displacement_m: &[Vector3<f64>], contact: &Contact) -> f64 {
+        let now = self.mesh.triangles[triangle].map(|n| self.mesh.nodes_m[n as usize] + displacement_m[n as usize]);
+        let points = triangle_points().map(|(at, _)| triangle_shape(at));
+        let inside = points.iter().map(|shape| (0..6).map(|k| now[k] * shape[k]).sum::<Vector3<f64>>());
+        now.into_iter().chain(inside).map(|x| contact.probe.gap(&x).gap_m).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Calls `each` with every quadrature point of some triangles that is inside the probe.
+    pub(super) fn each_touch(
         &self,
+        triangles: &[usize],
         displacement_m: &[Vector3<f64>],
         contact: &Contact,
-        mut each: impl FnMut(&[u32; 6], &[f64; 6], f64, &Gap),
+        mut each: impl FnMut(&Point),
     ) {
         let rule = triangle_points().map(|(at, share)| (triangle_shape(at), share));
-        for t in &self.touchable {
+        for t in triangles {
             let nodes = &self.mesh.triangles[*t];
             let rest = nodes.map(|n| self.mesh.nodes_m[n as usize]);
             let area = 0.5 * (rest[1] - rest[0]).cross(&(rest[2] - rest[0])).norm();
@@ -77,7 +154,7 @@ impl Body {
                 let x = (0..6).map(|k| now[k] * shape[k]).sum::<Vector3<f64>>();
                 let gap = contact.probe.gap(&x);
                 if gap.gap_m < 0.0 {
-                    each(nodes, shape, share * area, &gap);
+                    each(&Point { nodes, shape, area_m2: share * area, gap, penalty_per_m: contact.penalty_per_m });
                 }
             }
         }

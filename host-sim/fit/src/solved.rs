@@ -1,0 +1,135 @@
+//! Answers of finite elements that were computed before, found again by the problem they answer.
+//!
+//! A file holds the whole problem, with the source of the elements that solved it, and the numbers
+//! of the answer, to the last bit. It is believed only if the problem is the one that is asked and
+//! the checksum holds. The folder lies beside the results, `out/.solved` for `out/cut`, and may be
+//! deleted at any time: what it held is then computed anew.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use crc::{CRC_64_XZ, Crc};
+
+const CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
+const FIRST_LINE: &str = "palpate solved 1";
+const FOLDER: &str = ".solved";
+
+/// What an answer depends on besides its problem: when a line of these changes, no earlier answer
+/// is found any more.
+const ELEMENTS: [&str; 22] = [
+    include_str!("far_field/organ_reference.rs"),
+    include_str!("reference/assembly.rs"),
+    include_str!("reference/body.rs"),
+    include_str!("reference/cholesky.rs"),
+    include_str!("reference/elimination.rs"),
+    include_str!("reference/minimise.rs"),
+    include_str!("reference/near.rs"),
+    include_str!("reference/newton.rs"),
+    include_str!("reference/probe.rs"),
+    include_str!("reference/quadratic.rs"),
+    include_str!("reference/refine.rs"),
+    include_str!("reference/shape.rs"),
+    include_str!("reference/touch.rs"),
+    include_str!("../../tissue/src/mesh/surface.rs"),
+    include_str!("../../tissue/src/organ.rs"),
+    include_str!("../../tissue/src/organ/abdomen.rs"),
+    include_str!("../../tissue/src/organ/foot.rs"),
+    include_str!("../../tissue/src/organ/gallbladder.rs"),
+    include_str!("../../tissue/src/organ/liver.rs"),
+    include_str!("../../tissue/src/organ/parts.rs"),
+    include_str!("../../tissue/src/tissue/material.rs"),
+    include_str!("../../tissue/src/tissue/organ_source.rs"),
+];
+
+/// Folder of answers.
+#[derive(Debug)]
+pub struct Solved {
+    folder: PathBuf,
+    said: Mutex<Vec<String>>,
+}
+
+impl Solved {
+    /// The answers beside a folder of results.
+    #[must_use]
+    pub fn beside(out: &Path) -> Self {
+        Self { folder: out.parent().unwrap_or_else(|| Path::new("")).join(FOLDER), said: Mutex::default() }
+    }
+
+    /// What became of the questions so far, a line each: an answer found again, with how to compute
+    /// it anew, or a file that was not believed.
+    #[must_use]
+    pub fn said(&self) -> Vec<String> {
+        self.said.lock().map(|said| said.clone()).unwrap_or_default()
+    }
+
+    /// The answer of `count` numbers to a problem, computed by `solve` and kept if it is not there.
+    ///
+    /// # Errors
+    /// Those of `solve`. That an answer cannot be read or kept is no error.
+    pub fn answer<E>(&self, problem: &str, count: usize, solve: impl FnOnce() -> Result<Vec<f64>, E>) -> Result<Vec<f64>, E> {
+        let problem = format!("elements {:016x}\n{problem}", elements());
+        let file = self.folder.join(format!("{:016x}.txt", CRC.checksum(problem.as_bytes())));
+        if let Ok(bytes) = std::fs::read(&file) {
+            match read(&bytes, &problem, count) {
+                Ok(numbers) => {
+                    self.say(format!("finite elements: solved before, {}; delete it to compute anew", file.display()));
+                    return Ok(numbers);
+                }
+                Err(why) => self.say(format!("finite elements: {} {why}: computed anew", file.display())),
+            }
+        }
+        let numbers = solve()?;
+        // a folder that cannot be written costs time, not the result
+        let _ = self.keep(&file, &problem, &numbers);
+        Ok(numbers)
+    }
+
+    fn say(&self, line: String) {
+        if let Ok(mut said) = self.said.lock() {
+            said.push(line);
+        }
+    }
+
+    /// Whole or not at all, as another run may read it.
+    fn keep(&self, file: &Path, problem: &str, numbers: &[f64]) -> std::io::Result<()> {
+        let mut body = String::from("numbers");
+        for number in numbers {
+            // writing to a string cannot fail
+            let _ = write!(body, " {:016x}", number.to_bits());
+        }
+        let body = format!("{body}\n{problem}");
+        std::fs::create_dir_all(&self.folder)?;
+        let draft = file.with_extension(format!("{}.draft", std::process::id()));
+        std::fs::write(&draft, format!("{FIRST_LINE}\nchecksum {:016x}\n{body}", CRC.checksum(body.as_bytes())))?;
+        std::fs::rename(draft, file)
+    }
+}
+
+/// Source of the elements in short.
+fn elements() -> u64 {
+    let mut digest = CRC.digest();
+    ELEMENTS.iter().for_each(|source| digest.update(source.as_bytes()));
+    digest.finalize()
+}
+
+/// The numbers of a file, or what is wrong with it.
+fn read(bytes: &[u8], problem: &str, count: usize) -> Result<Vec<f64>, &'static str> {
+    let text = std::str::from_utf8(bytes).map_err(|_| "is damaged")?;
+    let rest = text.strip_prefix(FIRST_LINE).and_then(|rest| rest.strip_prefix("\nchecksum "));
+    let (checksum, body) = rest.and_then(|rest| rest.split_once('\n')).ok_or("is no answer of finite elements")?;
+    if u64::from_str_radix(checksum, 16) != Ok(CRC.checksum(body.as_bytes())) {
+        return Err("is damaged");
+    }
+    let (numbers, asked) = body.split_once('\n').ok_or("is damaged")?;
+    if asked != problem {
+        return Err("answers another problem");
+    }
+    let numbers = numbers.strip_prefix("numbers").ok_or("is damaged")?.split_whitespace();
+    let numbers = numbers.map(|bits| u64::from_str_radix(bits, 16).map(f64::from_bits));
+    let numbers: Vec<f64> = numbers.collect::<Result<_, _>>().map_err(|_| "is damaged")?;
+    if numbers.len() != count || !numbers.iter().all(|n| n.is_finite()) {
+        return Err("lacks numbers");
+    }
+    Ok(numbers)
+}
