@@ -1,6 +1,6 @@
 //! Organs: their meshes are sound and true to the shapes, and the shapes fit together.
 
-use palpate_tests::share::long;
+use palpate_tests::share::Share;
 use palpate_tissue::mesh::{TetMesh, radius_ratio, surface};
 use palpate_tissue::organ::{Fine, Organ, OrganError, Spec};
 use std::collections::{BTreeMap, BTreeSet};
@@ -250,12 +250,16 @@ fn rays_and_distances_agree_with_the_shape() {
     assert_eq!(abdomen.surface_point([0.0, 0.0, 1.0], [0.0; 3]), None);
     assert!((V3::from(abdomen.normal(top)) - V3::z()).norm() < 1e-6);
     // the nearest node of a fine surface is never nearer than the distance, and not much further
-    for (name, depth_m) in [("abdomen", 0.028), ("foot", 0.010)] {
+    let mut share = Share::one_in(2);
+    for (name, depth_m) in [("foot", 0.010), ("abdomen", 0.028)] {
+        if !share.takes() {
+            continue;
+        }
         let spacing_m = if name == "abdomen" { 0.007 } else { 0.0025 };
         let (organ, mesh) = (organ(name), mesh(name, Spec::Spacing(spacing_m)));
         let skin: Vec<V3> = surface_nodes(&mesh).into_iter().map(|n| mesh.nodes_m[n as usize].into()).collect();
         let mut compared = 0;
-        for at in mesh.nodes_m.iter().step_by(mesh.nodes_m.len() / if long() { 500 } else { 150 }) {
+        for at in mesh.nodes_m.iter().step_by(mesh.nodes_m.len() / 500) {
             let found_m = -organ.distance_m(*at);
             if (2.0 * spacing_m..depth_m).contains(&found_m) {
                 compared += 1;
@@ -264,7 +268,7 @@ fn rays_and_distances_agree_with_the_shape() {
                 assert!((-1e-4..slack_m).contains(&(nearest - found_m)), "{name}: {found_m} for {nearest}");
             }
         }
-        assert!(compared > 15, "{name}: {compared} places");
+        assert!(compared > 50, "{name}: {compared} places");
     }
 }
 

@@ -81,7 +81,7 @@ fn forces_agree_with_finite_elements_of_the_same_law() {
 }
 
 #[test]
-#[ignore = "long"]
+#[ignore = "long: minutes of finite elements"]
 fn forces_of_the_finest_patch_agree_too() {
     forces_agree(|nodes| nodes > 410);
 }

@@ -140,7 +140,7 @@ fn a_block_from_a_file_presses_as_the_reference_of_the_block() {
 }
 
 #[test]
-#[ignore = "long"]
+#[ignore = "long: minutes of finite elements"]
 fn a_block_from_a_file_presses_at_its_centre_as_the_reference_of_the_block() {
     presses_as_the_block(0.0);
 }

@@ -51,7 +51,7 @@ fn rim_springs_are_within_half_a_percent_of_the_exact_outside() {
 }
 
 #[test]
-#[ignore = "long"]
+#[ignore = "long: minutes of finite elements"]
 fn rim_springs_are_within_half_a_percent_on_many_meshes() {
     let origin = [0.0; 3];
     within_half_a_percent(&[

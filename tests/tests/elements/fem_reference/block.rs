@@ -44,7 +44,7 @@ fn neither_quadrature_nor_contact_stiffness_matters() {
 }
 
 #[test]
-#[ignore = "long"]
+#[ignore = "long: minutes of finite elements"]
 fn neither_quadrature_nor_contact_stiffness_matters_at_the_preset() {
     settings_do_not_matter(0.45);
 }

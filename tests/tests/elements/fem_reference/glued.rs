@@ -70,6 +70,7 @@ fn every_tet_keeps_its_own_stiffness_through_the_refinement() {
 }
 
 #[test]
+#[ignore = "long: two large blocks"]
 fn on_a_large_block_press_and_shear_are_those_of_a_half_space() {
     let nu = 0.45_f64;
     let shear_modulus = 0.5 / (1.0 + nu);
@@ -100,7 +101,7 @@ fn the_shipped_disc_at_the_centre_is_what_other_meshes_say() {
 }
 
 #[test]
-#[ignore = "long"]
+#[ignore = "long: minutes of finite elements"]
 fn the_shipped_disc_aside_is_what_other_meshes_say() {
     meshes_agree(&Answer::block().glued[2..]);
 }
