@@ -15,7 +15,7 @@ const CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
 const FIRST_LINE: &str = "palpate solved 1";
 const FOLDER: &str = ".solved";
 
-/// What an answer depends on besides its problem: when a line of these changes, no earlier answer
+/// Code that an answer depends on besides its problem: when a line of it changes, no earlier answer
 /// is found any more.
 const ELEMENTS: [&str; 22] = [
     include_str!("far_field/organ_reference.rs"),
@@ -56,8 +56,8 @@ impl Solved {
         Self { folder: out.parent().unwrap_or_else(|| Path::new("")).join(FOLDER), said: Mutex::default() }
     }
 
-    /// What became of the questions so far, a line each: an answer found again, with how to compute
-    /// it anew, or a file that was not believed.
+    /// Lines on the questions so far: an answer found again, with how to compute it anew, or a file
+    /// that was not believed.
     #[must_use]
     pub fn said(&self) -> Vec<String> {
         self.said.lock().map(|said| said.clone()).unwrap_or_default()

@@ -33,7 +33,8 @@ pub(crate) trait Potential {
     /// Energy over Young's modulus [m^3]; `None` if an element is inside out.
     fn energy(&self, displacement_m: &[Vector3<f64>]) -> Option<f64>;
 
-    /// Energy and its derivatives, the second only if asked for; `None` if an element is inside out.
+    /// Energy and its derivatives, the second only if asked for; `None` if an element is inside
+    /// out.
     fn assemble(&self, displacement_m: &[Vector3<f64>], tangent: bool) -> Option<Assembled>;
 
     /// The force over Young's modulus [m^2] that the residual is small against.
@@ -44,7 +45,7 @@ pub(crate) trait Potential {
 struct Balance {
     /// Without the contact near the probe.
     sum: Assembled,
-    /// What the residual is small against, over Young's modulus [m^2].
+    /// Force that the residual is small against, over Young's modulus [m^2].
     force: f64,
     /// Norm, all contact included [m^2].
     residual: f64,
@@ -114,7 +115,7 @@ impl Minimiser {
         false
     }
 
-    /// What is out of balance; the tangent too where a factor is wanted.
+    /// Forces out of balance; the tangent too where a factor is wanted.
     fn balance(&mut self, potential: &impl Potential, displacement_m: &[Vector3<f64>]) -> Option<Balance> {
         let body = potential.body();
         if let Some(contact) = potential.contact() {

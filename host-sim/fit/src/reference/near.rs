@@ -17,7 +17,7 @@ use super::cholesky::{Cholesky, parallel};
 
 /// Triangles this close to the probe are near [probe radii].
 const MARGIN_RADII: f64 = 0.06;
-const MOST_ITERATIONS: usize = 60;
+const MOST_ITERATIONS: usize = 30;
 /// Residual over the contact force at which the contact is solved, and at which it is if a step
 /// gains nothing.
 const TOLERANCE: f64 = 1e-11;
@@ -44,7 +44,7 @@ pub(crate) struct Near {
 }
 
 impl Near {
-    /// What is near a probe.
+    /// Surface near a probe.
     pub fn of(body: &Body, displacement_m: &[Vector3<f64>], contact: &Contact) -> Self {
         let margin_m = MARGIN_RADII * contact.probe.radius_m;
         let (triangles, others): (Vec<usize>, Vec<usize>) =

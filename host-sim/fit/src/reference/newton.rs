@@ -134,8 +134,8 @@ impl<'a> Press<'a> {
         Ok(())
     }
 
-    /// Goes straight to a depth from the equilibrium at that depth of a body that is almost this one;
-    /// false if none is found, and the tissue is as it was.
+    /// Goes straight to a depth from the equilibrium at that depth of a body that is almost this
+    /// one; false if none is found, and the tissue is as it was.
     pub fn start_from(&mut self, displacement_m: &[Vector3<f64>], depth_m: f64) -> bool {
         let kept = std::mem::replace(&mut self.displacement_m, displacement_m.to_vec());
         let (last_step_m, before_m) = (self.last_step_m, self.depth_m);

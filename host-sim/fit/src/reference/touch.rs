@@ -80,8 +80,8 @@ impl Body {
         self.stiffen(triangles, displacement_m, contact, true, &mut sum.tangent);
     }
 
-    /// Adds the second derivative of the energy of contact to a tangent, with or without the probe's
-    /// curvature.
+    /// Adds the second derivative of the energy of contact to a tangent, with or without the
+    /// probe's curvature.
     pub(super) fn stiffen(
         &self,
         triangles: &[usize],

@@ -7,11 +7,11 @@ use serde_json::Value;
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 
-/// A thin pad under a wide probe: cheap, and it cannot be pressed flat.
+/// A small pad under a wide probe: cheap, and it cannot be pressed flat.
 const PAD: &str = r#"
 name = "pad"
 [tissue]
-block_m = [0.016, 0.016, 0.006]
+block_m = [0.008, 0.008, 0.006]
 youngs_modulus_pa = 5000.0
 poisson_ratio = 0.45
 density_kg_per_m3 = 1000.0
