@@ -232,8 +232,7 @@ struct Common {
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     scene: String,
     /// Output folder, made if it is not there; replaces an earlier result in it when the run is
-    /// done [default: out/press, out/fit, out/reference, out/calibrate, out/pack, out/cut, out/loop,
-    /// out/far-field, out/plan, out/emulate].
+    /// done [default: out/ and the name of the command].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }

@@ -21,7 +21,7 @@ struct Summary<'a> {
     method: &'static str,
     /// Calibrated to this very scene.
     calibrated: bool,
-    /// What the patch was fitted to, and the error to expect.
+    /// The scene that the patch was fitted to, and the error to expect.
     model: Standing,
     fitted_places: u32,
     nodes: usize,

@@ -2,8 +2,8 @@
 //! the judgement need, their finite elements, the fit, the verdict.
 //!
 //! ```text
-//! presses ─ solve (finite elements, one press at a time) ─ answer ─┬─ known ─ targets ─ fit ─ patch
-//!                                                                 └─ unseen ──────────────── judge
+//! presses ─ solve (finite elements, press by press) ─ answer ─┬─ known ─ targets ─ fit ─ patch
+//!                                                             └─ unseen ──────────────── judge
 //! ```
 //!
 //! Unseen presses are solved at places and depths that no target is made of.

@@ -89,8 +89,8 @@ pub fn shipped() -> Vec<Trial> {
     serde_json::from_str(TRIALS).unwrap_or_default()
 }
 
-/// Error to expect of a scene on a block with `nodes` nodes: uncalibrated, or with a patch fitted to
-/// another tip on the same tissue. `None` where no trial is of that kind.
+/// Error to expect of a scene on a block with `nodes` nodes: uncalibrated, or with a patch fitted
+/// to another tip on the same tissue. `None` where no trial is of that kind.
 #[must_use]
 pub fn expected(scene: &Scene, nodes: usize, fitted: Option<&FitRecord>) -> Option<Expected> {
     let size_m = scene.tissue.block_m?;

@@ -140,7 +140,7 @@ impl Unknowns {
     #[must_use]
     pub fn result(&self, base: &Statics, z: &[f64], params: &Params) -> (Multipliers, Params) {
         let at = self.apply(base, z);
-        // springs alone are a solid of nu = 1/4: there nothing is left for the volume terms to multiply
+        // springs alone are a solid of nu = 1/4: nothing is left for the volume terms to multiply
         let ratio = |a: f64, b: f64| if b == 0.0 { 1.0 } else { a / b };
         let multipliers = Multipliers {
             edge: at.springs.iter().zip(&base.springs).map(|(a, b)| a.k / b.k).collect(),

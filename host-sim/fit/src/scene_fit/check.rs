@@ -59,7 +59,7 @@ pub fn check(scene: &Scene) -> Result<(), Error> {
     refuse_beyond_the_guard(scene, |depth_m| half_space_m2(scene, depth_m))
 }
 
-/// Refuses holds at which the force is larger than any that is rendered; `force_m2` is over E [m^2].
+/// Refuses holds with a force larger than any that is rendered; `force_m2` is over E [m^2].
 ///
 /// # Errors
 /// The first such hold.

@@ -22,7 +22,7 @@ const RATIO_UNSEEN: [usize; 2] = [0, 2];
 /// Places off the centre that the fit knows [probe radii], on an axis and on a diagonal; a block
 /// that is not square has the other axis too.
 const ASIDE: [[f64; 2]; 5] = [[0.7, 0.0], [1.25, 0.0], [1.75, 0.0], [0.75, 0.75], [1.2, 1.2]];
-/// Radius of the disc over which a patch is judged [probe radii], and the seed of its solved places.
+/// Radius of the disc over which a patch is judged [probe radii], and the seed of its places.
 pub const JUDGED_RADII: f64 = 1.5;
 const UNSEEN_PLACES: usize = 4;
 const UNSEEN_SEED: u64 = 77;

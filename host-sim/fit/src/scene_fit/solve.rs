@@ -84,7 +84,7 @@ pub fn solve_all(scene: &Scene, presses: &Presses, watch: &impl Watch) -> Result
     Ok(found)
 }
 
-/// Solves a press of the scene's block with the scene's probe, from `starts` where it has the depth.
+/// Solves a press of the scene's block with its probe, from `starts` where it has the depth.
 fn solve(scene: &Scene, job: &PressJob, starts: &Starts, watch: &impl Watch) -> Result<(Forces, Starts), Error> {
     let file = &scene.file;
     let size_m = scene.tissue.block_m.unwrap_or_default();

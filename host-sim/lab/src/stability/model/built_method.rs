@@ -131,7 +131,7 @@ impl BuiltMethod {
         let Some((patch, params)) = product(&block, row.method, inclusion) else { return Ok(None) };
         let params = Params { substeps: 1, limits: limits(&patch, f64::from(params.tick_s)), ..params };
         let params = if tissue == CaseTissue::Stiffening {
-            // the bound at the depth limit decides, as in `press`, which refuses what it cannot keep
+            // the bound at the depth limit decides, as in `press`: what it cannot keep is refused
             match Session::of_fitted(&MACHINES[0], patch.clone(), params) {
                 Ok(session) => session.params,
                 Err(TissueError::TooSlow(_)) => return Ok(None),
