@@ -292,8 +292,11 @@ fn a_run_restores_the_result_whenever_the_one_before_was_killed() {
 #[test]
 fn every_command_that_opens_a_folder_publishes_it() {
     // who hands the folder on by value, and to whom
-    let handed =
-        [("command/plan.rs", "command/plan/report.rs"), ("paper/volume_preserved.rs", "paper/volume_preserved/tables.rs")];
+    let handed = [
+        ("command/fit.rs", "command/fit/report.rs"),
+        ("command/plan.rs", "command/plan/report.rs"),
+        ("paper/volume_preserved.rs", "paper/volume_preserved/tables.rs"),
+    ];
     // draws one picture to time it, and throws it away
     let thrown_away = "paper/volume_preserved/pictures.rs";
     let root = repository().join("host-sim/src");
