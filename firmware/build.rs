@@ -7,7 +7,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Which patch file goes into the image; a relative path starts at the repository.
+/// Patch file that goes into the image; a relative path starts at the repository.
 const PATCH: &str = "PALPATE_PATCH";
 const DEFAULT_PATCH: &str = "firmware/patches/block-m4f-168.patch";
 

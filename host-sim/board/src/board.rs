@@ -132,7 +132,7 @@ impl Board {
         })
     }
 
-    /// Which board it is.
+    /// The emulated board.
     #[must_use]
     pub fn machine(&self) -> EmulatedBoard {
         self.machine

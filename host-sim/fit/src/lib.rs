@@ -19,6 +19,7 @@ pub mod far_field;
 pub mod half_space;
 pub mod partial_slip;
 pub mod plan;
+pub mod pressed_patch;
 pub mod reference;
 pub mod scene_fit;
 pub mod solved;

@@ -1,5 +1,5 @@
-//! From the scene of a block to a calibrated patch and its judged error: which presses the fit and
-//! the judgement need, their finite elements, the fit, the verdict.
+//! From the scene of a block to a calibrated patch and its judged error: presses for the fit and for
+//! the judgement, their finite elements, the fit, the verdict.
 //!
 //! ```text
 //! presses ─ solve (finite elements, press by press) ─ answer ─┬─ known ─ targets ─ fit ─ patch
@@ -19,7 +19,7 @@ mod solve;
 
 pub use answer::{Solved, answer};
 pub use check::{check, refuse_beyond_the_guard};
-pub use fit::{FINE_RADII, Prepared, prepare};
+pub use fit::{FINE_RADII, PLACES_RANGE, Prepared, prepare, top_nodes};
 pub use judge::{DepthVerdict, Verdict, judge};
 pub use known::Known;
 pub use presses::{JUDGED_RADII, Level, PressJob, Presses};

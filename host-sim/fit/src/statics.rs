@@ -84,7 +84,7 @@ pub struct Statics {
     pub compensation: f64,
     /// `tau_c`.
     pub compensation_threshold: f64,
-    /// Which of volume and compensation act.
+    /// Terms of the energy beside springs that act.
     pub(crate) volume_acts: bool,
     pub(crate) compensation_acts: bool,
     /// Logarithm of a node's stiffness factor over its energy density over E (1).

@@ -17,7 +17,7 @@ pub trait Progress: Sync {
     fn clear(&self);
 }
 
-/// Nobody waits.
+/// Progress that is not shown.
 impl Progress for () {
     fn say(&self, _: String) {}
 

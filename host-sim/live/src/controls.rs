@@ -21,7 +21,7 @@ const LEAST_FOR_HINTS: f32 = 660.0;
 pub struct Controls {
     /// Scene to press, and the changes to it.
     pub choice: Choice,
-    /// Who holds the probe.
+    /// Device and hand that hold the probe.
     pub holding: Holding,
     /// Display options of the picture.
     pub shown: Shown,

@@ -15,23 +15,15 @@ use palpate_fit::calibrate::accuracy::{self, Accuracy, PLACES};
 use palpate_fit::calibrate::reference_map::ReferenceMap;
 use palpate_fit::calibrate::targets::DISC_RADII;
 use palpate_fit::calibrate::{Calibration, Fit, Round, Settings, Targets, annealing, calibrate};
-use palpate_fit::statics::Vector;
+use palpate_fit::scene_fit::{Prepared, prepare, top_nodes};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::Answer;
 use palpate_tissue::output::OutputFolder;
-use palpate_tissue::patch::Material;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::{Session, calibrated};
 use palpate_tissue::stable_step::StableStep;
 use palpate_tissue::tissue::Tissue;
-use palpate_tissue::tissue::place_fine;
 
-/// Elements under the probe are smallest this far around it [probe radii]: places up to 1.65 radii
-/// are fitted.
-const FINE_RADII: f64 = 1.25;
-/// Elements larger than this share of the probe's radius get nine foundation points per triangle
-/// instead of four.
-const NINE_ABOVE: f64 = 0.4;
 /// Places that can be asked for.
 const PLACES_RANGE: std::ops::RangeInclusive<usize> = 1..=2000;
 /// Nodes, places and rounds of a fit with `--quick`.
@@ -118,7 +110,7 @@ impl CalibrateArgs {
                 scene.name
             )).into());
         }
-        let (tissue, material, params) = self.prepare(&scene)?;
+        let Prepared { tissue, material, params } = self.prepare(&scene)?;
         let mut targets = targets(&scene, &tissue, &answer, places)?;
         if self.glued {
             if answer.glued.is_empty() {
@@ -155,17 +147,15 @@ impl CalibrateArgs {
         }
     }
 
-    fn prepare(&self, scene: &Scene) -> Result<(Tissue, Material, palpate::Params), Error> {
-        let placed = place_fine(scene, &[], FINE_RADII)?;
-        let params = scene.params(placed.axis);
-        let material = Material { poisson_ratio: scene.tissue.poisson_ratio, ..Material::default() };
-        let element_m = palpate_tissue::patch::Patch::build(&placed.tissue, &material, None).element_m();
-        let large = element_m > NINE_ABOVE * scene.probe.radius_m;
-        let points_per_triangle = self.points.unwrap_or(if large { 9 } else { 4 });
-        if ![4, 9].contains(&points_per_triangle) {
-            return Err(TissueError::Usage(format!("--points {points_per_triangle}: a triangle has 4 or 9 points")).into());
+    fn prepare(&self, scene: &Scene) -> Result<Prepared, Error> {
+        let mut prepared = prepare(scene)?;
+        if let Some(points) = self.points {
+            if ![4, 9].contains(&points) {
+                return Err(TissueError::Usage(format!("--points {points}: a triangle has 4 or 9 points")).into());
+            }
+            prepared.material.points_per_triangle = points;
         }
-        Ok((placed.tissue, Material { points_per_triangle, ..material }, params))
+        Ok(prepared)
     }
 
     fn write(&self, folder: OutputFolder, scene: &Scene, answer: &Answer, calibration: &Calibration) -> Result<(), Error> {
@@ -254,9 +244,7 @@ fn targets(scene: &Scene, tissue: &Tissue, answer: &Answer, places: usize) -> Re
     if map.deepest_m() < scene.probe.radius_m {
         return Err(lacking(scene));
     }
-    let top = (0..).zip(&tissue.mesh.nodes_m).filter(|(_, x)| (x[2] - tissue.site_m[2]).abs() < 1e-9);
-    let surface: Vec<(usize, Vector)> = top.map(|(n, x)| (n, Vector::from(*x))).collect();
-    Targets::over_a_disc(&map, &surface, tissue.site_m.into(), scene.probe.radius_m, DISC_RADII, places)
+    Targets::over_a_disc(&map, &top_nodes(tissue), tissue.site_m.into(), scene.probe.radius_m, DISC_RADII, places)
         .ok_or_else(|| lacking(scene))
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::progress::Bar;
+use super::progress::Steps;
 use crate::error::Error;
 use palpate_lab::chart::{
     MovingPoint, Reference, Run, Scope, Summary, Task, TermErrors, draw, measure, term_errors, write, write_term_errors,
@@ -58,10 +58,10 @@ impl ChartArgs {
 
 /// Every method in tissue with terms, on the block of 20 kPa.
 fn terms(nodes: usize) -> Result<Vec<TermErrors>, Error> {
-    let mut bar = Bar::default();
+    let steps = Steps::new("terms", Method::ALL.len());
     let mut found = Vec::new();
     for (n, method) in Method::ALL.into_iter().enumerate() {
-        bar.show(n, Method::ALL.len(), format!("{} with and without terms", method.name()));
+        steps.show(n, Method::ALL.len(), method.name());
         let block = match method {
             Method::Calibrated => Block::calibrated(nodes, TERMS_PA),
             _ => Some(Block::standard(nodes, TERMS_PA)?),
@@ -70,7 +70,7 @@ fn terms(nodes: usize) -> Result<Vec<TermErrors>, Error> {
             found.extend(term_errors(method, &block)?);
         }
     }
-    bar.clear();
+    steps.finish();
     Ok(found)
 }
 
@@ -89,7 +89,7 @@ fn print_terms(errors: &[TermErrors]) {
 
 fn run_all(scope: &Scope) -> Result<Vec<Run>, Error> {
     let reference = Reference::block();
-    let mut bar = Bar::default();
+    let steps = Steps::new("chart", scope.tasks.len());
     let mut block: Option<Block> = None;
     let mut runs = Vec::with_capacity(scope.tasks.len());
     let same_but_split =
@@ -97,7 +97,7 @@ fn run_all(scope: &Scope) -> Result<Vec<Run>, Error> {
     let mut done = 0;
     for tasks in scope.tasks.chunk_by(same_but_split) {
         let Some(&task) = tasks.first() else { continue };
-        bar.show(done, scope.tasks.len(), format!("{} {} nodes", task.method.name(), task.nodes));
+        steps.show(done, scope.tasks.len(), &format!("{} {} nodes", task.method.name(), task.nodes));
         done += tasks.len();
         if task.method == Method::Calibrated {
             // its patch brings its own mesh
@@ -113,7 +113,7 @@ fn run_all(scope: &Scope) -> Result<Vec<Run>, Error> {
         };
         runs.extend(measure(tasks, block, &reference, scope.moving)?);
     }
-    bar.clear();
+    steps.finish();
     Ok(runs)
 }
 

@@ -12,6 +12,7 @@ use palpate_fit::calibrate::accuracy::Accuracy;
 use palpate_fit::calibrate::targets::DEPTHS_RADII;
 use palpate_fit::far_field::fitted::{Fitted, JUDGED_PLACES, JUDGED_RADII, Prepared, Recipe, Short, Truth};
 use palpate_fit::far_field::springs;
+use palpate_fit::scene_fit::PLACES_RANGE;
 use palpate_fit::solved::Solved;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::{AnswerProbe, AnswerTissue};
@@ -30,8 +31,6 @@ const HALVINGS: usize = 5;
 const WORST_RMS_PCT: f64 = 10.0;
 /// Depths between which the error is told in short [probe radii].
 const JUDGED_DEPTHS_RADII: [f64; 2] = [0.125, 0.5];
-/// Rounds of the fit may be fewer, but not places: 20 over-fit.
-const PLACES_RANGE: std::ops::RangeInclusive<usize> = 20..=2000;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct CutArgs {
@@ -288,6 +287,7 @@ fn record(scene: &Scene, session: &Session, errors: &Short, patch_crc32: u32) ->
             from_m: JUDGED_DEPTHS_RADII[0] * radius_m,
             to_m: JUDGED_DEPTHS_RADII[1] * radius_m,
             places: JUDGED_PLACES,
+            lost_places: 0,
             disc_radius_m: JUDGED_RADII * radius_m,
         },
         moving: None,

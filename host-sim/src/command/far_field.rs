@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::Common;
-use super::progress::Bar;
+use super::progress::Steps;
 use crate::error::Error;
 use palpate_lab::far_field::sliding::{Sliding, report};
 use palpate_lab::far_field::table::{Awake, Errors, Kind, Row, Scope, Setting, Summary, Table, awake, draw, table, write};
@@ -34,10 +34,10 @@ impl FarFieldArgs {
         let scope = if self.quick { Scope::quick() } else { Scope::full() };
         let setting = Setting::of(&scene, scope.directions)?;
         let folder = OutputFolder::open(&self.common.folder("far-field"))?;
-        let mut bar = Bar::default();
-        let table = table(&scene, &scope, &mut |done, total, what| bar.show(done, total, what))?;
-        let awake = awake(&scene, &scope, &mut |done, total, what| bar.show(done, total, what))?;
-        bar.clear();
+        let steps = Steps::new("far field", 0);
+        let table = table(&scene, &scope, &mut |done, total, what| steps.show(done, total, what))?;
+        let awake = awake(&scene, &scope, &mut |done, total, what| steps.show(done, total, what))?;
+        steps.finish();
         let summary = Summary::of(&scene.name, &setting, &table, &awake);
         write(&folder, &summary, &awake)?;
         draw(&folder, &scene.name, &setting, &table, &awake)?;
@@ -56,9 +56,9 @@ impl FarFieldArgs {
             return Err(TissueError::Usage(why).into());
         }
         let folder = OutputFolder::open(&self.common.folder("far-field"))?;
-        let mut bar = Bar::default();
-        let sliding = report(&folder, self.quick, &mut |done, total, what| bar.show(done, total, what))?;
-        bar.clear();
+        let steps = Steps::new("sliding", 0);
+        let sliding = report(&folder, self.quick, &mut |done, total, what| steps.show(done, total, what))?;
+        steps.finish();
         folder.write_json("summary.json", &sliding)?;
         print_sliding(&sliding);
         let out = folder.publish()?;

@@ -1,7 +1,6 @@
 //! `palpate fit`: from the scene of a block to a calibrated patch with a judged error.
 
 mod report;
-mod steps;
 mod store;
 mod trials;
 
@@ -11,10 +10,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use clap::Args;
 
 use super::Common;
+use super::progress::Steps;
 use crate::error::Error;
 use palpate_fit::calibrate::{Fit, Round, Settings};
+use palpate_fit::plan::WORST_RATIO;
 use palpate_fit::scene_fit::{
-    Forces, Known, Level, Prepared, PressJob, Presses, Solved, Verdict, Watch, answer, check, judge, prepare,
+    Forces, Known, Level, PLACES_RANGE, Prepared, PressJob, Presses, Solved, Verdict, Watch, answer, check, judge, prepare,
     refuse_beyond_the_guard, solve_all,
 };
 use palpate_fit::{calibrate::targets::Reference, statics::Unbalanced};
@@ -27,15 +28,10 @@ use palpate_tissue::session::{Session, calibrated, packed};
 use palpate_tissue::trials::Trial;
 
 use report::Report;
-use steps::Steps;
 use store::{FitKey, Store, StoredFit};
 
-/// The worst press may be this many times the tolerance off.
-const WORST_RATIO: f64 = 2.5;
 /// Most nodes that a block is meshed with.
 const MOST_NODES: f64 = 5000.0;
-/// Places that can be asked for: 20 over-fit.
-const PLACES_RANGE: std::ops::RangeInclusive<usize> = 20..=2000;
 /// Most rounds of a fit: later ones gain little. With `--quick`.
 const ROUNDS: usize = 10;
 const QUICK_ROUNDS: usize = 3;
@@ -157,7 +153,7 @@ impl FitArgs {
             println!("fit: as an earlier run left it");
             return Ok((stored, true));
         }
-        let steps = Steps::new("fit", rounds as u64 + 1);
+        let steps = Steps::new("fit", rounds + 1);
         let fit = prepared.fit(scene, presses, known, &settings, &mut |r: &Round| {
             steps.one(&format!("force error {:.2} % rms", r.force_rms_pct));
         })?;
@@ -228,7 +224,7 @@ fn unbalanced(scene: &Scene, cause: Unbalanced) -> Error {
 
 /// Solves what no earlier run has.
 fn reference(scene: &Scene, presses: &Presses, store: &Store) -> Result<(Solved, usize), Error> {
-    let steps = Steps::new("finite elements", presses.jobs().count() as u64);
+    let steps = Steps::new("finite elements", presses.jobs().count());
     let watched = Watched { store, steps: &steps, reused: AtomicUsize::new(0) };
     let found = solve_all(scene, presses, &watched)?;
     steps.finish();

@@ -1,7 +1,9 @@
-//! How far long work is: a bar on a terminal, a line now and then where there is none.
+//! Progress of long work: a bar on a terminal, a line every few seconds where there is none.
 
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
+#[cfg(feature = "full")]
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -10,6 +12,9 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 const QUIET: Duration = Duration::from_secs(2);
 /// Between two lines [s].
 const LINE_S: u64 = 20;
+/// Between two lines that name a step.
+#[cfg(feature = "full")]
+const STEP_LINE: Duration = Duration::from_secs(4);
 
 /// Counts steps on standard error.
 pub(super) struct Progress {
@@ -116,32 +121,71 @@ impl Status {
     }
 }
 
-/// Work that names each of its steps; on a terminal only.
+/// Work that names each of its steps.
 #[cfg(feature = "full")]
-#[derive(Default)]
-pub(super) struct Bar {
-    began: Option<Instant>,
+pub(super) struct Steps {
+    stage: &'static str,
+    began: Instant,
+    /// On a terminal.
     bar: Option<ProgressBar>,
+    count: Mutex<Count>,
 }
 
 #[cfg(feature = "full")]
-impl Bar {
-    /// So many steps of `total` are done; `what` is the next one.
-    pub(super) fn show(&mut self, done: usize, total: usize, what: impl Into<String>) {
-        if self.began.get_or_insert_with(Instant::now).elapsed() < QUIET {
-            return;
-        }
-        let bar = self.bar.get_or_insert_with(|| {
-            let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg} {elapsed}");
-            ProgressBar::new(0).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+struct Count {
+    done: usize,
+    total: usize,
+    /// When the last line was written.
+    written: Instant,
+}
+
+#[cfg(feature = "full")]
+impl Steps {
+    /// A stage of `total` steps.
+    pub(super) fn new(stage: &'static str, total: usize) -> Self {
+        let bar = std::io::stderr().is_terminal().then(|| {
+            let style = ProgressStyle::with_template("{prefix} {bar:30} {pos}/{len} {msg} {elapsed}");
+            let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+            let bar = ProgressBar::new(total as u64).with_style(style).with_prefix(stage);
+            bar.enable_steady_tick(Duration::from_millis(200));
+            bar
         });
-        bar.set_length(total as u64);
-        bar.set_position(done as u64);
-        bar.set_message(what.into());
+        let now = Instant::now();
+        Self { stage, began: now, bar, count: Mutex::new(Count { done: 0, total, written: now }) }
+    }
+
+    /// One more step is done; `step` names it.
+    pub(super) fn one(&self, step: &str) {
+        self.update(|count| count.done += 1, step);
+    }
+
+    /// Within the next step, `place` has been reached.
+    pub(super) fn at(&self, place: &str) {
+        self.update(|_| (), place);
+    }
+
+    /// `done` steps of `total` are done; `next` names the next one.
+    pub(super) fn show(&self, done: usize, total: usize, next: &str) {
+        self.update(|count| (count.done, count.total) = (done, total), next);
+    }
+
+    fn update(&self, change: impl FnOnce(&mut Count), message: &str) {
+        // another thread may have panicked between a count and its line: the count still stands
+        let mut count = self.count.lock().unwrap_or_else(PoisonError::into_inner);
+        change(&mut count);
+        if let Some(bar) = &self.bar {
+            bar.set_length(count.total as u64);
+            bar.set_position(count.done as u64);
+            bar.set_message(message.to_owned());
+        } else if count.written.elapsed() >= STEP_LINE {
+            count.written = Instant::now();
+            let (done, total, spent_s) = (count.done, count.total, self.began.elapsed().as_secs_f64());
+            eprintln!("{}: {done} of {total} after {spent_s:.0} s, {message}", self.stage);
+        }
     }
 
     /// Leaves the terminal clean.
-    pub(super) fn clear(&self) {
+    pub(super) fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }

@@ -87,7 +87,7 @@ pub struct GluedAnswer {
     pub place_m: [f64; 3],
     /// Its radius [m].
     pub radius_m: f64,
-    /// Which way it moves, a unit vector.
+    /// Direction of the disc's motion, a unit vector.
     pub direction: [f64; 3],
     /// Force along the way over Young's modulus, per way [m].
     pub stiffness_over_e_m: f64,

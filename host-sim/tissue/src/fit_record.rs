@@ -58,10 +58,17 @@ pub struct Judged {
     pub from_m: f64,
     /// Deepest press [m].
     pub to_m: f64,
-    /// How many places.
+    /// Count of places.
     pub places: usize,
+    /// Places beside them at which the patch found no balance.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub lost_places: usize,
     /// They lie within this of the centre [m].
     pub disc_radius_m: f64,
+}
+
+fn is_none(count: &usize) -> bool {
+    *count == 0
 }
 
 /// Force error of floored masses under a moving probe.

@@ -201,7 +201,7 @@ pub struct ProbeScene {
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {
-    /// Which method.
+    /// Method that computes the forces.
     pub method: Method,
     /// Packed patch to press instead of building one; "none" keeps even a shipped one away.
     pub patch: Option<PathBuf>,

@@ -2,7 +2,7 @@
 //! of the patch.
 
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use palpate_tests::palpate_command::{Desk, binary, palpate, repository};
 use palpate_tests::press_run::{SMALL_BLOCK, edited};
@@ -35,9 +35,8 @@ fn a_fit_that_was_killed_goes_on_and_its_patch_is_pressed() {
     let mut command = Command::new(binary(SCRATCH));
     command.args(FIT).current_dir(desk.folder()).stdout(Stdio::null()).stderr(Stdio::null());
     let mut run = command.spawn().expect("palpate was built");
-    let begun = Instant::now();
     while press_notes(&desk) < 3 {
-        assert!(run.try_wait().unwrap().is_none() && begun.elapsed() < Duration::from_secs(300), "no press was noted");
+        assert!(run.try_wait().unwrap().is_none(), "it ended before it noted a press");
         std::thread::sleep(Duration::from_millis(2));
     }
     run.kill().expect("SIGKILL");

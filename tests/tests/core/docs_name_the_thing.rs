@@ -1,4 +1,4 @@
-//! Docs begin with the thing they document: no sentence is headed by "What" or "The same". Comments
+//! Docs begin with the thing they document: no sentence is headed by "What", "Which" or the like. Comments
 //! are narrow enough to be read beside code.
 
 use palpate_tests::palpate_command::repository;
@@ -44,7 +44,8 @@ fn is_wide_comment(line: &str) -> bool {
 fn is_headless(line: &str) -> bool {
     let line = line.trim_start();
     let doc = line.strip_prefix("///").or_else(|| line.strip_prefix("//!")).map(str::trim_start);
-    doc.is_some_and(|doc| doc.starts_with("What ") || doc.starts_with("The same"))
+    let heads = ["What ", "The same", "Which ", "Who ", "Nobody "];
+    doc.is_some_and(|doc| heads.iter().any(|head| doc.starts_with(head)))
 }
 
 #[test]

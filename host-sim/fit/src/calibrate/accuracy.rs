@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use super::places::random;
 use super::targets::Reference;
-use crate::statics::{Balance, CLEAR_M, Solver, Statics, Unbalanced, Vector};
+use crate::pressed_patch::{PressedPatch, error_pct, rms, worst};
+use crate::statics::{Balance, Statics, Unbalanced, Vector};
 use palpate_tissue::patch::Patch;
 
 /// Centred depths, fitted and held out, and depths over the disc [probe radii]: 0.5, 1, .. mm for a
@@ -58,7 +59,7 @@ pub struct GluedError {
     pub place_mm: [f64; 3],
     /// Radius of the disc [mm].
     pub radius_mm: f64,
-    /// Which way it moves.
+    /// Direction of the disc's motion, a unit vector.
     pub direction: [f64; 3],
     /// Error of its force [%].
     pub error_pct: f64,
@@ -87,33 +88,20 @@ impl Accuracy {
         disc_radii: f64,
         places: usize,
     ) -> Result<Self, Unbalanced> {
-        faer::set_global_parallelism(faer::Par::Seq);
-        let refused = Unbalanced { depth_mm: 0.0, steps: 0 };
-        let statics = Statics::of(&patch.model(), params).map_err(|_| refused)?;
-        let solver = Solver::of(&statics).ok_or(refused)?;
-        let site_m: Vector = patch.site_m().cast();
-        let rest = solver.rest(&statics, site_m, CLEAR_M)?;
-        let radius_m = f64::from(params.probe.radius_m);
-        let press = |place_m: Vector, depths: &[f64]| -> Result<Vec<(f64, Balance)>, Unbalanced> {
-            let mut here = rest.with_tip(place_m + statics.axis() * CLEAR_M);
-            let mut found = Vec::new();
-            for depth_m in depths.iter().map(|d| d * radius_m).filter(|d| *d <= reference.deepest_m() * (1.0 + 1e-9)) {
-                here = solver.press(&statics, &here, place_m - statics.axis() * depth_m, depth_m)?;
-                found.push((depth_m, here.clone()));
-            }
-            Ok(found)
+        let pressed = PressedPatch::of(patch, params)?;
+        let PressedPatch { statics, solver, site_m, .. } = &pressed;
+        let (site_m, radius_m) = (*site_m, f64::from(params.probe.radius_m));
+        let deepest_m = reference.deepest_m() * (1.0 + 1e-9);
+        let known = |radii: &'static [f64]| radii.iter().map(move |d| d * radius_m).filter(move |d| *d <= deepest_m);
+        let error = |offset_m: Vector, depth_m: f64, force: f64| {
+            reference.force(offset_m, depth_m).map(|wanted| error_pct(force, wanted))
         };
-        let error = |place_m: Vector, (depth_m, balance): &(f64, Balance)| {
-            let wanted = reference.force(place_m - site_m, *depth_m);
-            wanted.map(|w| 100.0 * (balance.force / w - 1.0))
-        };
-        let centred = press(site_m, &CENTRED_RADII)?;
+        let centred = pressed.press(Vector::zeros(), known(&CENTRED_RADII), |depth_m, here| (depth_m, here.clone()))?;
         let over_disc: Vec<Vec<Option<f64>>> = random(places, disc_radii * radius_m, SEED)
             .into_par_iter()
             .map(|[x, y]| {
                 let Some(offset_m) = reference.place_m([x, y]) else { return Ok(Vec::new()) };
-                let place_m = site_m + offset_m;
-                Ok(press(place_m, &DISC_DEPTHS_RADII)?.iter().map(|b| error(place_m, b)).collect())
+                pressed.press(offset_m, known(&DISC_DEPTHS_RADII), |depth_m, here| error(offset_m, depth_m, here.force))
             })
             .collect::<Result<_, Unbalanced>>()?;
         let mut forces = Vec::new();
@@ -122,21 +110,21 @@ impl Accuracy {
             let disc: Option<Vec<f64>> = column.and_then(|c| over_disc.iter().map(|e| e.get(c).copied().flatten()).collect());
             forces.push(DepthError {
                 depth_mm: at.0 * 1e3,
-                centred_pct: error(site_m, at).unwrap_or(f64::NAN),
+                centred_pct: error(Vector::zeros(), at.0, at.1.force).unwrap_or(f64::NAN),
                 disc_rms_pct: disc.as_deref().map(rms),
                 disc_worst_pct: disc.as_deref().map(worst),
             });
         }
-        let dent = |at: &(f64, Balance)| dent(&statics, at, site_m, radius_m, reference);
+        let dent = |at: &(f64, Balance)| dent(statics, at, site_m, radius_m, reference);
         let dented = centred.iter().filter(|at| DENTS_RADII.iter().any(|d| (d * radius_m - at.0).abs() < 1e-9));
         let glued = reference.glued().iter().map(|disc| {
             let place_m = site_m + Vector::from(disc.place_m);
-            let found = solver.glued(&statics, place_m, disc.radius_m, disc.direction.into())?;
+            let found = solver.glued(statics, place_m, disc.radius_m, disc.direction.into())?;
             Ok(GluedError {
                 place_mm: disc.place_m.map(|c| c * 1e3),
                 radius_mm: disc.radius_m * 1e3,
                 direction: disc.direction,
-                error_pct: 100.0 * (found.stiffness_m / disc.stiffness_over_e_m - 1.0),
+                error_pct: error_pct(found.stiffness_m, disc.stiffness_over_e_m),
             })
         });
         let glued = glued.collect::<Result<_, Unbalanced>>()?;
@@ -184,12 +172,4 @@ fn dent(
         nodes_mean_mm: mean(&nodes),
         surface_max_mm: surface.iter().copied().fold(0.0, f64::max),
     })
-}
-
-fn rms(errors: &[f64]) -> f64 {
-    (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt()
-}
-
-fn worst(errors: &[f64]) -> f64 {
-    errors.iter().copied().fold(0.0, |w: f64, e| if e.abs() > w.abs() { e } else { w })
 }

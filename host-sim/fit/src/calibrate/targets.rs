@@ -85,6 +85,18 @@ pub struct Targets {
     pub disc_radii: f64,
 }
 
+/// Depths [m] of the presses over a disc of places, each with how far off counts as one unit of
+/// error (1).
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiscPresses {
+    /// At the centre, shallow first.
+    pub centre: Vec<(f64, f64)>,
+    /// Off the centre: a count of places, and the depths at each of them.
+    pub aside: Vec<(usize, Vec<(f64, f64)>)>,
+    /// Depths at which the dent at the centre counts; among those of the centre.
+    pub dents_m: Vec<f64>,
+}
+
 /// Reference solution; a query returns `None` where it has no answer. Places count from the site.
 pub trait Reference: Sync {
     /// Force over E [m^2] of a press at a place [m].
@@ -120,22 +132,46 @@ impl Targets {
         disc_radii: f64,
         places: usize,
     ) -> Option<Self> {
-        let forces = |place_m: Vector, depths: &[f64]| forces(reference, place_m - centre_m, radius_m, depths);
-        let dent = |depth: &f64| {
-            let depth_m = depth * radius_m;
-            let near = surface.iter().filter(|(_, x)| (x - centre_m).norm() <= DENT_RADII * radius_m);
-            let nodes = near.map(|(n, x)| {
+        let pressed = |depths: &[f64]| depths.iter().map(|depth| (depth * radius_m, tolerance(*depth))).collect();
+        let disc = DiscPresses {
+            centre: pressed(&CENTRE_DEPTHS_RADII),
+            aside: vec![(places, pressed(&DEPTHS_RADII))],
+            dents_m: DENT_DEPTHS_RADII.iter().map(|depth| depth * radius_m).collect(),
+        };
+        Self::over(reference, surface, centre_m, radius_m, disc_radii, &disc)
+    }
+
+    /// The presses of `disc`, over `disc_radii` probe radii, to all depths that the reference knows;
+    /// dents at `surface` nodes, if there are any.
+    #[must_use]
+    pub fn over(
+        reference: &(impl Reference + ?Sized),
+        surface: &[(usize, Vector)],
+        centre_m: Vector,
+        radius_m: f64,
+        disc_radii: f64,
+        disc: &DiscPresses,
+    ) -> Option<Self> {
+        let near: Vec<&(usize, Vector)> =
+            surface.iter().filter(|(_, x)| (x - centre_m).norm() <= DENT_RADII * radius_m).collect();
+        let dent = |depth_m: &f64| {
+            let node = |(n, x): &&(usize, Vector)| {
                 let offset = x - centre_m;
-                reference.displacement_m(depth_m, [offset.x, offset.y]).map(|u| (*n, Vector::from(u)))
-            });
-            Some(DentTarget { depth_m, nodes: nodes.collect::<Option<Vec<_>>>()?, tolerance_m: DENT_TOLERANCE * depth_m })
+                reference.displacement_m(*depth_m, [offset.x, offset.y]).map(|u| (*n, Vector::from(u)))
+            };
+            let nodes = near.iter().map(node).collect::<Option<Vec<_>>>()?;
+            Some(DentTarget { depth_m: *depth_m, nodes, tolerance_m: DENT_TOLERANCE * depth_m })
         };
         // without surface nodes to compare there are no dents
-        let dents = DENT_DEPTHS_RADII.iter().filter(|_| !surface.is_empty()).map(dent).collect::<Option<Vec<_>>>()?;
-        let mut all = vec![PlaceTarget { place_m: centre_m, forces: forces(centre_m, &CENTRE_DEPTHS_RADII)?, dents }];
-        for [x, y] in sunflower(places, disc_radii * radius_m) {
-            let place_m = centre_m + reference.place_m([x, y])?;
-            all.push(PlaceTarget { place_m, forces: forces(place_m, &DEPTHS_RADII)?, dents: Vec::new() });
+        let dents = disc.dents_m.iter().filter(|_| !surface.is_empty()).map(dent).collect::<Option<Vec<_>>>()?;
+        let at_centre = forces(reference, Vector::zeros(), &disc.centre)?;
+        let mut all = vec![PlaceTarget { place_m: centre_m, forces: at_centre, dents }];
+        for (places, depths) in &disc.aside {
+            for [x, y] in sunflower(*places, disc_radii * radius_m) {
+                let offset_m = reference.place_m([x, y])?;
+                let forces = forces(reference, offset_m, depths)?;
+                all.push(PlaceTarget { place_m: centre_m + offset_m, forces, dents: Vec::new() });
+            }
         }
         Some(Self { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii })
     }
@@ -156,8 +192,9 @@ impl Targets {
         let along = stroke.try_normalize(0.0).unwrap_or_else(Vector::x);
         let half_length_m = 0.5 * stroke.norm() + STROKE_ENDS_RADII * radius_m;
         let across = Vector::z().cross(&along);
+        let depths = STROKE_DEPTHS_RADII.map(|depth| (depth * radius_m, tolerance(depth)));
         let press = |offset_m: Vector| {
-            let forces = forces(reference, offset_m, radius_m, &STROKE_DEPTHS_RADII)?;
+            let forces = forces(reference, offset_m, &depths)?;
             Some(PlaceTarget { place_m: centre_m + offset_m, forces, dents: Vec::new() })
         };
         let mut all = vec![press(Vector::zeros())?];
@@ -189,17 +226,9 @@ impl Targets {
     /// knows them, and presses there `weight` times as exact.
     #[must_use]
     pub fn with_centre(mut self, reference: &(impl Reference + ?Sized), depths_radii: &[f64], weight: f64) -> Option<Self> {
-        let solved = reference.shallowest_m()..=reference.deepest_m() * (1.0 + 1e-9);
-        let known = depths_radii.iter().filter(|d| solved.contains(&(**d * self.radius_m)));
-        let at = |depth: &f64| {
-            let depth_m = depth * self.radius_m;
-            Some(ForceTarget {
-                depth_m,
-                force: reference.force(Vector::zeros(), depth_m)?,
-                tolerance: tolerance(*depth) / weight,
-            })
-        };
-        self.places.first_mut()?.forces = known.map(at).collect::<Option<_>>()?;
+        let depths: Vec<(f64, f64)> =
+            depths_radii.iter().map(|depth| (depth * self.radius_m, tolerance(*depth) / weight)).collect();
+        self.places.first_mut()?.forces = forces(reference, Vector::zeros(), &depths)?;
         Some(self)
     }
 
@@ -220,21 +249,13 @@ const DENT_TOLERANCE: f64 = 0.008;
 /// Less one, the most even step for places on a line.
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
-/// Forces at an offset from the centre for those depths [probe radii] that the reference knows;
-/// `None` where it does not know the place.
-fn forces(
-    reference: &(impl Reference + ?Sized),
-    offset_m: Vector,
-    radius_m: f64,
-    depths_radii: &[f64],
-) -> Option<Vec<ForceTarget>> {
+/// Forces at an offset from the centre for those depths [m], with their tolerances (1), that the
+/// reference knows; `None` where it does not know the place.
+fn forces(reference: &(impl Reference + ?Sized), offset_m: Vector, depths: &[(f64, f64)]) -> Option<Vec<ForceTarget>> {
     let solved = reference.shallowest_m()..=reference.deepest_m() * (1.0 + 1e-9);
-    let known = depths_radii.iter().filter(|d| solved.contains(&(**d * radius_m)));
-    let at = |depth: &f64| {
-        let depth_m = depth * radius_m;
-        let force = reference.force(offset_m, depth_m)?;
-        Some(ForceTarget { depth_m, force, tolerance: tolerance(*depth) })
-    };
+    let known = depths.iter().filter(|(depth_m, _)| solved.contains(depth_m));
+    let at =
+        |&(depth_m, tolerance): &(f64, f64)| Some(ForceTarget { depth_m, force: reference.force(offset_m, depth_m)?, tolerance });
     known.map(at).collect()
 }
 

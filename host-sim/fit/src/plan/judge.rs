@@ -8,7 +8,8 @@ use serde::Serialize;
 use crate::calibrate::places::random;
 use crate::calibrate::targets::Reference;
 use crate::far_field::fitted::{JUDGED_PLACES, JUDGED_RADII, deepest_hold_m};
-use crate::statics::{Balance, CLEAR_M, Solver, Statics, Unbalanced, Vector};
+use crate::pressed_patch::{NOT_BEGUN, PressedPatch, error_pct, larger, rms, worst};
+use crate::statics::{Balance, Unbalanced, Vector};
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::{Drive, Scene};
@@ -94,22 +95,12 @@ impl Judge {
     /// # Errors
     /// A press without balance.
     pub fn judge(&self, patch: &Patch, params: &Params, reference: &dyn Reference, seeds: &[u64]) -> Result<Judged, Unbalanced> {
-        faer::set_global_parallelism(faer::Par::Seq);
-        let refused = Unbalanced { depth_mm: 0.0, steps: 0 };
-        let statics = Statics::of(&patch.model(), params).map_err(|_| refused)?;
-        let solver = Solver::of(&statics).ok_or(refused)?;
-        let site_m: Vector = patch.site_m().cast();
-        let rest = solver.rest(&statics, site_m, CLEAR_M)?;
+        let pressed = PressedPatch::of(patch, params)?;
         let errors_at = |offset_m: Vector| -> Result<Vec<f64>, Unbalanced> {
-            let place_m = site_m + offset_m;
-            let mut here: Balance = rest.with_tip(place_m + statics.axis() * CLEAR_M);
-            let mut errors = Vec::with_capacity(self.depths_m.len());
-            for depth_m in &self.depths_m {
-                here = solver.press(&statics, &here, place_m - statics.axis() * *depth_m, *depth_m)?;
-                let wanted = reference.force(offset_m, *depth_m).ok_or(refused)?;
-                errors.push(100.0 * (here.force / wanted - 1.0));
-            }
-            Ok(errors)
+            let error = |depth_m, here: &Balance| {
+                reference.force(offset_m, depth_m).map(|wanted| error_pct(here.force, wanted)).ok_or(NOT_BEGUN)
+            };
+            pressed.press(offset_m, self.depths_m.iter().copied(), error)?.into_iter().collect()
         };
         let centred = errors_at(Vector::zeros())?;
         let (mut rms_pct, mut worst_pct, mut places) = (0.0_f64, 0.0, 0);
@@ -125,16 +116,4 @@ impl Judge {
         }
         Ok(Judged { rms_pct, worst_pct, centred_rms_pct: rms(&centred), centred_worst_pct: worst(&centred), places })
     }
-}
-
-fn rms(errors: &[f64]) -> f64 {
-    (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt()
-}
-
-fn worst(errors: &[f64]) -> f64 {
-    errors.iter().copied().fold(0.0, larger)
-}
-
-fn larger(a: f64, b: f64) -> f64 {
-    if b.abs() > a.abs() { b } else { a }
 }

@@ -52,7 +52,7 @@ pub struct JudgedCandidate {
     pub candidate: Candidate,
     /// Its edge.
     pub edge: RimTreatment,
-    /// Which terms act.
+    /// Terms of the tick that act.
     #[serde(serialize_with = "by_name")]
     pub terms: Terms,
     /// How it was fitted.

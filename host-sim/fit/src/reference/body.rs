@@ -71,7 +71,7 @@ pub struct Contact {
 pub struct Body {
     /// The mesh.
     pub mesh: QuadraticMesh,
-    /// Which components of each node's displacement are held at zero.
+    /// Components of each node's displacement that are held at zero.
     pub fixed: Vec<[bool; 3]>,
     /// Triangles that may touch the probe, indices into the mesh's.
     pub touchable: Vec<usize>,

@@ -41,7 +41,7 @@ pub struct BlockBody {
 }
 
 impl BlockCase {
-    /// Which planes, x = 0 and y = 0, the press and the tissue are symmetric about.
+    /// Whether press and tissue are symmetric about the planes x = 0 and y = 0.
     #[must_use]
     pub fn symmetry(&self) -> [bool; 2] {
         [0, 1].map(|k| {

@@ -4,8 +4,7 @@ use palpate::Params;
 
 use super::known::Known;
 use super::presses::{DENTS, Presses};
-use crate::calibrate::places::sunflower;
-use crate::calibrate::targets::{DISC_RADII, DentTarget, ForceTarget, PlaceTarget, Reference};
+use crate::calibrate::targets::{DISC_RADII, DiscPresses};
 use crate::calibrate::{Calibration, Round, Settings, Targets, calibrate};
 use crate::statics::Vector;
 use palpate_tissue::error::Error;
@@ -18,6 +17,8 @@ pub const FINE_RADII: f64 = 1.25;
 /// Elements larger than this share of the probe's radius get nine foundation points per triangle
 /// instead of four.
 const NINE_ABOVE: f64 = 0.4;
+/// Places that can be asked for: 20 over-fit.
+pub const PLACES_RANGE: std::ops::RangeInclusive<usize> = 20..=2000;
 /// A force this far off counts as one unit of error (1); the shallowest rests on few points and may
 /// be further off.
 const TOLERANCE: f64 = 0.005;
@@ -25,10 +26,6 @@ const SHALLOW_TOLERANCE: f64 = 0.008;
 /// The shallowest depths, which rest on few points, are fitted at so many times more places.
 const SHALLOW_DEPTHS: usize = 2;
 const SHALLOW_PLACES: usize = 2;
-/// A surface node this share of the depth off counts as one unit of error (1), within this radius
-/// [probe radii].
-const DENT_TOLERANCE: f64 = 0.008;
-const DENT_RADII: f64 = 2.5;
 
 /// A scene's patch before the fit.
 #[derive(Clone, Debug)]
@@ -39,6 +36,13 @@ pub struct Prepared {
     pub material: Material,
     /// Parameters of the scene.
     pub params: Params,
+}
+
+/// Nodes on the top of a block, and their places [m].
+#[must_use]
+pub fn top_nodes(tissue: &Tissue) -> Vec<(usize, Vector)> {
+    let top = (0..).zip(&tissue.mesh.nodes_m).filter(|(_, x)| (x[2] - tissue.site_m[2]).abs() < 1e-9);
+    top.map(|(n, x)| (n, Vector::from(*x))).collect()
 }
 
 /// Meshes the block of a scene for its patch.
@@ -85,35 +89,15 @@ impl Prepared {
     }
 
     fn targets(&self, presses: &Presses, known: &Known, places: usize) -> Option<Targets> {
-        let radius_m = f64::from(self.params.probe.radius_m);
         let centre_m = Vector::from(self.tissue.site_m);
-        let forces = |offset_m: Vector, depths: usize| {
-            let at = |(n, depth_m): (usize, &f64)| {
-                let tolerance = if n == 0 { SHALLOW_TOLERANCE } else { TOLERANCE };
-                Some(ForceTarget { depth_m: *depth_m, force: known.force(offset_m, *depth_m)?, tolerance })
-            };
-            presses.fitted_m.iter().take(depths).enumerate().map(at).collect::<Option<Vec<_>>>()
+        let tolerance = |n: usize| if n == 0 { SHALLOW_TOLERANCE } else { TOLERANCE };
+        let depths: Vec<(f64, f64)> = presses.fitted_m.iter().enumerate().map(|(n, depth_m)| (*depth_m, tolerance(n))).collect();
+        let shallow = depths.get(..SHALLOW_DEPTHS)?.to_vec();
+        let disc = DiscPresses {
+            centre: depths.clone(),
+            aside: vec![(places, depths), (SHALLOW_PLACES * places, shallow)],
+            dents_m: DENTS.iter().map(|n| presses.fitted_m[*n]).collect(),
         };
-        let top = (0..).zip(&self.tissue.mesh.nodes_m).filter(|(_, x)| (x[2] - centre_m.z).abs() < 1e-9);
-        let near: Vec<(usize, Vector)> = top
-            .map(|(n, x)| (n, Vector::from(*x) - centre_m))
-            .filter(|(_, offset)| offset.norm() <= DENT_RADII * radius_m)
-            .collect();
-        let dent = |n: &usize| {
-            let depth_m = presses.fitted_m[*n];
-            let node = |(node, at): &(usize, Vector)| Some((*node, Vector::from(known.displacement_m(depth_m, [at.x, at.y])?)));
-            let nodes = near.iter().map(node).collect::<Option<Vec<_>>>()?;
-            Some(DentTarget { depth_m, nodes, tolerance_m: DENT_TOLERANCE * depth_m })
-        };
-        let all_depths = presses.fitted_m.len();
-        let dents = DENTS.iter().map(dent).collect::<Option<Vec<_>>>()?;
-        let mut all = vec![PlaceTarget { place_m: centre_m, forces: forces(Vector::zeros(), all_depths)?, dents }];
-        for (count, depths) in [(places, all_depths), (SHALLOW_PLACES * places, SHALLOW_DEPTHS)] {
-            for [x, y] in sunflower(count, DISC_RADII * radius_m) {
-                let offset_m = Vector::new(x, y, 0.0);
-                all.push(PlaceTarget { place_m: centre_m + offset_m, forces: forces(offset_m, depths)?, dents: Vec::new() });
-            }
-        }
-        Some(Targets { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii: DISC_RADII })
+        Targets::over(known, &top_nodes(&self.tissue), centre_m, f64::from(self.params.probe.radius_m), DISC_RADII, &disc)
     }
 }

@@ -1,4 +1,4 @@
-//! Which presses a fit of a block needs, and which its judgement.
+//! Presses that a fit of a block needs, and those that its judgement needs.
 //!
 //! The centre is solved on fine meshes of the piece that symmetry leaves. Elsewhere only the ratio
 //! to the centre is taken, from one mesh of the whole block whose nodes around the probe move with

@@ -203,10 +203,10 @@ fn slide(block: &Block, running: &mut dyn RunningMethod) -> Option<f64> {
     let along = Vector3::new(1.0, 0.0, 0.0);
     let (mut against, mut push) = (0.0, 0.0);
     for n in 1..=ticks {
-        let way_m = n as f64 * step_m;
-        let tip_m = block.tip_m(DEPTH_M) + along * way_m as f32;
+        let slid_m = n as f64 * step_m;
+        let tip_m = block.tip_m(DEPTH_M) + along * slid_m as f32;
         let force_n = running.tick(tip_m).ok()?;
-        if way_m > SLIDE_M - AVERAGED_M {
+        if slid_m > SLIDE_M - AVERAGED_M {
             against -= f64::from(force_n.dot(&along));
             push += f64::from(force_n.dot(&block.params.probe.axis));
         }

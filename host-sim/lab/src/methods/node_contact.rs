@@ -98,7 +98,7 @@ impl NodeContact {
         self.force.iter().sum()
     }
 
-    /// Who is near, normals, gaps without contact.
+    /// Finds the nodes near the probe, their normals, and their gaps without contact.
     fn look(&mut self, centre: Vector3<f32>) {
         let count = self.nodes.len();
         let radius = self.probe.radius_m;

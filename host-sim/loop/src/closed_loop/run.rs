@@ -25,7 +25,7 @@ const RELEASED_PUSH_N: f64 = 0.5;
 pub struct Setup<'a> {
     /// The device.
     pub device: &'a DeviceProfile,
-    /// Who holds it.
+    /// Hand that holds the device.
     pub hand: Hand,
     /// Stimulus that the hand follows.
     pub stimulus: Stimulus,

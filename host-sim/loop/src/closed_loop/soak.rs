@@ -174,7 +174,7 @@ fn on<S: Surface>(
 }
 
 impl<S: Surface> Loop<'_, S> {
-    /// Which fault it was; clears it.
+    /// Returns the fault that ended the tick, and clears it.
     fn trip(&mut self, device: &mut Faulty<Plant>) -> Option<Fault> {
         let telemetry = self.watched.cycle(&mut self.cycle, device, self.surface, Command::HEARD);
         self.readings = self.readings.wrapping_add(1);

@@ -158,7 +158,7 @@ impl Watch {
     /// The first invariant that this tick breaks.
     ///
     /// # Errors
-    /// Which one.
+    /// The invariant that broke.
     pub fn check(&mut self, now: &Tick) -> Result<(), Broken> {
         self.silent = if now.command.heard { 0 } else { self.silent + 1 };
         self.count(now);

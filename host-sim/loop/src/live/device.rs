@@ -14,7 +14,7 @@ use palpate_tissue::error::Error;
 /// early.
 pub const POINTER_FORCE_N: f32 = 12.0;
 
-/// Who holds the probe.
+/// Device and hand that hold the probe.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Holding {
     /// Device profile by name; `None`: the tip is where the pointer is.

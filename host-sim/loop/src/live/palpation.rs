@@ -105,7 +105,7 @@ impl Live {
         &self.choice
     }
 
-    /// Who holds the probe.
+    /// Device and hand that hold the probe.
     #[must_use]
     pub fn holding(&self) -> &Holding {
         &self.holding

@@ -42,10 +42,11 @@ pub(super) fn write(
             from_m: depths_mm.first().copied().map_or(0.0, metres),
             to_m: depths_mm.last().copied().map_or(0.0, metres),
             places: PLACES,
+            lost_places: 0,
             disc_radius_m: DISC_RADII * radius_m,
         },
         moving: None,
-        reference_error_pct: Some(REFERENCE_ERROR_PCT),
+        reference_error_pct: (*answer == Answer::block()).then_some(REFERENCE_ERROR_PCT),
     };
     record.write(folder, name)
 }

@@ -124,6 +124,7 @@ impl Report<'_> {
                 from_m: depths().fold(f64::INFINITY, f64::min),
                 to_m: depths().fold(0.0, f64::max),
                 places: verdict.disc_places,
+                lost_places: verdict.lost_places,
                 disc_radius_m: verdict.disc_radius_m,
             },
             moving: self.session.report.moving.map(|m| Moving { speed_m_per_s: m.speed_m_per_s, rms_pct: m.rms_pct }),

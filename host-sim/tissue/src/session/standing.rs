@@ -75,8 +75,12 @@ impl Standing {
         match self {
             Self::Calibrated { record } => {
                 let judged = record.judged;
+                let lost = match judged.lost_places {
+                    0 => String::new(),
+                    lost => format!("; {lost} more could not be judged, the patch found no balance there"),
+                };
                 format!(
-                    "calibrated to finite elements over {} places of this scene: {:.1} % rms off, {:+.1} % at worst, at {} places that the fit did not see, {:.2} to {:.2} mm deep",
+                    "calibrated to finite elements over {} places of this scene: {:.1} % rms off, {:+.1} % at worst, at {} places that the fit did not see, {:.2} to {:.2} mm deep{lost}",
                     record.fitted_places,
                     judged.rms_pct,
                     judged.worst_pct,

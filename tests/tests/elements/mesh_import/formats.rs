@@ -1,4 +1,4 @@
-//! Which files are taken for what, and what is refused as a whole.
+//! File formats by name and content, and files that are refused as a whole.
 
 use crate::mesh_import::{import_text, message};
 

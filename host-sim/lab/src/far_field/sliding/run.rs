@@ -13,7 +13,7 @@ use palpate_fit::statics::Vector;
 use palpate_tissue::clock::thread_time;
 use palpate_tissue::patch::{Memory, Patch};
 
-/// Which nodes of a patch move while the probe slides.
+/// Nodes of a patch that move while the probe slides.
 #[derive(Clone, Copy, Debug)]
 pub enum Awake {
     /// All of them: the product.

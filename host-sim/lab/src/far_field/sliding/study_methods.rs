@@ -103,7 +103,7 @@ pub struct StudyMethod {
     pub params: Params,
     /// Its stable step [s].
     pub stable_s: f64,
-    /// Which nodes move.
+    /// Nodes that move.
     pub awake: Awake,
     /// Statics of the patch with the dense condensed outside, where it has one.
     pub exact: Option<Statics>,

@@ -41,7 +41,7 @@ pub enum Leg {
 /// A pose of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// Which part.
+    /// Part of the slide.
     pub leg: Leg,
     /// Signed distance from the middle along the way [m].
     pub along_m: f64,
@@ -50,7 +50,7 @@ pub struct Pose {
 }
 
 impl Trajectory {
-    /// Which way the probe goes forth, a unit vector.
+    /// Direction of the probe on its way forth, a unit vector.
     #[must_use]
     pub fn direction(&self) -> Vector {
         self.stroke_m.try_normalize(0.0).unwrap_or_else(Vector::x)

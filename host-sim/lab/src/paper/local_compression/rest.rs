@@ -17,7 +17,7 @@ pub const STILL_TIP_M: f64 = 1e-6;
 pub const STILL_MS: usize = 10;
 /// And no node is faster [m/s].
 pub const STILL_NODE_M_PER_S: f64 = 2e-3;
-/// Nobody waits longer for a deformation [ms].
+/// Longest time in which a deformation has to come to rest [ms].
 pub const LONGEST_MS: usize = 2000;
 /// The finger starts outside: a probe inside the tissue gets no force.
 const CLEAR_M: f64 = 1e-5;

@@ -63,7 +63,7 @@ pub struct FingerScene {
     pub radius_m: f64,
     /// Where the ray starts [m].
     pub from_m: [f64; 3],
-    /// Which way it goes and the finger presses; any length.
+    /// Direction of the finger's motion and of its press; any length.
     pub direction: [f64; 3],
     /// Forces of the pictures [N], rising.
     pub forces_n: Vec<f64>,

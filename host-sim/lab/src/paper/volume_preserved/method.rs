@@ -26,7 +26,7 @@ const LIFT_M_PER_S: f64 = 0.1;
 const REST_M: f32 = 4e-6;
 const REST_TICKS: usize = 100;
 
-/// Which model, with its settings.
+/// Model of the hanging bar, with its settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum HangingMethod {
     /// The product: springs, volume, compensation.

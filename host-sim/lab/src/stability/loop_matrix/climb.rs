@@ -24,7 +24,7 @@ pub fn walls_n_per_m() -> impl Iterator<Item = f64> {
 pub struct LoopSetup<'a> {
     /// The device, with its delay.
     pub device: &'a DeviceProfile,
-    /// Who holds it.
+    /// Hand that holds the device.
     pub hand: Hand,
     /// Controller that keeps the loop quiet.
     pub control: Controller,

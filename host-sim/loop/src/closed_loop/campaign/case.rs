@@ -61,9 +61,9 @@ const MOMENTS: [Moment; 4] = [Moment::Free, Moment::Touch, Moment::Deep, Moment:
 /// One run.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// Which of [`FAULTS`].
+    /// Index of the planted fault in [`FAULTS`].
     pub fault: usize,
-    /// Who holds the device.
+    /// Hand that holds the device.
     pub hand: Hand,
     /// Motion of the hand.
     pub motion: Motion,

@@ -57,7 +57,7 @@ impl Grading {
         self.fine_size.min(0.5 * gap)
     }
 
-    /// Which side of the shell `p` is on; never `Shell`, which a node is only by intent.
+    /// Side of the shell that `p` is on; never `Shell`, which a node is only by intent.
     pub fn side_of(&self, p: Vec3) -> Side {
         if self.shell.is_some_and(|radius| self.away(p) < radius) { Side::Inside } else { Side::Outside }
     }

@@ -1,0 +1,81 @@
+//! A patch at rest on its own site, pressed at places to judge its forces.
+
+use palpate::Params;
+
+use crate::statics::{Balance, CLEAR_M, Solver, Statics, Unbalanced, Vector};
+use palpate_tissue::patch::Patch;
+
+/// A patch ready to be pressed in static equilibrium.
+#[derive(Debug)]
+pub struct PressedPatch {
+    /// Its energies.
+    pub statics: Statics,
+    /// The solver of its equilibrium.
+    pub solver: Solver,
+    /// Its own site [m].
+    pub site_m: Vector,
+    rest: Balance,
+}
+
+/// A press that could not even begin.
+pub(crate) const NOT_BEGUN: Unbalanced = Unbalanced { depth_mm: 0.0, steps: 0 };
+
+impl PressedPatch {
+    /// Brings a patch to rest under a probe that does not touch it yet.
+    ///
+    /// # Errors
+    /// A patch without equilibrium.
+    pub fn of(patch: &Patch, params: &Params) -> Result<Self, Unbalanced> {
+        // places are pressed in parallel; one factor is too small to share
+        faer::set_global_parallelism(faer::Par::Seq);
+        let statics = Statics::of(&patch.model(), params).map_err(|_| NOT_BEGUN)?;
+        let solver = Solver::of(&statics).ok_or(NOT_BEGUN)?;
+        let site_m: Vector = patch.site_m().cast();
+        let rest = solver.rest(&statics, site_m, CLEAR_M)?;
+        Ok(Self { statics, solver, site_m, rest })
+    }
+
+    /// Presses at an offset from the site [m], to rising depths [m]; returns what `of` makes of each
+    /// depth and its equilibrium.
+    ///
+    /// # Errors
+    /// A press without balance.
+    pub fn press<T>(
+        &self,
+        offset_m: Vector,
+        depths_m: impl IntoIterator<Item = f64>,
+        mut of: impl FnMut(f64, &Balance) -> T,
+    ) -> Result<Vec<T>, Unbalanced> {
+        let (place_m, axis) = (self.site_m + offset_m, self.statics.axis());
+        let mut here = self.rest.with_tip(place_m + axis * CLEAR_M);
+        let press = |depth_m: f64| {
+            here = self.solver.press(&self.statics, &here, place_m - axis * depth_m, depth_m)?;
+            Ok(of(depth_m, &here))
+        };
+        depths_m.into_iter().map(press).collect()
+    }
+}
+
+/// Error of a force [%].
+#[must_use]
+pub(crate) fn error_pct(found: f64, wanted: f64) -> f64 {
+    100.0 * (found / wanted - 1.0)
+}
+
+/// Root mean square; zero of nothing.
+#[must_use]
+pub(crate) fn rms(errors: &[f64]) -> f64 {
+    (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt()
+}
+
+/// The error farthest from zero, with its sign; zero of nothing.
+#[must_use]
+pub(crate) fn worst(errors: &[f64]) -> f64 {
+    errors.iter().copied().fold(0.0, larger)
+}
+
+/// The error farther from zero.
+#[must_use]
+pub(crate) fn larger(a: f64, b: f64) -> f64 {
+    if b.abs() > a.abs() { b } else { a }
+}
