@@ -54,6 +54,8 @@ pub struct Settings {
     pub places: usize,
     /// Rounds of the fit at most; evaluations, for annealing.
     pub rounds: usize,
+    /// A round that gains less than this share of the objective is the last (1).
+    pub least_gain: f64,
     /// How to fit.
     pub fit: Fit,
 }
@@ -69,7 +71,7 @@ pub enum Fit {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { places: 80, rounds: 14, fit: Fit::GaussNewton }
+        Self { places: 80, rounds: 14, least_gain: 0.002, fit: Fit::GaussNewton }
     }
 }
 
@@ -121,7 +123,7 @@ pub fn calibrate(
     let unknowns = Unknowns::of(&statics, tissue, targets.reach_m());
     let mut objective = Objective::new(statics, unknowns, targets)?;
     let rounds = match settings.fit {
-        Fit::GaussNewton => gauss_newton::fit(&mut objective, settings.rounds, progress)?,
+        Fit::GaussNewton => gauss_newton::fit(&mut objective, settings, progress)?,
         Fit::Annealing => annealing::fit(&mut objective, settings.rounds, progress)?,
     };
     let (multipliers, params) = objective.unknowns().result(objective.statics(), objective.place(), params);

@@ -13,14 +13,16 @@ mod check;
 mod fit;
 mod judge;
 mod known;
+mod organ;
 mod presses;
 mod shifted;
 mod solve;
 
 pub use answer::{Solved, answer};
-pub use check::{check, refuse_beyond_the_guard};
+pub use check::{check, check_block, refuse_beyond_the_guard};
 pub use fit::{FINE_RADII, PLACES_RANGE, Prepared, prepare, top_nodes};
-pub use judge::{DepthVerdict, Verdict, judge};
+pub use judge::{DepthVerdict, Judging, Verdict};
 pub use known::Known;
+pub use organ::{OrganPresses, PIECE_JUDGED_RADII, PIECE_RADII, element_for, solve_organ, tissue_of};
 pub use presses::{JUDGED_RADII, Level, PressJob, Presses};
 pub use solve::{Forces, Watch, solve_all};

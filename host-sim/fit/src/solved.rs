@@ -46,21 +46,43 @@ const ELEMENTS: [&str; 22] = [
 #[derive(Debug)]
 pub struct Solved {
     folder: PathBuf,
-    said: Mutex<Vec<String>>,
+    /// Files of the answers that were found again.
+    found: Mutex<Vec<PathBuf>>,
+    refused: Mutex<Vec<String>>,
 }
 
 impl Solved {
     /// The answers beside a folder of results.
     #[must_use]
     pub fn beside(out: &Path) -> Self {
-        Self { folder: out.parent().unwrap_or_else(|| Path::new("")).join(FOLDER), said: Mutex::default() }
+        Self {
+            folder: out.parent().unwrap_or_else(|| Path::new("")).join(FOLDER),
+            found: Mutex::default(),
+            refused: Mutex::default(),
+        }
     }
 
-    /// Lines on the questions so far: an answer found again, with how to compute it anew, or a file
-    /// that was not believed.
+    /// Count of the answers found again.
+    #[must_use]
+    pub fn found(&self) -> usize {
+        lines(&self.found).len()
+    }
+
+    /// Lines on the questions so far: answers found again, with how to compute them anew, and files
+    /// that were not believed.
     #[must_use]
     pub fn said(&self) -> Vec<String> {
-        self.said.lock().map(|said| said.clone()).unwrap_or_default()
+        let mut said = lines(&self.refused);
+        match &lines(&self.found)[..] {
+            [] => {}
+            [file] => said.push(format!("finite elements: solved before, {}; delete it to compute anew", file.display())),
+            files => said.push(format!(
+                "finite elements: {} presses solved before, in {}; delete it to compute anew",
+                files.len(),
+                self.folder.display()
+            )),
+        }
+        said
     }
 
     /// The answer of `count` numbers to a problem, computed by `solve` and kept if it is not there.
@@ -69,26 +91,20 @@ impl Solved {
     /// Those of `solve`. That an answer cannot be read or kept is no error.
     pub fn answer<E>(&self, problem: &str, count: usize, solve: impl FnOnce() -> Result<Vec<f64>, E>) -> Result<Vec<f64>, E> {
         let problem = format!("elements {:016x}\n{problem}", elements());
-        let file = self.folder.join(format!("{:016x}.txt", CRC.checksum(problem.as_bytes())));
+        let file = self.folder.join(format!("{:016x}.txt", checksum(&problem)));
         if let Ok(bytes) = std::fs::read(&file) {
             match read(&bytes, &problem, count) {
                 Ok(numbers) => {
-                    self.say(format!("finite elements: solved before, {}; delete it to compute anew", file.display()));
+                    push(&self.found, file);
                     return Ok(numbers);
                 }
-                Err(why) => self.say(format!("finite elements: {} {why}: computed anew", file.display())),
+                Err(why) => push(&self.refused, format!("finite elements: {} {why}: computed anew", file.display())),
             }
         }
         let numbers = solve()?;
         // a folder that cannot be written costs time, not the result
         let _ = self.keep(&file, &problem, &numbers);
         Ok(numbers)
-    }
-
-    fn say(&self, line: String) {
-        if let Ok(mut said) = self.said.lock() {
-            said.push(line);
-        }
     }
 
     /// Whole or not at all, as another run may read it.
@@ -104,6 +120,22 @@ impl Solved {
         std::fs::write(&draft, format!("{FIRST_LINE}\nchecksum {:016x}\n{body}", CRC.checksum(body.as_bytes())))?;
         std::fs::rename(draft, file)
     }
+}
+
+fn push<T>(to: &Mutex<Vec<T>>, line: T) {
+    if let Ok(mut lines) = to.lock() {
+        lines.push(line);
+    }
+}
+
+fn lines<T: Clone>(of: &Mutex<Vec<T>>) -> Vec<T> {
+    of.lock().map(|lines| lines.clone()).unwrap_or_default()
+}
+
+/// Checksum of a problem.
+#[must_use]
+pub fn checksum(problem: &str) -> u64 {
+    CRC.checksum(problem.as_bytes())
 }
 
 /// Source of the elements in short.

@@ -110,7 +110,7 @@ impl CalibrateArgs {
                 scene.name
             )).into());
         }
-        let Prepared { tissue, material, params } = self.prepare(&scene)?;
+        let Prepared { tissue, material, params } = prepare(&scene)?.with_points(self.points)?;
         let mut targets = targets(&scene, &tissue, &answer, places)?;
         if self.glued {
             if answer.glued.is_empty() {
@@ -131,7 +131,7 @@ impl CalibrateArgs {
             targets.places[0].dents.first().map_or(0, |d| d.nodes.len())
         );
         println!("\n{:>11} {:>12} {:>12} {:>10} {:>8}", "evaluations", "cost", "force rms %", "dent mm", "time s");
-        let settings = Settings { places, rounds, fit: self.fit.into() };
+        let settings = Settings { places, rounds, fit: self.fit.into(), ..Settings::default() };
         let status = Status::start();
         let calibration =
             calibrate(&tissue, &material, None, &params, &targets, &settings, &mut |r: &Round| status.above(|| print_round(r)))
@@ -145,17 +145,6 @@ impl CalibrateArgs {
             FitName::GaussNewton => Settings::default().rounds,
             FitName::Annealing => annealing::SCHEDULE_EVALUATIONS,
         }
-    }
-
-    fn prepare(&self, scene: &Scene) -> Result<Prepared, Error> {
-        let mut prepared = prepare(scene)?;
-        if let Some(points) = self.points {
-            if ![4, 9].contains(&points) {
-                return Err(TissueError::Usage(format!("--points {points}: a triangle has 4 or 9 points")).into());
-            }
-            prepared.material.points_per_triangle = points;
-        }
-        Ok(prepared)
     }
 
     fn write(&self, folder: OutputFolder, scene: &Scene, answer: &Answer, calibration: &Calibration) -> Result<(), Error> {

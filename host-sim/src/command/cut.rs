@@ -12,12 +12,12 @@ use palpate_fit::calibrate::accuracy::Accuracy;
 use palpate_fit::calibrate::targets::DEPTHS_RADII;
 use palpate_fit::far_field::fitted::{Fitted, JUDGED_PLACES, JUDGED_RADII, Prepared, Recipe, Short, Truth};
 use palpate_fit::far_field::springs;
-use palpate_fit::scene_fit::PLACES_RANGE;
+use palpate_fit::scene_fit::{PLACES_RANGE, tissue_of};
 use palpate_fit::solved::Solved;
 use palpate_tissue::Error as TissueError;
-use palpate_tissue::answer::{AnswerProbe, AnswerTissue};
+use palpate_tissue::answer::AnswerProbe;
 use palpate_tissue::budget::{Cost, Machine, triangles_in_reach};
-use palpate_tissue::fit_record::{FitRecord, Judged, checksum};
+use palpate_tissue::fit_record::{FitRecord, Judged, OrganRecord, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::Scene;
@@ -266,18 +266,12 @@ fn write(
 /// The record beside the patch.
 fn record(scene: &Scene, session: &Session, errors: &Short, patch_crc32: u32) -> FitRecord {
     let radius_m = scene.probe.radius_m;
-    let tissue = &scene.tissue;
     FitRecord {
         patch_crc32,
         scene: scene.name.clone(),
         nodes: session.report.nodes,
-        tissue: AnswerTissue {
-            block_m: tissue.block_m,
-            mesh: tissue.mesh.as_ref().map(|path| path.display().to_string()).or_else(|| tissue.organ.clone()),
-            poisson_ratio: tissue.poisson_ratio,
-            stiffening_b: 0.0,
-            inclusion: tissue.inclusion.clone(),
-        },
+        tissue: tissue_of(scene),
+        organ: OrganRecord::of(scene),
         probe: AnswerProbe { shape: scene.probe.shape, radius_m },
         fitted_places: session.patch.fitted_places(),
         fitted_depths_m: DEPTHS_RADII.iter().map(|depth| depth * radius_m).collect(),

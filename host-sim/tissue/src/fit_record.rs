@@ -7,11 +7,13 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+use crc::{CRC_32_ISO_HDLC, Crc};
 use serde::{Deserialize, Serialize};
 
 use crate::answer::{AnswerProbe, AnswerTissue};
 use crate::error::Error;
 use crate::output::OutputFolder;
+use crate::scene::Scene;
 
 /// Added to the name of the patch file.
 pub const RECORD_SUFFIX: &str = ".json";
@@ -30,6 +32,9 @@ pub struct FitRecord {
     pub nodes: usize,
     /// Tissue that the fit knew.
     pub tissue: AnswerTissue,
+    /// Organ or mesh that the patch is a piece of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub organ: Option<OrganRecord>,
     /// Tip that the fit knew.
     pub probe: AnswerProbe,
     /// Places around the centre over which it was fitted.
@@ -44,6 +49,65 @@ pub struct FitRecord {
     /// How far the finite elements themselves may be off [%], where that is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference_error_pct: Option<f64>,
+}
+
+/// Organ or mesh behind a patch.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct OrganRecord {
+    /// The organ's name, or the mesh file's without its folder.
+    pub name: String,
+    /// Checksum of the mesh file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh_crc32: Option<u32>,
+    /// Site that the scene presses [m].
+    pub site_m: [f64; 3],
+    /// Regions: name, and Young's modulus over the tissue's (1).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub regions: Vec<(String, f64)>,
+}
+
+/// Ratios this share apart are the same.
+const SAME: f64 = 1e-6;
+
+impl OrganRecord {
+    /// The organ or mesh of a scene; `None` of a block.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Option<Self> {
+        let tissue = &scene.tissue;
+        let (name, mesh_crc32) = match (&tissue.mesh, &tissue.organ) {
+            (Some(path), _) => {
+                let bytes = std::fs::read(path).ok()?;
+                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                (name, Some(Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&bytes)))
+            }
+            (None, Some(organ)) => (organ.clone(), None),
+            (None, None) => return None,
+        };
+        let ratio = |pascal: f64| pascal / tissue.youngs_modulus_pa;
+        let regions = tissue.region.iter().map(|region| (region.name.clone(), ratio(region.youngs_modulus_pa)));
+        Some(Self { name, mesh_crc32, site_m: scene.probe.site.unwrap_or_default(), regions: regions.collect() })
+    }
+
+    /// The key of a scene with this organ that says something else than `fitted`, and what that was.
+    #[must_use]
+    pub fn first_difference(&self, fitted: &Self) -> Option<(&'static str, String)> {
+        let key = if self.mesh_crc32.is_some() { "tissue.mesh" } else { "tissue.organ" };
+        if self.name != fitted.name {
+            return Some((key, fitted.name.clone()));
+        }
+        if self.mesh_crc32 != fitted.mesh_crc32 {
+            return Some((key, format!("another file of the name {}", fitted.name)));
+        }
+        if self.site_m != fitted.site_m {
+            return Some(("probe.site", format!("{:?}", fitted.site_m)));
+        }
+        let same = |(own, of): (&(String, f64), &(String, f64))| own.0 == of.0 && (own.1 / of.1 - 1.0).abs() < SAME;
+        if self.regions.len() != fitted.regions.len() || !self.regions.iter().zip(&fitted.regions).all(same) {
+            return Some(("tissue.region", format!("stiffness ratios {:?}", fitted.regions)));
+        }
+        None
+    }
 }
 
 /// Force errors at places that the fit did not see.

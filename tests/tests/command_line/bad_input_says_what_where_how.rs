@@ -279,8 +279,10 @@ fn an_organ_that_is_none_or_is_pressed_elsewhere() {
     let twice = region("skin", "1e4").replace(']', ", { name = \"skin\", youngs_modulus_pa = 2e4 }]");
     refused_scene(&desk, &foot(&twice), &["tissue.region[1].name", "there twice", "remove one"]);
     refused_edit(BLOCK, &format!("{BLOCK}\n{}", region("skin", "1e4")), &["tissue.region", "belongs to an organ"]);
-    let patch = format!("{}[solver]\npatch = \"a.patch\"\n", foot(""));
-    refused_scene(&desk, &patch, &["solver.patch", "replaces the organ"]);
+    // a whole block's, and of no organ
+    let block = palpate_tests::palpate_command::repository().join("host-sim/patches/block-130.patch");
+    let patch = format!("{}[solver]\npatch = \"{}\"\n", foot(""), block.display());
+    refused_scene(&desk, &patch, &["solver.patch", "block-130.patch has no record", "which organ", "remove"]);
 }
 
 #[test]

@@ -80,6 +80,43 @@ fn a_fit_that_was_killed_goes_on_and_its_patch_is_pressed() {
     assert!(said.contains("its record (.patch.json) is not beside it") && summary["calibrated"] == false, "{said}");
 }
 
+/// The finite elements of a whole organ take a minute.
+#[test]
+#[ignore = "long: finite elements of a whole organ"]
+fn a_piece_of_an_organ_is_fitted_and_pressed_from_its_own_scene() {
+    let desk = Desk::default();
+    let organ = std::fs::read_to_string(repository().join("host-sim/scenes/organ-liver.toml")).unwrap();
+    desk.put("scene.toml", organ.clone());
+    let fit = ["fit", "--scene", "scene.toml", "--out", "out", "--quick", "--nodes", "60", "--tolerance-pct=30"];
+    let first = palpate(SCRATCH, desk.folder(), &fit);
+    assert_eq!(first.code, Some(0), "{first:?}");
+    let of_first = json(&desk, "out/summary.json");
+    let rms = |verdict: &str| of_first[verdict]["unseen_rms_pct"].as_f64().unwrap();
+    assert!(rms("calibrated") < rms("uncalibrated"), "{} {}", rms("calibrated"), rms("uncalibrated"));
+    let nodes = of_first["nodes"].as_u64().unwrap();
+    assert!((45..=75).contains(&nodes), "{nodes}");
+
+    // nothing is solved twice
+    let again = palpate(SCRATCH, desk.folder(), &fit);
+    assert_eq!(again.code, Some(0), "{again:?}");
+    let of_again = json(&desk, "out/summary.json");
+    assert_eq!((of_again["reused_presses"].as_u64(), of_again["reused_fit"].as_bool()), (Some(14), Some(true)));
+    assert_eq!(of_again["calibrated"], of_first["calibrated"]);
+
+    let patch = format!("out/organ-liver-{nodes}.patch");
+    let press = |from: &str, to: &str| {
+        desk.put("press.toml", format!("{}\n[solver]\npatch = \"{patch}\"\n", edited(&organ, from, to)));
+        palpate(SCRATCH, desk.folder(), &["press", "--scene", "press.toml", "--out", "press"])
+    };
+    let own = press("liver", "liver");
+    assert_eq!(own.code, Some(0), "{own:?}");
+    assert!(own.stdout.contains("calibrated to finite elements over 80 places of this scene"), "{}", own.stdout);
+    let elsewhere = press("0.0, 0.044, 0.046", "0.01, 0.044, 0.046");
+    assert!(elsewhere.code == Some(2) && elsewhere.stderr.contains("probe.site"), "{elsewhere:?}");
+    let of_another = press("organ = \"liver\"", "organ = \"gallbladder\"");
+    assert!(of_another.code == Some(2) && of_another.stderr.contains("tissue.organ"), "{of_another:?}");
+}
+
 #[test]
 fn scenes_that_no_fit_can_be_made_of() {
     let desk = Desk::default();
@@ -101,7 +138,14 @@ fn scenes_that_no_fit_can_be_made_of() {
     refused(&desk, &with("--places=3"), &["--places 3", "20 to 2000"]);
     refused(&desk, &with("--tolerance-pct=0"), &["--tolerance-pct 0", "above 0"]);
     refused(&desk, &with("--nodes=7"), &["nodes", "7"]);
-    refused(&desk, &["fit", "--scene", "organ-liver", "--out", "out"], &["organ-liver: tissue", "palpate cut"]);
+    refused(&desk, &with("--radius-m=0.02"), &["--radius-m", "is a block", "leave it out"]);
+    fit(
+        &[("[probe]", "[[tissue.inclusion]]\ncenter_m = [0.0, 0.0, -0.012]\nradius_m = 0.006\nstiffness_ratio = 10.0\n[probe]")],
+        &["tissue.inclusion", "leave them out"],
+    );
+    let organ = |option: &'static str| ["fit", "--scene", "organ-liver", "--out", "out", option];
+    refused(&desk, &organ("--radius-m=0.005"), &["organ-liver: a patch of 0.005 m", "give a radius"]);
+    refused(&desk, &organ("--nodes=3"), &["--nodes 3", "at the nearest", "--radius-m"]);
 }
 
 /// The shipped patches have their records, and a scene that none is for hears of a trial.

@@ -7,10 +7,8 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use super::{CalibrateError, Objective, Round, Sweep};
+use super::{CalibrateError, Objective, Round, Settings, Sweep};
 
-/// A round that gains less than this share of the cost is the last.
-const LEAST_GAIN: f64 = 0.002;
 /// Weight with which a round's unknowns are held to the last round's, in units of their prior
 /// (Levenberg, Marquardt).
 const FIRST_HOLD: f64 = 100.0;
@@ -27,14 +25,18 @@ const MOST_TRIES: usize = 6;
 ///
 /// # Errors
 /// The uncalibrated patch cannot be pressed.
-pub fn fit(objective: &mut Objective, most: usize, progress: &mut dyn FnMut(&Round)) -> Result<Vec<Round>, CalibrateError> {
+pub fn fit(
+    objective: &mut Objective,
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Round),
+) -> Result<Vec<Round>, CalibrateError> {
     let mut z = objective.place().to_vec();
     let (mut sweep, found) = objective.evaluate(&z, true)?;
     objective.accept(z.clone(), found);
     let mut rounds = vec![objective.round(&sweep, &z)];
     progress(&rounds[0]);
     let mut hold = FIRST_HOLD;
-    for n in 0..most {
+    for n in 0..settings.rounds {
         let before = rounds[n].cost;
         let (mut better, mut kept) = (None, 0.0);
         for _ in 0..MOST_TRIES {
@@ -65,7 +67,7 @@ pub fn fit(objective: &mut Objective, most: usize, progress: &mut dyn FnMut(&Rou
         progress(&round);
         rounds.push(round);
         // a short step gains little; only a free one that gains little is the end
-        if hold < FREE && round.cost > (1.0 - LEAST_GAIN) * before {
+        if hold < FREE && round.cost > (1.0 - settings.least_gain) * before {
             break;
         }
     }

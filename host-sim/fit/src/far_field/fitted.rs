@@ -12,7 +12,7 @@ use crate::calibrate::accuracy::Accuracy;
 use crate::calibrate::places::sunflower;
 use crate::calibrate::reference_map::ReferenceMap;
 use crate::calibrate::targets::Reference;
-use crate::calibrate::{Calibration, Fit, Round, Settings, Targets, calibrate};
+use crate::calibrate::{Calibration, Round, Settings, Targets, calibrate};
 use crate::solved::Solved;
 use crate::statics::Vector;
 use palpate_tissue::answer::{Answer, GluedAnswer};
@@ -96,7 +96,7 @@ impl Truth {
         let mut offsets_m = vec![[0.0; 2]];
         offsets_m.extend(sunflower(SOLVED_PLACES, SOLVED_RADII * radius_m));
         let reference = organ_reference_kept(scene, placed, &offsets_m, &depths_m, solved, progress)?;
-        let map = SurfaceMap::of(&reference, placed, radius_m);
+        let map = SurfaceMap::of(&reference, placed, &scene.probe);
         map.map(|map| Self::Organ(Box::new(map)))
             .ok_or_else(|| Error::Check("the finite elements gave no smooth surface of forces".into()))
     }
@@ -166,7 +166,7 @@ impl Recipe {
         Self {
             sizes: Sizes { radius_m, fine_m, fine_radius_m: probe_radius_m, growth: 0.45, stroke_m: [0.0; 3] },
             points_per_triangle: if fine_m > 0.4 * probe_radius_m { 9 } else { 4 },
-            settings: Settings { places: 100, rounds: 14, fit: Fit::GaussNewton },
+            settings: Settings { places: 100, ..Settings::default() },
         }
     }
 }

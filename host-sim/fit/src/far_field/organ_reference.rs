@@ -109,21 +109,17 @@ pub fn organ_reference_kept(
     let off_site: Vec<V3> = places.iter().copied().filter(|place| *place != site).collect();
     let tasks: Vec<(V3, Level)> =
         [(site, FINE), (site, COARSE)].into_iter().chain(off_site.into_iter().map(|place| (place, COARSE))).collect();
-    let solve = || -> Result<Vec<f64>, Error> {
-        let done = AtomicUsize::new(0);
-        let press = |(place, level): &(V3, Level)| {
-            let pressed = bench.press(*place, *level);
-            progress(done.fetch_add(1, Ordering::Relaxed) + 1, tasks.len());
-            pressed
+    let done = AtomicUsize::new(0);
+    let press = |task: &(V3, Level)| -> Result<Pressed, Error> {
+        let solve = || bench.press(task.0, task.1).map(|pressed| pressed.numbers().collect::<Vec<f64>>());
+        let numbers = match solved {
+            Some(solved) => solved.answer(&bench.problem(task), 1 + depths_m.len(), solve)?,
+            None => solve()?,
         };
-        let pressed = tasks.par_iter().map(press).collect::<Result<Vec<Pressed>, Error>>()?;
-        Ok(pressed.into_iter().flat_map(Pressed::numbers).collect())
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1, tasks.len());
+        Ok(Pressed::of(&numbers))
     };
-    let numbers = match solved {
-        Some(solved) => solved.answer(&bench.problem(&tasks), tasks.len() * (1 + depths_m.len()), solve)?,
-        None => solve()?,
-    };
-    let mut pressed = numbers.chunks_exact(1 + depths_m.len()).map(Pressed::of);
+    let mut pressed = tasks.par_iter().map(press).collect::<Result<Vec<Pressed>, Error>>()?.into_iter();
     let (Some(fine), Some(coarse)) = (pressed.next(), pressed.next()) else {
         return Err(Error::Usage(format!("{}: no press was asked for: give places and depths", scene.file)));
     };
@@ -197,15 +193,15 @@ impl<'a> Bench<'a> {
         )
     }
 
-    /// All that the forces of some presses depend on.
-    fn problem(&self, tasks: &[(V3, Level)]) -> String {
+    /// All that the forces of a press depend on.
+    fn problem(&self, task: &(V3, Level)) -> String {
         let (tissue, probe, own) = (&self.placed.tissue, &self.scene.probe, &self.scene.tissue);
         // an organ by its name, as its shape is code
         let ratio = |pascal: f64| pascal / own.youngs_modulus_pa;
         let regions = own.region.iter().map(|region| (&region.name, ratio(region.youngs_modulus_pa)));
         let regions: Vec<_> = regions.collect();
         let own = (probe.shape, probe.radius_m, own.poisson_ratio, &own.organ, regions, &own.inclusion);
-        let presses = (self.placed.axis, tissue.site_m, self.depths_m, tasks);
+        let presses = (self.placed.axis, tissue.site_m, self.depths_m, task);
         format!("{own:?}\n{presses:?}\n{:?}", tissue.mesh)
     }
 
@@ -277,7 +273,7 @@ mod tests {
             change(&mut scene);
             let placed = whole(&scene, &[], &sizes).unwrap();
             let depths_m = [depth_m];
-            Bench::of(&scene, &placed, &depths_m).unwrap().problem(&[(place.into(), COARSE)])
+            Bench::of(&scene, &placed, &depths_m).unwrap().problem(&(place.into(), COARSE))
         };
         let own = problem(|_| {}, 1e-3, [0.0; 3]);
         assert_eq!(own, problem(|_| {}, 1e-3, [0.0; 3]));

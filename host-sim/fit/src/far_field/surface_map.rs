@@ -1,20 +1,31 @@
 //! The reference of an organ between its solved places and depths.
 //!
-//! Over depth the force over depth^1.5 (Hertz) changes slowly, over a smooth surface too: its
-//! logarithm at every solved depth is a quadratic of the offset from the site, fitted to the solved
-//! places; between depths a cubic of the depth's logarithm through the four nearest.
+//! A mesh has flat facets, and a small contact feels where it lies among them. What of that is
+//! geometry is taken out first: the *effective depth* of a press is the depth at which the probe
+//! would displace the same volume of a plane. Over the effective depth^1.5 (Hertz; of a flat end
+//! over the depth itself) the force changes slowly, over depth and over the surface: its logarithm
+//! at every solved depth is a quadratic of the offset from the site, fitted to the solved places;
+//! between depths a cubic of the depth's logarithm through the four nearest.
+
+use std::f64::consts::PI;
 
 use nalgebra::{SMatrix, SVector};
 
-use super::organ_reference::OrganReference;
+use super::organ_reference::{OrganReference, PlaceForces};
 use crate::calibrate::targets::Reference;
 use crate::statics::Vector;
 use palpate_tissue::mesh::triangle::entry_m;
 use palpate_tissue::organ::tangents;
+use palpate_tissue::scene::{ProbeScene, Shape};
 use palpate_tissue::tissue::Placed;
 
 /// Terms of the quadratic.
 const TERMS: usize = 6;
+/// Rings and rays of the points at which the volume under the probe is summed.
+const RINGS: usize = 12;
+const RAYS: usize = 16;
+/// Halvings to an effective depth.
+const HALVINGS: usize = 40;
 /// Weight of zero for each term but the constant, beside places that weigh one.
 const RIDGE: f64 = 1e-6;
 
@@ -30,38 +41,46 @@ pub struct SurfaceMap {
     /// Quadratic at each of them.
     terms: Vec<SVector<f64, TERMS>>,
     length_m: f64,
+    flat: bool,
     /// Root mean square of what the quadratics miss at the solved places (1).
     pub misfit: f64,
 }
 
 impl SurfaceMap {
-    /// `None` with fewer than four depths or eight places. `radius_m` is the probe's.
+    /// `None` with fewer than four depths or eight places.
     #[must_use]
-    pub fn of(reference: &OrganReference, placed: &Placed, radius_m: f64) -> Option<Self> {
+    pub fn of(reference: &OrganReference, placed: &Placed, probe: &ProbeScene) -> Option<Self> {
         if reference.depths_m.len() < 4 || reference.places.len() < TERMS + 2 {
             return None;
         }
         let mut map = Self {
             axis: placed.axis.into(),
             across: tangents(placed.axis).map(Vector::from),
-            triangles_m: near_site(placed, radius_m),
+            triangles_m: near_site(placed, probe.radius_m),
             depths_m: reference.depths_m.clone(),
             terms: Vec::new(),
-            length_m: radius_m,
+            length_m: probe.radius_m,
+            flat: probe.shape == Shape::Flat,
             misfit: 0.0,
         };
+        let site_m = Vector::from(placed.tissue.site_m);
         let mut missed = 0.0;
         for (d, depth_m) in reference.depths_m.iter().enumerate() {
-            let value = |p: &super::organ_reference::PlaceForces| (p.force_over_e_m2[d] / depth_m.powf(1.5)).ln();
+            let value = |p: &PlaceForces| {
+                let shallow = map.law(Vector::from(p.place_m) - site_m, *depth_m)?;
+                Some((p.force_over_e_m2[d] / shallow).ln())
+            };
+            let values: Vec<f64> = reference.places.iter().map(value).collect::<Option<_>>()?;
             let (mut normal, mut right) = (SMatrix::<f64, TERMS, TERMS>::zeros(), SVector::<f64, TERMS>::zeros());
-            for place in &reference.places {
+            for (place, value) in reference.places.iter().zip(&values) {
                 let basis = map.basis(place.offset_m);
                 normal += basis * basis.transpose();
-                right += basis * value(place);
+                right += basis * *value;
             }
             (1..TERMS).for_each(|k| normal[(k, k)] += RIDGE);
             let fit = normal.cholesky()?.solve(&right);
-            missed += reference.places.iter().map(|p| (map.basis(p.offset_m).dot(&fit) - value(p)).powi(2)).sum::<f64>();
+            let off = |(p, value): (&PlaceForces, &f64)| (map.basis(p.offset_m).dot(&fit) - value).powi(2);
+            missed += reference.places.iter().zip(&values).map(off).sum::<f64>();
             map.terms.push(fit);
         }
         // degrees of freedom that the fit itself used up are not counted
@@ -75,6 +94,61 @@ impl SurfaceMap {
     #[must_use]
     pub fn on(&self, placed: &Placed) -> Self {
         Self { triangles_m: near_site(placed, self.length_m), ..self.clone() }
+    }
+
+    /// Force of Hertz at the effective depth of a press, or of a flat end, but for a constant.
+    fn law(&self, place_m: Vector, depth_m: f64) -> Option<f64> {
+        let effective_m = self.effective_m(place_m, depth_m)?;
+        Some(if self.flat { effective_m } else { effective_m.powf(1.5) })
+    }
+
+    /// Depth [m] at which the probe displaces as much of a plane as it does of the surface when its
+    /// tip is `depth_m` below `place_m`.
+    fn effective_m(&self, place_m: Vector, depth_m: f64) -> Option<f64> {
+        let radius_m = self.length_m;
+        if self.flat {
+            let above = |_| 0.0;
+            return Some(self.volume_m3(place_m, depth_m, radius_m, above) / (PI * radius_m * radius_m));
+        }
+        // the surface may rise beside the place: the sum goes further than the contact on a plane
+        let reach_m = radius_m.min(1.5 * (2.0 * radius_m * depth_m).sqrt());
+        let above = |r_m: f64| radius_m - (radius_m * radius_m - r_m * r_m).max(0.0).sqrt();
+        let volume_m3 = self.volume_m3(place_m, depth_m, reach_m, above);
+        let of_plane = |d: f64| PI * d * d * (radius_m - d / 3.0);
+        let (mut low, mut high) = (0.0, 1.5 * radius_m);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if of_plane(middle) < volume_m3 { low = middle } else { high = middle }
+        }
+        (low > 0.0).then_some(low)
+    }
+
+    /// Volume [m^3] that a probe displaces whose tip is `depth_m` below `place_m` and whose surface
+    /// rises by `above` its tip at a distance from its axis [m], as far as `reach_m` from the axis.
+    fn volume_m3(&self, place_m: Vector, depth_m: f64, reach_m: f64, above: impl Fn(f64) -> f64) -> f64 {
+        let mut volume_m3 = 0.0;
+        for ring in 0..RINGS {
+            let r_m = reach_m * (ring as f64 + 0.5) / RINGS as f64;
+            let area_m2 = 2.0 * PI * r_m * reach_m / (RINGS * RAYS) as f64;
+            for ray in 0..RAYS {
+                // turned from ring to ring
+                let (sin, cos) = (2.0 * PI * (ray as f64 + 0.5 * (ring % 2) as f64) / RAYS as f64).sin_cos();
+                let at_m = place_m + (self.across[0] * cos + self.across[1] * sin) * r_m;
+                let height_m = self.height_m(at_m).map_or(f64::NEG_INFINITY, |height_m| height_m - place_m.dot(&self.axis));
+                volume_m3 += area_m2 * (height_m + depth_m - above(r_m)).max(0.0);
+            }
+        }
+        volume_m3
+    }
+
+    /// Height of the surface over the site along the axis [m], over or under a point.
+    fn height_m(&self, at_m: Vector) -> Option<f64> {
+        let high_m = 4.0 * self.length_m;
+        let foot = at_m - self.axis * at_m.dot(&self.axis);
+        let from = foot + self.axis * high_m;
+        let ways = self.triangles_m.iter().filter_map(|t| entry_m(*t, &from, &-self.axis));
+        let way_m = ways.min_by(|a, b| (a - high_m).abs().total_cmp(&(b - high_m).abs()))?;
+        Some(high_m - way_m)
     }
 
     fn basis(&self, offset_m: [f64; 2]) -> SVector<f64, TERMS> {
@@ -108,7 +182,7 @@ impl Reference for SurfaceMap {
                 others.map(|m| (depth_m / self.depths_m[m]).ln() / (self.depths_m[n] / self.depths_m[m]).ln()).product();
             sum += share * basis.dot(&self.terms[n]);
         }
-        Some(sum.exp() * depth_m.powf(1.5))
+        Some(sum.exp() * self.law(place_m, depth_m)?)
     }
 
     fn deepest_m(&self) -> f64 {
@@ -123,14 +197,67 @@ impl Reference for SurfaceMap {
         if offset_m == [0.0; 2] {
             return Some(Vector::zeros());
         }
-        let high_m = 4.0 * self.length_m;
-        let from = self.across[0] * offset_m[0] + self.across[1] * offset_m[1] + self.axis * high_m;
-        let ways = self.triangles_m.iter().filter_map(|t| entry_m(*t, &from, &-self.axis));
-        let displacement_m = ways.min_by(|a, b| (a - high_m).abs().total_cmp(&(b - high_m).abs()))?;
-        Some(from - self.axis * displacement_m)
+        let plane = self.across[0] * offset_m[0] + self.across[1] * offset_m[1];
+        Some(plane + self.axis * self.height_m(plane)?)
     }
 
     fn displacement_m(&self, _: f64, _: [f64; 2]) -> Option<[f64; 3]> {
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RADIUS_M: f64 = 0.008;
+
+    /// Two squares of 80 mm that meet at x = 0, the one with x > 0 lower and sloping.
+    fn surface(lower_m: f64, slope: f64) -> SurfaceMap {
+        let wide = 10.0 * RADIUS_M;
+        let square = |near: f64, far: f64, [z_near, z_far]: [f64; 2]| {
+            let corner = |x: f64, y: f64, z: f64| Vector::new(x, y, z);
+            let [a, b] = [corner(near, -wide, z_near), corner(far, -wide, z_far)];
+            let [c, d] = [corner(far, wide, z_far), corner(near, wide, z_near)];
+            [[a, b, c], [a, c, d]]
+        };
+        let low = [-lower_m, -lower_m - slope * wide];
+        SurfaceMap {
+            axis: Vector::z(),
+            across: [Vector::x(), Vector::y()],
+            triangles_m: [square(-wide, 0.0, [0.0; 2]), square(0.0, wide, low)].concat(),
+            depths_m: Vec::new(),
+            terms: Vec::new(),
+            length_m: RADIUS_M,
+            flat: false,
+            misfit: 0.0,
+        }
+    }
+
+    #[test]
+    fn on_a_plane_the_effective_depth_is_the_depth() {
+        for depth_m in [0.0005, 0.001, 0.004, 0.006] {
+            for flat in [false, true] {
+                let plane = SurfaceMap { flat, ..surface(0.0, 0.0) };
+                let found = plane.effective_m(Vector::new(0.001, -0.002, 0.0), depth_m).unwrap();
+                assert!((found / depth_m - 1.0).abs() < 0.01, "{depth_m}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn beside_a_step_half_the_volume_is_of_the_lower_side() {
+        let (depth_m, lower_m) = (0.002, 0.0008);
+        let cap = |d: f64| PI * d * d * (RADIUS_M - d / 3.0);
+        let wanted = 0.5 * (cap(depth_m) + cap(depth_m - lower_m));
+        let effective_m = surface(lower_m, 0.0).effective_m(Vector::zeros(), depth_m).unwrap();
+        assert!((cap(effective_m) / wanted - 1.0).abs() < 0.02, "{effective_m}");
+    }
+
+    #[test]
+    fn an_edge_that_falls_away_is_pressed_less_deep_and_no_surface_not_at_all() {
+        let at = |slope: f64| surface(0.0, slope).effective_m(Vector::zeros(), 0.002).unwrap();
+        assert!(at(0.1) < at(0.0) && at(0.3) < at(0.1));
+        assert!(surface(0.0, 0.0).effective_m(Vector::new(1.0, 0.0, 0.0), 0.002).is_none());
     }
 }

@@ -5,7 +5,7 @@ use palpate::Params;
 use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
 use serde::Serialize;
 
-use crate::calibrate::{Fit, Settings};
+use crate::calibrate::Settings;
 use crate::far_field::FarField;
 use crate::far_field::fitted::{Prepared, Recipe};
 use palpate_tissue::budget::{Counts, Machine, triangles_in_reach};
@@ -196,5 +196,5 @@ impl<'a> Supply<'a> {
 /// Places and rounds of a fit.
 #[must_use]
 pub fn settings(places: usize, rounds: usize) -> Settings {
-    Settings { places, rounds, fit: Fit::GaussNewton }
+    Settings { places, rounds, ..Settings::default() }
 }

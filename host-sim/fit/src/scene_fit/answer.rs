@@ -1,9 +1,10 @@
 //! The solved presses of a scene as an answer, and how exact it is.
 
+use super::organ::tissue_of;
 use super::presses::{PressJob, Presses};
 use super::solve::Forces;
 use crate::reference::study::extrapolate;
-use palpate_tissue::answer::{Answer, AnswerProbe, AnswerTissue, HoldAnswer};
+use palpate_tissue::answer::{Answer, AnswerProbe, HoldAnswer};
 use palpate_tissue::error::Error;
 use palpate_tissue::scene::Scene;
 
@@ -70,13 +71,7 @@ pub fn answer(scene: &Scene, presses: &Presses, found: impl Fn(&PressJob) -> Opt
 }
 
 fn of_holds(scene: &Scene, holds: impl Iterator<Item = HoldAnswer>) -> Answer {
-    let tissue = AnswerTissue {
-        block_m: scene.tissue.block_m,
-        mesh: None,
-        poisson_ratio: scene.tissue.poisson_ratio,
-        stiffening_b: 0.0,
-        inclusion: Vec::new(),
-    };
+    let tissue = tissue_of(scene);
     let probe = AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m };
     Answer { tissue, probe, holds: holds.collect(), glued: Vec::new() }
 }

@@ -19,11 +19,7 @@ const DEEPEST: f64 = 0.5;
 /// The first such value, with its key.
 pub fn check(scene: &Scene) -> Result<(), Error> {
     scene.refuse_stiffening()?;
-    let (tissue, probe) = (&scene.tissue, &scene.probe);
-    let Some(size_m) = tissue.block_m else {
-        let why = "is not a block, which is all that fit takes: palpate cut calibrates a piece of a mesh or of an organ";
-        return Ok(scene.bad("tissue", why)?);
-    };
+    let tissue = &scene.tissue;
     if tissue.gravity_m_per_s2 != [0.0; 3] {
         return Ok(scene.bad("tissue.gravity_m_per_s2", "is not zero: a fit has no weight, leave it out here")?);
     }
@@ -36,6 +32,19 @@ pub fn check(scene: &Scene) -> Result<(), Error> {
     if e_pa < SOFTEST_PA {
         let why = format!("= {e_pa} Pa is softer than any tissue ({SOFTEST_PA} Pa): give pascals; {e_pa} kPa is {}", e_pa * 1e3);
         return Ok(scene.bad("tissue.youngs_modulus_pa", &why)?);
+    }
+    refuse_beyond_the_guard(scene, |depth_m| half_space_m2(scene, depth_m))
+}
+
+/// Refuses a block that is too small for its probe, or pressed too deep.
+///
+/// # Errors
+/// The first such value, with its key.
+pub fn check_block(scene: &Scene, size_m: [f64; 3]) -> Result<(), Error> {
+    let (tissue, probe) = (&scene.tissue, &scene.probe);
+    if !tissue.inclusion.is_empty() {
+        let why = "has inclusions, which a block's fit does not know: leave them out, they are scaled into the fitted patch when it is pressed";
+        return Ok(scene.bad("tissue.inclusion", why)?);
     }
     let [x, y, thick_m] = size_m;
     let (wide_m, side_m) = (2.0 * probe.radius_m, x.min(y));
@@ -56,7 +65,7 @@ pub fn check(scene: &Scene) -> Result<(), Error> {
     {
         return Ok(scene.bad("drive.kind", "gives no depth, and the block is thin for this probe: use \"depth\"")?);
     }
-    refuse_beyond_the_guard(scene, |depth_m| half_space_m2(scene, depth_m))
+    Ok(())
 }
 
 /// Refuses holds with a force larger than any that is rendered; `force_m2` is over E [m^2].

@@ -19,13 +19,17 @@ pub const FINE_RADII: f64 = 1.25;
 const NINE_ABOVE: f64 = 0.4;
 /// Places that can be asked for: 20 over-fit.
 pub const PLACES_RANGE: std::ops::RangeInclusive<usize> = 20..=2000;
-/// A force this far off counts as one unit of error (1); the shallowest rests on few points and may
-/// be further off.
+/// Depths closer than this are one [m].
+const SAME_M: f64 = 1e-6;
+/// A force this far off counts as one unit of error (1), at the centre and around it.
+const CENTRE_TOLERANCE: f64 = 0.002;
 const TOLERANCE: f64 = 0.005;
-const SHALLOW_TOLERANCE: f64 = 0.008;
-/// The shallowest depths, which rest on few points, are fitted at so many times more places.
-const SHALLOW_DEPTHS: usize = 2;
-const SHALLOW_PLACES: usize = 2;
+/// Depths of the fit at the centre, as shares of the deepest hold: with the solved depths alone a fit
+/// swings between them.
+const CENTRE: [f64; 9] = [1.0 / 12.0, 0.103, 1.0 / 6.0, 0.21, 1.0 / 3.0, 0.42, 2.0 / 3.0, 0.75, 1.0];
+/// Depths around it, each at places of its own, so many times the number that is asked for: a small
+/// contact rests on few foundation points, a large one is the mean of many.
+const ASIDE: [(f64, f64); 5] = [(1.0 / 12.0, 3.0), (1.0 / 6.0, 2.5), (1.0 / 3.0, 1.75), (2.0 / 3.0, 1.25), (1.0, 1.0)];
 
 /// A scene's patch before the fit.
 #[derive(Clone, Debug)]
@@ -59,6 +63,19 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, Error> {
 }
 
 impl Prepared {
+    /// Returns the patch with so many foundation points on a surface triangle, if a count is given.
+    ///
+    /// # Errors
+    /// A count other than 4 and 9.
+    pub fn with_points(mut self, points: Option<usize>) -> Result<Self, Error> {
+        self.material.points_per_triangle = match points {
+            None => self.material.points_per_triangle,
+            Some(count @ (4 | 9)) => count,
+            Some(count) => return Err(Error::Usage(format!("--points {count}: a triangle has 4 or 9 points"))),
+        };
+        Ok(self)
+    }
+
     /// The patch with constants from formulas alone.
     #[must_use]
     pub fn uncalibrated(&self) -> Patch {
@@ -90,12 +107,16 @@ impl Prepared {
 
     fn targets(&self, presses: &Presses, known: &Known, places: usize) -> Option<Targets> {
         let centre_m = Vector::from(self.tissue.site_m);
-        let tolerance = |n: usize| if n == 0 { SHALLOW_TOLERANCE } else { TOLERANCE };
-        let depths: Vec<(f64, f64)> = presses.fitted_m.iter().enumerate().map(|(n, depth_m)| (*depth_m, tolerance(n))).collect();
-        let shallow = depths.get(..SHALLOW_DEPTHS)?.to_vec();
+        let deepest_m = presses.fitted_m.last()?;
+        // a solved depth to its last bit: below the shallowest nothing is known, and dents are at them
+        let solved =
+            |depth_m: f64| *presses.fitted_m.iter().find(|solved| (**solved - depth_m).abs() < SAME_M).unwrap_or(&depth_m);
+        let depths = |shares: &[f64], tolerance: f64| -> Vec<(f64, f64)> {
+            shares.iter().map(|share| (solved(share * deepest_m), tolerance)).collect()
+        };
         let disc = DiscPresses {
-            centre: depths.clone(),
-            aside: vec![(places, depths), (SHALLOW_PLACES * places, shallow)],
+            centre: depths(&CENTRE, CENTRE_TOLERANCE),
+            aside: ASIDE.iter().map(|(share, times)| ((times * places as f64) as usize, depths(&[*share], TOLERANCE))).collect(),
             dents_m: DENTS.iter().map(|n| presses.fitted_m[*n]).collect(),
         };
         Targets::over(known, &top_nodes(&self.tissue), centre_m, f64::from(self.params.probe.radius_m), DISC_RADII, &disc)

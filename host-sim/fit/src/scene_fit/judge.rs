@@ -4,12 +4,10 @@ use palpate::Params;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::known::Known;
-use super::presses::JUDGED_RADII;
 use crate::calibrate::places::random;
 use crate::calibrate::targets::Reference;
 use crate::pressed_patch::{NOT_BEGUN, PressedPatch, error_pct, larger, rms, worst};
-use crate::statics::{Balance, Unbalanced, Vector};
+use crate::statics::{Balance, Unbalanced};
 use palpate_tissue::answer::Answer;
 use palpate_tissue::patch::Patch;
 
@@ -71,68 +69,82 @@ impl Verdict {
     }
 }
 
-/// Presses a patch, at rest on its own site, as `unseen` was pressed, and over the disc. A place
-/// off the centre without balance is counted, and not judged.
-///
-/// # Errors
-/// A press at the centre without balance.
-pub fn judge(patch: &Patch, params: &Params, known: &Known, unseen: &Answer) -> Result<Verdict, Unbalanced> {
-    let pressed = PressedPatch::of(patch, params)?;
-    let mut places: Vec<[f64; 2]> = Vec::new();
-    for hold in &unseen.holds {
-        let at = [hold.place_m[0], hold.place_m[1]];
-        if !places.contains(&at) {
-            places.push(at);
+/// Finite elements that a patch is judged by.
+#[derive(Clone, Copy)]
+pub struct Judging<'a> {
+    /// Forces between the places and depths that the fit knew.
+    pub known: &'a dyn Reference,
+    /// Depths that the fit knew [m].
+    pub fitted_m: &'a [f64],
+    /// Presses that it did not know; places count from the site.
+    pub unseen: &'a Answer,
+    /// Radius of the disc of places [probe radii].
+    pub disc_radii: f64,
+}
+
+impl Judging<'_> {
+    /// Presses a patch, at rest on its own site, as the unseen presses were, and over the disc. A
+    /// place off the centre without balance is counted, and not judged.
+    ///
+    /// # Errors
+    /// A press at the centre without balance.
+    pub fn judge(&self, patch: &Patch, params: &Params) -> Result<Verdict, Unbalanced> {
+        let pressed = PressedPatch::of(patch, params)?;
+        let mut places: Vec<[f64; 3]> = Vec::new();
+        for hold in &self.unseen.holds {
+            if !places.contains(&hold.place_m) {
+                places.push(hold.place_m);
+            }
         }
+        let asked = places.len() + PLACES;
+        // the centre has to balance; under a flat end a place off it may not
+        let direct: Vec<Vec<(f64, f64)>> =
+            places.into_par_iter().filter_map(|at| self.errors_of_unseen(&pressed, at).ok()).collect();
+        // depths of the answers; a place knows some of them
+        let mut depths_m: Vec<f64> = self.unseen.holds.iter().map(|h| h.depth_m).chain(self.fitted_m.iter().copied()).collect();
+        depths_m.sort_by(f64::total_cmp);
+        depths_m.dedup();
+        let radius_m = self.disc_radii * f64::from(params.probe.radius_m);
+        let over_disc = |at: [f64; 2]| self.errors_of_known(&pressed, &depths_m, at);
+        let disc: Vec<Vec<f64>> = random(PLACES, radius_m, SEED).into_par_iter().filter_map(|at| over_disc(at).ok()).collect();
+        let lost_places = asked - direct.len() - disc.len();
+        let direct: Vec<(f64, f64)> = direct.into_iter().flatten().collect();
+        let errors: Vec<f64> = direct.iter().map(|(_, e)| *e).collect();
+        let all: Vec<f64> = disc.iter().flatten().copied().collect();
+        Ok(Verdict {
+            depths: by_depth(&depths_m, self.fitted_m, &direct, &disc, &over_disc([0.0; 2])?),
+            unseen_rms_pct: rms(&errors),
+            unseen_worst_pct: worst(&errors),
+            unseen_presses: errors.len(),
+            disc_rms_pct: rms(&all),
+            disc_worst_pct: worst(&all),
+            disc_places: disc.len(),
+            lost_places,
+            disc_radius_m: radius_m,
+        })
     }
-    let asked = places.len() + PLACES;
-    // the centre has to balance; under a flat end a place off it may not
-    let direct: Vec<Vec<(f64, f64)>> =
-        places.into_par_iter().filter_map(|at| errors_of_unseen(&pressed, unseen, at).ok()).collect();
-    // depths of the answers; a place knows some of them
-    let mut depths_m: Vec<f64> = unseen.holds.iter().map(|h| h.depth_m).chain(known.depths_m()).collect();
-    depths_m.sort_by(f64::total_cmp);
-    depths_m.dedup();
-    let radius_m = JUDGED_RADII * f64::from(params.probe.radius_m);
-    let over_disc = |at: [f64; 2]| errors_of_known(&pressed, known, &depths_m, at);
-    let disc: Vec<Vec<f64>> = random(PLACES, radius_m, SEED).into_par_iter().filter_map(|at| over_disc(at).ok()).collect();
-    let lost_places = asked - direct.len() - disc.len();
-    let direct: Vec<(f64, f64)> = direct.into_iter().flatten().collect();
-    let errors: Vec<f64> = direct.iter().map(|(_, e)| *e).collect();
-    let all: Vec<f64> = disc.iter().flatten().copied().collect();
-    Ok(Verdict {
-        depths: by_depth(&depths_m, known, &direct, &disc, &over_disc([0.0; 2])?),
-        unseen_rms_pct: rms(&errors),
-        unseen_worst_pct: worst(&errors),
-        unseen_presses: errors.len(),
-        disc_rms_pct: rms(&all),
-        disc_worst_pct: worst(&all),
-        disc_places: disc.len(),
-        lost_places,
-        disc_radius_m: radius_m,
-    })
-}
 
-/// Depth [m] and force error [%] of every unseen press at a place.
-fn errors_of_unseen(pressed: &PressedPatch, unseen: &Answer, at: [f64; 2]) -> Result<Vec<(f64, f64)>, Unbalanced> {
-    let mut holds: Vec<(f64, f64)> =
-        unseen.holds.iter().filter(|h| [h.place_m[0], h.place_m[1]] == at).map(|h| (h.depth_m, h.force_over_e_m2)).collect();
-    holds.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let forces = pressed.press(Vector::new(at[0], at[1], 0.0), holds.iter().map(|h| h.0), |_, here| here.force)?;
-    Ok(holds.iter().zip(forces).map(|((depth_m, wanted), force)| (*depth_m, error_pct(force, *wanted))).collect())
-}
+    /// Depth [m] and force error [%] of every unseen press at a place.
+    fn errors_of_unseen(&self, pressed: &PressedPatch, at_m: [f64; 3]) -> Result<Vec<(f64, f64)>, Unbalanced> {
+        let here = self.unseen.holds.iter().filter(|h| h.place_m == at_m);
+        let mut holds: Vec<(f64, f64)> = here.map(|h| (h.depth_m, h.force_over_e_m2)).collect();
+        holds.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let forces = pressed.press(at_m.into(), holds.iter().map(|h| h.0), |_, here| here.force)?;
+        Ok(holds.iter().zip(forces).map(|((depth_m, wanted), force)| (*depth_m, error_pct(force, *wanted))).collect())
+    }
 
-/// Force errors [%] at a place against what is known between solved places, shape \[depths\].
-fn errors_of_known(pressed: &PressedPatch, known: &Known, depths_m: &[f64], [x, y]: [f64; 2]) -> Result<Vec<f64>, Unbalanced> {
-    let offset_m = Vector::new(x, y, 0.0);
-    let error =
-        |depth_m, here: &Balance| known.force(offset_m, depth_m).map(|wanted| error_pct(here.force, wanted)).ok_or(NOT_BEGUN);
-    pressed.press(offset_m, depths_m.iter().copied(), error)?.into_iter().collect()
+    /// Force errors [%] at a place against what is known between solved places, shape \[depths\].
+    fn errors_of_known(&self, pressed: &PressedPatch, depths_m: &[f64], place_m: [f64; 2]) -> Result<Vec<f64>, Unbalanced> {
+        let offset_m = self.known.place_m(place_m).ok_or(NOT_BEGUN)?;
+        let error = |depth_m, here: &Balance| {
+            self.known.force(offset_m, depth_m).map(|wanted| error_pct(here.force, wanted)).ok_or(NOT_BEGUN)
+        };
+        pressed.press(offset_m, depths_m.iter().copied(), error)?.into_iter().collect()
+    }
 }
 
 /// Errors by depth; of the centre the press that was solved there, where there is one.
-fn by_depth(depths_m: &[f64], known: &Known, direct: &[(f64, f64)], disc: &[Vec<f64>], centred: &[f64]) -> Vec<DepthVerdict> {
-    let fitted_m = known.depths_m();
+fn by_depth(depths_m: &[f64], fitted_m: &[f64], direct: &[(f64, f64)], disc: &[Vec<f64>], centred: &[f64]) -> Vec<DepthVerdict> {
     let at_depth = |(n, depth_m): (usize, &f64)| {
         let column: Vec<f64> = disc.iter().filter_map(|row| row.get(n).copied()).collect();
         let fitted_depth = fitted_m.contains(depth_m);

@@ -24,8 +24,8 @@ const RATIO_UNSEEN: [usize; 2] = [0, 2];
 const ASIDE: [[f64; 2]; 5] = [[0.7, 0.0], [1.25, 0.0], [1.75, 0.0], [0.75, 0.75], [1.2, 1.2]];
 /// Radius of the disc over which a patch is judged [probe radii], and the seed of its places.
 pub const JUDGED_RADII: f64 = 1.5;
-const UNSEEN_PLACES: usize = 4;
-const UNSEEN_SEED: u64 = 77;
+pub(super) const UNSEEN_PLACES: usize = 4;
+pub(super) const UNSEEN_SEED: u64 = 77;
 /// Corner nodes of the piece of the block that is solved for the centre, of the coarser and the
 /// finer mesh; of the whole block for the places.
 const CENTRE_NODES: [usize; 2] = [300, 600];

@@ -21,6 +21,51 @@ pub(super) struct Pattern {
     start: Vec<usize>,
     /// Nodes around each node, itself included.
     stars: Vec<Vec<usize>>,
+    /// Blocks of every two nodes around a node, shape \[nodes\] [star * star].
+    star_slots: Vec<Vec<Slot>>,
+    /// Diagonal blocks of a spring's ends, and the block between them, shape \[springs\].
+    spring_slots: Vec<[Slot; 3]>,
+    /// Blocks of a tet's nodes, shape \[tets\].
+    tet_slots: Vec<[[Slot; 4]; 4]>,
+    /// Index of a tet's node in the star of another of its nodes, shape \[tets\].
+    tet_in_star: Vec<[[usize; 4]; 4]>,
+}
+
+/// Place of a block among the values; [`Slot::NONE`] above the diagonal and at anchors.
+#[derive(Clone, Copy, Debug)]
+struct Slot {
+    first: usize,
+    /// Values from one column to the next.
+    pitch: usize,
+}
+
+impl Slot {
+    const NONE: Self = Self { first: 0, pitch: 0 };
+
+    fn is_none(self) -> bool {
+        self.pitch == 0
+    }
+
+    fn add(self, values: &mut [f64], block: &Matrix3<f64>) {
+        if self.is_none() {
+            return;
+        }
+        for (c, column) in block.as_slice().chunks_exact(3).enumerate() {
+            let first = self.first + c * self.pitch;
+            values[first..first + 3].iter_mut().zip(column).for_each(|(v, b)| *v += b);
+        }
+    }
+
+    /// Adds the outer product of two vectors.
+    fn add_outer(self, values: &mut [f64], a: &Vector, b: &Vector) {
+        if self.is_none() {
+            return;
+        }
+        for (c, b) in b.iter().enumerate() {
+            let first = self.first + c * self.pitch;
+            values[first..first + 3].iter_mut().zip(a.iter()).for_each(|(v, a)| *v += a * b);
+        }
+    }
 }
 
 impl Pattern {
@@ -56,21 +101,44 @@ impl Pattern {
         let size = 3 * rows.len();
         let symbolic = SymbolicSparseColMat::new_checked(size, size, columns, None, indices);
         let factor = SymbolicLlt::try_new(symbolic.as_ref(), Side::Lower).ok()?;
-        Some(Self { symbolic, factor, rows, start, stars: stars.into_iter().map(|s| s.into_iter().collect()).collect() })
+        let stars: Vec<Vec<usize>> = stars.into_iter().map(|s| s.into_iter().collect()).collect();
+        let (star_slots, spring_slots, tet_slots, tet_in_star) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut pattern = Self { symbolic, factor, rows, start, stars, star_slots, spring_slots, tet_slots, tet_in_star };
+        pattern.find_slots(statics);
+        Some(pattern)
+    }
+
+    fn find_slots(&mut self, statics: &Statics) {
+        let slot = |a: usize, b: usize| match (statics.free[a], statics.free[b]) {
+            (Some(i), Some(j)) => self.slot(i, j),
+            _ => Slot::NONE,
+        };
+        let of_star = |star: &Vec<usize>| star.iter().flat_map(|&a| star.iter().map(move |&b| slot(a, b))).collect();
+        let star_slots = self.stars.iter().map(of_star).collect();
+        let between = |[a, b]: [usize; 2]| if statics.free[a] > statics.free[b] { slot(a, b) } else { slot(b, a) };
+        let spring_slots =
+            statics.springs.iter().map(|s| [slot(s.node[0], s.node[0]), slot(s.node[1], s.node[1]), between(s.node)]).collect();
+        let tet_slots = statics.tets.iter().map(|t| t.node.map(|a| t.node.map(|b| slot(a, b)))).collect();
+        let at = |a: usize, b: usize| self.stars[a].binary_search(&b).unwrap_or_default();
+        let tet_in_star = statics.tets.iter().map(|t| t.node.map(|a| t.node.map(|b| at(a, b)))).collect();
+        (self.star_slots, self.spring_slots) = (star_slots, spring_slots);
+        (self.tet_slots, self.tet_in_star) = (tet_slots, tet_in_star);
+    }
+
+    /// Slot of the block at row `i`, column `j` (free nodes).
+    fn slot(&self, i: usize, j: usize) -> Slot {
+        if i < j {
+            return Slot::NONE;
+        }
+        let rows = &self.rows[j];
+        let Ok(at) = rows.binary_search(&i) else { return Slot::NONE };
+        Slot { first: self.start[j] + 3 * at, pitch: 3 * rows.len() }
     }
 
     /// Adds a block at row `i`, column `j` (free nodes); what lies above the diagonal is left to
     /// its mirror.
     fn add(&self, values: &mut [f64], i: usize, j: usize, block: &Matrix3<f64>) {
-        if i < j {
-            return;
-        }
-        let rows = &self.rows[j];
-        let Ok(at) = rows.binary_search(&i) else { return };
-        for c in 0..3 {
-            let first = self.start[j] + 3 * (c * rows.len() + at);
-            values[first..first + 3].iter_mut().zip(block.column(c).iter()).for_each(|(v, b)| *v += b);
-        }
+        self.slot(i, j).add(values, block);
     }
 }
 
@@ -124,19 +192,17 @@ impl Statics {
         };
         let pushes = tip_m.map_or_else(Vec::new, |tip_m| self.pushes(x, tip_m));
         let stiffer = self.stiffer(x, &pushes);
-        for s in &self.springs {
+        for (s, [first, second, between]) in self.springs.iter().zip(&pattern.spring_slots) {
             let mut block = self.pull(s, x).curvature();
             if let Some(stiffer) = &stiffer {
                 block *= stiffer.of_spring(s.node);
             }
-            let [a, b] = s.node;
-            add(&mut values, a, a, &block);
-            add(&mut values, b, b, &block);
-            add(&mut values, a, b, &-block);
-            add(&mut values, b, a, &-block);
+            first.add(&mut values, &block);
+            second.add(&mut values, &block);
+            between.add(&mut values, &-block);
         }
         if self.volume_acts {
-            self.add_volume(pattern, x, &mut |a, b, block| add(&mut values, a, b, block));
+            self.add_volume(pattern, x, &mut values);
         }
         if let Some(rim) = &self.rim {
             for (i, &a) in rim.node.iter().enumerate() {
@@ -169,7 +235,7 @@ impl Statics {
         Llt::try_new_with_symbolic(pattern.factor.clone(), matrix, Side::Lower).map(Factor)
     }
 
-    fn add_volume(&self, pattern: &Pattern, x: &[Vector], add: &mut impl FnMut(usize, usize, &Matrix3<f64>)) {
+    fn add_volume(&self, pattern: &Pattern, x: &[Vector], values: &mut [f64]) {
         let shapes: Vec<elastic::TetGeometry> = self.tets.iter().map(|t| elastic::geometry(t, x)).collect();
         let mut around = vec![0.0; x.len()];
         for (t, shape) in self.tets.iter().zip(&shapes) {
@@ -178,26 +244,26 @@ impl Statics {
         let nodal = self.node_pressures(&around);
         // slopes of each node's volume along the nodes around it
         let mut slopes: Vec<Vec<Vector>> = pattern.stars.iter().map(|s| vec![Vector::zeros(); s.len()]).collect();
-        for (t, shape) in self.tets.iter().zip(&shapes) {
+        for (n, (t, shape)) in self.tets.iter().zip(&shapes).enumerate() {
             let (own, own_slope) = elastic::own_pressure(t, shape.six_volume, self.compensation_acts);
             let pressure = own + t.node.iter().map(|&n| nodal[n].0).sum::<f64>();
             let between = shape.between();
             for (i, &a) in t.node.iter().enumerate() {
-                for (j, &b) in t.node.iter().enumerate() {
-                    let outer = shape.gradient[i] * shape.gradient[j].transpose();
-                    add(a, b, &(between[i][j] * pressure + outer * own_slope));
-                    if let Ok(at) = pattern.stars[a].binary_search(&b) {
-                        slopes[a][at] += shape.gradient[j];
+                for j in 0..4 {
+                    let slot = pattern.tet_slots[n][i][j];
+                    if !slot.is_none() {
+                        let outer = shape.gradient[i] * shape.gradient[j].transpose();
+                        slot.add(values, &(between[i][j] * pressure + outer * own_slope));
                     }
+                    slopes[a][pattern.tet_in_star[n][i][j]] += shape.gradient[j];
                 }
             }
         }
-        for (n, (star, slopes)) in pattern.stars.iter().zip(&slopes).enumerate() {
-            for (&a, ga) in star.iter().zip(slopes) {
-                for (&b, gb) in star.iter().zip(slopes) {
-                    if self.free[a] >= self.free[b] {
-                        add(a, b, &(ga * gb.transpose() * nodal[n].1));
-                    }
+        for (n, (slots, slopes)) in pattern.star_slots.iter().zip(&slopes).enumerate() {
+            for (slots, ga) in slots.chunks_exact(slopes.len()).zip(slopes) {
+                let scaled = ga * nodal[n].1;
+                for (slot, gb) in slots.iter().zip(slopes) {
+                    slot.add_outer(values, &scaled, gb);
                 }
             }
         }

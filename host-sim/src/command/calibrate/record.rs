@@ -33,6 +33,7 @@ pub(super) fn write(
         scene: scene.name.clone(),
         nodes: patch.model().nodes.len(),
         tissue: answer.tissue.clone(),
+        organ: None,
         probe: answer.probe,
         fitted_places: patch.fitted_places(),
         fitted_depths_m: DEPTHS_RADII.iter().map(|depth| depth * radius_m).collect(),

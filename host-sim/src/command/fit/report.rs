@@ -4,9 +4,9 @@ use palpate::Vector3;
 use palpate_charts::{self as charts, ConvergencePoint, Press, Sample};
 use palpate_fit::calibrate::Round;
 use palpate_fit::calibrate::targets::Reference;
-use palpate_fit::scene_fit::{Known, Presses, Solved, Verdict};
-use palpate_tissue::answer::{Answer, AnswerProbe, AnswerTissue};
-use palpate_tissue::fit_record::{FitRecord, Judged, Moving, checksum};
+use palpate_fit::scene_fit::{Verdict, tissue_of};
+use palpate_tissue::answer::{Answer, AnswerProbe};
+use palpate_tissue::fit_record::{FitRecord, Judged, Moving, OrganRecord, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
@@ -14,22 +14,30 @@ use palpate_tissue::trials::Trial;
 use palpate_tissue::{Error as TissueError, machine};
 use serde::Serialize;
 
-use super::store::{STAGES, StoredFit};
+use super::store::StoredFit;
 use crate::error::Error;
 
 /// All that a fit came to.
 pub(super) struct Report<'a> {
     pub scene: &'a Scene,
-    pub presses: &'a Presses,
-    pub solved: &'a Solved,
-    pub known: &'a Known,
+    /// Depths that the fit knew [m].
+    pub fitted_m: &'a [f64],
+    /// Forces that it knew.
+    pub known: &'a dyn Reference,
+    /// Every press of the finite elements.
+    pub answer: &'a Answer,
+    /// Nodes of their finest mesh, and how far their force at the centre may be off (1).
+    pub reference_nodes: usize,
+    pub reference_error: f64,
     pub fit: &'a StoredFit,
     pub session: &'a Session,
     pub before: &'a Verdict,
     pub verdict: &'a Verdict,
     pub trials: &'a [Trial],
-    /// Presses, and whether the fit, that an earlier run left.
-    pub reused: (usize, bool),
+    /// Whether an earlier run left the fit.
+    pub reused_fit: bool,
+    /// Presses that an earlier run left.
+    pub reused_presses: usize,
     pub places: usize,
     pub quick: bool,
     pub tolerance_pct: f64,
@@ -56,13 +64,13 @@ struct Summary<'a> {
 
 impl Report<'_> {
     /// Writes all files, publishes them, and prints the verdict.
-    pub(super) fn write(&self, folder: OutputFolder, stages: &impl Serialize) -> Result<(), Error> {
+    pub(super) fn write(&self, folder: OutputFolder) -> Result<(), Error> {
         let patch = self.fit.patch();
         let record = self.record(&patch)?;
         let name = format!("{}-{}.patch", self.scene.name, record.nodes);
         folder.write(&name, &patch)?;
         record.write(&folder, &name)?;
-        self.answer().save(&folder, "answer.json")?;
+        self.answer.save(&folder, "answer.json")?;
         self.tables(&folder)?;
         self.pictures(&folder)?;
         folder.write_json(
@@ -71,13 +79,13 @@ impl Report<'_> {
                 scene: &self.scene.name,
                 nodes: record.nodes,
                 quick: self.quick,
-                reused_presses: self.reused.0,
-                reused_fit: self.reused.1,
+                reused_presses: self.reused_presses,
+                reused_fit: self.reused_fit,
                 tolerance_pct: self.tolerance_pct,
-                reference_nodes: self.solved.nodes,
-                reference_error_pct: 100.0 * self.solved.error,
+                reference_nodes: self.reference_nodes,
+                reference_error_pct: 100.0 * self.reference_error,
                 fitted_places: self.places,
-                fitted_depths_m: &self.presses.fitted_m,
+                fitted_depths_m: self.fitted_m,
                 uncalibrated: self.before,
                 calibrated: self.verdict,
                 record: &record,
@@ -86,8 +94,6 @@ impl Report<'_> {
             },
         )?;
         folder.write_json("trials.json", &self.trials)?;
-        let stages = serde_json::to_string(stages).map_err(|e| TissueError::Write { path: STAGES.into(), source: e.into() })?;
-        folder.write(STAGES, stages.as_bytes())?;
         let file = folder.publish()?.join(&name);
         self.print(&record);
         println!(
@@ -103,21 +109,16 @@ impl Report<'_> {
         let patch_crc32 = checksum(patch)
             .ok_or_else(|| TissueError::Check("the stored fit is damaged: remove the output folder and fit again".into()))?;
         let depths = || verdict.depths.iter().map(|d| d.depth_mm * 1e-3);
-        let reference_error_pct = 100.0 * self.solved.error;
+        let reference_error_pct = 100.0 * self.reference_error;
         Ok(FitRecord {
             patch_crc32,
             scene: scene.name.clone(),
             nodes: self.session.report.nodes,
-            tissue: AnswerTissue {
-                block_m: scene.tissue.block_m,
-                mesh: None,
-                poisson_ratio: scene.tissue.poisson_ratio,
-                stiffening_b: 0.0,
-                inclusion: Vec::new(),
-            },
+            tissue: tissue_of(scene),
+            organ: OrganRecord::of(scene),
             probe: AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m },
             fitted_places: self.session.patch.fitted_places(),
-            fitted_depths_m: self.presses.fitted_m.clone(),
+            fitted_depths_m: self.fitted_m.to_vec(),
             judged: Judged {
                 rms_pct: verdict.rms_pct(),
                 worst_pct: verdict.worst_pct(),
@@ -130,13 +131,6 @@ impl Report<'_> {
             moving: self.session.report.moving.map(|m| Moving { speed_m_per_s: m.speed_m_per_s, rms_pct: m.rms_pct }),
             reference_error_pct: Some(reference_error_pct),
         })
-    }
-
-    /// Both answers in one, for `calibrate` and for whoever wants the forces.
-    fn answer(&self) -> Answer {
-        let mut answer = self.solved.known.clone();
-        answer.holds.extend(self.solved.unseen.holds.iter().cloned());
-        answer
     }
 
     fn tables(&self, folder: &OutputFolder) -> Result<(), Error> {
@@ -213,7 +207,7 @@ impl Report<'_> {
             v.disc_radius_m * 1e3,
             v.disc_rms_pct,
             v.disc_worst_pct,
-            100.0 * self.solved.error
+            100.0 * self.reference_error
         );
         if v.lost_places > 0 {
             println!("{} more places could not be judged: no balance was found there", v.lost_places);

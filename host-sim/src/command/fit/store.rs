@@ -7,7 +7,8 @@ use std::fmt::Write;
 use std::path::Path;
 
 use palpate_fit::calibrate::Round;
-use palpate_fit::scene_fit::{Forces, PressJob, Presses};
+use palpate_fit::scene_fit::{Forces, PressJob};
+use palpate_fit::solved::checksum;
 use palpate_tissue::answer::AnswerProbe;
 use palpate_tissue::error::Error;
 use palpate_tissue::output::OutputFolder;
@@ -15,25 +16,17 @@ use palpate_tissue::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 /// Rises when a stage computes something else from the same input.
-const FORM: u32 = 1;
+const FORM: u32 = 2;
 /// In the result.
-pub(super) const STAGES: &str = "stages.json";
+const STAGES: &str = "stages.json";
 
 /// The tissue and the tip that were pressed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Pressed {
+pub(super) struct Pressed {
     form: u32,
     block_m: Option<[f64; 3]>,
     poisson_ratio: f64,
     probe: AnswerProbe,
-}
-
-/// Inputs of the fit beside the presses.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct FitKey {
-    pub nodes: usize,
-    pub places: usize,
-    pub rounds: usize,
 }
 
 /// A finished press.
@@ -47,20 +40,20 @@ struct StoredPress {
 /// A finished fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct StoredFit {
-    pub presses: Presses,
-    pub key: FitKey,
+    /// Checksum of all that the fit was made from.
+    problem: u64,
     /// The patch file, in hexadecimal digits.
     patch: String,
     pub rounds: Vec<Round>,
 }
 
 impl StoredFit {
-    pub(super) fn new(presses: Presses, key: FitKey, patch: &[u8], rounds: Vec<Round>) -> Self {
+    pub(super) fn new(problem: &str, patch: &[u8], rounds: Vec<Round>) -> Self {
         let mut digits = String::with_capacity(2 * patch.len());
         for byte in patch {
             let _infallible = write!(digits, "{byte:02x}");
         }
-        Self { presses, key, patch: digits, rounds }
+        Self { problem: checksum(problem), patch: digits, rounds }
     }
 
     /// Bytes of the patch file; none if the digits were damaged.
@@ -74,7 +67,7 @@ impl StoredFit {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Stages {
     presses: Vec<StoredPress>,
-    fit: Option<(Pressed, StoredFit)>,
+    fit: Option<StoredFit>,
 }
 
 /// Finished stages of this scene.
@@ -96,8 +89,12 @@ impl<'a> Store<'a> {
         let published = std::fs::read_to_string(path.join(STAGES)).ok();
         let mut stages: Stages = published.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
         stages.presses.retain(|press| press.pressed == pressed);
-        stages.fit = stages.fit.filter(|(own, _)| *own == pressed);
         Self { folder, pressed, stages }
+    }
+
+    /// The tissue and the tip.
+    pub(super) fn pressed(&self) -> &Pressed {
+        &self.pressed
     }
 
     /// The forces of a press, if it was solved.
@@ -117,25 +114,24 @@ impl<'a> Store<'a> {
     }
 
     /// The fit, if it was made from the same.
-    pub(super) fn fit(&self, presses: &Presses, key: &FitKey) -> Option<StoredFit> {
-        let same = |fit: &StoredFit| fit.presses == *presses && fit.key == *key;
-        if let Some((_, fit)) = self.stages.fit.as_ref().filter(|(_, fit)| same(fit)) {
-            return Some(fit.clone());
-        }
-        let (pressed, fit): (Pressed, StoredFit) = serde_json::from_str(&self.folder.read_note(FIT)?).ok()?;
-        (pressed == self.pressed && same(&fit)).then_some(fit)
+    pub(super) fn fit(&self, problem: &str) -> Option<StoredFit> {
+        let noted = || serde_json::from_str(&self.folder.read_note(FIT)?).ok();
+        let fits = [self.stages.fit.clone(), noted()];
+        fits.into_iter().flatten().find(|fit: &StoredFit| fit.problem == checksum(problem))
     }
 
     /// Notes a fit.
     pub(super) fn keep_fit(&self, fit: &StoredFit) -> Result<(), Error> {
-        self.folder.write_note(FIT, &(&self.pressed, fit))
+        self.folder.write_note(FIT, fit)
     }
 
-    /// All stages, to be published.
-    pub(super) fn stages(&self, presses: &Presses, fit: &StoredFit) -> impl Serialize + use<> {
+    /// Writes all stages into the result.
+    pub(super) fn write<'j>(&self, jobs: impl Iterator<Item = &'j PressJob>, fit: &StoredFit) -> Result<(), Error> {
         let stored =
             |job: &PressJob| Some(StoredPress { pressed: self.pressed.clone(), job: job.clone(), forces: self.press(job)? });
-        Stages { presses: presses.jobs().filter_map(stored).collect(), fit: Some((self.pressed.clone(), fit.clone())) }
+        let stages = Stages { presses: jobs.filter_map(stored).collect(), fit: Some(fit.clone()) };
+        let text = serde_json::to_string(&stages).map_err(|e| Error::Write { path: STAGES.into(), source: e.into() })?;
+        self.folder.write(STAGES, text.as_bytes())
     }
 }
 
@@ -146,4 +142,20 @@ fn name(job: &PressJob) -> String {
     let [x, y] = job.place_m.map(|x| (x * 1e7).round());
     let deepest = job.depths_m.last().map_or(0.0, |d| (d * 1e7).round());
     format!("press-{}-{x}-{y}-{deepest}-{}.json", job.nodes, if job.whole { "whole" } else { "piece" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_press_is_found_again_whatever_its_numbers() {
+        for n in 1..2000_u32 {
+            let m = f64::from(n) * 1e-7 / 3.0;
+            let job =
+                PressJob { place_m: [m, -m], depths_m: vec![m], surfaces_m: vec![], nodes: 1, fine_radius_m: m, whole: true };
+            let again: PressJob = serde_json::from_str(&serde_json::to_string(&job).unwrap()).unwrap();
+            assert!(again == job, "{job:?} {again:?}");
+        }
+    }
 }

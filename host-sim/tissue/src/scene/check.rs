@@ -103,12 +103,6 @@ impl Scene {
             (true, true, _) => return self.bad("tissue", "has both block_m and mesh: keep one"),
             (true, _, true) => return self.bad("tissue", "has both block_m and organ: keep one"),
             (_, true, true) => return self.bad("tissue", "has both mesh and organ: keep one"),
-            (_, true, _) if self.solver.patch.is_some() => {
-                return self.bad("solver.patch", "replaces the mesh: remove one of the two");
-            }
-            (.., true) if self.solver.patch.as_ref().is_some_and(|p| p.as_os_str() != super::NO_PATCH) => {
-                return self.bad("solver.patch", "replaces the organ: remove one of the two");
-            }
             _ => {}
         }
         if tissue.organ.is_some() {

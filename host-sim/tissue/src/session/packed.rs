@@ -5,6 +5,7 @@ use std::path::Path;
 use palpate::{BuildError, Params, PatchFile};
 
 use crate::error::Error;
+use crate::fit_record::{FitRecord, OrganRecord};
 use crate::patch::Patch;
 use crate::scene::{Scene, SceneError};
 
@@ -20,6 +21,7 @@ pub(super) fn open(scene: &Scene, path: &Path) -> Result<(Patch, Params), Error>
     let file = PatchFile::open(&bytemuck::cast_slice(&words)[..bytes.len()]).map_err(in_file)?;
     file.model.check().map_err(in_file)?;
     agree(scene, path, &file)?;
+    agree_with_its_organ(scene, path)?;
     Ok((Patch::of_file(&file), file.params))
 }
 
@@ -68,6 +70,25 @@ fn agree(scene: &Scene, path: &Path, file: &PatchFile) -> Result<(), SceneError>
         }
     }
     scene.refuse_deeper_than(f64::from(file.model.depth_limit_m), &format!("{path} answers"))
+}
+
+/// A scene with both an organ and a patch presses the piece of that organ, at its site: the record
+/// beside the patch says whose piece it is.
+fn agree_with_its_organ(scene: &Scene, path: &Path) -> Result<(), SceneError> {
+    let Some(own) = OrganRecord::of(scene) else { return Ok(()) };
+    let Some(fitted) = FitRecord::of_file(path).and_then(|record| record.organ) else {
+        let why = format!(
+            "= {} has no record beside it (.patch.json) that says which organ it is a piece of: remove the scene's organ or mesh, or fit it again",
+            path.display()
+        );
+        return scene.bad("solver.patch", &why);
+    };
+    match own.first_difference(&fitted) {
+        None => Ok(()),
+        Some((key, was)) => {
+            scene.bad(key, &format!("is not what {} was fitted to ({was}): use that, or fit it again", path.display()))
+        }
+    }
 }
 
 /// A patch with a far field answers for the organ, the probe and the inclusions that it was cut and

@@ -99,7 +99,7 @@ impl Standing {
             }
             Self::Uncalibrated { expected } => {
                 format!(
-                    "uncalibrated, constants from formulas alone: {}; palpate fit calibrates the scene of a block, palpate cut a piece of an organ",
+                    "uncalibrated, constants from formulas alone: {}; palpate fit calibrates it",
                     expectation(expected.as_ref())
                 )
             }

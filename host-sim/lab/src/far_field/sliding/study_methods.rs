@@ -15,7 +15,7 @@ use super::run::Awake;
 use super::trajectory::Trajectory;
 use crate::error::Error;
 use palpate_fit::calibrate::reference_map::ReferenceMap;
-use palpate_fit::calibrate::{Fit, Settings, Targets, calibrate};
+use palpate_fit::calibrate::{Settings, Targets, calibrate};
 use palpate_fit::far_field::{FarField, Sizes};
 use palpate_fit::statics::{Statics, Vector};
 use palpate_tissue::Error as TissueError;
@@ -131,7 +131,7 @@ impl StrokeRecipe {
             sizes: Sizes { radius_m, fine_m, fine_radius_m: probe_radius_m, growth: 0.5, stroke_m },
             variant: 0,
             points_per_triangle: 9,
-            settings: Settings { places: 60, rounds: 6, fit: Fit::GaussNewton },
+            settings: Settings { places: 60, rounds: 6, ..Settings::default() },
         }
     }
 }

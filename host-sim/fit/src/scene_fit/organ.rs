@@ -1,0 +1,207 @@
+//! A patch cut out of an organ or of a mesh: its element size, and the presses of the whole that it
+//! is fitted to and judged by.
+
+use super::presses::{Level, UNSEEN_PLACES, UNSEEN_SEED};
+use crate::calibrate::places::{random, sunflower};
+use crate::calibrate::targets::DiscPresses;
+use crate::calibrate::{Calibration, Round, Settings, Targets, calibrate};
+use crate::far_field::organ_reference::{OrganReference, PlaceForces, organ_reference_kept};
+use crate::far_field::surface_map::SurfaceMap;
+use crate::far_field::whole::whole;
+use crate::far_field::{Cut, fitted};
+use crate::solved::Solved;
+use palpate_tissue::answer::{Answer, AnswerProbe, AnswerTissue, HoldAnswer};
+use palpate_tissue::error::Error;
+use palpate_tissue::fit_record::OrganRecord;
+use palpate_tissue::scene::Scene;
+use palpate_tissue::tissue::Placed;
+
+/// Radius of a patch if none is given [probe radii]: rim springs are within 0.5 % of the exact
+/// outside at 2 to 2.5.
+pub const PIECE_RADII: f64 = 2.125;
+/// Radius of the disc over which such a patch is judged [probe radii].
+pub const PIECE_JUDGED_RADII: f64 = 1.0;
+/// Element sizes that are tried [probe radii], and halvings between them.
+const ELEMENTS_RADII: [f64; 2] = [0.25, 1.0];
+const HALVINGS: usize = 7;
+/// A node count may be missed by this share: sizes of elements do not give every count.
+const MISSED: f64 = 0.25;
+/// Places that the fit knows beside the site, how far around it [probe radii], and with `--quick`.
+const KNOWN_PLACES: usize = 12;
+const QUICK_PLACES: usize = 8;
+const KNOWN_RADII: f64 = 1.2;
+/// Depths, as shares of the deepest hold, that the fit knows and that the judgement knows.
+const FITTED: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
+const UNSEEN: [f64; 2] = [0.375, 0.75];
+
+/// Depths of the fit at the site and around it, as shares of the deepest hold: between them a fit to
+/// the solved depths alone swings by 2-4 %.
+const CENTRE: [f64; 8] = [0.125, 0.177, 0.25, 0.354, 0.5, 0.625, 0.8, 1.0];
+const ASIDE: [f64; 6] = [0.125, 0.1875, 0.25, 0.5, 0.75, 1.0];
+/// The shallowest of those around the site rest on few points, and are fitted at so many times more
+/// places.
+const SHALLOW_DEPTHS: usize = 3;
+const SHALLOW_PLACES: usize = 2;
+/// Places of the fit are spread this far around the site [probe radii].
+const FITTED_RADII: f64 = 1.15;
+/// A force this far off counts as one unit of error (1), at the site and around it.
+const CENTRE_TOLERANCE: f64 = 0.002;
+const TOLERANCE: f64 = 0.005;
+
+/// Forces of the whole organ.
+#[derive(Clone, Debug)]
+pub struct OrganPresses {
+    /// Between the places and depths that the fit may know.
+    pub known: SurfaceMap,
+    /// Depths of those [m], rising.
+    pub fitted_m: Vec<f64>,
+    /// All of them; places count from the site.
+    pub answer: Answer,
+    /// Those that only the judgement may know.
+    pub unseen: Answer,
+    /// How far the force at the site may be off, of all depths the most (1).
+    pub error: f64,
+    /// Nodes of the finest quadratic mesh.
+    pub nodes: usize,
+}
+
+/// Edge of the elements under the probe [m] with which a patch of `radius_m` has about `nodes`
+/// nodes.
+///
+/// # Errors
+/// A count that no edge gives, or an organ that cannot be cut so.
+pub fn element_for(scene: &Scene, radius_m: f64, nodes: usize) -> Result<f64, Error> {
+    let count = |edge_m: f64| -> Result<usize, Error> {
+        let sizes = fitted::Recipe::new(radius_m, edge_m, scene.probe.radius_m).sizes;
+        let placed = whole(scene, &[], &sizes)?;
+        let cut = Cut::of(&placed.tissue, &sizes).map_err(|cause| Error::Usage(format!("{}: {cause}", scene.file)))?;
+        Ok(cut.patch.mesh.nodes_m.len())
+    };
+    let [mut small_m, mut large_m] = ELEMENTS_RADII.map(|radii| radii * scene.probe.radius_m);
+    let mut best = (count(large_m)?, large_m);
+    let mut off = best.0.abs_diff(nodes);
+    for _ in 0..HALVINGS {
+        let middle_m = (small_m * large_m).sqrt();
+        // elements too small for a mesh are too small
+        let found = count(middle_m).unwrap_or(usize::MAX);
+        if found.abs_diff(nodes) < off {
+            (best, off) = ((found, middle_m), found.abs_diff(nodes));
+        }
+        if found > nodes { small_m = middle_m } else { large_m = middle_m }
+    }
+    if off as f64 > MISSED * nodes as f64 {
+        return Err(Error::Usage(format!(
+            "--nodes {nodes}: a patch of {:.1} mm here has {} at the nearest: give that, or another --radius-m",
+            radius_m * 1e3,
+            best.0
+        )));
+    }
+    Ok(best.1)
+}
+
+/// Presses the whole, as far as no earlier run has; `progress` hears how many of how many presses
+/// are done.
+///
+/// # Errors
+/// A place beside the surface, no equilibrium at some depth, no memory.
+pub fn solve_organ(
+    scene: &Scene,
+    placed: &Placed,
+    level: Level,
+    solved: &Solved,
+    progress: impl Fn(usize, usize) + Sync,
+) -> Result<OrganPresses, Error> {
+    let radius_m = scene.probe.radius_m;
+    let deepest_m = fitted::deepest_hold_m(scene).unwrap_or(placed.tissue.depth_limit_m);
+    let known_places = if level == Level::Quick { QUICK_PLACES } else { KNOWN_PLACES };
+    let mut offsets_m = vec![[0.0; 2]];
+    offsets_m.extend(sunflower(known_places, KNOWN_RADII * radius_m));
+    offsets_m.extend(random(UNSEEN_PLACES, PIECE_JUDGED_RADII * radius_m, UNSEEN_SEED));
+    let fitted_m = FITTED.map(|share| share * deepest_m).to_vec();
+    let mut depths_m = fitted_m.clone();
+    depths_m.extend(UNSEEN.map(|share| share * deepest_m));
+    depths_m.sort_by(f64::total_cmp);
+    let all = organ_reference_kept(scene, placed, &offsets_m, &depths_m, Some(solved), progress)?;
+    let map = SurfaceMap::of(&known_of(&all, &fitted_m, known_places), placed, &scene.probe);
+    let known = map.ok_or_else(|| Error::Check("the finite elements gave no smooth surface of forces".into()))?;
+    let holds = |n: usize, place: &PlaceForces| -> Vec<(usize, HoldAnswer)> {
+        let place_m = std::array::from_fn(|k| place.place_m[k] - placed.tissue.site_m[k]);
+        let at = all.depths_m.iter().zip(&place.force_over_e_m2);
+        let hold =
+            |(depth_m, force): (&f64, &f64)| HoldAnswer { place_m, depth_m: *depth_m, force_over_e_m2: *force, surface: None };
+        at.map(|at| (n, hold(at))).collect()
+    };
+    let holds: Vec<(usize, HoldAnswer)> = all.places.iter().enumerate().flat_map(|(n, place)| holds(n, place)).collect();
+    let is_unseen = |(n, hold): &&(usize, HoldAnswer)| *n > known_places || (*n == 0 && !fitted_m.contains(&hold.depth_m));
+    let unseen = holds.iter().filter(is_unseen).map(|(_, hold)| hold.clone()).collect();
+    let answer = Answer {
+        tissue: tissue_of(scene),
+        probe: AnswerProbe { shape: scene.probe.shape, radius_m },
+        holds: holds.iter().map(|(_, hold)| hold.clone()).collect(),
+        glued: Vec::new(),
+    };
+    Ok(OrganPresses {
+        known,
+        fitted_m,
+        unseen: Answer { holds: unseen, ..answer.clone() },
+        answer,
+        error: all.error.iter().copied().fold(0.0, f64::max),
+        nodes: all.nodes,
+    })
+}
+
+impl OrganPresses {
+    /// Fits a piece to what the fit may know.
+    ///
+    /// # Errors
+    /// A piece that cannot be pressed.
+    pub fn fit(
+        &self,
+        prepared: &fitted::Prepared,
+        settings: &Settings,
+        progress: &mut dyn FnMut(&Round),
+    ) -> Result<Calibration, Error> {
+        let piece = &prepared.far.cut.patch;
+        let radius_m = f64::from(prepared.params.probe.radius_m);
+        let deepest_m = self.fitted_m.last().copied().unwrap_or_default();
+        let depths = |shares: &[f64], tolerance: f64| shares.iter().map(|share| (share * deepest_m, tolerance)).collect();
+        let disc = DiscPresses {
+            centre: depths(&CENTRE, CENTRE_TOLERANCE),
+            aside: vec![
+                (settings.places, depths(&ASIDE, TOLERANCE)),
+                (SHALLOW_PLACES * settings.places, depths(&ASIDE[..SHALLOW_DEPTHS], TOLERANCE)),
+            ],
+            dents_m: Vec::new(),
+        };
+        let targets = Targets::over(&self.known, &[], piece.site_m.into(), radius_m, FITTED_RADII, &disc)
+            .ok_or_else(|| Error::Check("the surface ends near the site: take another site, or a smaller probe".into()))?;
+        calibrate(piece, &prepared.material, Some(&prepared.far.springs), &prepared.params, &targets, settings, progress)
+            .map_err(|cause| Error::Check(format!("the patch cannot be fitted: {cause}")))
+    }
+}
+
+/// Tissue of a scene, as answers and records have it.
+#[must_use]
+pub fn tissue_of(scene: &Scene) -> AnswerTissue {
+    let tissue = &scene.tissue;
+    AnswerTissue {
+        block_m: tissue.block_m,
+        mesh: OrganRecord::of(scene).map(|organ| organ.name),
+        poisson_ratio: tissue.poisson_ratio,
+        stiffening_b: 0.0,
+        inclusion: tissue.inclusion.clone(),
+    }
+}
+
+/// The part of a reference that a fit may know.
+fn known_of(all: &OrganReference, fitted_m: &[f64], places: usize) -> OrganReference {
+    let at: Vec<usize> = (0..all.depths_m.len()).filter(|n| fitted_m.contains(&all.depths_m[*n])).collect();
+    let of = |numbers: &[f64]| at.iter().map(|n| numbers[*n]).collect();
+    let place = |place: &PlaceForces| PlaceForces { force_over_e_m2: of(&place.force_over_e_m2), ..place.clone() };
+    OrganReference {
+        places: all.places.iter().take(1 + places).map(place).collect(),
+        depths_m: of(&all.depths_m),
+        error: of(&all.error),
+        nodes: all.nodes,
+    }
+}

@@ -1,0 +1,74 @@
+//! `palpate fit` of a piece of an organ or of a mesh.
+
+use palpate_fit::far_field::fitted::{self, Recipe};
+use palpate_fit::scene_fit::{Judging, Level, PIECE_JUDGED_RADII, PIECE_RADII, element_for, solve_organ};
+use palpate_fit::solved::Solved;
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::Scene;
+
+use super::super::progress::Steps;
+use super::FitArgs;
+use super::report::Report;
+use super::stages::Stages;
+use super::store::Store;
+use crate::error::Error;
+
+/// Nodes of a piece if none are given.
+const NODES: usize = 100;
+/// A round that gains less than this share of the objective is the last; a round takes a second.
+const LEAST_GAIN: f64 = 0.005;
+
+impl FitArgs {
+    pub(super) fn fit_organ(&self, scene: &Scene) -> Result<(), Error> {
+        let radius_m = self.radius_m.unwrap_or(PIECE_RADII * scene.probe.radius_m);
+        let element_m = element_for(scene, radius_m, self.nodes.unwrap_or(NODES))?;
+        let mut recipe = Recipe::new(radius_m, element_m, scene.probe.radius_m);
+        recipe.settings = self.settings(LEAST_GAIN);
+        let prepared = fitted::Prepared::of(scene, &recipe)?;
+        let piece = prepared.patch();
+        let nodes = piece.model().nodes.len();
+        let path = self.common.folder("fit");
+        let folder = OutputFolder::open(&path)?;
+        let store = Store::of(&path, &folder, scene);
+        let level = if self.quick { Level::Quick } else { Level::Full };
+        let kept = Solved::beside(&path);
+        let steps = Steps::new("finite elements", 0);
+        let presses =
+            solve_organ(scene, &prepared.placed, level, &kept, |done, all| steps.show(done, all, "presses of the whole"))?;
+        steps.finish();
+        self.print_scene(scene, nodes, &presses.fitted_m);
+        kept.said().iter().for_each(|line| println!("{line}"));
+        let stages = Stages { scene, known: &presses.known, store: &store };
+        let settings = recipe.settings;
+        let problem = format!("{:?} {recipe:?} {:?}", store.pressed(), presses.answer.holds);
+        let (fit, reused_fit) = stages.fit(&settings, &problem, |progress| presses.fit(&prepared, &settings, progress))?;
+        let judging = Judging {
+            known: &presses.known,
+            fitted_m: &presses.fitted_m,
+            unseen: &presses.unseen,
+            disc_radii: PIECE_JUDGED_RADII,
+        };
+        let judged = stages.judge(&judging, (&piece, &prepared.params), &fit)?;
+        store.write(std::iter::empty(), &fit)?;
+        let report = Report {
+            scene,
+            fitted_m: &presses.fitted_m,
+            known: &presses.known,
+            answer: &presses.answer,
+            reference_nodes: presses.nodes,
+            reference_error: presses.error,
+            fit: &fit,
+            session: &judged.session,
+            before: &judged.before,
+            verdict: &judged.verdict,
+            trials: &[],
+            reused_fit,
+            reused_presses: kept.found(),
+            places: self.places,
+            quick: self.quick,
+            tolerance_pct: self.tolerance_pct,
+        };
+        report.write(folder)?;
+        self.promise(nodes, &judged.verdict)
+    }
+}
