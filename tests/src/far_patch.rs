@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use palpate::Params;
-use palpate_fit::calibrate::{Fit, Settings};
+use palpate_fit::calibrate::Settings;
 use palpate_fit::far_field::fitted::{Fitted, Prepared, Recipe, Truth};
 use palpate_tissue::answer::Answer;
 use palpate_tissue::scene::{Inclusion, Scene};
@@ -41,7 +41,7 @@ impl FarPatch {
     fn fit(radius_m: f64, fine_m: f64) -> Self {
         let scene = Scene::load("block").expect("a preset");
         let mut recipe = Recipe::new(radius_m, fine_m, scene.probe.radius_m);
-        recipe.settings = Settings { places: 40, rounds: 8, fit: Fit::GaussNewton };
+        recipe.settings = Settings { places: 40, rounds: 8, ..Settings::default() };
         let prepared = Prepared::of(&scene, &recipe).expect("a patch of the block");
         let fitted = prepared.fit(&Truth::Block(Answer::block()), &recipe.settings, &mut |_| ()).expect("a fit");
         Self { scene, recipe, prepared, fitted }

@@ -33,6 +33,9 @@ use store::Store;
 
 /// Most nodes that a block is meshed with.
 const MOST_NODES: f64 = 5000.0;
+/// Places if none are given: patches of few nodes are fitted sooner and gain more by another place.
+const PLACES_TIMES_NODES: usize = 33_000;
+const PLACES: std::ops::RangeInclusive<usize> = 80..=250;
 /// Most rounds of a fit: later ones gain little. With `--quick`.
 const ROUNDS: usize = 10;
 const QUICK_ROUNDS: usize = 3;
@@ -51,9 +54,10 @@ pub(super) struct FitArgs {
     /// probe radii].
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     radius_m: Option<f64>,
-    /// Places of the probe to fit over, beside the centre.
-    #[arg(long, value_name = "COUNT", default_value_t = Settings::default().places)]
-    places: usize,
+    /// Places of the probe to fit over, beside the centre [default: 33 000 over the nodes, 80 to
+    /// 250: the fewer nodes, the more].
+    #[arg(long, value_name = "COUNT")]
+    places: Option<usize>,
     /// Force error that is asked for, at places and depths that the fit never saw [%]: root mean
     /// square; a single press may be 2.5 times as far off.
     #[arg(long, value_name = "PERCENT", default_value_t = 2.0, allow_negative_numbers = true)]
@@ -98,7 +102,7 @@ impl FitArgs {
         let (solved, reused_presses) = reference(scene, &presses, &store)?;
         let known = Known::of(&solved.known)
             .ok_or_else(|| TissueError::Check("the finite elements gave fewer than four depths at the centre".into()))?;
-        let settings = self.settings(LEAST_GAIN);
+        let settings = self.settings(prepared.tissue.mesh.nodes_m.len(), LEAST_GAIN);
         let problem = format!("{:?} {presses:?} {settings:?} {:?}", store.pressed(), prepared.material);
         let stages = Stages { scene, known: &known, store: &store };
         let (fit, reused_fit) =
@@ -124,7 +128,7 @@ impl FitArgs {
             trials: &trials,
             reused_fit,
             reused_presses,
-            places: self.places,
+            places: settings.places,
             quick: self.quick,
             tolerance_pct: self.tolerance_pct,
         };
@@ -147,9 +151,9 @@ impl FitArgs {
     /// The scene, if it can be fitted.
     fn scene(&self) -> Result<Scene, Error> {
         let mut scene = Scene::load(&self.common.scene)?;
-        if !PLACES_RANGE.contains(&self.places) {
+        if let Some(places) = self.places.filter(|places| !PLACES_RANGE.contains(places)) {
             let (first, last) = (PLACES_RANGE.start(), PLACES_RANGE.end());
-            return Err(TissueError::Usage(format!("--places {}: take {first} to {last}", self.places)).into());
+            return Err(TissueError::Usage(format!("--places {places}: take {first} to {last}")).into());
         }
         if !(self.tolerance_pct > 0.0 && self.tolerance_pct <= 100.0) {
             let why = format!("--tolerance-pct {}: give a percentage above 0, at most 100", self.tolerance_pct);
@@ -162,9 +166,11 @@ impl FitArgs {
         Ok(scene)
     }
 
-    fn settings(&self, least_gain: f64) -> Settings {
+    /// How long a patch of so many nodes is fitted.
+    fn settings(&self, nodes: usize, least_gain: f64) -> Settings {
         let rounds = if self.quick { QUICK_ROUNDS } else { ROUNDS };
-        Settings { places: self.places, rounds, least_gain, fit: Fit::GaussNewton }
+        let places = self.places.unwrap_or((PLACES_TIMES_NODES / nodes.max(1)).clamp(*PLACES.start(), *PLACES.end()));
+        Settings { places, rounds, least_gain, fit: Fit::GaussNewton }
     }
 
     /// Holds the verdict against the error that was asked for; where it misses, says what would do.

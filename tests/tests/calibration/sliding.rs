@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use palpate::Params;
 use palpate_fit::calibrate::reference_map::ReferenceMap;
-use palpate_fit::calibrate::{Fit, Settings, Targets};
+use palpate_fit::calibrate::{Settings, Targets};
 use palpate_fit::statics::Vector;
 use palpate_lab::far_field::sliding::{
     Awake, Figures, Kind, Leg, Measured, STEP_N, StrokePatch, StrokeRecipe, StudyMethod, Trajectory, WORK_MJ, slide,
@@ -31,7 +31,7 @@ fn map() -> ReferenceMap<'static> {
 fn fitted() -> &'static StrokePatch {
     static FITTED: OnceLock<StrokePatch> = OnceLock::new();
     FITTED.get_or_init(|| {
-        let settings = Settings { places: 40, rounds: 5, fit: Fit::GaussNewton };
+        let settings = Settings { places: 40, rounds: 5, ..Settings::default() };
         let recipe = StrokeRecipe { settings, ..StrokeRecipe::new(0.012, 0.005, STROKE_M, 0.008) };
         StrokePatch::fit(&Scene::load("block").unwrap(), &recipe, Some(&trajectory(0.1)), &map()).unwrap()
     })

@@ -87,7 +87,8 @@ fn a_piece_of_an_organ_is_fitted_and_pressed_from_its_own_scene() {
     let desk = Desk::default();
     let organ = std::fs::read_to_string(repository().join("host-sim/scenes/organ-liver.toml")).unwrap();
     desk.put("scene.toml", organ.clone());
-    let fit = ["fit", "--scene", "scene.toml", "--out", "out", "--quick", "--nodes", "60", "--tolerance-pct=30"];
+    let fit =
+        ["fit", "--scene", "scene.toml", "--out", "out", "--quick", "--nodes", "60", "--places", "80", "--tolerance-pct=30"];
     let first = palpate(SCRATCH, desk.folder(), &fit);
     assert_eq!(first.code, Some(0), "{first:?}");
     let of_first = json(&desk, "out/summary.json");

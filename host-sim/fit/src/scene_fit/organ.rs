@@ -34,14 +34,12 @@ const KNOWN_RADII: f64 = 1.2;
 const FITTED: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
 const UNSEEN: [f64; 2] = [0.375, 0.75];
 
-/// Depths of the fit at the site and around it, as shares of the deepest hold: between them a fit to
+/// Depths of the fit at the site, as shares of the deepest hold: between them a fit to
 /// the solved depths alone swings by 2-4 %.
 const CENTRE: [f64; 8] = [0.125, 0.177, 0.25, 0.354, 0.5, 0.625, 0.8, 1.0];
-const ASIDE: [f64; 6] = [0.125, 0.1875, 0.25, 0.5, 0.75, 1.0];
-/// The shallowest of those around the site rest on few points, and are fitted at so many times more
-/// places.
-const SHALLOW_DEPTHS: usize = 3;
-const SHALLOW_PLACES: usize = 2;
+/// Depths around it, each at places of its own, so many times the number that is asked for: a small
+/// contact rests on few foundation points, a large one is the mean of many.
+const ASIDE: [(f64, f64); 5] = [(0.125, 3.0), (0.25, 2.5), (0.5, 1.75), (0.75, 1.25), (1.0, 1.0)];
 /// Places of the fit are spread this far around the site [probe radii].
 const FITTED_RADII: f64 = 1.15;
 /// A force this far off counts as one unit of error (1), at the site and around it.
@@ -164,13 +162,15 @@ impl OrganPresses {
         let piece = &prepared.far.cut.patch;
         let radius_m = f64::from(prepared.params.probe.radius_m);
         let deepest_m = self.fitted_m.last().copied().unwrap_or_default();
-        let depths = |shares: &[f64], tolerance: f64| shares.iter().map(|share| (share * deepest_m, tolerance)).collect();
+        let depths = |shares: &[f64], tolerance: f64| -> Vec<(f64, f64)> {
+            shares.iter().map(|share| (share * deepest_m, tolerance)).collect()
+        };
         let disc = DiscPresses {
             centre: depths(&CENTRE, CENTRE_TOLERANCE),
-            aside: vec![
-                (settings.places, depths(&ASIDE, TOLERANCE)),
-                (SHALLOW_PLACES * settings.places, depths(&ASIDE[..SHALLOW_DEPTHS], TOLERANCE)),
-            ],
+            aside: ASIDE
+                .iter()
+                .map(|(share, times)| ((times * settings.places as f64) as usize, depths(&[*share], TOLERANCE)))
+                .collect(),
             dents_m: Vec::new(),
         };
         let targets = Targets::over(&self.known, &[], piece.site_m.into(), radius_m, FITTED_RADII, &disc)

@@ -22,8 +22,7 @@ impl FitArgs {
     pub(super) fn fit_organ(&self, scene: &Scene) -> Result<(), Error> {
         let radius_m = self.radius_m.unwrap_or(PIECE_RADII * scene.probe.radius_m);
         let element_m = element_for(scene, radius_m, self.nodes.unwrap_or(NODES))?;
-        let mut recipe = Recipe::new(radius_m, element_m, scene.probe.radius_m);
-        recipe.settings = self.settings(LEAST_GAIN);
+        let recipe = Recipe::new(radius_m, element_m, scene.probe.radius_m);
         let prepared = fitted::Prepared::of(scene, &recipe)?;
         let piece = prepared.patch();
         let nodes = piece.model().nodes.len();
@@ -39,8 +38,8 @@ impl FitArgs {
         self.print_scene(scene, nodes, &presses.fitted_m);
         kept.said().iter().for_each(|line| println!("{line}"));
         let stages = Stages { scene, known: &presses.known, store: &store };
-        let settings = recipe.settings;
-        let problem = format!("{:?} {recipe:?} {:?}", store.pressed(), presses.answer.holds);
+        let settings = self.settings(nodes, LEAST_GAIN);
+        let problem = format!("{:?} {recipe:?} {settings:?} {:?}", store.pressed(), presses.answer.holds);
         let (fit, reused_fit) = stages.fit(&settings, &problem, |progress| presses.fit(&prepared, &settings, progress))?;
         let judging = Judging {
             known: &presses.known,
@@ -64,7 +63,7 @@ impl FitArgs {
             trials: &[],
             reused_fit,
             reused_presses: kept.found(),
-            places: self.places,
+            places: settings.places,
             quick: self.quick,
             tolerance_pct: self.tolerance_pct,
         };

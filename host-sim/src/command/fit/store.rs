@@ -16,7 +16,7 @@ use palpate_tissue::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 /// Rises when a stage computes something else from the same input.
-const FORM: u32 = 2;
+const FORM: u32 = 3;
 /// In the result.
 const STAGES: &str = "stages.json";
 
