@@ -1,6 +1,6 @@
 //! The patch of a block and what it is fitted to.
 
-use palpate::Params;
+use palpate::{Params, ProbeShape};
 
 use super::known::Known;
 use super::presses::{DENTS, Presses};
@@ -30,6 +30,11 @@ const CENTRE: [f64; 9] = [1.0 / 12.0, 0.103, 1.0 / 6.0, 0.21, 1.0 / 3.0, 0.42, 2
 /// Depths around it, each at places of its own, so many times the number that is asked for: a small
 /// contact rests on few foundation points, a large one is the mean of many.
 const ASIDE: [(f64, f64); 5] = [(1.0 / 12.0, 3.0), (1.0 / 6.0, 2.5), (1.0 / 3.0, 1.75), (2.0 / 3.0, 1.25), (1.0, 1.0)];
+
+/// Under a flat end, whose edge makes each equilibrium hard to find from afar, places are pressed to
+/// one depth after the other; to the shallow ones at so many times more.
+const SHALLOW_DEPTHS: usize = 2;
+const SHALLOW_PLACES: usize = 2;
 
 /// A scene's patch before the fit.
 #[derive(Clone, Debug)]
@@ -114,9 +119,16 @@ impl Prepared {
         let depths = |shares: &[f64], tolerance: f64| -> Vec<(f64, f64)> {
             shares.iter().map(|share| (solved(share * deepest_m), tolerance)).collect()
         };
+        let all = ASIDE.map(|(share, _)| share);
+        let aside = match self.params.probe.shape {
+            ProbeShape::Flat => {
+                vec![(places, depths(&all, TOLERANCE)), (SHALLOW_PLACES * places, depths(&all[..SHALLOW_DEPTHS], TOLERANCE))]
+            }
+            _ => ASIDE.iter().map(|(share, times)| ((times * places as f64) as usize, depths(&[*share], TOLERANCE))).collect(),
+        };
         let disc = DiscPresses {
             centre: depths(&CENTRE, CENTRE_TOLERANCE),
-            aside: ASIDE.iter().map(|(share, times)| ((times * places as f64) as usize, depths(&[*share], TOLERANCE))).collect(),
+            aside,
             dents_m: DENTS.iter().map(|n| presses.fitted_m[*n]).collect(),
         };
         Targets::over(known, &top_nodes(&self.tissue), centre_m, f64::from(self.params.probe.radius_m), DISC_RADII, &disc)
