@@ -39,6 +39,7 @@
 #![no_std]
 #![cfg_attr(not(test), warn(clippy::default_numeric_fallback, clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+mod contact_map;
 mod fault;
 pub mod haptic;
 mod inertia;
@@ -54,6 +55,7 @@ pub mod stages;
 mod state;
 mod tick;
 
+pub use contact_map::ContactMap;
 pub use fault::{BuildError, ClampFlags, Fault};
 pub use inertia::{FIELDS, Gains, NodeStep};
 pub use memory::Memory;

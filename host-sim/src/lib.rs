@@ -10,6 +10,7 @@ use std::process::ExitCode;
 use self::command::Cli;
 
 pub mod command;
+mod contact_report;
 pub mod error;
 mod loop_figures;
 mod press_report;

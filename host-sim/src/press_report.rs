@@ -3,11 +3,13 @@
 use palpate::ClampFlags;
 use serde::Serialize;
 
+use crate::contact_report::{self, ContactSummary};
 use crate::error::Error;
 use palpate_charts::{self as charts, Probe, ProbeShape, Sample, Surface, TickTimes};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::moving::RampError;
 use palpate_tissue::output::OutputFolder;
+use palpate_tissue::press::contact::DeepestContact;
 use palpate_tissue::press::{Hold, Press};
 use palpate_tissue::scene::{Scene, Shape};
 use palpate_tissue::session::standing::Standing;
@@ -39,6 +41,9 @@ struct Summary<'a> {
     limiters: Vec<&'static str>,
     fault: Option<String>,
     state_hash: String,
+    /// Where the tip was deepest; absent unless it was asked for and something was touched.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    contact: Option<ContactSummary>,
     report: &'a Report,
 }
 
@@ -68,6 +73,7 @@ pub fn write(
     session: &Session,
     press: &Press,
     moving: &[RampError],
+    contact: Option<&DeepestContact>,
     vtu: bool,
 ) -> Result<(), Error> {
     trace_file::write(folder, press)?;
@@ -109,12 +115,14 @@ pub fn write(
         limiters: limiter_names(press.limiters),
         fault: press.fault.map(|f| f.to_string()),
         state_hash: format!("{:016x}", press.state_hash),
+        contact: contact.map(ContactSummary::of),
         report: &session.report,
     };
     let json = serde_json::to_string_pretty(&summary)
         .map_err(|e| TissueError::Write { path: "summary.json".into(), source: e.into() })?;
     folder.write("summary.json", format!("{json}\n").as_bytes())?;
-    draw(folder, scene, session, press)
+    draw(folder, scene, session, press)?;
+    contact.map_or(Ok(()), |contact| contact_report::write(folder, scene, session, contact))
 }
 
 fn limiter_names(limiters: ClampFlags) -> Vec<&'static str> {

@@ -40,6 +40,12 @@ impl Unit {
         Self { symbol, per_si, trims: true }
     }
 
+    /// kPa, or Pa where the largest of `pressures_pa` would show hardly any digits in kPa.
+    pub fn of_pressure(pressures_pa: impl IntoIterator<Item = f64>) -> Self {
+        let (symbol, per_si) = if largest(pressures_pa) < 10.0 { ("Pa", 1.0) } else { ("kPa", 1e-3) };
+        Self { symbol, per_si, trims: false }
+    }
+
     /// `si` for running text: three digits.
     pub fn say(&self, si: f64) -> String {
         let value = si * self.per_si;

@@ -12,6 +12,7 @@ mod axis;
 mod before_after;
 mod box_plot;
 mod canvas;
+mod contact;
 mod convergence;
 mod created_energy;
 mod decimate;
@@ -37,6 +38,7 @@ mod tick_time;
 
 pub use before_after::{PersonValue, Phase, before_after};
 pub use box_plot::{BoxCluster, BoxPlot, LabelledValues, box_plot};
+pub use contact::{Contact, contact};
 pub use convergence::{ConvergencePoint, convergence};
 pub use created_energy::{CreatedEnergy, EnergyRow, created_energy};
 pub use force_depth::force_depth;

@@ -148,7 +148,7 @@ impl Picture for SurfacePicture<'_> {
                 area.draw(&PathElement::new(points, line(color, width + extra)))?;
             }
         }
-        colour_bar(area, &self.scale, self.unit)?;
+        colour_bar(area, &self.scale, "displacement", self.unit)?;
         scale_bar(area, &view)
     }
 }

@@ -107,6 +107,7 @@ impl App {
         let moved_m = self.shape.moved_m(&frame.nodes_m).into_iter().fold(0.0, f32::max);
         serde_json::json!({
             "force_n": Vector3::from(frame.force_n).norm(), "along_n": Vector3::from(frame.along_n).norm(), "depth_m": frame.depth_m, "moved_m": moved_m,
+            "contact_m2": frame.map.as_ref().map(|map| map.area_m2), "peak_pa": frame.map.as_ref().map(|map| map.peak_pa),
             "mode": words::mode(frame.mode), "fault": words::fault(frame.fault), "limiters": words::limiters(frame.limiters),
             "ticks": frame.ticks, "dropped": frame.dropped, "ticks_per_s": frame.hz, "longest_tick_us": frame.worst_us,
             "frames_per_s": self.frames_per_s(), "first_touch_s": self.first_touch_s, "nodes": frame.nodes_m.len(),
@@ -252,7 +253,7 @@ impl App {
         mesh.add_triangle(0, 1, 2);
         mesh.add_triangle(0, 2, 3);
         painter.add(egui::Shape::mesh(mesh));
-        let shown = Shown { dark, ..self.controls.shown };
+        let shown = Shown { dark, most_pa: self.controls.stiffness_kpa * 1e3, ..self.controls.shown };
         view::draw(&painter, &lens, &self.shape, &self.frame, &shown);
         self.controls.legend(&painter, rect, dark);
         self.controls.marks(&painter, &lens, &self.shape);

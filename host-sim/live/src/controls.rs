@@ -69,7 +69,7 @@ impl Controls {
     /// As it was sent to the physics.
     #[must_use]
     pub fn new(choice: Choice, holding: Holding) -> Self {
-        let shown = Shown { colour: Colour::Displacement, springs: false, rim: false, dark: false, most_m: 4e-3 };
+        let shown = Shown { colour: Colour::Displacement, springs: false, rim: false, dark: false, most_m: 4e-3, most_pa: 3.5e3 };
         Self {
             nodule: choice.nodule,
             choice,
@@ -153,6 +153,7 @@ impl Controls {
         let ink = if dark { Color32::from_gray(225) } else { Color32::from_gray(50) };
         let (title, ends) = match self.shown.colour {
             Colour::Displacement => ("moved by, mm", ["0".into(), format!("{:.1}", self.shown.most_m * 1e3)]),
+            Colour::Pressure => ("pressure, kPa", ["0".into(), format!("{:.1}", self.stiffness_kpa)]),
             Colour::J => ("J, volume / rest volume", ["1".into(), format!("{LEAST_J}")]),
         };
         let bar = Rect::from_min_size(rect.left_top() + vec2(14.0, 30.0), vec2(150.0, 10.0));

@@ -4,7 +4,7 @@
 use palpate::Vector3;
 use palpate_tissue::mesh::surface;
 
-use crate::message::Body;
+use crate::message::{Body, Frame};
 
 type V = Vector3<f32>;
 
@@ -69,6 +69,21 @@ impl DrawnBody {
             }
         }
         now.iter().zip(rest).map(|(a, b)| if b == 0.0 { 1.0 } else { a / b }).collect()
+    }
+
+    /// Mean pressure on the skin around each node [Pa]; zero without a contact map.
+    #[must_use]
+    pub fn pressure_pa(&self, frame: &Frame) -> Vec<f32> {
+        let mut sums = vec![(0.0, 0.0); self.body.rest_m.len()];
+        let pressures = frame.map.iter().flat_map(|map| &map.pressure_pa);
+        for (corners, pressure_pa) in self.body.skin.iter().zip(pressures) {
+            for n in corners.map(usize::from) {
+                if let Some((sum, count)) = sums.get_mut(n) {
+                    (*sum, *count) = (*sum + pressure_pa, *count + 1.0);
+                }
+            }
+        }
+        sums.into_iter().map(|(sum, count)| if count > 0.0 { sum / count } else { 0.0 }).collect()
     }
 
     /// Distance of each node from its place at rest [m].

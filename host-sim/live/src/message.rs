@@ -15,6 +15,8 @@ pub enum Request {
     Aim(Option<[f64; 3]>),
     /// Other tissue, another device.
     Choose(Choice, Holding),
+    /// Whether frames shall have a contact map; none do at first.
+    Map(bool),
     /// Forget the fault.
     Clear,
     /// Start a recording.
@@ -119,6 +121,21 @@ pub struct Sample {
     pub tick_us: f32,
 }
 
+/// Contact map of a frame; zeros where nothing is touched.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+pub struct Contact {
+    /// Area [m^2].
+    pub area_m2: f32,
+    /// Centre of pressure [m].
+    pub centre_m: [f32; 3],
+    /// Half-axes of the ellipse [m].
+    pub half_axes_m: [[f32; 3]; 2],
+    /// Largest pressure [Pa].
+    pub peak_pa: f32,
+    /// Pressure on each triangle of the skin [Pa].
+    pub pressure_pa: Vec<f32>,
+}
+
 /// How it is now.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct Frame {
@@ -142,6 +159,8 @@ pub struct Frame {
     pub depth_m: f32,
     /// Centre of the contact [m].
     pub contact_m: [f32; 3],
+    /// Contact map, where it was asked for.
+    pub map: Option<Contact>,
     /// Since the last frame.
     pub samples: Vec<Sample>,
     /// Ticks run.

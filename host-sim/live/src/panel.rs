@@ -162,8 +162,11 @@ impl App {
     fn shown(&mut self, ui: &mut Ui) {
         ui.strong("View");
         ui.horizontal(|ui| {
-            ui.selectable_value(&mut self.controls.shown.colour, Colour::Displacement, "displacement");
-            ui.selectable_value(&mut self.controls.shown.colour, Colour::J, "J");
+            for (colour, name) in [(Colour::Displacement, "moved"), (Colour::J, "J"), (Colour::Pressure, "pressure")] {
+                if ui.selectable_label(self.controls.shown.colour == colour, name).clicked() {
+                    self.colour(colour);
+                }
+            }
             if ui.button("reset").clicked() {
                 self.camera.reset();
             }
@@ -176,6 +179,9 @@ impl App {
                 self.theme(&ctx);
             }
         });
+        if self.controls.shown.colour == Colour::Pressure {
+            ui.label(words::contact(self.frame.map.as_ref()));
+        }
     }
 
     fn exercise(&mut self, ui: &mut Ui) {

@@ -8,7 +8,7 @@ use palpate_loop::live::trace::{MOST_TICKS, Trace};
 use palpate_loop::live::{CLEAR_M, Choice, Holding, Live};
 use palpate_tissue::error::Error;
 
-use crate::message::{Answer, Body, Ended, Frame, Request, SILENCE_S, Sample};
+use crate::message::{Answer, Body, Contact, Ended, Frame, Request, SILENCE_S, Sample};
 
 /// Most ticks that are caught up with at once; the rest of a debt is dropped, and reported.
 pub const MOST_BEHIND: u64 = 60;
@@ -28,6 +28,8 @@ pub struct Physics {
     ticks: u64,
     dropped: u64,
     second: Second,
+    /// Frames have a contact map.
+    maps: bool,
     samples: Vec<Sample>,
     last: Frame,
 }
@@ -58,6 +60,7 @@ impl Physics {
             ticks: 0,
             dropped: 0,
             second: Second { from_s: now_s, ..Second::default() },
+            maps: false,
             samples: Vec::new(),
             last: Frame::default(),
         };
@@ -138,6 +141,7 @@ impl Physics {
                     }
                 }
             }
+            Request::Map(maps) => self.maps = maps,
             Request::Clear => self.live.ask(Ask::Clear),
             Request::Record => match self.live.record() {
                 Ok(()) => answer(Answer::Said("Recording: the loop arms anew, then press.".into())),
@@ -221,6 +225,7 @@ impl Physics {
     fn frame(&mut self) -> Frame {
         Frame {
             body: self.body,
+            map: self.maps.then(|| mapped(&mut self.live)),
             nodes_m: self.live.tissue().nodes().iter().map(|n| n.position_m().into()).collect(),
             samples: std::mem::take(&mut self.samples),
             ticks: self.ticks,
@@ -232,6 +237,12 @@ impl Physics {
             ..self.last.clone()
         }
     }
+}
+
+fn mapped(live: &mut Live) -> Contact {
+    let (map, pressure_pa) = live.contact();
+    let half_axes_m = [0, 1].map(|k| (map.axes[k] * map.half_lengths_m[k]).into());
+    Contact { area_m2: map.area_m2, centre_m: map.centre_m.into(), half_axes_m, peak_pa: map.peak_pressure_pa, pressure_pa }
 }
 
 /// Runs a trace again, here.

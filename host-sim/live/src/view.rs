@@ -17,6 +17,8 @@ pub enum Colour {
     Displacement,
     /// Volume over rest volume.
     J,
+    /// Pressure of the probe, with the ellipse of the contact.
+    Pressure,
 }
 
 /// Display options of the picture.
@@ -32,6 +34,8 @@ pub struct Shown {
     pub dark: bool,
     /// Displacement at the end of the scale [m].
     pub most_m: f32,
+    /// Pressure at the end of the scale [Pa].
+    pub most_pa: f32,
 }
 
 /// Compression at the end of the scale (1).
@@ -88,6 +92,9 @@ pub fn draw(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, sh
     if shown.rim {
         rim(painter, lens, shape, frame);
     }
+    if shown.colour == Colour::Pressure {
+        ellipse(painter, lens, frame);
+    }
     force(painter, lens, shape, frame, shown);
     facets.len()
 }
@@ -98,6 +105,7 @@ fn tissue(facets: &mut Vec<Facet>, lens: &Lens, shape: &DrawnBody, frame: &Frame
     let shares: Vec<f32> = match shown.colour {
         Colour::Displacement => shape.moved_m(&frame.nodes_m).iter().map(|m| m / shown.most_m).collect(),
         Colour::J => shape.j(&frame.nodes_m).iter().map(|j| (1.0 - j) / (1.0 - LEAST_J)).collect(),
+        Colour::Pressure => shape.pressure_pa(frame).iter().map(|pa| pa / shown.most_pa).collect(),
     };
     let light = lens.light();
     for (&corners, own) in shape.boundary.iter().zip(&normals) {
@@ -187,6 +195,17 @@ fn rim(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame) {
     };
     dots(&shape.body.anchors, Color32::from_rgb(40, 44, 52));
     dots(&shape.body.rim, Color32::from_rgb(200, 75, 30));
+}
+
+/// The ellipse of the contact, over whatever hides it.
+fn ellipse(painter: &Painter, lens: &Lens, frame: &Frame) {
+    let Some(map) = frame.map.as_ref().filter(|map| map.area_m2 > 0.0) else { return };
+    let [a, b] = map.half_axes_m.map(V::from);
+    let ring = (0..=48_u8).filter_map(|k| {
+        let turn = f32::from(k) * std::f32::consts::TAU / 48.0;
+        lens.project(&(V::from(map.centre_m) + a * turn.cos() + b * turn.sin())).map(|p| p.0)
+    });
+    painter.add(Drawn::line(ring.collect(), Stroke::new(2.0, Color32::from_rgb(190, 30, 20))));
 }
 
 /// How much of the way from `a` to `b` lies in the picture: a strong force keeps its head and its

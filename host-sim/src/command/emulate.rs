@@ -116,7 +116,7 @@ impl EmulateArgs {
                 .as_ref()
                 .map(|d| format!("tick {}: {} is {} on the board and {} here", d.tick, d.what, d.values[0], d.values[1])),
         };
-        press_report::write(&folder, &scene, &session, &press, &[], false)?;
+        press_report::write(&folder, &scene, &session, &press, &[], None, false)?;
         folder.write_json("emulated.json", &emulated)?;
         if self.timing {
             write_timing(&folder, &scene, &session, machine, &seen, &emulated)?;

@@ -5,11 +5,12 @@ use clap::Args;
 use super::Common;
 use super::progress::Spinner;
 use crate::error::Error;
-use crate::press_report;
+use crate::{contact_report, press_report};
 use palpate_tissue::budget::MACHINES;
 use palpate_tissue::machine::{PROFILE, processor};
 use palpate_tissue::moving::{Ramp, RampError};
 use palpate_tissue::output::OutputFolder;
+use palpate_tissue::press::contact::DeepestContact;
 use palpate_tissue::press::{self, Press};
 use palpate_tissue::reference_values;
 use palpate_tissue::scene::{Drive, Scene};
@@ -24,11 +25,15 @@ pub(super) struct PressArgs {
     /// Also write press_<k>.vtu for ParaView: the tissue at the end of hold k.
     #[arg(long)]
     vtu: bool,
+    /// Also write the contact map where the tip is deepest: contact.csv (pressure on each surface
+    /// triangle), a picture, and area, centre, axes and peak in summary.json.
+    #[arg(long)]
+    contact: bool,
 }
 
 impl Default for PressArgs {
     fn default() -> Self {
-        Self { common: Common { scene: "block".into(), out: None }, vtu: false }
+        Self { common: Common { scene: "block".into(), out: None }, vtu: false, contact: false }
     }
 }
 
@@ -40,13 +45,24 @@ impl PressArgs {
         // not before the scene is known to be good: bad input leaves nothing behind
         let folder = OutputFolder::open(&self.common.folder("press"))?;
         print_report(&scene, &session);
-        let press = with_progress(|progress| press::run(&scene, &session, progress))?;
+        let mut deepest = None;
+        let press = with_progress(|progress| {
+            press::run_seen(&scene, &session, progress, |model, tuned, state, row| {
+                if self.contact {
+                    DeepestContact::see(&mut deepest, model, tuned, state, row);
+                }
+            })
+        })?;
         let moving = judge_ramps(&ramps, &session)?;
-        press_report::write(&folder, &scene, &session, &press, &moving, self.vtu)?;
+        press_report::write(&folder, &scene, &session, &press, &moving, deepest.as_ref(), self.vtu)?;
         print_holds(&scene, &press);
         print_moving(&moving);
+        if self.contact {
+            println!("\ncontact   {}", contact_report::sentence(deepest.as_ref()));
+        }
         let out = folder.publish()?;
-        println!("\nwrote {}: summary.json, trace.csv, surface_*.csv, pictures as SVG and PNG", out.display());
+        let map = if deepest.is_some() { " contact.csv," } else { "" };
+        println!("\nwrote {}: summary.json, trace.csv, surface_*.csv,{map} pictures as SVG and PNG", out.display());
         Ok(press.check(&scene.drive)?)
     }
 }

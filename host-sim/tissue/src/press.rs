@@ -3,9 +3,10 @@
 //! One tick follows the other without waiting; the tick's own CPU time is what is held against the
 //! millisecond.
 
+pub mod contact;
 mod promise;
 
-use palpate::{ClampFlags, Fault, Output, Probe, ProbePose, State, Vector3, tick};
+use palpate::{ClampFlags, Fault, Model, Output, Probe, ProbePose, State, Tuned, Vector3, tick};
 
 use crate::clock::thread_time;
 use crate::error::Error;
@@ -100,7 +101,20 @@ enum Tips {
 ///
 /// # Errors
 /// A model or parameters that the core refuses to build.
-pub fn run(scene: &Scene, session: &Session, mut progress: impl FnMut(usize)) -> Result<Press, Error> {
+pub fn run(scene: &Scene, session: &Session, progress: impl FnMut(usize)) -> Result<Press, Error> {
+    run_seen(scene, session, progress, |_, _, _, _| ())
+}
+
+/// Runs a scene; `see` looks at the state after every tick.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_seen(
+    scene: &Scene,
+    session: &Session,
+    mut progress: impl FnMut(usize),
+    mut see: impl FnMut(&Model, &Tuned, &mut State, &TickRow),
+) -> Result<Press, Error> {
     let model = session.patch.wide_model();
     let mut memory = Memory::for_model(&model);
     let (tuned, mut state) = memory.start(&model, &session.params)?;
@@ -150,6 +164,7 @@ pub fn run(scene: &Scene, session: &Session, mut progress: impl FnMut(usize)) ->
         press.deadline_misses += usize::from(tick_us > BUDGET_US);
         press.limiters.set(output.limiters);
         press.fault = output.fault;
+        see(&model, &tuned, &mut state, &row);
         if let Some(n) = hold_ends {
             press.holds.push(hold(&model, &session.params.probe, &state, targets[n], force_n, &row));
         }
@@ -168,7 +183,7 @@ pub fn clear_m(scene: &Scene, session: &Session) -> f64 {
 }
 
 /// Returns the record of a hold's end.
-pub fn hold(model: &palpate::Model, probe: &Probe, state: &State, target: f64, force_n: f64, row: &TickRow) -> Hold {
+pub fn hold(model: &Model, probe: &Probe, state: &State, target: f64, force_n: f64, row: &TickRow) -> Hold {
     let (min_j, volume_change_pct) = measure::volumes(model, state);
     let displacement_m = measure::displacements(model, state);
     let mut surface_displacement_m = displacement_m.clone();

@@ -2,6 +2,7 @@
 
 mod bad_input_says_what_where_how;
 mod bad_terms_say_what_where_how;
+mod contact_map_is_written;
 mod drives_reach_their_targets;
 mod every_preset_presses;
 mod every_scene_key_acts;

@@ -1,6 +1,7 @@
 //! The physics of a tick: energies, momentum, rest, allocation, against an oracle in double
 //! precision and frozen force traces.
 
+mod contact_map;
 mod docs_name_the_thing;
 mod energy_never_grows;
 mod friction;

@@ -7,7 +7,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use palpate::stages::probe::ProbePose;
-use palpate::{NodeStep, State, TetShapes, Vector3, tick};
+use palpate::{ContactMap, NodeStep, State, TetShapes, Vector3, tick};
 use palpate_lab::methods::{Block, Method};
 use palpate_tests::bench::{Bench, at_depth};
 
@@ -54,6 +54,7 @@ fn build_reset_and_ticks_allocate_nothing() {
     let mut nodes = vec![palpate::Node::ZERO; model.nodes.len()];
     let mut candidates = vec![0; model.triangles.len()];
     let mut shapes = vec![TetShapes::ZERO; TetShapes::count(&model)];
+    let mut pressure_pa = vec![0.0; model.triangles.len()];
     let mut node_step = vec![NodeStep::ZERO; model.nodes.len()];
     let (count, touched) = allocations(|| {
         let tuned = bench.params.build(&model, &mut node_step).unwrap();
@@ -65,6 +66,7 @@ fn build_reset_and_ticks_allocate_nothing() {
             let depth_m = if n % 1000 < 700 { 1e-5 * f32::from(n % 1000) - 5e-4 } else { -0.05 };
             touched +=
                 usize::from(tick(&model, &tuned, &mut state, ProbePose { tip_m: at_depth(depth_m) }).normal != Vector3::zeros());
+            ContactMap::read(&model, &tuned, &mut state, &mut pressure_pa);
         }
         assert!(state.fault().is_none());
         // faults, refusals and reset

@@ -20,7 +20,7 @@ use palpate_fit::reference::shape::TetRule;
 use palpate_tissue::scene::Shape;
 
 /// Radius of the standard hemisphere [m].
-const RADIUS_M: f64 = 0.008;
+pub const RADIUS_M: f64 = 0.008;
 
 fn tissue(poisson_ratio: f64) -> Material {
     Material { poisson_ratio, stiffening_b: 0.0, inclusions: vec![] }
@@ -28,7 +28,7 @@ fn tissue(poisson_ratio: f64) -> Material {
 
 /// The preset block, a quarter of it with `nodes` corner nodes, fine within `fine_radius_m` of its
 /// centre.
-fn standard_block(nodes: usize, fine_radius_m: f64) -> BlockCase {
+pub fn standard_block(nodes: usize, fine_radius_m: f64) -> BlockCase {
     BlockCase {
         size_m: [0.08, 0.08, 0.04],
         place_m: [0.0; 2],
@@ -41,7 +41,7 @@ fn standard_block(nodes: usize, fine_radius_m: f64) -> BlockCase {
 }
 
 /// A probe above a block, not yet touching.
-fn above(block: &BlockBody, shape: Shape, radius_m: f64) -> Press<'_> {
+pub fn above(block: &BlockBody, shape: Shape, radius_m: f64) -> Press<'_> {
     let probe = RigidProbe::new(shape, radius_m, block.place_m, Vector3::z());
     Press::new(&block.body, probe, block.place_m).expect("a small factor fits into memory")
 }

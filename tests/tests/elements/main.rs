@@ -1,6 +1,7 @@
 //! Meshes and finite elements.
 
 mod block_mesh;
+mod contact_map;
 mod dynamic_truth;
 mod far_field;
 mod fem_reference;

@@ -30,7 +30,7 @@ use nalgebra::Vector3;
 #[cfg(not(target_os = "none"))]
 pub(super) use energy::store;
 pub use points::point_weights;
-use points::{Four, NINE, Nine, Points};
+pub(crate) use points::{Four, NINE, Nine, Points};
 
 use super::friction::{self, Touch};
 use super::relaxation;
@@ -92,7 +92,7 @@ pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32
 
 /// Sums the pushes at the nodes; if `STIFFENED`, half of every node's factor is in `node.p`.
 #[inline(always)]
-pub(super) fn push<const STIFFENED: bool>(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> Load {
+pub(crate) fn push<const STIFFENED: bool>(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> Load {
     let centre = centre_m(&tuned.probe, tip_m);
     let mut load = Load::NONE;
     match model.points_per_triangle() == NINE.len() {
@@ -322,7 +322,7 @@ fn implicit_relaxing(
 /// than 30 degrees. A probe that entered elsewhere would push such a surface out of the tissue and
 /// be pulled into it. A full sphere has no handle.
 #[inline(always)]
-fn turned_away([a, b, c]: [Vector3<f32>; 3], lift: Vector3<f32>, probe: &Probe) -> bool {
+pub(crate) fn turned_away([a, b, c]: [Vector3<f32>; 3], lift: Vector3<f32>, probe: &Probe) -> bool {
     let normal = (b - a).cross(&(c - a));
     let up = normal.dot(&probe.axis);
     let down = up < 0.0 && 4.0 * (up * up) > normal.dot(&normal) && probe.shape != ProbeShape::Sphere;
@@ -343,7 +343,7 @@ pub(crate) fn touches(model: &Model, tuned: &Tuned, state: &State, tip_m: Vector
 }
 
 /// Centre of the sphere, or of the flat end [m].
-fn centre_m(probe: &Probe, tip_m: Vector3<f32>) -> Vector3<f32> {
+pub(crate) fn centre_m(probe: &Probe, tip_m: Vector3<f32>) -> Vector3<f32> {
     match probe.shape {
         ProbeShape::Flat => tip_m,
         ProbeShape::Hemisphere | ProbeShape::Sphere => tip_m + probe.axis * probe.radius_m,
@@ -353,7 +353,7 @@ fn centre_m(probe: &Probe, tip_m: Vector3<f32>) -> Vector3<f32> {
 /// Depth of a point inside the probe [m] and the unit vector that leads it out; `d` is the point
 /// relative to the probe's centre [m].
 #[inline(always)]
-fn penetration(probe: &Probe, shaft: bool, mut d: Vector3<f32>) -> Option<(f32, Vector3<f32>)> {
+pub(crate) fn penetration(probe: &Probe, shaft: bool, mut d: Vector3<f32>) -> Option<(f32, Vector3<f32>)> {
     let r = probe.radius_m;
     let along = d.dot(&probe.axis);
     match probe.shape {

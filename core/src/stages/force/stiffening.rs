@@ -49,9 +49,7 @@ pub(super) fn accumulate(
         node.p = 0.0;
     }
     gravity::weigh(model, tuned, state);
-    spring::store(model, tuned, state);
-    foundation::store(model, tuned, state, tip_m);
-    stiffen(model, tuned, state);
+    measure(model, tuned, state, tip_m);
     spring::pull_stiffened(model, tuned, state);
     let mut load = foundation::push::<true>(model, tuned, state, tip_m);
     if tuned.terms.volume {
@@ -65,6 +63,14 @@ pub(super) fn accumulate(
     }
     foundation::answer(model, tuned, state, tip_m, velocity_m_per_s, &mut load);
     load
+}
+
+/// Half of every node's factor, in `node.p`, which must be zero before.
+#[inline(always)]
+pub(crate) fn measure(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) {
+    spring::store(model, tuned, state);
+    foundation::store(model, tuned, state, tip_m);
+    stiffen(model, tuned, state);
 }
 
 /// Turns the energy over E at every node into half of its factor.

@@ -29,7 +29,7 @@ pub fn shaded(color: RGBColor, light: f64) -> RGBColor {
 }
 
 /// The colour scale with its ticks, at the right of the picture.
-pub fn colour_bar<DB: DrawingBackend>(area: &Area<DB>, scale: &Axis, unit: Unit) -> Drawn<DB> {
+pub fn colour_bar<DB: DrawingBackend>(area: &Area<DB>, scale: &Axis, quantity: &str, unit: Unit) -> Drawn<DB> {
     let most = scale.range.end;
     let (width, height) = area.dim_in_pixel();
     let left = width.cast_signed() - px(BAR_PX + MARGIN_PX);
@@ -60,7 +60,7 @@ pub fn colour_bar<DB: DrawingBackend>(area: &Area<DB>, scale: &Axis, unit: Unit)
         .axis_desc_style(text(LABEL_PX, INK, (HPos::Center, VPos::Center)))
         .y_labels(scale.ticks)
         .y_label_formatter(&|v| scale.label(*v))
-        .y_desc(format!("displacement [{}]", unit.symbol))
+        .y_desc(format!("{quantity} [{}]", unit.symbol))
         .draw()
 }
 

@@ -87,6 +87,19 @@ pub fn triangle_shape(at: [f64; 3]) -> [f64; 6] {
     values
 }
 
+/// Slopes of the 6-node triangle's shape functions along its first two volume coordinates, the
+/// third giving way.
+#[must_use]
+pub fn triangle_slopes(at: [f64; 3]) -> [[f64; 2]; 6] {
+    let mut slopes = [[0.0; 3]; 6];
+    for k in 0..3 {
+        let [i, j] = TRIANGLE_EDGES[k];
+        slopes[k][k] = 4.0 * at[k] - 1.0;
+        (slopes[3 + k][i], slopes[3 + k][j]) = (4.0 * at[j], 4.0 * at[i]);
+    }
+    slopes.map(|[a, b, c]| [a - c, b - c])
+}
+
 /// Shape functions of the 10-node tet.
 #[must_use]
 pub fn tet_shape(at: [f64; 4]) -> [f64; 10] {

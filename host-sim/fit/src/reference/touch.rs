@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::body::{Assembled, Body, Contact};
 use super::probe::Gap;
-use super::shape::{triangle_points, triangle_shape};
+use super::shape::{triangle_points, triangle_shape, triangle_slopes};
 
 /// Contact pressure over Young's modulus that few equilibria reach.
 const HIGHEST_PRESSURE: f64 = 3.0;
@@ -24,12 +24,26 @@ pub struct Touch {
     pub area_m2: f64,
 }
 
+/// Pressure of the probe around a point of the surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Pressed {
+    /// Place on the deformed surface [m].
+    pub at_m: Vector3<f64>,
+    /// Deformed area that it stands for, of the whole [m^2].
+    pub area_m2: f64,
+    /// Pressure there over Young's modulus (1).
+    pub pressure_over_e: f64,
+}
+
 /// A quadrature point of the surface that is inside the probe.
 pub(super) struct Point<'a> {
     /// Nodes of its triangle.
     pub nodes: &'a [u32; 6],
     /// Shape functions there.
     pub shape: &'a [f64; 6],
+    /// Which point of the rule it is, and the rule's share of the triangle.
+    rule: usize,
+    share: f64,
     /// Rest area that it stands for [m^2].
     area_m2: f64,
     gap: Gap,
@@ -128,6 +142,25 @@ impl Body {
         touch
     }
 
+    /// Returns the pressure at every quadrature point in contact, and so its area and its peak.
+    #[must_use]
+    pub fn pressed(&self, displacement_m: &[Vector3<f64>], contact: &Contact) -> Vec<Pressed> {
+        let slopes = triangle_points().map(|(at, _)| triangle_slopes(at));
+        let mut pressed = Vec::new();
+        self.each_touch(&self.touchable, displacement_m, contact, |point| {
+            let now = point.nodes.map(|n| self.mesh.nodes_m[n as usize] + displacement_m[n as usize]);
+            let along = |slopes: &[[f64; 2]; 6], k: usize| (0..6).map(|n| now[n] * slopes[n][k]).sum::<Vector3<f64>>();
+            let slopes = &slopes[point.rule];
+            let area_m2 = 0.5 * along(slopes, 0).cross(&along(slopes, 1)).norm() * point.share;
+            pressed.push(Pressed {
+                at_m: (0..6).map(|n| now[n] * point.shape[n]).sum(),
+                area_m2: area_m2 * self.copies,
+                pressure_over_e: point.push_m2().norm() / area_m2,
+            });
+        });
+        pressed
+    }
+
     /// Least distance of a triangle's nodes and quadrature points to the probe [m].
     pub(super) fn least_gap_m(&self, triangle: usize, displacement_m: &[Vector3<f64>], contact: &Contact) -> f64 {
         let now = self.mesh.triangles[triangle].map(|n| self.mesh.nodes_m[n as usize] + displacement_m[n as usize]);
@@ -150,11 +183,19 @@ impl Body {
             let rest = nodes.map(|n| self.mesh.nodes_m[n as usize]);
             let area = 0.5 * (rest[1] - rest[0]).cross(&(rest[2] - rest[0])).norm();
             let now: [Vector3<f64>; 6] = std::array::from_fn(|k| rest[k] + displacement_m[nodes[k] as usize]);
-            for (shape, share) in &rule {
+            for (number, (shape, share)) in rule.iter().enumerate() {
                 let x = (0..6).map(|k| now[k] * shape[k]).sum::<Vector3<f64>>();
                 let gap = contact.probe.gap(&x);
                 if gap.gap_m < 0.0 {
-                    each(&Point { nodes, shape, area_m2: share * area, gap, penalty_per_m: contact.penalty_per_m });
+                    each(&Point {
+                        nodes,
+                        shape,
+                        rule: number,
+                        share: *share,
+                        area_m2: share * area,
+                        gap,
+                        penalty_per_m: contact.penalty_per_m,
+                    });
                 }
             }
         }

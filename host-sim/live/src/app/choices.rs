@@ -99,8 +99,17 @@ impl App {
     }
 
     pub(crate) fn recolour(&mut self) {
-        let colour = &mut self.controls.shown.colour;
-        *colour = if *colour == Colour::J { Colour::Displacement } else { Colour::J };
+        self.colour(match self.controls.shown.colour {
+            Colour::Displacement => Colour::J,
+            Colour::J => Colour::Pressure,
+            Colour::Pressure => Colour::Displacement,
+        });
+    }
+
+    /// Colours by another quantity; the contact map is asked for where it is shown.
+    pub(crate) fn colour(&mut self, colour: Colour) {
+        self.controls.shown.colour = colour;
+        self.link.send(Request::Map(colour == Colour::Pressure));
     }
 
     pub(crate) fn theme(&mut self, ctx: &egui::Context) {

@@ -286,3 +286,26 @@ fn a_hold_of_beef_fades_and_a_slide_on_skin_drags() {
     screen.frames(30);
     assert_eq!(along_n(&screen), Vector3::zeros(), "{}", screen.app.numbers());
 }
+
+#[test]
+fn the_contact_map_comes_when_its_colour_is_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = Screen::block(folder.path());
+    screen.button(true);
+    screen.frames(80);
+    assert!(screen.force_n() > 0.05 && screen.app.frame.map.is_none(), "{}", screen.app.numbers());
+    // J, then pressure
+    (0..2).for_each(|_| screen.key(Key::J, Modifiers::NONE));
+    screen.frames(2);
+    let map = screen.app.frame.map.clone().unwrap();
+    let mean_pa = screen.force_n() / map.area_m2;
+    assert!(map.peak_pa > mean_pa && map.peak_pa < 4.0 * mean_pa, "{mean_pa} Pa on average: {}", screen.app.numbers());
+    let most_pa = screen.app.shape.pressure_pa(&screen.app.frame).into_iter().fold(0.0, f32::max);
+    assert!(most_pa > 0.3 * map.peak_pa && screen.app.panel_fits, "{most_pa} Pa at a node: {}", screen.app.numbers());
+    screen.button(false);
+    screen.frames(40);
+    assert_eq!(screen.app.frame.map.as_ref().map(|map| map.area_m2), Some(0.0), "{}", screen.app.numbers());
+    screen.key(Key::J, Modifiers::NONE);
+    screen.frames(2);
+    assert!(screen.app.frame.map.is_none());
+}

@@ -3,7 +3,7 @@
 use palpate::haptic::cycle::{Ask, Command, Cycle, Settings, Telemetry};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed};
 use palpate::haptic::mode::Mode;
-use palpate::{Params, Vector3};
+use palpate::{ContactMap, Params, Vector3};
 
 use super::choice::{Choice, axis};
 use super::device::{Holding, Port};
@@ -115,6 +115,12 @@ impl Live {
     #[must_use]
     pub fn tissue(&self) -> &LiveTissue {
         &self.tissue
+    }
+
+    /// Contact map after the last tick, with the pressure on each surface triangle [Pa].
+    #[must_use]
+    pub fn contact(&mut self) -> (ContactMap, Vec<f32>) {
+        self.tissue.contact()
     }
 
     /// Returns the limits of the device.

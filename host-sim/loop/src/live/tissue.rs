@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use palpate::haptic::cycle::Renderer;
 use palpate::{
-    Bristle, BuildError, FIELDS, Faded, Fault, Gains, Node, NodeStep, Output, Params, Parked, ProbePose, State, TetShapes, tick,
+    Bristle, BuildError, ContactMap, FIELDS, Faded, Fault, Gains, Node, NodeStep, Output, Params, Parked, ProbePose, State,
+    TetShapes, tick,
 };
 
 use crate::closed_loop::watch::{RestShape, RestSolid};
@@ -92,6 +93,23 @@ impl LiveTissue {
         params.retune(&model, &mut tuned);
         (self.gains, self.params) = (tuned.gains(), params);
         Ok(())
+    }
+
+    /// Contact map after the last tick, with the pressure on each surface triangle [Pa]; no tick
+    /// differs by it.
+    #[must_use]
+    pub fn contact(&mut self) -> (ContactMap, Vec<f32>) {
+        let Self { patch, params, nodes, candidates, shapes, node_step, gains, faded, bristles, held, .. } = self;
+        let model = patch.wide_model();
+        let tuned = params.derive(node_step, *gains);
+        let mut pressure_pa = vec![0.0; model.triangles.len()];
+        let state = State::resume(&model, nodes, candidates, shapes, *held).and_then(|state| state.with_relaxation(faded));
+        // sizes were checked when it was built
+        let map = state.map_or(ContactMap::NONE, |state| {
+            let mut state = state.with_friction(bristles);
+            ContactMap::read(&model, &tuned, &mut state, &mut pressure_pa)
+        });
+        (map, pressure_pa)
     }
 
     /// Hash of all positions and velocities.

@@ -12,7 +12,7 @@ const FOUR: [[f32; 3]; 4] = [
 
 /// Barycentric weights of nine points: centroids of the triangle's nine equal parts, first those
 /// that point its way.
-pub(super) const NINE: [[f32; 3]; 9] = [
+pub(crate) const NINE: [[f32; 3]; 9] = [
     [7.0 / 9.0, 1.0 / 9.0, 1.0 / 9.0],
     [1.0 / 9.0, 7.0 / 9.0, 1.0 / 9.0],
     [1.0 / 9.0, 1.0 / 9.0, 7.0 / 9.0],
@@ -35,15 +35,15 @@ const SIXTH: f32 = 1.0 / 6.0;
 const NINTH: f32 = 1.0 / 9.0;
 
 /// The points of a triangle.
-pub(super) trait Points<const Q: usize> {
+pub(crate) trait Points<const Q: usize> {
     /// A quantity at the points, from its values at the corners: the weights with fewer operations.
     fn at<T: Copy + core::ops::Add<Output = T> + core::ops::Mul<f32, Output = T>>(corners: [T; 3]) -> [T; Q];
     /// Distributes a force at the points to the corners: the transpose of `at`.
     fn shared<T: Copy + core::ops::Add<Output = T> + core::ops::Mul<f32, Output = T>>(on: [T; Q]) -> [T; 3];
 }
 
-pub(super) struct Four;
-pub(super) struct Nine;
+pub(crate) struct Four;
+pub(crate) struct Nine;
 
 impl Points<4> for Four {
     #[inline(always)]

@@ -1,0 +1,147 @@
+//! The contact map: its force is the tick's, no tick differs by it, nothing touched is an empty
+//! map, and it lies where the push is.
+
+use palpate::{ContactMap, Output, Params, ProbePose, ProbeShape, PronyTerm, Vector3, tick};
+use palpate_tests::bench::{Bench, at_depth};
+
+/// Ticks from 1 mm above the surface to `depth_m`, and of the hold there.
+const TICKS: usize = 700;
+
+/// Tip in a tick of a press to a depth.
+fn tip_m(depth_m: f32, n: usize) -> Vector3<f32> {
+    at_depth((2e-5 * n as f32 - 1e-3).min(depth_m))
+}
+
+/// End of a hold: the tick, the map, the pressures, the deformed corners of every triangle.
+fn held(bench: &Bench, depth_m: f32) -> (Output, ContactMap, Vec<f32>, Vec<[Vector3<f32>; 3]>) {
+    let model = bench.patch.wide_model();
+    let mut memory = bench.memory();
+    let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
+    let mut last = Output::NONE;
+    for n in 0..TICKS {
+        last = tick(&model, &tuned, &mut state, ProbePose { tip_m: tip_m(depth_m, n) });
+        assert_eq!(last.fault, None);
+    }
+    let mut pressure_pa = vec![f32::NAN; model.triangles.len()];
+    let map = ContactMap::read(&model, &tuned, &mut state, &mut pressure_pa);
+    let corners = model.triangles.iter().map(|t| t.node.map(|n| state.nodes()[usize::from(n)].position_m())).collect();
+    (last, map, pressure_pa, corners)
+}
+
+fn area_m2([a, b, c]: &[Vector3<f32>; 3]) -> Vector3<f32> {
+    (b - a).cross(&(c - a)) * 0.5
+}
+
+fn relaxing(p: &mut Params) {
+    p.relaxation[0] = PronyTerm { share: 0.4, time_s: 0.1 };
+    p.relaxation[1] = PronyTerm { share: 0.2, time_s: 2.0 };
+}
+
+/// Tissues and probes that the foundation treats differently.
+fn kinds() -> Vec<(&'static str, Bench)> {
+    let damped = |p: &mut Params| (p.node_damping_per_s, p.substeps) = (60.0, 2);
+    let block = || Bench::block(230).with(damped);
+    vec![
+        ("hemisphere", block()),
+        ("nine points", Bench::with_nine_points(230).with(damped)),
+        ("calibrated", Bench::calibrated(410)),
+        ("sphere", block().with(|p| p.probe.shape = ProbeShape::Sphere)),
+        ("flat", block().with(|p| p.probe.shape = ProbeShape::Flat)),
+        ("relaxing", block().with(relaxing)),
+        ("stiffening", block().with(|p| (p.stiffening_b, p.substeps) = (5.0, 4))),
+        ("both", block().with(|p| (p.stiffening_b, p.substeps) = (5.0, 4)).with(relaxing)),
+        ("rubbing", block().with(|p| p.friction = 0.4).with(relaxing)),
+    ]
+}
+
+#[test]
+fn a_hold_has_the_ticks_force() {
+    // where the probe rubs, the tick tells push and friction in one
+    for (kind, bench) in kinds().into_iter().filter(|(_, bench)| bench.params.friction == 0.0) {
+        let (output, map, pressure_pa, corners) = held(&bench, 2e-3);
+        let push_n = output.force_n;
+        // what relaxes fades within the tick
+        let share = if bench.params.relaxation[0].share > 0.0 { 2e-3 } else { 1e-4 };
+        assert!((map.force_n - push_n).norm() < share * push_n.norm(), "{kind}: {} for {push_n}", map.force_n);
+        assert!((map.centre_m - output.point_m).xy().norm() < 1e-3, "{kind}: {} for {}", map.centre_m, output.point_m);
+        // pushes fan out under a ball, and at the rounded edge of a flat end
+        let sum_n: f32 = pressure_pa.iter().zip(&corners).map(|(p, c)| p * area_m2(c).norm()).sum();
+        assert!((0.9999..1.15).contains(&(sum_n / map.force_n.norm())), "{kind}: {sum_n} N for {}", map.force_n);
+        // along their own normals pressures push as the probe's do, but for the facets' angles,
+        // which are steep at the edge of a flat end
+        let along_n: f32 = pressure_pa.iter().zip(&corners).map(|(p, c)| p * area_m2(c).z).sum();
+        let most = if bench.params.probe.shape == ProbeShape::Flat { 0.15 } else { 0.05 };
+        assert!((along_n / map.force_n.z - 1.0).abs() < most, "{kind}: {along_n} N for {}", map.force_n);
+        assert_eq!(map.peak_pressure_pa, pressure_pa.iter().copied().fold(0.0, f32::max), "{kind}");
+        assert_eq!(usize::from(map.triangles), pressure_pa.iter().filter(|p| **p > 0.0).count(), "{kind}");
+    }
+}
+
+#[test]
+fn no_tick_differs_by_a_map() {
+    for (kind, bench) in kinds() {
+        let model = bench.patch.wide_model();
+        let [hash, again] = [false, true].map(|maps| {
+            let mut memory = bench.memory();
+            let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
+            let (mut touched, mut mapped) = (0, 0);
+            // down, a slide, away, and back
+            for n in 0..900_usize {
+                let tip_m =
+                    tip_m(2e-3, n.min(300)) + Vector3::x() * (1e-5 * n as f32) + Vector3::z() * if n > 600 { 4e-3 } else { 0.0 };
+                let output = tick(&model, &tuned, &mut state, ProbePose { tip_m });
+                touched += usize::from(output.normal != Vector3::zeros());
+                if maps {
+                    let map = ContactMap::read(&model, &tuned, &mut state, &mut []);
+                    // what the tick has thrown off the probe pushes no more
+                    assert!(map == ContactMap::NONE || state.in_contact(), "{kind}, tick {n}");
+                    mapped += usize::from(map != ContactMap::NONE);
+                }
+            }
+            assert!(touched > 300 && (!maps || mapped * 20 > touched * 19), "{kind}: {mapped} maps of {touched} ticks");
+            state.hash()
+        });
+        assert_eq!(hash, again, "{kind}");
+    }
+}
+
+#[test]
+fn nothing_touched_is_an_empty_map() {
+    let bench = Bench::block(130);
+    let model = bench.patch.wide_model();
+    let mut memory = bench.memory();
+    let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
+    let mut pressure_pa = vec![f32::NAN; model.triangles.len()];
+    let mut empty = |state: &mut palpate::State, when: &str| {
+        pressure_pa.fill(f32::NAN);
+        assert_eq!(ContactMap::read(&model, &tuned, state, &mut pressure_pa), ContactMap::NONE, "{when}");
+        assert!(pressure_pa.iter().all(|p| *p == 0.0), "{when}: {pressure_pa:?}");
+    };
+    empty(&mut state, "before the first tick");
+    tick(&model, &tuned, &mut state, ProbePose { tip_m: at_depth(-1e-3) });
+    empty(&mut state, "above");
+    (0..200).for_each(|n| _ = tick(&model, &tuned, &mut state, ProbePose { tip_m: tip_m(2e-3, n) }));
+    assert!(state.in_contact());
+    tick(&model, &tuned, &mut state, ProbePose { tip_m: Vector3::repeat(f32::NAN) });
+    assert!(state.fault().is_some());
+    empty(&mut state, "after a fault");
+}
+
+#[test]
+fn the_centre_follows_place_and_tilt() {
+    let bench = Bench::block(410).with(|p| p.substeps = 2);
+    let model = bench.patch.wide_model();
+    let mut memory = bench.memory();
+    let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
+    let to_m = Vector3::new(5e-3, -3e-3, 0.0);
+    (0..TICKS).for_each(|n| _ = tick(&model, &tuned, &mut state, ProbePose { tip_m: tip_m(2e-3, n) + to_m }));
+    let map = ContactMap::read(&model, &tuned, &mut state, &mut []);
+    assert!((map.centre_m - to_m).xy().norm() < 2e-4, "{}", map.centre_m);
+    // a flat end that leans: its edge toward +x is the deeper one
+    for lean in [0.05_f32, -0.05] {
+        let flat =
+            bench.clone().with(|p| (p.probe.shape, p.probe.axis) = (ProbeShape::Flat, Vector3::new(lean, 0.0, 1.0).normalize()));
+        let (_, map, ..) = held(&flat, 1e-3);
+        assert!(map.centre_m.x * lean.signum() > 5e-4 && map.centre_m.y.abs() < 2e-4, "{lean}: {}", map.centre_m);
+    }
+}
