@@ -4,7 +4,7 @@ use palpate::Params;
 use palpate_fit::calibrate::places::sunflower;
 use palpate_fit::calibrate::targets::PlaceTarget;
 use palpate_fit::calibrate::{
-    DentTarget, ForceTarget, GluedTarget, Objective, Round, Sweep, Targets, Unknowns, annealing, gauss_newton,
+    DentTarget, ForceTarget, GluedTarget, Objective, Round, Settings, Sweep, Targets, Unknowns, annealing, gauss_newton,
 };
 use palpate_fit::statics::{Solver, Statics, Vector};
 use palpate_tissue::mesh::{BlockSpec, block};
@@ -91,11 +91,15 @@ fn check_record(objective: &mut Objective, rounds: &[Round], most_evaluations: u
     sweep
 }
 
+fn rounds_of(rounds: usize) -> Settings {
+    Settings { rounds, ..Settings::default() }
+}
+
 #[test]
 fn gauss_newton_recovers_the_forces() {
     let case = Case::small();
     let mut objective = case.objective();
-    let rounds = gauss_newton::fit(&mut objective, 6, &mut |_| {}).unwrap();
+    let rounds = gauss_newton::fit(&mut objective, &rounds_of(6), &mut |_| {}).unwrap();
     let sweep = check_record(&mut objective, &rounds, 10);
     let worst = sweep.measurement.forces.iter().flatten().fold(0.0, |worst: f64, e| worst.max(e.abs()));
     assert!(rounds[0].force_rms_pct > 5.0, "nothing to recover: {:?}", rounds[0]);
@@ -168,7 +172,7 @@ fn glued_discs_are_fitted_with_the_presses_and_have_the_slope_of_the_cost() {
     case.targets.places.truncate(2);
     let worst = |sweep: &Sweep| sweep.measurement.glued.iter().fold(0.0, |worst: f64, e| worst.max(e.abs()));
     let mut objective = case.objective();
-    let rounds = gauss_newton::fit(&mut objective, 8, &mut |_| {}).unwrap();
+    let rounds = gauss_newton::fit(&mut objective, &rounds_of(8), &mut |_| {}).unwrap();
     let sweep = check_record(&mut objective, &rounds, 20);
     let (start, _) = case.objective().evaluate(&vec![0.0; case.unknowns.len()], false).unwrap();
     assert!(worst(&start) > 0.03, "nothing to fit: {:?}", start.measurement.glued);
