@@ -92,6 +92,9 @@ pub enum BuildError {
         /// Bits of the word.
         found: u32,
     },
+    /// The probe is a capsule or an ellipsoid, which this build leaves out: it has not the feature
+    /// `long-tips`.
+    NoSuchTip,
 }
 
 impl BuildError {
@@ -131,6 +134,12 @@ impl fmt::Display for BuildError {
             }
             Self::ReservedWord { found } => {
                 write!(f, "the patch has {found:08x} in a reserved word, which must be zero: pack it again")
+            }
+            Self::NoSuchTip => {
+                write!(
+                    f,
+                    "the probe is a capsule or an ellipsoid, which this build leaves out: take a hemisphere, sphere or flat"
+                )
             }
             Self::Misaligned => write!(f, "the patch does not start on a 4-byte boundary: align the buffer"),
         }

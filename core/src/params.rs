@@ -1,6 +1,7 @@
 //! Parameters in SI, as a user sets them ([`Params`]), and what the tick needs of them, derived
 //! once ([`Tuned`]).
 
+mod probe;
 mod prony;
 mod terms;
 
@@ -10,31 +11,10 @@ use crate::fault::BuildError;
 use crate::inertia::{Gains, NEIGHBOUR, NodeStep};
 use crate::model::{Model, Spring};
 use crate::smooth;
+pub use probe::{LONG_TIPS, Probe, ProbeShape};
 pub(crate) use prony::Prony;
 pub use prony::{MOST_TERMS, PronyTerm};
 pub use terms::Terms;
-
-/// Shape of the rigid probe.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ProbeShape {
-    /// A cylinder with a half-sphere at its tip: what a fingertip or a rounded tool is.
-    Hemisphere,
-    /// A full sphere.
-    Sphere,
-    /// A cylinder with a flat end.
-    Flat,
-}
-
-/// The probe. Its position everywhere is that of its **tip**, the point furthest along `-axis`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Probe {
-    /// Shape.
-    pub shape: ProbeShape,
-    /// Radius [m].
-    pub radius_m: f32,
-    /// Unit vector from the tip to the handle.
-    pub axis: Vector3<f32>,
-}
 
 /// Limits at the patch's edge. They can be lowered, never switched off.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -462,6 +442,8 @@ impl Params {
         for (parameter, value, min, max) in ranges {
             BuildError::within(parameter, value, min, max)?;
         }
+        #[cfg(feature = "long-tips")]
+        self.probe.check_shape()?;
         prony::check(self.relaxes(), self.tick_s)
     }
 }

@@ -6,8 +6,10 @@
 //! caller may change before [`Params::build`], Poisson's ratio and the probe's place excepted.
 //!
 //! A tissue that relaxes has shares and times after the arrays, a probe that rubs its coefficient
-//! after those, and a tissue that stiffens its exponent at the end, each with a bit in `terms` that
-//! says so: other files are what they were, and a reader that does not know the term refuses these.
+//! after those, and a tissue that stiffens its exponent, each with a bit in `terms` that says so. A
+//! probe that is a capsule or an ellipsoid has its direction and its lengths at the end, which its
+//! number in `probe_shape` says. Other files are what they were, and a reader that does not know
+//! the term or the shape refuses these.
 
 use bytemuck::{Pod, Zeroable};
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -48,6 +50,7 @@ struct Header {
     contact_damping: f32,
     substeps: u32,
     tick_s: f32,
+    /// 0 hemisphere, 1 sphere, 2 flat; 3 capsule and 4 ellipsoid, with a `Tip` at the end.
     probe_shape: u32,
     probe_radius_m: f32,
     probe_axis: [f32; 3],
@@ -64,6 +67,9 @@ struct Header {
 const HEADER: usize = size_of::<Header>();
 /// Share and time of each term of the relaxation.
 type Relaxation = [[f32; 2]; MOST_TERMS];
+/// Direction of a capsule or an ellipsoid and two lengths [m]: that of the capsule's segment and
+/// zero, or two semi-axes.
+type Tip = [f32; 5];
 const RELAXES: u32 = 1 << 4;
 const RUBS: u32 = 1 << 5;
 const STIFFENS: u32 = 1 << 6;
@@ -155,15 +161,27 @@ impl<'a> PatchFile<'a> {
             0 => 0.0,
             _ => value(&mut body)?,
         };
-        if !body.is_empty() {
-            return Err(BuildError::NotAPatch);
-        }
         let shape = match header.probe_shape {
             0 => ProbeShape::Hemisphere,
             1 => ProbeShape::Sphere,
             2 => ProbeShape::Flat,
+            #[cfg(feature = "long-tips")]
+            3 | 4 => {
+                let [x, y, z, a, b]: Tip = value(&mut body)?;
+                let along = Vector3::new(x, y, z);
+                match header.probe_shape {
+                    4 => ProbeShape::Ellipsoid { semi_axes_m: [a, b], along },
+                    _ if b == 0.0 => ProbeShape::Capsule { length_m: a, along },
+                    _ => return Err(BuildError::ReservedWord { found: b.to_bits() }),
+                }
+            }
+            #[cfg(not(feature = "long-tips"))]
+            3 | 4 => return Err(BuildError::NoSuchTip),
             _ => return Err(BuildError::NotAPatch),
         };
+        if !body.is_empty() {
+            return Err(BuildError::NotAPatch);
+        }
         let params = Params {
             youngs_modulus_pa: header.youngs_modulus_pa,
             poisson_ratio: header.poisson_ratio,
@@ -214,6 +232,16 @@ impl<'a> PatchFile<'a> {
         let relaxation = if relaxes { bytemuck::bytes_of(&relaxation) } else { &[] };
         let rubs = params.terms.friction && params.friction != 0.0;
         let friction = if rubs { bytemuck::bytes_of(&params.friction) } else { &[] };
+        let (probe_shape, tip) = match params.probe.shape {
+            ProbeShape::Hemisphere => (0, Tip::default()),
+            ProbeShape::Sphere => (1, Tip::default()),
+            ProbeShape::Flat => (2, Tip::default()),
+            #[cfg(feature = "long-tips")]
+            ProbeShape::Capsule { length_m, along } => (3, [along.x, along.y, along.z, length_m, 0.0]),
+            #[cfg(feature = "long-tips")]
+            ProbeShape::Ellipsoid { semi_axes_m: [a, b], along } => (4, [along.x, along.y, along.z, a, b]),
+        };
+        let tip: &[u8] = if probe_shape < 3 { &[] } else { bytemuck::bytes_of(&tip) };
         let mut header = Header {
             magic: MAGIC,
             version: VERSION,
@@ -235,11 +263,7 @@ impl<'a> PatchFile<'a> {
             contact_damping: params.contact_damping,
             substeps: u32::from(params.substeps),
             tick_s: params.tick_s,
-            probe_shape: match params.probe.shape {
-                ProbeShape::Hemisphere => 0,
-                ProbeShape::Sphere => 1,
-                ProbeShape::Flat => 2,
-            },
+            probe_shape,
             probe_radius_m: params.probe.radius_m,
             probe_axis: params.probe.axis.into(),
             max_speed_m_per_s: params.limits.max_speed_m_per_s,
@@ -263,6 +287,7 @@ impl<'a> PatchFile<'a> {
         digest.update(relaxation);
         digest.update(friction);
         digest.update(stiffening);
+        digest.update(tip);
         header.crc = digest.finalize();
         sink(bytemuck::bytes_of(&header));
         for (bytes, _) in sections(model) {
@@ -272,6 +297,7 @@ impl<'a> PatchFile<'a> {
         sink(relaxation);
         sink(friction);
         sink(stiffening);
+        sink(tip);
     }
 }
 

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 
 use crate::fault::ClampFlags;
 use crate::model::Model;
-use crate::params::{Probe, ProbeShape, Tuned};
+use crate::params::{Probe, Tuned};
 use crate::stages::force::foundation;
 use crate::stages::presence;
 use crate::stages::probe::Motion;
@@ -49,17 +49,15 @@ pub fn find(model: &Model, tuned: &Tuned, state: &mut State, motion: &mut Motion
 /// Box around the probe's displacement in the tick [m]. Hemisphere and flat reach along the axis:
 /// they carry a cylinder.
 fn reach(probe: &Probe, depth_limit_m: f32, motion: &Motion) -> (Vector3<f32>, Vector3<f32>) {
-    let r = probe.radius_m;
-    let length = match probe.shape {
-        ProbeShape::Sphere => 2.0 * r,
-        ProbeShape::Hemisphere | ProbeShape::Flat => 2.0 * r + depth_limit_m,
-    };
+    let diameter = 2.0 * probe.radius_m;
+    let length = if probe.shape.has_handle() { diameter + depth_limit_m } else { diameter };
     let mut low = Vector3::zeros();
     let mut high = Vector3::zeros();
     for k in 0..3 {
         let (from, to) = (motion.from_m[k], motion.to_m[k]);
         let (first, last) = if from < to { (from, to) } else { (to, from) };
         let along = probe.axis[k] * length;
+        let r = probe.half_width_m(k);
         low[k] = first - r + if along < 0.0 { along } else { 0.0 };
         high[k] = last + r + if along > 0.0 { along } else { 0.0 };
     }

@@ -75,15 +75,10 @@ impl Plane {
         (self.middle_m - point_m).dot(&self.normal)
     }
 
-    /// Depth of the probe's end, ball or disc, below the plane [m]: that of the tip where the plane
-    /// is normal to the axis.
+    /// Depth of the probe's end, whatever its shape, below the plane [m]: that of the tip where the
+    /// plane is normal to the axis.
     pub fn probe_depth_m(&self, probe: &Probe, tip_m: Vector3<f32>) -> f32 {
-        match probe.shape {
-            ProbeShape::Flat => self.depth_m(tip_m),
-            ProbeShape::Hemisphere | ProbeShape::Sphere => {
-                self.depth_m(tip_m) + probe.radius_m * (1.0 - probe.axis.dot(&self.normal))
-            }
-        }
+        self.depth_m(tip_m) + probe.below_tip_m(&self.normal)
     }
 
     /// Whether the probe at this tip is at the plane and near the triangle, with the tip on the
@@ -96,7 +91,7 @@ impl Plane {
             let square = arm_m.dot(&arm_m);
             longest = if square > longest { square } else { longest };
         }
-        let near_m = sqrt(longest) + probe.radius_m + SURFACE_M;
+        let near_m = sqrt(longest) + probe.reach_m() + SURFACE_M;
         self.depth_m(tip_m) <= SURFACE_M && self.probe_depth_m(probe, tip_m) >= -SURFACE_M && off_m.dot(&off_m) <= near_m * near_m
     }
 }

@@ -7,6 +7,7 @@ use std::vec::Vec;
 
 use super::*;
 use crate::lanes::vector;
+use crate::params::{LONG_TIPS, ProbeShape};
 use crate::stages::probe::{ProbePose, admit};
 use crate::state::Node;
 use crate::{NodeStep, PatchFile, TetShapes};
@@ -35,8 +36,17 @@ fn with_probes(mut check: impl FnMut(&Model, &Tuned, &mut State, Motion, &mut Nu
     let file = PatchFile::open(&BLOCK.0).unwrap();
     let model = &file.model;
     let mut numbers = Numbers(7);
-    for shape in [ProbeShape::Sphere, ProbeShape::Hemisphere, ProbeShape::Flat] {
+    let round = [ProbeShape::Sphere, ProbeShape::Hemisphere, ProbeShape::Flat];
+    let along = Vector3::zeros();
+    let long = [ProbeShape::Capsule { length_m: 7e-3, along }, ProbeShape::Ellipsoid { semi_axes_m: [6e-3, 3e-3], along }];
+    for shape in round.into_iter().chain(long.into_iter().filter(|_| LONG_TIPS)) {
         for axis in [Vector3::z(), Vector3::new(0.6, 0.0, 0.8), Vector3::new(-0.48, 0.64, -0.6), -Vector3::x(), Vector3::y()] {
+            let level = axis.cross(&Vector3::new(0.36, -0.48, 0.8)).normalize();
+            let shape = match shape {
+                ProbeShape::Capsule { length_m, .. } => ProbeShape::Capsule { length_m, along: level },
+                ProbeShape::Ellipsoid { semi_axes_m, .. } => ProbeShape::Ellipsoid { semi_axes_m, along: level },
+                round => round,
+            };
             let params = crate::Params { probe: Probe { shape, axis, radius_m: 4e-3 }, ..file.params };
             let mut node_step = vec![NodeStep::ZERO; model.nodes.len()];
             let tuned = params.build(model, &mut node_step).unwrap();
@@ -66,15 +76,28 @@ fn candidates_are_the_triangles_whose_box_meets_that_of_the_probe() {
             find(model, tuned, state, &mut motion);
             // a capsule or cylinder from the tip along the axis, at both ends of the motion
             let probe = &tuned.probe;
-            let beyond_m = if probe.shape == ProbeShape::Sphere { 0.0 } else { model.depth_limit_m };
+            let beyond_m = if probe.shape.has_handle() { model.depth_limit_m } else { 0.0 };
             let far = probe.axis * (2.0 * probe.radius_m + beyond_m);
-            let ends = [motion.from_m, motion.to_m, motion.from_m + far, motion.to_m + far];
+            let mut ends = vec![motion.from_m, motion.to_m, motion.from_m + far, motion.to_m + far];
+            // around each end a ball, at both ends of a capsule's segment; the corners of the box
+            // along its axes around an ellipsoid
+            let mut ball_m = probe.radius_m;
+            let mut both = |way: Vector3<f32>| ends = ends.iter().flat_map(|end| [end + way, end - way]).collect();
+            match probe.shape {
+                ProbeShape::Capsule { length_m, along } => both(along * (0.5 * length_m)),
+                ProbeShape::Ellipsoid { semi_axes_m: [a, b], along } => {
+                    both(along * a);
+                    both(probe.axis.cross(&along) * b);
+                    ball_m = 0.0;
+                }
+                _ => {}
+            }
             let expected: Vec<u16> = (0..model.triangles.len())
                 .filter(|n| {
                     let corners = model.triangles[*n].node.map(|c| vector(&state.nodes[usize::from(c)].x));
                     (0..3).all(|k| {
-                        let low = ends.iter().map(|e| e[k]).fold(f32::INFINITY, f32::min) - probe.radius_m;
-                        let high = ends.iter().map(|e| e[k]).fold(f32::NEG_INFINITY, f32::max) + probe.radius_m;
+                        let low = ends.iter().map(|e| e[k]).fold(f32::INFINITY, f32::min) - ball_m;
+                        let high = ends.iter().map(|e| e[k]).fold(f32::NEG_INFINITY, f32::max) + ball_m;
                         corners.iter().any(|c| c[k] >= low) && corners.iter().any(|c| c[k] <= high)
                     })
                 })

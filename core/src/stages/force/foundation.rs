@@ -24,6 +24,8 @@
 #[cfg(not(target_os = "none"))]
 mod energy;
 mod points;
+#[cfg(feature = "long-tips")]
+mod tip;
 
 use nalgebra::Vector3;
 
@@ -80,6 +82,8 @@ impl Load {
 /// ones took turns, and the depth limit with them.
 const KEPT: f32 = 1.25;
 const ZERO: Vector3<f32> = Vector3::new(0.0, 0.0, 0.0);
+#[cfg(feature = "long-tips")]
+const THIRD: f32 = 1.0 / 3.0;
 
 /// Pushes the surface out of the probe.
 // as with `integrate::advance`: inlined, it takes registers from what is around it
@@ -320,13 +324,22 @@ fn implicit_relaxing(
 /// Whether a triangle cannot be pressed from where the probe is: the point one radius above the
 /// tip, at `lift` from the probe's centre, is behind it, or it faces away from the handle by more
 /// than 30 degrees. A probe that entered elsewhere would push such a surface out of the tissue and
-/// be pulled into it. A full sphere has no handle.
+/// be pulled into it. Of a capsule the nearest point of the segment is asked, of an ellipsoid the
+/// way out; like a full sphere they have no handle.
 #[inline(always)]
 pub(crate) fn turned_away([a, b, c]: [Vector3<f32>; 3], lift: Vector3<f32>, probe: &Probe) -> bool {
     let normal = (b - a).cross(&(c - a));
     let up = normal.dot(&probe.axis);
-    let down = up < 0.0 && 4.0 * (up * up) > normal.dot(&normal) && probe.shape != ProbeShape::Sphere;
-    down || (a - lift).dot(&normal) > 0.0
+    let down = up < 0.0 && 4.0 * (up * up) > normal.dot(&normal) && probe.shape.has_handle();
+    #[cfg(not(feature = "long-tips"))]
+    let arm = a - lift;
+    #[cfg(feature = "long-tips")]
+    let arm = match probe.shape {
+        ProbeShape::Capsule { length_m, along } => tip::from_segment((a + b + c) * THIRD, length_m, along),
+        ProbeShape::Ellipsoid { semi_axes_m, along } => tip::slope_of_ellipsoid((a + b + c) * THIRD, probe, semi_axes_m, along),
+        _ => a - lift,
+    };
+    down || arm.dot(&normal) > 0.0
 }
 
 /// Whether any foundation point is inside the probe.
@@ -342,11 +355,11 @@ pub(crate) fn touches(model: &Model, tuned: &Tuned, state: &State, tip_m: Vector
     }
 }
 
-/// Centre of the sphere, or of the flat end [m].
+/// Centre of the sphere, capsule or ellipsoid, or of the flat end [m].
 pub(crate) fn centre_m(probe: &Probe, tip_m: Vector3<f32>) -> Vector3<f32> {
     match probe.shape {
         ProbeShape::Flat => tip_m,
-        ProbeShape::Hemisphere | ProbeShape::Sphere => tip_m + probe.axis * probe.radius_m,
+        _ => tip_m + probe.axis * probe.radius_m,
     }
 }
 
@@ -378,7 +391,13 @@ pub(crate) fn penetration(probe: &Probe, shaft: bool, mut d: Vector3<f32>) -> Op
         // above the half-sphere stands a cylinder where the tip went in; elsewhere the ball alone
         // touches
         ProbeShape::Hemisphere if along > 0.0 && shaft => d -= probe.axis * along,
-        ProbeShape::Hemisphere | ProbeShape::Sphere => {}
+        #[cfg(feature = "long-tips")]
+        ProbeShape::Capsule { length_m, along } => d = tip::from_segment(d, length_m, along),
+        #[cfg(feature = "long-tips")]
+        ProbeShape::Ellipsoid { semi_axes_m, along } => {
+            return tip::inside_ellipsoid(d, probe, semi_axes_m, along);
+        }
+        _ => {}
     }
     let square = d.dot(&d);
     if square >= r * r {

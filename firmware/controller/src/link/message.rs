@@ -135,6 +135,8 @@ pub enum Refusal {
     PatchCost,
     /// Its site, axis or depth limit does not lie on its own surface.
     PatchSite,
+    /// Its probe is a capsule or an ellipsoid, which the image leaves out.
+    PatchTip,
 }
 
 impl From<StoreError> for Refusal {
@@ -168,6 +170,7 @@ impl fmt::Display for Refusal {
             Self::FlashFailed => "the memory for the profile does not keep it: the one before still holds",
             Self::PatchCost => "a tick of the patch costs more than the board has: take a smaller patch or fewer substeps",
             Self::PatchSite => "site, axis or depth limit of the patch do not fit its surface: check them and pack it again",
+            Self::PatchTip => "the board's image has no capsule or ellipsoid: take a hemisphere, sphere or flat tip",
         })
     }
 }

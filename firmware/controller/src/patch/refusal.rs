@@ -10,6 +10,7 @@ impl From<BuildError> for Refusal {
         match error {
             BuildError::Checksum { .. } => Self::PatchDamaged,
             BuildError::NotAPatch => Self::PatchVersion,
+            BuildError::NoSuchTip => Self::PatchTip,
             BuildError::TooLarge { .. } | BuildError::LengthMismatch { .. } => Self::PatchTooLarge,
             BuildError::OutOfRange {
                 parameter: SUBSTEP | TICK | DASHPOT | step::FLOOR | step::SERIES | step::CONTACT, ..
@@ -36,6 +37,7 @@ mod tests {
         let refusals = [
             (BuildError::Checksum { expected: 1, found: 2 }, Refusal::PatchDamaged),
             (BuildError::NotAPatch, Refusal::PatchVersion),
+            (BuildError::NoSuchTip, Refusal::PatchTip),
             (size, Refusal::PatchTooLarge),
             (length, Refusal::PatchTooLarge),
             (range(SUBSTEP), Refusal::PatchStep),
