@@ -189,6 +189,8 @@ fn draw_surface(folder: &OutputFolder, scene: &Scene, session: &Session, hold: &
             Shape::Hemisphere => ProbeShape::Hemisphere,
             Shape::Sphere => ProbeShape::Sphere,
             Shape::Flat => ProbeShape::Flat,
+            Shape::Capsule { length_m, along } => ProbeShape::Capsule { length_m, along },
+            Shape::Ellipsoid { semi_axes_m, along } => ProbeShape::Ellipsoid { semi_axes_m, along },
         },
         radius_m: scene.probe.radius_m,
         tip_m: hold.tip_m.map(f64::from).into(),

@@ -59,6 +59,26 @@ pub enum Ended {
     Full,
 }
 
+/// End of the probe, as it is drawn.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
+pub enum Tip {
+    /// Half a ball, or a whole one.
+    #[default]
+    Ball,
+    /// The flat end of a cylinder.
+    Flat,
+    /// A ball drawn out by half of a length to either side.
+    Capsule {
+        /// Way from the middle to either end [m].
+        half_m: [f32; 3],
+    },
+    /// A whole ellipsoid.
+    Ellipsoid {
+        /// The two semi-axes that are not along the probe's axis [m].
+        semi_axes_m: [[f32; 3]; 2],
+    },
+}
+
 /// Data for drawing a patch; constant while it lives.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct Body {
@@ -84,8 +104,8 @@ pub struct Body {
     pub axis: [f32; 3],
     /// Probe radius [m].
     pub radius_m: f32,
-    /// Flat end, not a ball.
-    pub flat: bool,
+    /// What the tip is, and how wide.
+    pub tip: Tip,
     /// Deepest press that the patch answers [m].
     pub depth_limit_m: f32,
     /// Young's modulus that it began with [Pa].

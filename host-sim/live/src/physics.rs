@@ -1,14 +1,14 @@
 //! The loop beside the drawing: virtual time paced to real time, requests in, frames out.
 
-use palpate::ProbeShape;
 use palpate::Vector3;
 use palpate::haptic::cycle::Ask;
+use palpate::{Probe, ProbeShape};
 use palpate_loop::live::replay::{Replayed, replay, table};
 use palpate_loop::live::trace::{MOST_TICKS, Trace};
 use palpate_loop::live::{CLEAR_M, Choice, Holding, Live};
 use palpate_tissue::error::Error;
 
-use crate::message::{Answer, Body, Contact, Ended, Frame, Request, SILENCE_S, Sample};
+use crate::message::{Answer, Body, Contact, Ended, Frame, Request, SILENCE_S, Sample, Tip};
 
 /// Most ticks that are caught up with at once; the rest of a debt is dropped, and reported.
 pub const MOST_BEHIND: u64 = 60;
@@ -91,7 +91,7 @@ impl Physics {
             site_m: tissue.patch().site_m().into(),
             axis: params.probe.axis.into(),
             radius_m: params.probe.radius_m,
-            flat: params.probe.shape == ProbeShape::Flat,
+            tip: drawn(&params.probe),
             depth_limit_m: model.depth_limit_m,
             youngs_modulus_pa: params.youngs_modulus_pa,
             node_damping_per_s: params.node_damping_per_s,
@@ -243,6 +243,18 @@ fn mapped(live: &mut Live) -> Contact {
     let (map, pressure_pa) = live.contact();
     let half_axes_m = [0, 1].map(|k| (map.axes[k] * map.half_lengths_m[k]).into());
     Contact { area_m2: map.area_m2, centre_m: map.centre_m.into(), half_axes_m, peak_pa: map.peak_pressure_pa, pressure_pa }
+}
+
+/// The tip as it is drawn.
+fn drawn(probe: &Probe) -> Tip {
+    match probe.shape {
+        ProbeShape::Hemisphere | ProbeShape::Sphere => Tip::Ball,
+        ProbeShape::Flat => Tip::Flat,
+        ProbeShape::Capsule { length_m, along } => Tip::Capsule { half_m: (along * (0.5 * length_m)).into() },
+        ProbeShape::Ellipsoid { semi_axes_m: [a, b], along } => {
+            Tip::Ellipsoid { semi_axes_m: [(along * a).into(), (probe.axis.cross(&along) * b).into()] }
+        }
+    }
 }
 
 /// Runs a trace again, here.

@@ -6,7 +6,7 @@ use palpate::Vector3;
 
 use crate::camera::Lens;
 use crate::drawn_body::DrawnBody;
-use crate::message::Frame;
+use crate::message::{Frame, Tip};
 
 type V = Vector3<f32>;
 
@@ -130,33 +130,62 @@ fn push(facets: &mut Vec<Facet>, corners: [Option<((Pos2, Color32), f32)>; 3]) {
     }
 }
 
-/// A ball or a flat end at the tip, and a handle.
+/// The tip and a handle.
 fn probe(facets: &mut Vec<Facet>, lens: &Lens, shape: &DrawnBody, frame: &Frame) {
     const ROUND: usize = 32;
     let (axis, radius_m, tip_m) = (V::from(shape.body.axis), shape.body.radius_m, V::from(frame.tip_m));
     let aside = if axis.x.abs() < 0.9 { V::x() } else { V::y() };
     let u = axis.cross(&aside).normalize();
     let w = axis.cross(&u);
+    let arcs = |last: u8| (0..=last).map(|k| f32::from(k) * std::f32::consts::FRAC_PI_2 / 5.0).map(|a| (1.0 - a.cos(), a.sin()));
     // (height above the tip, radius), from the tip up
-    let mut rings: Vec<(f32, f32)> = if shape.body.flat {
-        vec![(0.0, 0.0), (0.0, 1.0)]
-    } else {
-        (0..=5_u8).map(|k| f32::from(k) * std::f32::consts::FRAC_PI_2 / 5.0).map(|a| (1.0 - a.cos(), a.sin())).collect()
+    let body: Vec<(f32, f32)> = match shape.body.tip {
+        Tip::Flat => vec![(0.0, 0.0), (0.0, 1.0), (1.7, 1.0)],
+        Tip::Ball => arcs(5).chain([(1.7, 1.0)]).collect(),
+        Tip::Capsule { .. } | Tip::Ellipsoid { .. } => arcs(10).collect(),
     };
-    rings.extend([(1.7, 1.0), (2.1, 0.4), (3.0, 0.4), (3.0, 0.0)]);
+    let handle: Vec<(f32, f32)> = match shape.body.tip {
+        Tip::Flat | Tip::Ball => vec![(1.7, 1.0), (2.1, 0.4), (3.0, 0.4), (3.0, 0.0)],
+        Tip::Capsule { .. } | Tip::Ellipsoid { .. } => vec![(1.8, 0.4), (3.0, 0.4), (3.0, 0.0)],
+    };
     let light = lens.light();
-    let at = |(height, wide): (f32, f32), k: usize| {
+    let round = |k: usize| {
         let turn = (k % ROUND) as f32 * std::f32::consts::TAU / ROUND as f32;
-        tip_m + axis * (height * radius_m) + (u * turn.cos() + w * turn.sin()) * (wide * radius_m)
+        (turn.cos(), turn.sin())
     };
-    for pair in rings.windows(2) {
+    let on_handle = |(height, wide): (f32, f32), k: usize| {
+        let (cos, sin) = round(k);
+        tip_m + axis * (height * radius_m) + (u * cos + w * sin) * (wide * radius_m)
+    };
+    let on_body = |ring: (f32, f32), k: usize| {
+        let (cos, sin) = round(k);
+        match shape.body.tip {
+            Tip::Flat | Tip::Ball => on_handle(ring, k),
+            Tip::Capsule { half_m } => {
+                let half_m = V::from(half_m);
+                let ball_m = on_handle(ring, k);
+                ball_m + half_m * 1.0_f32.copysign((u * cos + w * sin).dot(&half_m))
+            }
+            Tip::Ellipsoid { semi_axes_m: [a, b] } => {
+                tip_m + axis * (ring.0 * radius_m) + (V::from(a) * cos + V::from(b) * sin) * ring.1
+            }
+        }
+    };
+    type Place<'a> = &'a dyn Fn((f32, f32), usize) -> V;
+    let parts: [(&[(f32, f32)], Place<'_>); 2] = [(&body, &on_body), (&handle, &on_handle)];
+    for (pair, at) in parts.into_iter().flat_map(|(rings, at)| rings.windows(2).map(move |pair| (pair, at))) {
         for k in 0..ROUND {
             let [a, b, c, d] = [at(pair[0], k), at(pair[0], k + 1), at(pair[1], k + 1), at(pair[1], k)];
             for corners in [[a, c, b], [a, d, c]] {
                 let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
                 let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
                 let Some(mut normal) = normal.try_normalize(1e-12) else { continue };
-                let out = middle - (tip_m + axis * (axis.dot(&(middle - tip_m))).max(radius_m));
+                let mut out = middle - (tip_m + axis * (axis.dot(&(middle - tip_m))).max(radius_m));
+                if let Tip::Capsule { half_m } = shape.body.tip {
+                    let half_m = V::from(half_m);
+                    let share = out.dot(&half_m) / half_m.norm_squared().max(f32::MIN_POSITIVE);
+                    out -= half_m * share.clamp(-1.0, 1.0);
+                }
                 if normal.dot(&out) < 0.0 {
                     normal = -normal;
                 }

@@ -138,11 +138,10 @@ impl FitArgs {
 
     fn print_scene(&self, scene: &Scene, nodes: usize, fitted_m: &[f64]) {
         println!(
-            "scene {}: {nodes} nodes, nu {}, {:?} of {} mm, {:.2} to {:.2} mm deep",
+            "scene {}: {nodes} nodes, nu {}, {}, {:.2} to {:.2} mm deep",
             scene.name,
             scene.tissue.poisson_ratio,
-            scene.probe.shape,
-            scene.probe.radius_m * 1e3,
+            scene.probe.tip(),
             fitted_m.first().unwrap_or(&f64::NAN) * 1e3,
             fitted_m.last().unwrap_or(&f64::NAN) * 1e3,
         );

@@ -132,7 +132,7 @@ impl Packed {
             None => session,
         };
         let model = session.patch.model();
-        let touched = triangles_in_reach(&model, session.patch.site_m().into(), session.params.probe.radius_m);
+        let touched = triangles_in_reach(&model, session.patch.site_m().into(), session.params.probe.reach_m());
         let cost = machine.cost_with(&model, &session.params, touched, session.params.substeps);
         Ok(Self { session, cost, touched })
     }

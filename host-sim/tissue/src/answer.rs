@@ -8,7 +8,8 @@ mod surface_grid;
 
 use crate::error::Error;
 use crate::output::OutputFolder;
-use crate::scene::{Inclusion, Scene, Shape};
+pub use crate::scene::Tip as AnswerProbe;
+use crate::scene::{Inclusion, Scene};
 pub use surface_grid::SurfaceGrid;
 
 /// The block 80 x 80 x 40 mm, nu = 0.45, under a hemisphere of 8 mm.
@@ -53,16 +54,6 @@ pub struct AnswerTissue {
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
-}
-
-/// With what.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct AnswerProbe {
-    /// Shape.
-    pub shape: Shape,
-    /// Radius [m].
-    pub radius_m: f64,
 }
 
 /// The tissue in equilibrium under the probe at one place and depth.
@@ -155,7 +146,7 @@ impl Answer {
             && own.stiffening_b == tissue.stiffening_b
             && own.inclusion == tissue.inclusion
             && tissue.gravity_m_per_s2 == [0.0; 3]
-            && self.probe == AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m }
+            && self.probe == scene.probe.tip()
     }
 
     /// The hold at a place and depth, if it was solved.

@@ -1,9 +1,15 @@
 //! The probe's surface in double precision: penetration of a point, and the tissue surface that
 //! belongs to it.
 
+mod ellipsoid;
+
 use nalgebra::{Matrix3, Vector3};
 use palpate::stages::force::foundation::FLAT_EDGE;
 use palpate::{Probe, ProbeShape};
+
+pub use ellipsoid::ellipsoid;
+
+use crate::scene::level;
 
 /// Penetration [m], its outward direction (1), and the curvature of the penetration [1/m].
 pub type Inside = (f64, Vector3<f64>, Matrix3<f64>);
@@ -37,9 +43,26 @@ pub fn inside(probe: &Probe, at: Vector3<f64>) -> Option<Inside> {
         return (length < edge).then(|| (edge - length, arm / length, Matrix3::zeros()));
     }
     let (mut d, mut around) = (at - axis * r, Matrix3::identity());
-    if probe.shape == ProbeShape::Hemisphere && above_tip > r {
-        d = at - axis * above_tip;
-        around = across;
+    match probe.shape {
+        ProbeShape::Hemisphere if above_tip > r => {
+            d = at - axis * above_tip;
+            around = across;
+        }
+        ProbeShape::Capsule { length_m, along } => {
+            let (along, half_m) = (level(along.cast().into(), axis), 0.5 * f64::from(length_m));
+            let place = d.dot(&along);
+            d -= along * place.clamp(-half_m, half_m);
+            if place.abs() < half_m {
+                around -= along * along.transpose();
+            }
+        }
+        ProbeShape::Ellipsoid { semi_axes_m: [a, b], along } => {
+            let along = level(along.cast().into(), axis);
+            let frame = Matrix3::from_columns(&[along, axis.cross(&along), axis]);
+            let (gap_m, out, curvature) = ellipsoid([f64::from(a), f64::from(b), r], frame.transpose() * d);
+            return (gap_m < 0.0).then(|| (-gap_m, frame * out, frame * curvature * frame.transpose() * -1.0));
+        }
+        _ => {}
     }
     let l = d.norm();
     if l >= r || l == 0.0 {

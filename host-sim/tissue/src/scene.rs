@@ -6,6 +6,7 @@ mod drive;
 mod error;
 mod params;
 mod relaxation;
+mod shape;
 
 use std::path::{Path, PathBuf};
 
@@ -14,6 +15,8 @@ use serde::{Deserialize, Serialize};
 pub use drive::Drive;
 pub use error::{CHARTED_METHODS, SceneError};
 pub use relaxation::RelaxationScene;
+use shape::TipKeys;
+pub use shape::{Shape, Tip, level};
 
 /// The device's tick [s].
 pub const TICK_S: f64 = 1e-3;
@@ -168,21 +171,9 @@ pub struct RegionScene {
     pub youngs_modulus_pa: f64,
 }
 
-/// Shape of the probe in a scene file.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Shape {
-    /// Cylinder with a half-sphere at its tip.
-    Hemisphere,
-    /// Full sphere.
-    Sphere,
-    /// Cylinder with a flat end.
-    Flat,
-}
-
 /// The probe.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "ProbeKeys")]
 pub struct ProbeScene {
     /// Shape.
     pub shape: Shape,
@@ -193,8 +184,40 @@ pub struct ProbeScene {
     /// Where on a mesh or an organ [m]: the nearest surface point is pressed, along its normal.
     pub site: Option<[f64; 3]>,
     /// Coulomb's coefficient of friction on the tissue (1); zero slides freely.
-    #[serde(default)]
     pub friction: f64,
+}
+
+/// The keys of a probe in a scene file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ProbeKeys {
+    shape: shape::Name,
+    radius_m: Option<f64>,
+    length_m: Option<f64>,
+    semi_axes_m: Option<[f64; 3]>,
+    along: Option<[f64; 3]>,
+    position_m: Option<[f64; 2]>,
+    site: Option<[f64; 3]>,
+    #[serde(default)]
+    friction: f64,
+}
+
+impl TryFrom<ProbeKeys> for ProbeScene {
+    type Error = String;
+
+    fn try_from(keys: ProbeKeys) -> Result<Self, String> {
+        let ProbeKeys { shape, radius_m, length_m, semi_axes_m, along, position_m, site, friction } = keys;
+        let tip: Tip = TipKeys { shape, radius_m, length_m, semi_axes_m, along }.try_into()?;
+        Ok(Self { shape: tip.shape, radius_m: tip.radius_m, position_m, site, friction })
+    }
+}
+
+impl ProbeScene {
+    /// Shape and radius.
+    #[must_use]
+    pub fn tip(&self) -> Tip {
+        Tip { shape: self.shape, radius_m: self.radius_m }
+    }
 }
 
 /// Method and its input.

@@ -5,14 +5,14 @@ pub mod moving;
 pub mod packed;
 pub mod standing;
 
-use palpate::{GuardLimits, Params, ProbeShape, Terms, Vector3};
+use palpate::{GuardLimits, Params, Terms, Vector3};
 
 use crate::budget::{MACHINES, Machine, triangles_in_reach};
 use crate::error::Error;
 use crate::mesh::{WorstTet, worst};
 use crate::patch::{Material, Patch};
 use crate::recorded_tips::read_tips;
-use crate::scene::{NO_PATCH, Scene, TICK_S};
+use crate::scene::{NO_PATCH, Scene, TICK_S, Tip};
 use crate::stable_step::{MARGIN, StableStep, limits, substeps_for_taps};
 use crate::tissue::{DEFAULT_NODES, place};
 
@@ -165,7 +165,7 @@ impl Session {
         };
         let stable = measured.ok_or_else(does_not_survive)?;
         let wanted = stable.substeps(TICK_S);
-        let touched = triangles_in_reach(&model, site_m.into(), params.probe.radius_m);
+        let touched = triangles_in_reach(&model, site_m.into(), params.probe.reach_m());
         let fits = |substeps: f64| refuse_if_too_slow(&MACHINES[0], &model, &params, touched, substeps, &stable);
         fits(wanted)?;
         let substeps = substeps_for_taps(&model, &params, site_m, wanted as u16)?.ok_or_else(does_not_survive)?;
@@ -267,12 +267,9 @@ fn report(patch: &Patch, params: &Params, stable: &StableStep, flipped_tets: usi
     let moved: f64 = (0..model.nodes.len()).filter(moving).filter_map(|n| tuned.mass_kg(n)).map(f64::from).sum();
     let true_mass: f64 = (0..model.nodes.len()).filter(moving).map(lumped).sum();
     let worst_tet = worst(&mesh).unwrap_or(WorstTet { index: 0, quality: 1.0 });
-    let (e, nu, r) = (f64::from(params.youngs_modulus_pa), f64::from(params.poisson_ratio), f64::from(params.probe.radius_m));
+    let (e, nu) = (f64::from(params.youngs_modulus_pa), f64::from(params.poisson_ratio));
     let plane_modulus = e / (1.0 - nu * nu);
-    let half_space_force_at_1mm_n = match params.probe.shape {
-        ProbeShape::Flat => 2.0 * r * plane_modulus * 1e-3,
-        ProbeShape::Hemisphere | ProbeShape::Sphere => 4.0 / 3.0 * plane_modulus * r.sqrt() * 1e-3_f64.powf(1.5),
-    };
+    let half_space_force_at_1mm_n = Tip::of_core(&params.probe).half_space_m2(plane_modulus, 1e-3);
     Ok(Report {
         size_mm,
         mass_g: (0..model.nodes.len()).map(lumped).sum::<f64>() * 1e3,

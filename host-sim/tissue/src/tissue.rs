@@ -67,8 +67,9 @@ pub fn place_fine(scene: &Scene, tips_m: &[[f32; 3]], fine_radii: f64) -> Result
     let size_m = scene.tissue.block_m.unwrap_or_default();
     let [x, y] = scene.probe.position_m.unwrap_or_default();
     let nodes = scene.tissue.nodes.unwrap_or(DEFAULT_NODES);
-    let mesh = block(&BlockSpec { size_m, nodes, fine_at_m: [x, y], fine_radius_m: fine_radii * scene.probe.radius_m })
-        .map_err(|cause| not_meshed(scene, cause))?;
+    let mesh =
+        block(&BlockSpec { size_m, nodes, fine_at_m: [x, y], fine_radius_m: fine_radii * scene.probe.tip().mean_radius_m() })
+            .map_err(|cause| not_meshed(scene, cause))?;
     place_block(scene, tips_m, mesh)
 }
 

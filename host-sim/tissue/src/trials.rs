@@ -70,7 +70,7 @@ impl Trial {
             Drive::Force { .. } | Drive::Trace { .. } => 0.5 * scene.probe.radius_m,
         };
         let radius_m = scene.probe.radius_m;
-        let own = AnswerProbe { shape: scene.probe.shape, radius_m };
+        let own = scene.probe.tip();
         let [x, y, z] = self.block_m;
         let ratio = |own: f64, other: f64, scale: f64| ((own / other).ln() / scale).powi(2);
         let squares = ((scene.tissue.poisson_ratio - self.poisson_ratio) / POISSON_RATIO).powi(2)
@@ -94,7 +94,7 @@ pub fn shipped() -> Vec<Trial> {
 #[must_use]
 pub fn expected(scene: &Scene, nodes: usize, fitted: Option<&FitRecord>) -> Option<Expected> {
     let size_m = scene.tissue.block_m?;
-    let own = AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m };
+    let own = scene.probe.tip();
     let of_kind = |trial: &Trial| match fitted {
         None => trial.fitted.is_none(),
         Some(record) => {
@@ -118,6 +118,10 @@ pub fn expected(scene: &Scene, nodes: usize, fitted: Option<&FitRecord>) -> Opti
     Some(Expected { rms_pct: nearest.rms_pct, worst_pct: nearest.worst_pct, trial: nearest.scene.clone(), alike: unlike < ALIKE })
 }
 
+/// How unlike two tips are but for their size: flat or not, and how much wider than deep.
 fn unlike_shape(one: &AnswerProbe, other: &AnswerProbe) -> f64 {
-    if (one.shape == Shape::Flat) == (other.shape == Shape::Flat) { 0.0 } else { OTHER_SHAPE }
+    let flat = |tip: &AnswerProbe| tip.shape == Shape::Flat;
+    let wide = |tip: &AnswerProbe| (tip.half_widths_m().iter().product::<f64>() / tip.radius_m.powi(2)).ln();
+    let shape = if flat(one) == flat(other) { 0.0 } else { OTHER_SHAPE };
+    shape + 0.5 * (wide(one) - wide(other)).abs() / RADIUS
 }

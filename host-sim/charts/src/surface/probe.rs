@@ -3,7 +3,7 @@
 use super::view::{V3, View, across};
 
 /// The end of the probe that touches the tissue.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ProbeShape {
     /// Half a ball, tip first.
     Hemisphere,
@@ -11,6 +11,20 @@ pub enum ProbeShape {
     Sphere,
     /// The flat end of a cylinder.
     Flat,
+    /// A ball drawn out along a segment.
+    Capsule {
+        /// Length of the segment [m].
+        length_m: f64,
+        /// Its direction, any length but zero.
+        along: [f64; 3],
+    },
+    /// A whole ellipsoid, the radius its semi-axis along the probe's axis.
+    Ellipsoid {
+        /// The two others [m], the first along `along`.
+        semi_axes_m: [f64; 2],
+        /// A direction, any length but zero.
+        along: [f64; 3],
+    },
 }
 
 /// Where the probe is.
@@ -48,16 +62,57 @@ impl Probe {
     /// How far the drawn part reaches from the tip along the axis [m].
     fn height_m(&self) -> f64 {
         match self.shape {
-            ProbeShape::Sphere => 2.0 * self.radius_m,
+            ProbeShape::Sphere | ProbeShape::Capsule { .. } | ProbeShape::Ellipsoid { .. } => 2.0 * self.radius_m,
             ProbeShape::Hemisphere | ProbeShape::Flat => self.radius_m,
         }
     }
 
+    /// Two directions at right angles to the axis, the first along the longer side if there is one.
+    fn sides(&self) -> [V3; 2] {
+        let axis = self.direction();
+        let first = match self.shape {
+            ProbeShape::Hemisphere | ProbeShape::Sphere | ProbeShape::Flat => across(axis, V3::x()),
+            ProbeShape::Capsule { along, .. } | ProbeShape::Ellipsoid { along, .. } => {
+                let along = V3::from(along);
+                (along - axis * axis.dot(&along)).try_normalize(0.0).unwrap_or_else(|| across(axis, V3::x()))
+            }
+        };
+        [first, axis.cross(&first)]
+    }
+
+    /// The point of the surface that a point of the unit ball around the origin becomes, from the
+    /// probe's centre [m].
+    fn drawn_out(&self, unit: V3) -> V3 {
+        let [along, across] = self.sides();
+        match self.shape {
+            ProbeShape::Hemisphere | ProbeShape::Sphere | ProbeShape::Flat => unit * self.radius_m,
+            ProbeShape::Capsule { length_m, .. } => unit * self.radius_m + along * (0.5 * length_m).copysign(unit.dot(&along)),
+            ProbeShape::Ellipsoid { semi_axes_m: [a, b], .. } => {
+                along * (a * unit.dot(&along))
+                    + across * (b * unit.dot(&across))
+                    + self.direction() * (self.radius_m * unit.dot(&self.direction()))
+            }
+        }
+    }
+
+    /// A direction whose circle of directions at right angles to it becomes the outline as seen
+    /// from `eye`.
+    fn limb(&self, eye: V3) -> V3 {
+        let ProbeShape::Ellipsoid { semi_axes_m: [a, b], .. } = self.shape else { return eye };
+        let ([along, across], axis) = (self.sides(), self.direction());
+        along * (eye.dot(&along) / a) + across * (eye.dot(&across) / b) + axis * (eye.dot(&axis) / self.radius_m)
+    }
+
     /// Corners of the box around the drawn part [m].
     pub fn hull(&self) -> impl Iterator<Item = V3> + Clone {
-        let (tip_m, radius, axis) = (V3::from(self.tip_m), self.radius_m, self.direction());
-        let u = across(axis, V3::x()) * radius;
-        let v = axis.cross(&u);
+        let (tip_m, axis) = (V3::from(self.tip_m), self.direction());
+        let [first, second] = match self.shape {
+            ProbeShape::Hemisphere | ProbeShape::Sphere | ProbeShape::Flat => [self.radius_m; 2],
+            ProbeShape::Capsule { length_m, .. } => [self.radius_m + 0.5 * length_m, self.radius_m],
+            ProbeShape::Ellipsoid { semi_axes_m, .. } => semi_axes_m,
+        };
+        let [u, v] = self.sides();
+        let (u, v) = (u * first, v * second);
         [0.0, self.height_m()].into_iter().flat_map(move |height| {
             let center = tip_m + axis * height;
             [center + u + v, center + u - v, center - u + v, center - u - v]
@@ -68,8 +123,7 @@ impl Probe {
     pub fn wire(&self, view: &View) -> Vec<Wire> {
         let axis = self.direction();
         let (tip_m, radius) = (V3::from(self.tip_m), self.radius_m);
-        let u = across(axis, V3::x());
-        let v = axis.cross(&u);
+        let [u, v] = self.sides();
         let ring = |height: f64, radius: f64| {
             let center = tip_m + axis * height;
             circle().map(move |(c, s)| center + (u * c + v * s) * radius)
@@ -86,26 +140,33 @@ impl Probe {
             return wires;
         }
         let center = tip_m + axis * radius;
-        let whole = self.shape == ProbeShape::Sphere;
-        let faces_eye = |p: &V3| p.dot(&view.eye) >= center.dot(&view.eye);
-        let present = |p: &V3| whole || p.dot(&axis) <= center.dot(&axis) + 1e-9 * radius;
+        let whole = self.shape != ProbeShape::Hemisphere;
+        let at = |unit: V3| (center + self.drawn_out(unit), unit);
+        let limb = self.limb(view.eye);
+        let faces_eye = |(_, unit): &(V3, V3)| unit.dot(&limb) >= 0.0;
+        let present = |(_, unit): &(V3, V3)| whole || unit.dot(&axis) <= 1e-9;
 
         // lines of latitude every 30 degrees, without the poles
         for (c, s) in circle().step_by(8).skip(1).take(5) {
             let rim = !whole && c.abs() < 1e-9;
-            let points = ring(radius * (1.0 - c), radius * s);
+            let points = circle().map(|(x, y)| at((u * x + v * y) * s - axis * c));
             if rim {
-                wires.push(outline(points.collect()));
+                wires.push(outline(points.map(|(point, _)| point).collect()));
             } else {
                 wires.extend(runs(points, |p| faces_eye(p) && present(p), false));
             }
         }
         for (c, s) in circle().step_by(16).take(3) {
             let across = u * c + v * s;
-            let meridian = circle().map(|(c, s)| center + (axis * c + across * s) * radius);
+            let meridian = circle().map(|(c, s)| at(axis * c + across * s));
             wires.extend(runs(meridian, |p| faces_eye(p) && present(p), false));
         }
-        let limb = circle().map(|(c, s)| center + (view.right * c + view.up * s) * radius);
+        let first = match limb == view.eye {
+            true => view.right,
+            false => across(limb.normalize(), view.right),
+        };
+        let second = if limb == view.eye { view.up } else { limb.normalize().cross(&first) };
+        let limb = circle().map(|(c, s)| at(first * c + second * s));
         wires.extend(runs(limb, present, true));
         wires
     }
@@ -115,13 +176,14 @@ fn outline(points: Vec<V3>) -> Wire {
     Wire { points, outline: true }
 }
 
-/// The unbroken pieces of a line on which `keep` holds.
-fn runs(points: impl Iterator<Item = V3>, keep: impl Fn(&V3) -> bool, outline: bool) -> Vec<Wire> {
+/// The unbroken pieces of a line of points, each with its direction in the unit ball, on which `keep`
+/// holds.
+fn runs(points: impl Iterator<Item = (V3, V3)>, keep: impl Fn(&(V3, V3)) -> bool, outline: bool) -> Vec<Wire> {
     let mut wires = Vec::new();
     let mut piece = Vec::new();
-    for point in points {
-        if keep(&point) {
-            piece.push(point);
+    for place in points {
+        if keep(&place) {
+            piece.push(place.0);
         } else if !piece.is_empty() {
             wires.push(Wire { points: std::mem::take(&mut piece), outline });
         }

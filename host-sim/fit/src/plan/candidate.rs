@@ -84,7 +84,7 @@ impl Weighed {
             Some(far) => far.patch(&material),
             None => Patch::build(&placed.tissue, &material, None),
         };
-        let touched = triangles_in_reach(&patch.model(), patch.site_m().into(), params.probe.radius_m);
+        let touched = triangles_in_reach(&patch.model(), patch.site_m().into(), params.probe.reach_m());
         let counts = Counts::of(&patch.model(), touched);
         let session = Session::of_fitted(machine, patch, params)?;
         let params = machine.adapt(&params);
@@ -155,7 +155,7 @@ impl<'a> Supply<'a> {
         for &points_per_triangle in foundations {
             let material = Material { points_per_triangle, ..prepared.material };
             let patch = prepared.far.patch(&material);
-            let touched = triangles_in_reach(&patch.model(), patch.site_m().into(), prepared.params.probe.radius_m);
+            let touched = triangles_in_reach(&patch.model(), patch.site_m().into(), prepared.params.probe.reach_m());
             let counts = Counts::of(&patch.model(), touched);
             if counts.nodes > most_nodes || self.machine.cost_of(&counts, &prepared.params, 1).units > most_units {
                 continue;

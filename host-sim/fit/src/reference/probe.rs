@@ -3,12 +3,13 @@
 use nalgebra::{Matrix3, Vector3};
 use palpate::stages::force::foundation::FLAT_EDGE;
 
-use palpate_tissue::scene::Shape;
+use palpate_tissue::probe_surface::ellipsoid;
+use palpate_tissue::scene::{Shape, level};
 
 /// A rigid, frictionless probe.
 #[derive(Clone, Copy, Debug)]
 pub struct RigidProbe {
-    /// Shape. A hemisphere and a disc carry a cylinder of their radius.
+    /// Shape. A hemisphere and a disc carry a cylinder of their radius; no other shape has a handle.
     pub shape: Shape,
     /// Radius [m].
     pub radius_m: f64,
@@ -50,6 +51,14 @@ impl RigidProbe {
             Shape::Sphere => self.ball(&arm),
             Shape::Hemisphere if height <= self.radius_m => self.ball(&arm),
             Shape::Hemisphere => self.side(&across, r),
+            Shape::Capsule { length_m, along } => self.capsule(&arm, 0.5 * length_m, &level(along, self.axis)),
+            Shape::Ellipsoid { semi_axes_m: [a, b], along } => {
+                let along = level(along, self.axis);
+                let frame = Matrix3::from_columns(&[along, self.axis.cross(&along), self.axis]);
+                let at = frame.transpose() * (arm - self.axis * self.radius_m);
+                let (gap_m, normal, curvature) = ellipsoid([a, b, self.radius_m], at);
+                Gap { gap_m, normal: frame * normal, curvature_per_m: frame * curvature * frame.transpose() }
+            }
             Shape::Flat => {
                 let inner = self.radius_m - self.edge_m;
                 let (out, below) = (r - inner, self.edge_m - height);
@@ -68,6 +77,18 @@ impl RigidProbe {
         let normal = arm / length;
         let curvature_per_m = (Matrix3::identity() - normal * normal.transpose()) / length;
         Gap { gap_m: length - self.radius_m, normal, curvature_per_m }
+    }
+
+    /// A ball around the nearest point of the segment; along its straight part nothing bends.
+    fn capsule(&self, arm: &Vector3<f64>, half_m: f64, along: &Vector3<f64>) -> Gap {
+        let place = arm.dot(along);
+        let ball = self.ball(&(arm - along * place.clamp(-half_m, half_m)));
+        if place.abs() >= half_m {
+            return ball;
+        }
+        let around = self.radius_m + ball.gap_m;
+        let curvature_per_m = ball.curvature_per_m - along * along.transpose() / around.max(f64::MIN_POSITIVE);
+        Gap { curvature_per_m, ..ball }
     }
 
     fn side(&self, across: &Vector3<f64>, r: f64) -> Gap {

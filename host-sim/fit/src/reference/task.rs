@@ -6,7 +6,7 @@ use super::body::Material;
 use super::refine::refine;
 use palpate_tissue::error::Error;
 use palpate_tissue::mesh::TetMesh;
-use palpate_tissue::scene::{Scene, Shape};
+use palpate_tissue::scene::Scene;
 
 /// Growth of the longest edge per distance from the contact, of an imported mesh.
 const EDGE_GROWTH: f64 = 0.35;
@@ -44,20 +44,10 @@ impl<'a> Task<'a> {
         Ok(Self { scene, material, deepest_m: 0.0 })
     }
 
-    /// Radius of the contact at the deepest press [m]: where the probe meets the plane of the rest
-    /// surface, at most its own.
-    fn contact_radius_m(&self) -> f64 {
-        let radius_m = self.scene.probe.radius_m;
-        match self.scene.probe.shape {
-            Shape::Flat => radius_m,
-            Shape::Hemisphere | Shape::Sphere => (radius_m * self.deepest_m.min(radius_m)).sqrt(),
-        }
-    }
-
     /// Distance from the place within which elements are smallest [m].
     pub fn fine_radius_m(&self) -> f64 {
         let deepest_ball = self.material.inclusions.iter().map(|ball| ball.radius_m - ball.center_m[2]).fold(0.0, f64::max);
-        (1.1 * self.contact_radius_m()).max(deepest_ball.min(1.5 * self.scene.probe.radius_m))
+        (1.1 * self.scene.probe.tip().contact_radius_m(self.deepest_m)).max(deepest_ball.min(1.5 * self.scene.probe.radius_m))
     }
 
     /// An imported mesh with edges of at most `edge` times the fine radius near the place.

@@ -1,7 +1,7 @@
 //! Refusals of a fit, before anything is solved.
 
 use palpate_tissue::error::Error;
-use palpate_tissue::scene::{Drive, Scene, Shape};
+use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::tissue::DEPTH_MARGIN;
 
 /// Largest Poisson's ratio: beyond, the finite elements lock.
@@ -33,7 +33,9 @@ pub fn check(scene: &Scene) -> Result<(), Error> {
         let why = format!("= {e_pa} Pa is softer than any tissue ({SOFTEST_PA} Pa): give pascals; {e_pa} kPa is {}", e_pa * 1e3);
         return Ok(scene.bad("tissue.youngs_modulus_pa", &why)?);
     }
-    refuse_beyond_the_guard(scene, |depth_m| half_space_m2(scene, depth_m))
+    // less than on any block
+    let plane = 1.0 / (1.0 - tissue.poisson_ratio * tissue.poisson_ratio);
+    refuse_beyond_the_guard(scene, |depth_m| scene.probe.tip().half_space_m2(plane, depth_m))
 }
 
 /// Refuses a block that is too small for its probe, or pressed too deep.
@@ -47,14 +49,24 @@ pub fn check_block(scene: &Scene, size_m: [f64; 3]) -> Result<(), Error> {
         return Ok(scene.bad("tissue.inclusion", why)?);
     }
     let [x, y, thick_m] = size_m;
-    let (wide_m, side_m) = (2.0 * probe.radius_m, x.min(y));
+    let (wide_m, side_m) = (2.0 * probe.tip().reach_m(), x.min(y));
     if wide_m > WIDEST * side_m {
+        let (key, given) = match probe.shape.is_round() {
+            true => ("probe.radius_m", format!("= {}", probe.radius_m)),
+            false => ("probe", probe.tip().to_string()),
+        };
         let why = format!(
-            "= {}: the probe is wider ({wide_m} m) than a third of the block ({side_m} m): give metres, a probe of at most {:.4} m, or a wider block",
-            probe.radius_m,
+            "{given}: the probe is wider ({wide_m} m) than a third of the block ({side_m} m): give metres, a probe of at most {:.4} m, or a wider block",
             0.5 * WIDEST * side_m
         );
-        return Ok(scene.bad("probe.radius_m", &why)?);
+        return Ok(scene.bad(key, &why)?);
+    }
+    // the presses of a fit lean on the block's two planes of symmetry
+    if let Some([x, y, z]) = probe.shape.along()
+        && (z != 0.0 || (x != 0.0) == (y != 0.0))
+    {
+        let why = format!("= {:?} lies along neither side of the block: give [1.0, 0.0, 0.0] or [0.0, 1.0, 0.0]", [x, y, z]);
+        return Ok(scene.bad("probe.along", &why)?);
     }
     if probe.position_m.is_some_and(|at| at != [0.0; 2]) {
         return Ok(scene.bad("probe.position_m", "is off the centre, over which a fit is spread: leave it out")?);
@@ -85,14 +97,4 @@ pub fn refuse_beyond_the_guard(scene: &Scene, force_m2: impl Fn(f64) -> f64) -> 
         }
     }
     Ok(())
-}
-
-/// Force over E on a half-space [m^2], less than that on any block: Hertz, or the rigid punch.
-fn half_space_m2(scene: &Scene, depth_m: f64) -> f64 {
-    let (nu, radius_m) = (scene.tissue.poisson_ratio, scene.probe.radius_m);
-    let plane = 1.0 / (1.0 - nu * nu);
-    match scene.probe.shape {
-        Shape::Flat => 2.0 * radius_m * plane * depth_m,
-        Shape::Hemisphere | Shape::Sphere => 4.0 / 3.0 * plane * radius_m.sqrt() * depth_m.powf(1.5),
-    }
 }

@@ -3,7 +3,8 @@
 //! Over depth the logarithm of the force changes slowly against depth^1.5 (Hertz), of a flat end
 //! against the depth: a cubic of the depth's logarithm through the four nearest solved depths. Over
 //! the top the ratio to the centred force is one plus an even polynomial of degree four, as the
-//! block has two planes of symmetry, fitted to the solved places.
+//! block has two planes of symmetry and so has a tip that lies along one of them, fitted to the
+//! solved places.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -46,7 +47,7 @@ impl Known {
         }
         let surfaces = at_centre().filter_map(|h| Some((h.depth_m, h.surface.clone()?))).collect();
         let mut known = Self { centred, ratios: Vec::new(), surfaces, power, length_m: answer.probe.radius_m };
-        let square = answer.tissue.block_m.is_some_and(|size| size[0] == size[1]);
+        let square = answer.tissue.block_m.is_some_and(|size| size[0] == size[1]) && answer.probe.shape.is_round();
         for n in 0..known.centred.len() {
             let depth_m = known.centred[n].0;
             let aside = answer.holds.iter().filter(|h| h.depth_m == depth_m && away(h.place_m) > CENTRED_M);

@@ -19,8 +19,8 @@ pub(super) const DENTS: [usize; 2] = [2, 3];
 /// Depths at which the ratio to the centre is solved, of the fitted and of the unseen ones.
 const RATIO_FITTED: [usize; 2] = [1, 4];
 const RATIO_UNSEEN: [usize; 2] = [0, 2];
-/// Places off the centre that the fit knows [probe radii], on an axis and on a diagonal; a block
-/// that is not square has the other axis too.
+/// Places off the centre that the fit knows [probe radii], on an axis and on a diagonal; where the
+/// two axes differ, in a block that is not square or under a tip that is not round, the other too.
 const ASIDE: [[f64; 2]; 5] = [[0.7, 0.0], [1.25, 0.0], [1.75, 0.0], [0.75, 0.75], [1.2, 1.2]];
 /// Radius of the disc over which a patch is judged [probe radii], and the seed of its places.
 pub const JUDGED_RADII: f64 = 1.5;
@@ -89,7 +89,7 @@ impl Presses {
         let (fitted_m, unseen_m) = (of(&FITTED), of(&UNSEEN));
         let mut all_m: Vec<f64> = fitted_m.iter().chain(&unseen_m).copied().collect();
         all_m.sort_by(f64::total_cmp);
-        let contact_m = |depth_m: f64| contact_radius_m(scene, depth_m);
+        let contact_m = |depth_m: f64| scene.probe.tip().contact_radius_m(depth_m);
         let (centre_nodes, whole_nodes) = match level {
             Level::Full => (CENTRE_NODES, WHOLE_NODES),
             Level::Quick => (COARSE_CENTRE_NODES, COARSE_WHOLE_NODES),
@@ -120,7 +120,7 @@ impl Presses {
             whole: true,
         };
         let known = |n: &usize| fitted_m[*n];
-        let square = size_m[0] == size_m[1];
+        let square = size_m[0] == size_m[1] && scene.probe.shape.is_round();
         let aside = ASIDE.iter().flat_map(|at| {
             let other = (!square && at[1] == 0.0).then_some([at[1], at[0]]);
             [Some(*at), other].into_iter().flatten()
@@ -141,16 +141,6 @@ impl Presses {
     /// Every press, the longest first.
     pub fn jobs(&self) -> impl Iterator<Item = &PressJob> {
         std::iter::once(&self.again).chain(self.centre.iter().rev()).chain(&self.aside).chain(&self.unseen)
-    }
-}
-
-/// Radius of the contact [m]: where the probe meets the plane of the rest surface, at most its own.
-fn contact_radius_m(scene: &Scene, depth_m: f64) -> f64 {
-    use palpate_tissue::scene::Shape;
-    let radius_m = scene.probe.radius_m;
-    match scene.probe.shape {
-        Shape::Flat => radius_m,
-        Shape::Hemisphere | Shape::Sphere => (radius_m * depth_m.min(radius_m)).sqrt(),
     }
 }
 

@@ -102,7 +102,7 @@ fn solve(scene: &Scene, job: &PressJob, starts: &Starts, watch: &impl Watch) -> 
     let built = if job.whole {
         let spec = BlockSpec { size_m, nodes: job.nodes, fine_at_m: [0.0; 2], fine_radius_m: job.fine_radius_m };
         let mesh = block(&spec).map_err(|cause| refuse(&cause))?;
-        let mesh = shifted(&mesh, size_m, KEPT_RADII * radius_m, job.place_m);
+        let mesh = shifted(&mesh, size_m, KEPT_RADII * scene.probe.tip().reach_m(), job.place_m);
         case.place_m = job.place_m;
         case.support(&mesh, [false; 2])
     } else {

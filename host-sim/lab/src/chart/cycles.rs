@@ -25,7 +25,7 @@ pub fn m4f_cycles(method: Method, block: &Block, substeps: u16, solver_flops: f6
     let machine = Machine::named("m4f-168")?;
     let patch = Patch::build(&block.tissue, &Material::default(), None);
     let model = patch.wide_model();
-    let touched = triangles_in_reach(&model, patch.site_m().into(), block.params.probe.radius_m);
+    let touched = triangles_in_reach(&model, patch.site_m().into(), block.params.probe.reach_m());
     let bare = |springs: bool| palpate::Model { springs: if springs { model.springs } else { &[] }, tets: &[], ..model };
     let size = block.size();
     let (tets, edges, nodes, steps) = (size.tets as f64, size.edges as f64, size.nodes as f64, f64::from(substeps));

@@ -10,6 +10,8 @@ const SIDE_M: std::ops::RangeInclusive<f64> = 1e-3..=2.0;
 /// Nodes that an organ's mesh may be asked for, and Young's modulus [Pa] of its regions.
 const ORGAN_NODES: std::ops::RangeInclusive<usize> = 100..=5000;
 pub(super) const MODULUS_PA: std::ops::RangeInclusive<f64> = 1.0..=1e9;
+/// Cosine between the long side of a tip and the press beyond which it does not lie on the surface.
+const STEEP: f64 = 0.5;
 /// Longest run, in tissue time [s].
 const LONGEST_S: f64 = 1000.0;
 
@@ -24,7 +26,7 @@ impl Scene {
         self.check_block()?;
         self.check_inclusions()?;
         self.check_relaxation()?;
-        let up = [0.0, 0.0, 1.0];
+        let up = self.check_along()?;
         self.params(up).check().map_err(|cause| SceneError::parameter(&self.file, cause))?;
         self.check_solver()?;
         self.check_drive()
@@ -80,6 +82,27 @@ impl Scene {
         }
         let why = format!("= {b}: {board} has no time for tissue that stiffens: leave it out, or take --board desktop");
         self.bad("tissue.stiffening_b", &why)
+    }
+
+    /// The direction of a capsule or an ellipsoid; returns an axis that it does not lie along: that
+    /// of a block, or where the surface decides, any.
+    fn check_along(&self) -> Result<[f64; 3], SceneError> {
+        let (x, up) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+        let Some(along) = self.probe.shape.along() else { return Ok(up) };
+        let key = "probe.along";
+        let length = along.iter().map(|c| c * c).sum::<f64>().sqrt();
+        if !(length.is_finite() && length > 0.0) {
+            return self.bad(key, &format!("= {along:?} has no direction: give the way of the long side, as [1.0, 0.0, 0.0]"));
+        }
+        let steep = along[2].abs() > STEEP * length;
+        match (steep, self.tissue.block_m.is_some()) {
+            (true, true) => {
+                let why = format!("= {along:?} points out of the block's top: lay the long side on it, as [1.0, 0.0, 0.0]");
+                self.bad(key, &why)
+            }
+            (true, false) => Ok(x),
+            (false, _) => Ok(up),
+        }
     }
 
     /// The moving error that is allowed.

@@ -1,8 +1,8 @@
 //! Core parameters that a scene sets.
 
-use palpate::{Params, Probe, ProbeShape, Terms};
+use palpate::{Params, Probe, Terms};
 
-use super::{Method, Scene, Shape};
+use super::{Method, Scene};
 
 impl Scene {
     /// Parameters of the core; `axis` leads from the tip to the handle.
@@ -20,11 +20,7 @@ impl Scene {
             friction: self.probe.friction as f32,
             tick_s: crate::scene::TICK_S as f32,
             probe: Probe {
-                shape: match self.probe.shape {
-                    Shape::Hemisphere => ProbeShape::Hemisphere,
-                    Shape::Sphere => ProbeShape::Sphere,
-                    Shape::Flat => ProbeShape::Flat,
-                },
+                shape: self.probe.shape.of_core(axis),
                 radius_m: self.probe.radius_m as f32,
                 axis: axis.map(|c| c as f32).into(),
             },

@@ -162,7 +162,7 @@ impl Session {
             }
         }
         let Some(rms_pct) = check.rms_pct(&self.patch, &params)? else { return Ok(None) };
-        let touched = triangles_in_reach(&model, site_m.into(), params.probe.radius_m);
+        let touched = triangles_in_reach(&model, site_m.into(), params.probe.reach_m());
         let cost = machine.cost_with(&model, &params, touched, params.substeps);
         Ok(Some(Tried { times, substeps: params.substeps, rms_pct, cost }))
     }

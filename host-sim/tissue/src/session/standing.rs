@@ -4,10 +4,9 @@
 use serde::Serialize;
 
 use super::calibrated;
-use crate::answer::AnswerProbe;
 use crate::fit_record::FitRecord;
 use crate::patch::Patch;
-use crate::scene::{Drive, NO_PATCH, Scene, Shape};
+use crate::scene::{Drive, NO_PATCH, Scene};
 use crate::tissue::DEFAULT_NODES;
 use crate::trials::{Expected, expected};
 
@@ -121,10 +120,9 @@ fn expectation(expected: Option<&Expected>) -> String {
 fn differs(scene: &Scene, patch: &Patch, record: &FitRecord) -> Vec<String> {
     let (tissue, probe) = (&scene.tissue, &scene.probe);
     let mut differs = Vec::new();
-    let tip = AnswerProbe { shape: probe.shape, radius_m: probe.radius_m };
+    let tip = probe.tip();
     if tip != record.probe {
-        let name = |probe: &AnswerProbe| format!("{} R {} mm", shape(probe.shape), probe.radius_m * 1e3);
-        differs.push(format!("calibrated for another tip ({})", name(&record.probe)));
+        differs.push(format!("calibrated for another tip ({})", record.probe));
     }
     if tissue.poisson_ratio != record.tissue.poisson_ratio {
         differs.push(format!("calibrated for another Poisson's ratio ({})", record.tissue.poisson_ratio));
@@ -154,14 +152,4 @@ fn differs(scene: &Scene, patch: &Patch, record: &FitRecord) -> Vec<String> {
         }
     }
     differs
-}
-
-/// As scene files have it.
-#[must_use]
-pub fn shape(shape: Shape) -> &'static str {
-    match shape {
-        Shape::Hemisphere => "hemisphere",
-        Shape::Sphere => "sphere",
-        Shape::Flat => "flat",
-    }
 }

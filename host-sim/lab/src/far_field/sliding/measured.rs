@@ -196,7 +196,7 @@ fn board(machine: &Machine, method: &StudyMethod, trajectory: &Trajectory) -> Bo
     let half_m = 0.5 * trajectory.stroke_m.norm();
     let touched = [-1.0, -0.5, 0.0, 0.5, 1.0].map(|share| {
         let place_m = trajectory.place_m(share * half_m).cast::<f32>();
-        triangles_in_reach(&model, place_m.into(), method.params.probe.radius_m)
+        triangles_in_reach(&model, place_m.into(), method.params.probe.reach_m())
     });
     let cost = machine.cost(&model, touched.into_iter().max().unwrap_or_default(), method.params.substeps);
     let share_pct = 100.0 * cost.units / cost.budget * machine.load;

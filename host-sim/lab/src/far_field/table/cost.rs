@@ -88,6 +88,6 @@ impl Cost {
 /// Of a patch without anything at its edge.
 fn bare_cycles(setting: &Setting, patch: &Patch) -> f64 {
     let model = patch.model();
-    let touched = triangles_in_reach(&model, patch.site_m().into(), setting.params.probe.radius_m);
+    let touched = triangles_in_reach(&model, patch.site_m().into(), setting.params.probe.reach_m());
     Machine::named("m4f-168").map_or(0.0, |m| m.cost(&model, touched, setting.params.substeps).units)
 }

@@ -7,6 +7,7 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
+use nalgebra::Matrix3;
 use palpate::{Model, Probe, ProbeShape, Vector3};
 
 use super::box_tree::{BoxTree, around};
@@ -18,8 +19,9 @@ const BELOW_M: f64 = 1e-3;
 const FACE_M: f64 = 1e-9;
 /// Triangles whose distances differ by less are equally near: those that meet at an edge [m].
 const EQUALLY_NEAR_M: f64 = 1e-7;
-/// Samples on the rim of a flat probe.
+/// Samples on the rim of a flat probe, and along the segment of a capsule.
 const RIM: usize = 16;
+const SEGMENT: usize = 17;
 
 /// Geometry at rest, of whatever is touched.
 pub trait RestShape: Debug + Send + Sync {
@@ -63,7 +65,7 @@ pub struct Placed {
     /// The shape in its own frame.
     pub shape: Arc<dyn RestShape>,
     /// From the frame of the questions to the shape's own.
-    pub turn: nalgebra::Matrix3<f64>,
+    pub turn: Matrix3<f64>,
     /// Where the origin of the questions is in the shape's frame [m].
     pub shift_m: Vector3<f64>,
 }
@@ -96,6 +98,18 @@ pub struct RestSolid {
     skin: Vec<[u32; 3]>,
     skin_tree: BoxTree,
     probe: Probe,
+    /// Where the probe is an ellipsoid: the tissue in a frame in which it is a ball of its radius.
+    stretched: Option<Stretched>,
+}
+
+/// Geometry in which an ellipsoid is a ball.
+#[derive(Clone, Debug)]
+struct Stretched {
+    into: Matrix3<f64>,
+    nodes_m: Vec<Vector3<f64>>,
+    boundary_tree: BoxTree,
+    /// Largest factor by which a length grows (1).
+    most: f64,
 }
 
 impl RestSolid {
@@ -115,14 +129,19 @@ impl RestSolid {
             .triangles
             .iter()
             .map(|t| t.node.map(u32::from))
-            .filter(|t| probe.shape == ProbeShape::Sphere || faces_handle(t))
+            .filter(|t| !matches!(probe.shape, ProbeShape::Hemisphere | ProbeShape::Flat) || faces_handle(t))
             .collect();
         let boundary = surface::surface(&tets);
         fn tree<const N: usize>(nodes_m: &[Vector3<f64>], items: &[[u32; N]]) -> BoxTree {
             let corners = |item: &[u32; N]| around(item.map(|n| <[f64; 3]>::from(nodes_m[n as usize])).iter());
             BoxTree::over(&items.iter().map(corners).collect::<Vec<_>>())
         }
+        let stretched = stretch(probe).map(|(into, most)| {
+            let nodes_m: Vec<_> = nodes_m.iter().map(|x| into * x).collect();
+            Stretched { into, boundary_tree: tree(&nodes_m, &boundary), nodes_m, most }
+        });
         Self {
+            stretched,
             tets_tree: tree(&nodes_m, &tets),
             boundary_tree: tree(&nodes_m, &boundary),
             skin_tree: tree(&nodes_m, &skin),
@@ -178,7 +197,7 @@ impl RestSolid {
         nearest_on_triangle(p, &a, &b, &c)
     }
 
-    /// Centre of the probe's ball, or of its flat end [m].
+    /// Centre of the probe's end, whatever its shape [m].
     fn end_m(&self, tip_m: &Vector3<f64>) -> Vector3<f64> {
         let arm_m = if self.probe.shape == ProbeShape::Flat { 0.0 } else { f64::from(self.probe.radius_m) };
         tip_m + self.probe.axis.cast::<f64>() * arm_m
@@ -190,7 +209,7 @@ impl RestSolid {
     fn above_skin(&self, tip_m: &Vector3<f64>) -> bool {
         let end_m = self.end_m(tip_m);
         let Some((foot_m, _)) = self.skin_near(&end_m) else { return false };
-        let near_m = f64::from(self.probe.radius_m).max((foot_m - end_m).norm() + EQUALLY_NEAR_M);
+        let near_m = f64::from(self.probe.reach_m()).max((foot_m - end_m).norm() + EQUALLY_NEAR_M);
         self.skin_tree.any(&end_m.into(), near_m, |n| {
             let [a, b, c] = self.skin[n].map(|v| self.nodes_m[v as usize]);
             let normal = (b - a).cross(&(c - a)).normalize();
@@ -201,8 +220,12 @@ impl RestSolid {
     /// Free space between the probe's end and the tissue [m].
     fn gap_m(&self, tip_m: &Vector3<f64>) -> f64 {
         let (radius_m, axis) = (f64::from(self.probe.radius_m), self.probe.axis.cast::<f64>());
-        if self.probe.shape != ProbeShape::Flat {
-            return (self.distance_m(&(tip_m + axis * radius_m)) - radius_m).max(0.0);
+        let end_m = self.end_m(tip_m);
+        match self.probe.shape {
+            ProbeShape::Hemisphere | ProbeShape::Sphere => return (self.distance_m(&end_m) - radius_m).max(0.0),
+            ProbeShape::Capsule { length_m, along } => return self.capsule_gap_m(&end_m, f64::from(length_m), &along.cast()),
+            ProbeShape::Ellipsoid { .. } => return self.ellipsoid_gap_m(&end_m),
+            ProbeShape::Flat => {}
         }
         let along = if axis.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
         let across = axis.cross(&along).normalize();
@@ -213,6 +236,42 @@ impl RestSolid {
         });
         rim.chain([*tip_m]).map(|p| self.distance_m(&p)).fold(f64::INFINITY, f64::min)
     }
+}
+
+impl RestSolid {
+    /// Between a capsule around `end_m` and the tissue. What touches between two samples of the
+    /// segment is nearer than either, by Pythagoras.
+    fn capsule_gap_m(&self, end_m: &Vector3<f64>, length_m: f64, along: &Vector3<f64>) -> f64 {
+        let spacing_m = length_m / (SEGMENT - 1) as f64;
+        let samples = (0..SEGMENT).map(|n| self.distance_m(&(end_m + along * (n as f64 * spacing_m - 0.5 * length_m))));
+        let nearest_m = samples.fold(f64::INFINITY, f64::min);
+        let between_m = (nearest_m * nearest_m - 0.25 * spacing_m * spacing_m).max(0.0).sqrt();
+        (between_m - f64::from(self.probe.radius_m)).max(0.0)
+    }
+
+    /// Between an ellipsoid around `end_m` and the tissue: zero where they meet, at most the gap
+    /// elsewhere.
+    fn ellipsoid_gap_m(&self, end_m: &Vector3<f64>) -> f64 {
+        let Some(stretched) = self.stretched.as_ref().filter(|_| !self.contains(end_m)) else { return 0.0 };
+        let end = stretched.into * end_m;
+        let square = |n: usize| {
+            let [a, b, c] = self.boundary[n].map(|v| stretched.nodes_m[v as usize]);
+            (nearest_on_triangle(&end, &a, &b, &c) - end).norm_squared()
+        };
+        let nearest_m = stretched.boundary_tree.nearest(&end.into(), square).map_or(f64::INFINITY, |(_, square)| square.sqrt());
+        (nearest_m - f64::from(self.probe.radius_m)).max(0.0) / stretched.most
+    }
+}
+
+/// The map that makes a ball of an ellipsoid, and the largest factor by which it makes a length
+/// grow (1).
+fn stretch(probe: &Probe) -> Option<(Matrix3<f64>, f64)> {
+    let ProbeShape::Ellipsoid { semi_axes_m, along } = probe.shape else { return None };
+    let (axis, along) = (probe.axis.cast::<f64>(), along.cast::<f64>());
+    let [p, q] = semi_axes_m.map(|semi_m| f64::from(probe.radius_m / semi_m));
+    let across = axis.cross(&along);
+    let into = along * along.transpose() * p + across * across.transpose() * q + axis * axis.transpose();
+    Some((into, p.max(q).max(1.0)))
 }
 
 impl RestShape for RestSolid {
@@ -232,7 +291,7 @@ impl RestShape for RestSolid {
     fn normals(&self, tip_m: &Vector3<f64>) -> Vec<Vector3<f64>> {
         let end_m = self.end_m(tip_m);
         let Some((foot_m, _)) = self.skin_near(&end_m) else { return Vec::new() };
-        let near_m = f64::from(self.probe.radius_m).max((foot_m - end_m).norm() + EQUALLY_NEAR_M);
+        let near_m = f64::from(self.probe.reach_m()).max((foot_m - end_m).norm() + EQUALLY_NEAR_M);
         let mut normals = Vec::new();
         self.skin_tree.any(&end_m.into(), near_m, |n| {
             let [a, b, c] = self.skin[n].map(|v| self.nodes_m[v as usize]);
