@@ -347,8 +347,8 @@ fn section<'a, T: Pod>(body: &mut &'a [u8], count: u32) -> Result<&'a [T], Build
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_reserved_word_must_be_zero() {
+    /// A patch of nothing, as words; it opens, and cannot be built.
+    fn packed(params: Params) -> ([u32; HEADER / 4 + 5], usize) {
         let model = Model {
             poisson_ratio: 0.45,
             stiffening_per_m: 1.0,
@@ -365,15 +365,64 @@ mod tests {
             rim_nodes: &[],
             rim_edges: &[],
         };
-        let file = PatchFile { model, params: Params::default(), site_m: Vector3::zeros(), stable_dt_s: 1e-3, fitted_places: 0 };
-        let mut words = [0_u32; HEADER / 4];
-        file.write(|piece| bytemuck::cast_slice_mut(&mut words)[..piece.len()].copy_from_slice(piece));
-        assert!(PatchFile::open(bytemuck::cast_slice(&words)).is_ok());
+        let file = PatchFile { model, params, site_m: Vector3::zeros(), stable_dt_s: 1e-3, fitted_places: 0 };
+        let (mut words, mut length) = ([0_u32; HEADER / 4 + 5], 0);
+        file.write(|piece| {
+            bytemuck::cast_slice_mut(&mut words)[length..][..piece.len()].copy_from_slice(piece);
+            length += piece.len();
+        });
+        (words, length)
+    }
 
-        let header: &mut Header = bytemuck::cast_mut(&mut words);
+    /// Makes the checksum of changed bytes right.
+    fn sealed(words: &mut [u32], length: usize) -> &[u8] {
+        words[3] = CRC.checksum(&bytemuck::cast_slice(words)[CHECKED_FROM..length]);
+        &bytemuck::cast_slice(words)[..length]
+    }
+
+    #[test]
+    fn a_reserved_word_must_be_zero() {
+        let (mut words, length) = packed(Params::default());
+        assert_eq!(length, HEADER);
+        assert!(PatchFile::open(&bytemuck::cast_slice(&words)[..length]).is_ok());
+
+        let header: &mut Header = bytemuck::from_bytes_mut(&mut bytemuck::cast_slice_mut(&mut words)[..HEADER]);
         header.reserved = 1e-5_f32.to_bits();
-        header.crc = CRC.checksum(&bytemuck::bytes_of(header)[CHECKED_FROM..]);
-        let refused = PatchFile::open(bytemuck::cast_slice(&words)).map(|_| ());
+        let refused = PatchFile::open(sealed(&mut words, length)).map(|_| ());
         assert!(matches!(refused, Err(BuildError::ReservedWord { found }) if found == 1e-5_f32.to_bits()), "{refused:?}");
+    }
+
+    #[cfg(feature = "long-tips")]
+    #[test]
+    fn a_long_tip_comes_back_and_a_damaged_one_does_not() {
+        let along = Vector3::new(0.6, 0.8, 0.0);
+        let capsule = ProbeShape::Capsule { length_m: 0.01, along };
+        let ellipsoid = ProbeShape::Ellipsoid { semi_axes_m: [0.01, 0.006], along };
+        for shape in [capsule, ellipsoid] {
+            let params = Params { probe: Probe { shape, ..Params::default().probe }, ..Params::default() };
+            assert_eq!(params.check(), Ok(()));
+            let (mut words, length) = packed(params);
+            assert_eq!(length, HEADER + size_of::<Tip>());
+            assert_eq!(PatchFile::open(&bytemuck::cast_slice(&words)[..length]).unwrap().params, params);
+            for short in [length - 4, HEADER] {
+                let refused = PatchFile::open(sealed(&mut words, short)).map(|_| ());
+                assert_eq!(refused, Err(BuildError::NotAPatch), "{shape:?} cut to {short} bytes");
+            }
+            // no direction, a long one, one along the axis, lengths of the wrong size
+            let tip = HEADER / 4;
+            for (word, value) in [(0, f32::NAN), (0, 1.0), (2, 0.5), (3, f32::NAN), (3, -1e-3), (3, 3.0), (3, f32::INFINITY)] {
+                let mut damaged = words;
+                damaged[tip + word] = value.to_bits();
+                let opened = PatchFile::open(sealed(&mut damaged, length)).map(|file| file.params.check());
+                assert!(matches!(opened, Ok(Err(BuildError::OutOfRange { .. }))), "{shape:?} {word} {value}: {opened:?}");
+            }
+            words[tip + 4] = 1e-3_f32.to_bits();
+            let last = PatchFile::open(sealed(&mut words, length)).map(|file| file.params.check());
+            match shape {
+                ProbeShape::Capsule { .. } => assert!(matches!(last, Err(BuildError::ReservedWord { .. })), "{last:?}"),
+                // eight times shorter than the radius
+                _ => assert!(matches!(last, Ok(Err(BuildError::OutOfRange { .. }))), "{last:?}"),
+            }
+        }
     }
 }

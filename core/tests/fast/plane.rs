@@ -88,6 +88,48 @@ fn below_a_tilted_plane_the_ball_is_as_deep_as_its_deepest_point() {
     }
 }
 
+#[cfg(feature = "long-tips")]
+#[test]
+fn below_a_tilted_plane_a_long_tip_is_as_deep_as_its_deepest_point() {
+    let (tissue, mut plane) = touched(Tissue::new(), 0.0, 0.0);
+    let (axis, radius_m) = (tissue.file.params.probe.axis, tissue.file.params.probe.radius_m);
+    let (along, across) = (Vector3::new(0.8, 0.6, 0.0), axis.cross(&Vector3::new(0.8, 0.6, 0.0)));
+    let (length_m, semi_axes_m) = (0.012, [0.014, 0.005]);
+    let capsule = palpate::ProbeShape::Capsule { length_m, along };
+    let ellipsoid = palpate::ProbeShape::Ellipsoid { semi_axes_m, along };
+    for degrees in [0.0_f32, 20.0, 45.0, 80.0, 130.0] {
+        for round in [0.0_f32, 70.0, 200.0] {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let (s, c) = round.to_radians().sin_cos();
+            plane.normal = Vector3::new(sin * c, sin * s, cos);
+            let tip_m = plane.middle_m + Vector3::new(1e-3, -2e-3, -3e-3);
+            let centre_m = tip_m + axis * radius_m;
+            for shape in [capsule, ellipsoid] {
+                let deepest_m = (0..400_u16).flat_map(|n| (0..200_u16).map(move |m| (n, m))).map(|(n, m)| {
+                    let (turn, lift) = (f32::from(n) * 0.015_75, f32::from(m) * 0.015_75);
+                    let unit = Vector3::new(turn.cos() * lift.sin(), turn.sin() * lift.sin(), lift.cos());
+                    let at = match shape {
+                        palpate::ProbeShape::Ellipsoid { semi_axes_m: [a, b], .. } => {
+                            along * (a * unit.x) + across * (b * unit.y) + axis * (radius_m * unit.z)
+                        }
+                        _ => {
+                            (along * unit.x + across * unit.y + axis * unit.z) * radius_m
+                                + along * (0.5 * length_m).copysign(unit.x)
+                        }
+                    };
+                    plane.depth_m(centre_m + at)
+                });
+                let deepest_m = deepest_m.fold(f32::MIN, f32::max);
+                let depth_m = plane.probe_depth_m(&palpate::Probe { shape, radius_m, axis }, tip_m);
+                assert!(
+                    (0.0..4e-6).contains(&(depth_m - deepest_m + 1e-7)),
+                    "{degrees} {round} {shape:?}: {depth_m} {deepest_m}"
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn a_plane_is_steep_beyond_forty_five_degrees() {
     let (_, plane) = touched(Tissue::new(), 0.0, 0.0);

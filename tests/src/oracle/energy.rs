@@ -102,9 +102,44 @@ pub fn depth_inside<N: Number>(params: &Params, tip: Point<f64>, point: Point<N>
         // a cylinder stands on the half-sphere: there only the distance from the axis counts
         ProbeShape::Hemisphere if above_tip.value() > r => minus(from_tip, axis.map(|c| c * above_tip)),
         ProbeShape::Hemisphere | ProbeShape::Sphere => minus(from_tip, axis.map(|c| c * N::of(r))),
+        ProbeShape::Capsule { length_m, along } => {
+            let (half, along) = (0.5 * f64::from(length_m), [0, 1, 2].map(|k| N::of(f64::from(along[k]))));
+            let from_middle = minus(from_tip, axis.map(|c| c * N::of(r)));
+            let place = dot(from_middle, along);
+            let place = if place.value().abs() < half { place } else { N::of(half.copysign(place.value())) };
+            minus(from_middle, along.map(|c| c * place))
+        }
+        ProbeShape::Ellipsoid { semi_axes_m: [a, b], along } => {
+            let (axis, along) = (probe.axis.cast::<f64>(), along.cast::<f64>());
+            let frame = [along, axis.cross(&along), axis].map(|side| [0, 1, 2].map(|k| N::of(side[k])));
+            let from_middle = minus(from_tip, [0, 1, 2].map(|k| N::of(axis[k] * r)));
+            return depth_in_ellipsoid([f64::from(a), f64::from(b), r], frame.map(|side| dot(from_middle, side)));
+        }
     };
     let depth = N::of(r) - dot(from_centre, from_centre).root();
     (depth.value() > 0.0).then_some(depth)
+}
+
+/// Distance of a point from the plane that touches an ellipsoid where it is nearest. Its normal is
+/// `x_i / (t + a_i^2)`, with t found by halving.
+fn depth_in_ellipsoid<N: Number>(semi_axes_m: [f64; 3], point: Point<N>) -> Option<N> {
+    let at = point.map(N::value);
+    if (0..3).map(|k| (at[k] / semi_axes_m[k]).powi(2)).sum::<f64>() >= 1.0 {
+        return None;
+    }
+    let squares = semi_axes_m.map(|a| a * a);
+    let excess = |t: f64| (0..3).map(|k| squares[k] * (at[k] / (t + squares[k])).powi(2)).sum::<f64>() - 1.0;
+    let (mut low, mut high) = (-squares[0].min(squares[1]).min(squares[2]), 0.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if excess(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    let normal: [f64; 3] = std::array::from_fn(|k| at[k] / (high + squares[k]));
+    let length = normal.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let normal = normal.map(|c| c / length);
+    let support = (0..3).map(|k| squares[k] * normal[k] * normal[k]).sum::<f64>().sqrt();
+    // the plane stays where the point moves a little: the slope of a least value
+    Some(N::of(support) - dot(normal.map(N::of), point))
 }
 
 /// Six times the volume of a tet [m^3].

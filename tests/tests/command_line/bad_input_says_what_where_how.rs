@@ -143,6 +143,40 @@ fn a_missing_key_by_name_and_table() {
 }
 
 #[test]
+fn a_long_tip_with_its_keys_and_its_direction() {
+    let capsule = "shape = \"capsule\"\nlength_m = 0.01\nalong = [1.0, 0.0, 0.0]";
+    let ellipsoid = "shape = \"ellipsoid\"\nsemi_axes_m = [0.01, 0.006, 0.006]\nalong = [0.0, 1.0, 0.0]";
+    let round = "shape = \"hemisphere\"";
+    for (from, key) in [("length_m = 0.01", "length_m"), ("along = [1.0, 0.0, 0.0]", "along")] {
+        refused_edit(round, &edited(capsule, from, ""), &[":8: ", &format!("\"{key}\" is missing in [probe]"), "add it"]);
+    }
+    for (tip, key) in [(format!("{round}\nlength_m = 0.01"), "length_m"), (format!("{round}\nalong = [1.0, 0.0, 0.0]"), "along")]
+    {
+        refused_edit(round, &tip, &[":8: ", &format!("probe.{key} belongs to a capsule"), "remove it"]);
+    }
+    refused_edit(round, ellipsoid, &[":8: ", "probe.radius_m", "remove it"]);
+    for (tip, more) in [(capsule, ""), (ellipsoid, "radius_m = 0.008")] {
+        for (direction, says) in [
+            ("[0.0, 0.0, 0.0]", ["no direction", "[1.0, 0.0, 0.0]"]),
+            ("[nan, 0.0, 1.0]", ["no direction", "[1.0, 0.0, 0.0]"]),
+            ("[0.0, 0.1, 1.0]", ["out of the block's top", "[1.0, 0.0, 0.0]"]),
+        ] {
+            let along = tip.lines().last().unwrap();
+            let scene = edited(&edited(SMALL_BLOCK, round, &edited(tip, along, &format!("along = {direction}"))), more, "");
+            refused_scene(&Desk::default(), &scene, &[&["scene.toml:", "probe.along"], &says[..]].concat());
+        }
+    }
+    for (from, to, key, says) in [
+        ("length_m = 0.01", "length_m = -0.01", "probe.length_m", "0 .. 1"),
+        ("length_m = 0.01", "length_m = nan", "probe.length_m", "0 .. 1"),
+    ] {
+        refused_edit(round, &edited(capsule, from, to), &[key, says]);
+    }
+    let scene = edited(&edited(SMALL_BLOCK, round, &edited(ellipsoid, "0.01,", "0.1,")), "radius_m = 0.008", "");
+    refused_scene(&Desk::default(), &scene, &["probe.semi_axes_m[0]", "0.0015 .. 0.024"]);
+}
+
+#[test]
 fn a_value_of_the_wrong_type_with_key_and_line() {
     for (from, to, says) in [
         ("3500.0", "\"soft\"", [":4: ", "youngs_modulus_pa", "expected a number"]),

@@ -179,6 +179,44 @@ fn smaller_probe_presses_less() {
 }
 
 #[test]
+fn a_capsule_is_as_long_as_it_says_and_lies_as_it_says() {
+    let tip = |length: &str, along: &str| {
+        changed("shape = \"hemisphere\"", &format!("shape = \"capsule\"\nlength_m = {length}\nalong = {along}"))
+    };
+    let [none, short, long] = ["0.0", "0.006", "0.012"].map(|length| tip(length, "[1.0, 0.0, 0.0]"));
+    // pressed less deep than its radius, the ball and the half-ball are one
+    assert!(ratios(&none, &small()).iter().all(|r| (r - 1.0).abs() < 1e-3));
+    for (shorter, longer) in [(&none, &short), (&short, &long)] {
+        assert!(ratios(longer, shorter).iter().all(|r| (1.1..1.8).contains(r)), "{:?}", ratios(longer, shorter));
+    }
+    // the dent is longer along than across, whichever way it lies
+    let dent = |run: &PressRun, way: usize| {
+        let surface = run.surface(2);
+        let deepest = surface.rows.iter().map(|row| row[5]).fold(0.0, f64::min);
+        let wide = surface.rows.iter().filter(|row| row[5] < 0.5 * deepest).map(|row| row[way].abs());
+        wide.fold(0.0, f64::max)
+    };
+    let turned = tip("0.012", "[0.0, 1.0, 0.0]");
+    assert!(dent(&long, 0) > 1.2 * dent(&long, 1), "{} {}", dent(&long, 0), dent(&long, 1));
+    assert!(dent(&turned, 1) > 1.2 * dent(&turned, 0), "{} {}", dent(&turned, 1), dent(&turned, 0));
+}
+
+#[test]
+fn an_ellipsoid_has_its_three_semi_axes() {
+    let tip = |axes: &str| {
+        let scene = edited(SMALL_BLOCK, "radius_m = 0.008\n", "");
+        let shape = format!("shape = \"ellipsoid\"\nsemi_axes_m = {axes}\nalong = [1.0, 0.0, 0.0]");
+        press(SCRATCH, &edited(&scene, "shape = \"hemisphere\"", &shape))
+    };
+    let round = tip("[0.008, 0.008, 0.008]");
+    assert!(ratios(&round, &small()).iter().all(|r| (r - 1.0).abs() < 1e-3));
+    // Hertz: about as the root of the two curvatures' mean radius
+    for wider in [tip("[0.012, 0.008, 0.008]"), tip("[0.008, 0.012, 0.008]"), tip("[0.008, 0.008, 0.006]")] {
+        assert!(ratios(&wider, &round).iter().all(|r| (1.05..1.4).contains(r)), "{:?}", ratios(&wider, &round));
+    }
+}
+
+#[test]
 fn press_is_where_the_scene_says() {
     let run = changed(PLACE, "position_m = [0.02, -0.01]");
     assert!(run.trace.column("probe_x_m").iter().all(|x| *x == f64::from(0.02_f32)));

@@ -210,6 +210,9 @@ fn extreme_data_draws() -> Checked {
         (ProbeShape::Hemisphere, [0.0; 3], 0.0),
         (ProbeShape::Sphere, [-1.0, 0.0, 0.0], 0.02),
         (ProbeShape::Flat, [0.0, 3.0, -4.0], 1e-6),
+        (ProbeShape::Capsule { length_m: 0.01, along: [0.0, 1.0, 0.2] }, [0.0, 0.0, 1.0], 0.006),
+        (ProbeShape::Capsule { length_m: 0.0, along: [0.0, 0.0, 1.0] }, [0.0, 0.0, 1.0], 0.0),
+        (ProbeShape::Ellipsoid { semi_axes_m: [0.012, 0.004], along: [1.0, 1.0, 0.0] }, [0.3, 0.0, 1.0], 0.006),
     ];
     for (shape, axis, radius_m) in probes {
         let probe = Probe { shape, radius_m, axis, ..tet().probe };

@@ -5,7 +5,7 @@
 use palpate::haptic::cycle::{Command, Renderer, Settings};
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::mode::Mode;
-use palpate::{Output, PatchFile, ProbePose, Terms, Vector3};
+use palpate::{Output, PatchFile, Probe, ProbePose, ProbeShape, Terms, Vector3};
 use palpate_controller::controller::{Arming, Controller};
 use palpate_controller::force_out::Drive;
 use palpate_controller::link::frame::FRAME_BYTES;
@@ -152,8 +152,18 @@ fn press_by_controller(mut patch: Patch<'_>) {
     }
 }
 
-fn run(name: &str, mutants: usize, seed: u64) -> Seen {
-    let original = std::fs::read(packed::shipped(name)).unwrap();
+/// A shipped patch, its probe of another shape if one is given.
+fn patch_of(name: &str, shape: Option<ProbeShape>) -> Vec<u8> {
+    let Some(shape) = shape else { return std::fs::read(packed::shipped(name)).unwrap() };
+    let file = PatchFile::open(packed::on_words(&packed::shipped(name))).unwrap();
+    let probe = Probe { shape, ..file.params.probe };
+    let mut bytes = Vec::new();
+    PatchFile { params: palpate::Params { probe, ..file.params }, ..file }.write(|part| bytes.extend_from_slice(part));
+    bytes
+}
+
+fn run(name: &str, shape: Option<ProbeShape>, mutants: usize, seed: u64) -> Seen {
+    let original = patch_of(name, shape);
     let nodes = PatchFile::open(packed::on_words(&packed::shipped(name))).unwrap().model.nodes;
     // the first array begins with the first node's place
     let first = bytemuck::bytes_of(&nodes[0]);
@@ -178,7 +188,7 @@ fn run(name: &str, mutants: usize, seed: u64) -> Seen {
                 let file = PatchFile::open(whole).unwrap();
                 assert_eq!(file.params.tick_s, 1e-3);
                 let touched =
-                    palpate_tissue::budget::triangles_in_reach(&file.model, file.site_m.into(), file.params.probe.radius_m);
+                    palpate_tissue::budget::triangles_in_reach(&file.model, file.site_m.into(), file.params.probe.reach_m());
                 let terms = Terms { relative_mass: file.params.terms.relative_mass, ..Terms::ALL };
                 let cost = machine.cost_of(
                     &Counts::of(&file.model, touched),
@@ -198,16 +208,25 @@ fn run(name: &str, mutants: usize, seed: u64) -> Seen {
             }
         }
     }
-    println!("{name}: {seen:?}");
+    println!("{name} {shape:?}: {seen:?}");
     seen
 }
 
 #[test]
 fn a_hundred_thousand_mutants_are_refused_or_harmless() {
-    const SHIPPED: [(&str, usize); 4] =
-        [("block-m4f-168.patch", 4), ("liver-m4f-168.patch", 4), ("block-m7-480.patch", 1), ("nodule-m7-480.patch", 1)];
+    let along = Vector3::x();
+    let capsule = Some(ProbeShape::Capsule { length_m: 0.01, along });
+    let ellipsoid = Some(ProbeShape::Ellipsoid { semi_axes_m: [0.012, 0.006], along });
+    let runs = [
+        ("block-m4f-168.patch", None, 3),
+        ("block-m4f-168.patch", capsule, 1),
+        ("liver-m4f-168.patch", None, 4),
+        ("block-m7-480.patch", None, 1),
+        ("nodule-m7-480.patch", ellipsoid, 1),
+    ];
     let seen: Vec<Seen> = std::thread::scope(|scope| {
-        let runs = SHIPPED.map(|(name, tenths)| scope.spawn(move || run(name, MUTANTS / 10 * tenths, 0x9E37_79B9_7F4A_7C15)));
+        let seed = 0x9E37_79B9_7F4A_7C15;
+        let runs = runs.map(|(name, shape, tenths)| scope.spawn(move || run(name, shape, MUTANTS / 10 * tenths, seed)));
         runs.into_iter().map(|run| run.join().unwrap()).collect()
     });
     let pressed: usize = seen.iter().map(|seen| seen.pressed).sum();

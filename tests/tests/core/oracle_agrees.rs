@@ -147,14 +147,24 @@ fn inner_forces_are_slopes_of_the_energies() {
 #[test]
 fn contact_forces_are_slopes_of_the_foundation_and_its_damping() {
     let mut touched = 0;
-    for seed in 0..30 {
+    for seed in 0..42 {
         let mut noise = Noise::new(seed);
-        let shape = [ProbeShape::Hemisphere, ProbeShape::Sphere, ProbeShape::Flat][seed as usize % 3];
+        let along = Vector3::zeros();
+        let shape = match seed {
+            0..30 => [ProbeShape::Hemisphere, ProbeShape::Sphere, ProbeShape::Flat][seed as usize % 3],
+            30..36 => ProbeShape::Capsule { length_m: 0.01, along },
+            _ => ProbeShape::Ellipsoid { semi_axes_m: [0.013, 0.006], along },
+        };
         let tilt = Vector3::new(0.3 * noise.uniform(), 0.3 * noise.uniform(), 1.0).normalize();
         let block = if seed % 5 == 0 { Bench::with_nine_points(410) } else { Bench::block(410) };
         let bench = block.with(|p| {
-            p.probe.shape = shape;
             p.probe.axis = tilt.cast();
+            let level = p.probe.axis.cross(&Vector3::new(0.6, 0.3, 0.1)).normalize();
+            p.probe.shape = match shape {
+                ProbeShape::Capsule { length_m, .. } => ProbeShape::Capsule { length_m, along: level },
+                ProbeShape::Ellipsoid { semi_axes_m, .. } => ProbeShape::Ellipsoid { semi_axes_m, along: level },
+                round => round,
+            };
             p.substeps = 1 + seed as u16 % 2;
         });
         let model = bench.patch.wide_model();

@@ -7,6 +7,7 @@ mod command;
 mod glued;
 mod half_space;
 mod linearity;
+mod long_tips;
 mod mesh;
 mod stiffening;
 mod uniform;

@@ -1,6 +1,6 @@
 //! The static solution: what the tick settles to, with the right derivatives.
 
-use palpate::{GuardLimits, Params, ProbePose, tick};
+use palpate::{GuardLimits, Params, Probe, ProbePose, ProbeShape, tick};
 use palpate_fit::statics::{Balance, Gradient, Solver, Statics, Vector};
 use palpate_tissue::mesh::{BlockSpec, block};
 use palpate_tissue::patch::{Material, Memory, Patch};
@@ -46,6 +46,30 @@ fn the_tick_settles_to_the_static_force() {
         let expected_n = pressed(&statics, depth_m).force * f64::from(params.youngs_modulus_pa);
         let error = force_n / expected_n - 1.0;
         assert!(error.abs() < 1e-4, "{depth_m} m: {force_n} N, statics {expected_n} N");
+    }
+}
+
+/// The probe's curvature is in the tangent: without it the solver would not converge so far.
+#[test]
+fn the_tick_settles_to_the_static_force_under_a_capsule_and_an_ellipsoid() {
+    let patch = patch();
+    let model = patch.wide_model();
+    let along = palpate::Vector3::new(0.8, 0.6, 0.0);
+    let depth_m = 0.003;
+    for shape in [ProbeShape::Capsule { length_m: 0.01, along }, ProbeShape::Ellipsoid { semi_axes_m: [0.012, 0.006], along }] {
+        let probe = Probe { shape, radius_m: 0.007, ..Params::default().probe };
+        let params = Params { probe, node_damping_per_s: 150.0, limits: GuardLimits::HIGHEST, ..Params::default() };
+        let statics = Statics::of(&model, &params).unwrap();
+        let mut memory = Memory::for_model(&model);
+        let (tuned, mut state) = memory.start(&model, &params).unwrap();
+        tick(&model, &tuned, &mut state, ProbePose { tip_m: tip_m(-0.001).cast() });
+        let mut force_n = 0.0;
+        for _ in 0..3000 {
+            force_n = f64::from(tick(&model, &tuned, &mut state, ProbePose { tip_m: tip_m(depth_m).cast() }).force_n.z);
+        }
+        let expected_n = pressed(&statics, depth_m).force * f64::from(params.youngs_modulus_pa);
+        let error = force_n / expected_n - 1.0;
+        assert!(error.abs() < 1e-4, "{shape:?}: {force_n} N, statics {expected_n} N");
     }
 }
 

@@ -3,6 +3,7 @@
 //! of the patch, never from what the patch or the loop says of contact.
 
 mod campaign;
+mod long_tips;
 mod named;
 mod shapes;
 mod watch;

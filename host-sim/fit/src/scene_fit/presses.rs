@@ -32,6 +32,8 @@ const CENTRE_NODES: [usize; 2] = [300, 600];
 const WHOLE_NODES: usize = 300;
 const COARSE_CENTRE_NODES: [usize; 2] = [60, 110];
 const COARSE_WHOLE_NODES: usize = 80;
+/// Most times the nodes for a contact that is longer than wide.
+const MOST_MORE: f64 = 2.5;
 /// Depths up to this share of the deepest have meshes of their own, finer.
 const SHALLOW: f64 = 0.26;
 
@@ -98,8 +100,9 @@ impl Presses {
         let (shallow_m, deep_m): (Vec<f64>, Vec<f64>) = all_m.iter().partition(|d| **d <= SHALLOW * deepest_m);
         let batches = [shallow_m, deep_m];
         let centre = batches.iter().flat_map(|depths_m| {
-            let fine_radius_m = 1.1 * contact_m(depths_m.last().copied().unwrap_or(deepest_m));
-            centre_nodes.map(|nodes| PressJob {
+            let batch_m = depths_m.last().copied().unwrap_or(deepest_m);
+            let fine_radius_m = 1.1 * contact_m(batch_m);
+            centre_nodes.map(|nodes| more_nodes(scene, nodes, batch_m)).map(|nodes| PressJob {
                 place_m: [0.0; 2],
                 depths_m: depths_m.clone(),
                 surfaces_m: surfaces_m.iter().filter(|d| depths_m.contains(d)).copied().collect(),
@@ -115,7 +118,7 @@ impl Presses {
             place_m,
             depths_m,
             surfaces_m: Vec::new(),
-            nodes: whole_nodes,
+            nodes: more_nodes(scene, whole_nodes, deepest_m),
             fine_radius_m: 0.75 * contact_m(deepest_m),
             whole: true,
         };
@@ -142,6 +145,17 @@ impl Presses {
     pub fn jobs(&self) -> impl Iterator<Item = &PressJob> {
         std::iter::once(&self.again).chain(self.centre.iter().rev()).chain(&self.aside).chain(&self.unseen)
     }
+}
+
+/// Corner nodes of a mesh for a long contact: its elements have to be as fine as under a ball, over
+/// a disc that is as much wider.
+fn more_nodes(scene: &Scene, nodes: usize, depth_m: f64) -> usize {
+    let tip = scene.probe.tip();
+    if tip.shape.is_round() {
+        return nodes;
+    }
+    let ball_m = (tip.radius_m * depth_m.min(tip.radius_m)).sqrt();
+    (nodes as f64 * (tip.contact_radius_m(depth_m) / ball_m).clamp(1.0, MOST_MORE)) as usize
 }
 
 /// To tenths of a micrometre, so that files and scenes agree to the last bit.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use palpate::{BuildError, Params, Vector3};
+use palpate::{BuildError, Params, Probe, Vector3};
 
 use crate::closed_loop::device::{DeviceProfile, PROFILES};
 use crate::closed_loop::stimulus::Site;
@@ -73,6 +73,18 @@ impl PathGround {
 impl PathPatch {
     fn of(name: &'static str, bytes: &[u8], share: u32) -> Result<Self, BuildError> {
         let (patch, params) = packed::unpack(bytes)?;
+        Self::under(name, patch, params, share)
+    }
+
+    /// The patch under another probe.
+    ///
+    /// # Errors
+    /// A probe that the core refuses.
+    pub fn with_probe(&self, probe: Probe) -> Result<Self, BuildError> {
+        Self::under(self.name, self.patch.clone(), Params { probe, ..self.params }, self.share)
+    }
+
+    fn under(name: &'static str, patch: Patch, params: Params, share: u32) -> Result<Self, BuildError> {
         let shape = Arc::new(RestSolid::of(&patch.model(), &params.probe));
         let site = Site::new(patch.site_m().cast(), params.probe.axis.cast());
         let extent_m = shape.extent_m(&site.at_m, &[site.along, site.across(), site.normal]);
