@@ -76,6 +76,7 @@ impl CalibrateArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let mut scene = Scene::load(&self.common.scene)?;
         scene.refuse_stiffening()?;
+        scene.refuse_long_tip("calibrate")?;
         let answer = match &self.reference {
             Some(path) => Answer::load(path)?,
             None => Answer::block(),

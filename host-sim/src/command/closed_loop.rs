@@ -152,7 +152,7 @@ impl LoopArgs {
         let Some(n_per_m) = self.wall else {
             let mut scene = Scene::load(&self.common.scene)?;
             if self.emulated {
-                scene.refuse_stiffening_on("a board")?;
+                scene.refuse_what_boards_lack("a board")?;
             }
             let patch = self.emulated.then(|| HardwareInLoop::patch_for(&scene)).transpose()?;
             scene.solver.patch = patch.clone().or(scene.solver.patch);

@@ -59,6 +59,9 @@ impl CutArgs {
         let (common, machine, radius_m) = (&self.common, self.board.machine()?, self.radius_m);
         let scene = Scene::load(&common.scene)?;
         scene.refuse_stiffening()?;
+        if machine.is_board() {
+            scene.refuse_what_boards_lack(machine.name)?;
+        }
         if !PLACES_RANGE.contains(&self.places) {
             return Err(TissueError::Usage(format!(
                 "--places {}: take {} to {}",
@@ -101,7 +104,7 @@ impl CutArgs {
             status.say(format!("fit: round {rounds}, force error {:.2} % rms", r.force_rms_pct));
         })?;
         let session = Session::of_fitted(machine, fitted.patch.clone(), fitted.params)?;
-        let cost = cost(&session.patch, machine, probe_m, session.params.substeps);
+        let cost = cost(&session.patch, machine, scene.probe.tip().reach_m(), session.params.substeps);
         status.clear();
         solved.said().iter().for_each(|line| println!("{line}"));
         if cost.units > cost.budget {

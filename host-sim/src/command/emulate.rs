@@ -60,7 +60,7 @@ pub(super) struct EmulateArgs {
 impl EmulateArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let mut scene = Scene::load(&self.common.scene)?;
-        scene.refuse_stiffening_on("a board")?;
+        scene.refuse_what_boards_lack("a board")?;
         let patch_file = match &self.patch {
             Some(path) => path.clone(),
             None => palpate_board::image::patch_for(&scene)?,

@@ -60,7 +60,7 @@ pub(super) fn machine(board: &str) -> Result<&'static Machine, Error> {
 fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), Error> {
     let scene = Scene::load(&common.scene)?;
     if machine.is_board() {
-        scene.refuse_stiffening_on(machine.name)?;
+        scene.refuse_what_boards_lack(machine.name)?;
     }
     if nodes.is_some() && scene.tissue.block_m.is_none() {
         return Err(TissueError::Usage(format!(

@@ -37,6 +37,9 @@ impl PlanArgs {
         let asked = self.tolerance_pct;
         let scene = Scene::load(&self.common.scene)?;
         scene.refuse_stiffening()?;
+        if machine.is_board() {
+            scene.refuse_what_boards_lack(machine.name)?;
+        }
         let mut folder = OutputFolder::open(&self.common.folder("plan"))?;
         // an earlier plan's patch must not be taken for this one's
         folder.drop_earlier(&format!("{}-{}.patch", scene.name, machine.name));

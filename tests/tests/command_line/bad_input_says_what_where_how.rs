@@ -155,14 +155,14 @@ fn a_long_tip_with_its_keys_and_its_direction() {
         refused_edit(round, &tip, &[":8: ", &format!("probe.{key} belongs to a capsule"), "remove it"]);
     }
     refused_edit(round, ellipsoid, &[":8: ", "probe.radius_m", "remove it"]);
-    for (tip, more) in [(capsule, ""), (ellipsoid, "radius_m = 0.008")] {
+    for (tip, without) in [(capsule, NODES), (ellipsoid, "radius_m = 0.008")] {
         for (direction, says) in [
             ("[0.0, 0.0, 0.0]", ["no direction", "[1.0, 0.0, 0.0]"]),
             ("[nan, 0.0, 1.0]", ["no direction", "[1.0, 0.0, 0.0]"]),
             ("[0.0, 0.1, 1.0]", ["out of the block's top", "[1.0, 0.0, 0.0]"]),
         ] {
             let along = tip.lines().last().unwrap();
-            let scene = edited(&edited(SMALL_BLOCK, round, &edited(tip, along, &format!("along = {direction}"))), more, "");
+            let scene = edited(&edited(SMALL_BLOCK, round, &edited(tip, along, &format!("along = {direction}"))), without, "");
             refused_scene(&Desk::default(), &scene, &[&["scene.toml:", "probe.along"], &says[..]].concat());
         }
     }

@@ -147,12 +147,12 @@ fn inner_forces_are_slopes_of_the_energies() {
 #[test]
 fn contact_forces_are_slopes_of_the_foundation_and_its_damping() {
     let mut touched = 0;
-    for seed in 0..42 {
+    for seed in 0..36 {
         let mut noise = Noise::new(seed);
         let along = Vector3::zeros();
         let shape = match seed {
             0..30 => [ProbeShape::Hemisphere, ProbeShape::Sphere, ProbeShape::Flat][seed as usize % 3],
-            30..36 => ProbeShape::Capsule { length_m: 0.01, along },
+            30..33 => ProbeShape::Capsule { length_m: 0.01, along },
             _ => ProbeShape::Ellipsoid { semi_axes_m: [0.013, 0.006], along },
         };
         let tilt = Vector3::new(0.3 * noise.uniform(), 0.3 * noise.uniform(), 1.0).normalize();

@@ -55,6 +55,7 @@ impl Piece {
             return Err(DynamicError::Motion { key: "depth_m", value: task.deepest_m, range });
         }
         let [x, y] = scene.probe.position_m.unwrap_or_default();
+        let mirrors = scene.probe.shape.mirrors();
         let case = BlockCase {
             size_m,
             place_m: [x + middle_m[0], y + middle_m[1]],
@@ -62,7 +63,7 @@ impl Piece {
             nodes: settings.corner_nodes,
             fine_radius_m,
             rule: TetRule::Four,
-            may_cut: half_travel_m.map(|travel| travel == 0.0),
+            may_cut: [0, 1].map(|k| half_travel_m[k] == 0.0 && mirrors[k]),
         };
         let block = case.build().map_err(|cause| Error::Usage(format!("{}: tissue.block_m: {cause}", scene.file)))?;
         Ok(Self { body: block.body, mirror: block.mirror, place_m: Vector3::new(x, y, 0.0), axis: Vector3::z() })

@@ -118,7 +118,7 @@ pub fn study(scene: &Scene, quick: bool, mut progress: impl FnMut(usize, f64)) -
         nodes: 0,
         fine_radius_m: task.fine_radius_m(),
         rule: TetRule::Four,
-        may_cut: [true; 2],
+        may_cut: scene.probe.shape.mirrors(),
     };
     let whole = case.symmetry().into_iter().filter(|cut| !cut).count();
     for (n, nodes) in if quick { QUICK_NODES } else { FULL_NODES }[whole].into_iter().enumerate() {

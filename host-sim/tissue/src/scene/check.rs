@@ -57,6 +57,18 @@ impl Scene {
         Ok(())
     }
 
+    /// Refuses a tip that is not round; `what` needs one.
+    ///
+    /// # Errors
+    /// The shape.
+    pub fn refuse_long_tip(&self, what: &str) -> Result<(), SceneError> {
+        if self.probe.shape.is_round() {
+            return Ok(());
+        }
+        let why = format!("is a {}: {what} takes round tips only: use palpate fit --scene", self.probe.tip());
+        self.bad("probe.shape", &why)
+    }
+
     /// Refuses a tissue that stiffens where a patch is fitted: fits are those of neo-Hookean
     /// tissue.
     ///
@@ -71,11 +83,19 @@ impl Scene {
         self.bad("tissue.stiffening_b", &why)
     }
 
-    /// Refuses a tissue that stiffens where a board is to run it.
+    /// Refuses what no board's image has, where a board is to run it: tissue that stiffens, a
+    /// capsule or an ellipsoid.
     ///
     /// # Errors
-    /// The exponent.
-    pub fn refuse_stiffening_on(&self, board: &str) -> Result<(), SceneError> {
+    /// The exponent, or the shape.
+    pub fn refuse_what_boards_lack(&self, board: &str) -> Result<(), SceneError> {
+        if !self.probe.shape.is_round() {
+            let why = format!(
+                "is a {}: the image of {board} has no room for it: take \"hemisphere\", \"sphere\" or \"flat\", or --board desktop",
+                self.probe.tip()
+            );
+            return self.bad("probe.shape", &why);
+        }
         let b = self.tissue.stiffening_b;
         if b == 0.0 {
             return Ok(());

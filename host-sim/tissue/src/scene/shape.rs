@@ -126,6 +126,15 @@ impl Shape {
         }
     }
 
+    /// Whether the planes x = 0 and y = 0 through its axis, which is z, mirror it.
+    #[must_use]
+    pub fn mirrors(self) -> [bool; 2] {
+        match self.along() {
+            None => [true; 2],
+            Some([x, y, _]) => [x == 0.0 || y == 0.0; 2],
+        }
+    }
+
     /// Direction of the longer side, if the shape has one.
     #[must_use]
     pub fn along(self) -> Option<[f64; 3]> {
@@ -242,7 +251,8 @@ impl Tip {
 
 impl fmt::Display for Tip {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mm = |m: f64| m * 1e3;
+        // to micrometres: a tip of the core was rounded to single precision
+        let mm = |m: f64| (m * 1e6).round() / 1e3;
         match self.shape {
             Shape::Hemisphere => write!(f, "hemisphere R {} mm", mm(self.radius_m)),
             Shape::Sphere => write!(f, "sphere R {} mm", mm(self.radius_m)),

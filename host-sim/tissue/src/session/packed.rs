@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use palpate::{BuildError, Params, PatchFile};
+use palpate::{BuildError, Params, PatchFile, Probe, ProbeShape, Vector3};
 
 use crate::error::Error;
 use crate::fit_record::{FitRecord, OrganRecord};
 use crate::patch::Patch;
-use crate::scene::{Scene, SceneError};
+use crate::scene::{Scene, SceneError, Tip};
 
 /// How far the packed tissue may be from the scene's, as a share of the block's side or of the
 /// probe's radius: well above single precision.
@@ -91,15 +91,28 @@ fn agree_with_its_organ(scene: &Scene, path: &Path) -> Result<(), SceneError> {
     }
 }
 
+/// Whether two probes are one; the direction of a long one was rounded with the axis.
+fn same_tip(packed: &Probe, own: &Probe) -> bool {
+    let near = |a: &Vector3<f32>, b: &Vector3<f32>| (a - b).norm() < 1e-5;
+    let same = match (packed.shape, own.shape) {
+        (ProbeShape::Capsule { length_m, along }, ProbeShape::Capsule { length_m: length, along: way }) => {
+            length_m == length && near(&along, &way)
+        }
+        (ProbeShape::Ellipsoid { semi_axes_m, along }, ProbeShape::Ellipsoid { semi_axes_m: axes, along: way }) => {
+            semi_axes_m == axes && near(&along, &way)
+        }
+        (packed, own) => packed == own,
+    };
+    same && packed.radius_m == own.radius_m
+}
+
 /// A patch with a far field answers for the organ, the probe and the inclusions that it was cut and
 /// fitted with; the organ itself is not in the file.
 fn agree_with_its_fit(scene: &Scene, path: &str, file: &PatchFile) -> Result<(), SceneError> {
-    let (packed, own) = (file.params.probe, scene.params([0.0, 0.0, 1.0]).probe);
-    if packed.shape != own.shape || packed.radius_m != own.radius_m {
-        let why = format!(
-            "is not the one {path} was fitted with ({:?}, {} m): use that or pack it again",
-            packed.shape, packed.radius_m
-        );
+    let packed = file.params.probe;
+    let own = scene.params(packed.axis.map(f64::from).into()).probe;
+    if !same_tip(&packed, &own) {
+        let why = format!("is not the one {path} was fitted with ({}): use that or pack it again", Tip::of_core(&packed));
         return scene.bad("probe", &why);
     }
     if scene.tissue.gravity_m_per_s2 != [0.0; 3] {

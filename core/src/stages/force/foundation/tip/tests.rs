@@ -1,5 +1,7 @@
 //! Against the nearest point that a search in double precision finds.
 
+#![expect(clippy::disallowed_types, reason = "the search is in double precision, and no part of the image")]
+
 extern crate std;
 
 use std::vec::Vec;
