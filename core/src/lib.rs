@@ -61,7 +61,7 @@ pub use inertia::{FIELDS, Gains, NodeStep};
 pub use memory::Memory;
 pub use model::{FoundationPoint, Model, NodeRest, RimEdge, RimNode, Spring, Tet, Triangle};
 pub use nalgebra::Vector3;
-pub use params::{GuardLimits, LONG_TIPS, MOST_TERMS, Params, Probe, ProbeShape, PronyTerm, Terms, Tuned};
+pub use params::{GuardLimits, MOST_TERMS, Params, Probe, ProbeShape, PronyTerm, Terms, Tuned};
 pub use patch_file::PatchFile;
 pub use placement::Placement;
 pub use stages::force::friction::Bristle;

@@ -11,7 +11,7 @@ use crate::fault::BuildError;
 use crate::inertia::{Gains, NEIGHBOUR, NodeStep};
 use crate::model::{Model, Spring};
 use crate::smooth;
-pub use probe::{LONG_TIPS, Probe, ProbeShape};
+pub use probe::{Probe, ProbeShape};
 pub(crate) use prony::Prony;
 pub use prony::{MOST_TERMS, PronyTerm};
 pub use terms::Terms;

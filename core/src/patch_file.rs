@@ -392,6 +392,18 @@ mod tests {
         assert!(matches!(refused, Err(BuildError::ReservedWord { found }) if found == 1e-5_f32.to_bits()), "{refused:?}");
     }
 
+    #[cfg(not(feature = "long-tips"))]
+    #[test]
+    fn a_build_without_long_tips_refuses_them_by_name() {
+        let (mut words, length) = packed(Params::default());
+        for shape in [3, 4] {
+            let header: &mut Header = bytemuck::from_bytes_mut(&mut bytemuck::cast_slice_mut(&mut words)[..HEADER]);
+            header.probe_shape = shape;
+            let refused = PatchFile::open(sealed(&mut words, length + size_of::<Tip>())).map(|_| ());
+            assert_eq!(refused, Err(BuildError::NoSuchTip));
+        }
+    }
+
     #[cfg(feature = "long-tips")]
     #[test]
     fn a_long_tip_comes_back_and_a_damaged_one_does_not() {

@@ -7,11 +7,8 @@ use crate::fault::BuildError;
 #[cfg(feature = "long-tips")]
 use crate::lanes::sqrt;
 
-/// Whether this build knows capsules and ellipsoids: the feature `long-tips`. The images of boards leave it
-/// out: their flash has no room for it.
-pub const LONG_TIPS: bool = cfg!(feature = "long-tips");
-
-/// Shape of the rigid probe.
+/// Shape of the rigid probe. The last two are behind the feature `long-tips`: the images of boards
+/// leave it out, for their flash has no room.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ProbeShape {
     /// A cylinder with a half-sphere at its tip: what a fingertip or a rounded tool is.

@@ -104,7 +104,7 @@ pub struct Body {
     pub axis: [f32; 3],
     /// Probe radius [m].
     pub radius_m: f32,
-    /// What the tip is, and how wide.
+    /// Its tip.
     pub tip: Tip,
     /// Deepest press that the patch answers [m].
     pub depth_limit_m: f32,

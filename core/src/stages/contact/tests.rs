@@ -7,7 +7,7 @@ use std::vec::Vec;
 
 use super::*;
 use crate::lanes::vector;
-use crate::params::{LONG_TIPS, ProbeShape};
+use crate::params::ProbeShape;
 use crate::stages::probe::{ProbePose, admit};
 use crate::state::Node;
 use crate::{NodeStep, PatchFile, TetShapes};
@@ -30,6 +30,45 @@ impl Numbers {
     }
 }
 
+/// The tips that are not round, to be turned.
+#[cfg(feature = "long-tips")]
+fn long() -> [ProbeShape; 2] {
+    let along = Vector3::zeros();
+    [ProbeShape::Capsule { length_m: 7e-3, along }, ProbeShape::Ellipsoid { semi_axes_m: [6e-3, 3e-3], along }]
+}
+
+#[cfg(not(feature = "long-tips"))]
+fn long() -> [ProbeShape; 0] {
+    []
+}
+
+/// A tip that lies along a direction, if it is not round.
+#[cfg_attr(not(feature = "long-tips"), expect(unused_variables, reason = "all are round"))]
+fn turned(shape: ProbeShape, along: Vector3<f32>) -> ProbeShape {
+    match shape {
+        #[cfg(feature = "long-tips")]
+        ProbeShape::Capsule { length_m, .. } => ProbeShape::Capsule { length_m, along },
+        #[cfg(feature = "long-tips")]
+        ProbeShape::Ellipsoid { semi_axes_m, .. } => ProbeShape::Ellipsoid { semi_axes_m, along },
+        round => round,
+    }
+}
+
+/// Places, and how much wider than they [m] is the box around a probe at each of `ends`: of a ball,
+/// of balls at both ends of a segment, of the corners of a box around an ellipsoid.
+fn spread(probe: &Probe, ends: Vec<Vector3<f32>>) -> (Vec<Vector3<f32>>, f32) {
+    #[cfg(feature = "long-tips")]
+    let both =
+        |ends: Vec<Vector3<f32>>, way: Vector3<f32>| ends.iter().flat_map(|end| [end + way, end - way]).collect::<Vec<_>>();
+    match probe.shape {
+        #[cfg(feature = "long-tips")]
+        ProbeShape::Capsule { length_m, along } => (both(ends, along * (0.5 * length_m)), probe.radius_m),
+        #[cfg(feature = "long-tips")]
+        ProbeShape::Ellipsoid { semi_axes_m: [a, b], along } => (both(both(ends, along * a), probe.axis.cross(&along) * b), 0.0),
+        _ => (ends, probe.radius_m),
+    }
+}
+
 /// Calls `check` with a state that has been outside, a motion to change, and a source of numbers,
 /// for every shape and several axes.
 fn with_probes(mut check: impl FnMut(&Model, &Tuned, &mut State, Motion, &mut Numbers)) {
@@ -37,16 +76,10 @@ fn with_probes(mut check: impl FnMut(&Model, &Tuned, &mut State, Motion, &mut Nu
     let model = &file.model;
     let mut numbers = Numbers(7);
     let round = [ProbeShape::Sphere, ProbeShape::Hemisphere, ProbeShape::Flat];
-    let along = Vector3::zeros();
-    let long = [ProbeShape::Capsule { length_m: 7e-3, along }, ProbeShape::Ellipsoid { semi_axes_m: [6e-3, 3e-3], along }];
-    for shape in round.into_iter().chain(long.into_iter().filter(|_| LONG_TIPS)) {
+    for shape in round.into_iter().chain(long()) {
         for axis in [Vector3::z(), Vector3::new(0.6, 0.0, 0.8), Vector3::new(-0.48, 0.64, -0.6), -Vector3::x(), Vector3::y()] {
             let level = axis.cross(&Vector3::new(0.36, -0.48, 0.8)).normalize();
-            let shape = match shape {
-                ProbeShape::Capsule { length_m, .. } => ProbeShape::Capsule { length_m, along: level },
-                ProbeShape::Ellipsoid { semi_axes_m, .. } => ProbeShape::Ellipsoid { semi_axes_m, along: level },
-                round => round,
-            };
+            let shape = turned(shape, level);
             let params = crate::Params { probe: Probe { shape, axis, radius_m: 4e-3 }, ..file.params };
             let mut node_step = vec![NodeStep::ZERO; model.nodes.len()];
             let tuned = params.build(model, &mut node_step).unwrap();
@@ -78,20 +111,8 @@ fn candidates_are_the_triangles_whose_box_meets_that_of_the_probe() {
             let probe = &tuned.probe;
             let beyond_m = if probe.shape.has_handle() { model.depth_limit_m } else { 0.0 };
             let far = probe.axis * (2.0 * probe.radius_m + beyond_m);
-            let mut ends = vec![motion.from_m, motion.to_m, motion.from_m + far, motion.to_m + far];
-            // around each end a ball, at both ends of a capsule's segment; the corners of the box
-            // along its axes around an ellipsoid
-            let mut ball_m = probe.radius_m;
-            let mut both = |way: Vector3<f32>| ends = ends.iter().flat_map(|end| [end + way, end - way]).collect();
-            match probe.shape {
-                ProbeShape::Capsule { length_m, along } => both(along * (0.5 * length_m)),
-                ProbeShape::Ellipsoid { semi_axes_m: [a, b], along } => {
-                    both(along * a);
-                    both(probe.axis.cross(&along) * b);
-                    ball_m = 0.0;
-                }
-                _ => {}
-            }
+            let ends = vec![motion.from_m, motion.to_m, motion.from_m + far, motion.to_m + far];
+            let (ends, ball_m) = spread(probe, ends);
             let expected: Vec<u16> = (0..model.triangles.len())
                 .filter(|n| {
                     let corners = model.triangles[*n].node.map(|c| vector(&state.nodes[usize::from(c)].x));

@@ -176,8 +176,8 @@ fn outline(points: Vec<V3>) -> Wire {
     Wire { points, outline: true }
 }
 
-/// The unbroken pieces of a line of points, each with its direction in the unit ball, on which `keep`
-/// holds.
+/// The unbroken pieces of a line on which `keep` holds; each point has its direction in the unit
+/// ball beside it.
 fn runs(points: impl Iterator<Item = (V3, V3)>, keep: impl Fn(&(V3, V3)) -> bool, outline: bool) -> Vec<Wire> {
     let mut wires = Vec::new();
     let mut piece = Vec::new();

@@ -9,7 +9,7 @@ use palpate_tissue::scene::{Shape, level};
 /// A rigid, frictionless probe.
 #[derive(Clone, Copy, Debug)]
 pub struct RigidProbe {
-    /// Shape. A hemisphere and a disc carry a cylinder of their radius; no other shape has a handle.
+    /// Shape. A hemisphere and a disc carry a cylinder of their radius, the others no handle.
     pub shape: Shape,
     /// Radius [m].
     pub radius_m: f64,
