@@ -78,7 +78,10 @@ impl Plane {
     /// Depth of the probe's end, whatever its shape, below the plane [m]: that of the tip where the
     /// plane is normal to the axis.
     pub fn probe_depth_m(&self, probe: &Probe, tip_m: Vector3<f32>) -> f32 {
-        self.depth_m(tip_m) + probe.below_tip_m(&self.normal)
+        match probe.shape {
+            ProbeShape::Flat => self.depth_m(tip_m),
+            _ => self.depth_m(tip_m) + probe.below_tip_m(&self.normal),
+        }
     }
 
     /// Whether the probe at this tip is at the plane and near the triangle, with the tip on the
