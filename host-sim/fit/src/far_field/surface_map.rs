@@ -16,7 +16,7 @@ use crate::calibrate::targets::Reference;
 use crate::statics::Vector;
 use palpate_tissue::mesh::triangle::entry_m;
 use palpate_tissue::organ::tangents;
-use palpate_tissue::scene::{ProbeScene, Shape};
+use palpate_tissue::scene::{ProbeScene, Shape, Tip, level};
 use palpate_tissue::tissue::Placed;
 
 /// Terms of the quadratic.
@@ -41,7 +41,7 @@ pub struct SurfaceMap {
     /// Quadratic at each of them.
     terms: Vec<SVector<f64, TERMS>>,
     length_m: f64,
-    flat: bool,
+    tip: Tip,
     /// Root mean square of what the quadratics miss at the solved places (1).
     pub misfit: f64,
 }
@@ -56,11 +56,11 @@ impl SurfaceMap {
         let mut map = Self {
             axis: placed.axis.into(),
             across: tangents(placed.axis).map(Vector::from),
-            triangles_m: near_site(placed, probe.radius_m),
+            triangles_m: near_site(placed, probe.tip().reach_m()),
             depths_m: reference.depths_m.clone(),
             terms: Vec::new(),
             length_m: probe.radius_m,
-            flat: probe.shape == Shape::Flat,
+            tip: probe.tip(),
             misfit: 0.0,
         };
         let site_m = Vector::from(placed.tissue.site_m);
@@ -93,29 +93,69 @@ impl SurfaceMap {
     /// little.
     #[must_use]
     pub fn on(&self, placed: &Placed) -> Self {
-        Self { triangles_m: near_site(placed, self.length_m), ..self.clone() }
+        Self { triangles_m: near_site(placed, self.tip.reach_m()), ..self.clone() }
     }
 
     /// Force of Hertz at the effective depth of a press, or of a flat end, but for a constant.
     fn law(&self, place_m: Vector, depth_m: f64) -> Option<f64> {
         let effective_m = self.effective_m(place_m, depth_m)?;
-        Some(if self.flat { effective_m } else { effective_m.powf(1.5) })
+        Some(if self.tip.shape == Shape::Flat { effective_m } else { effective_m.powf(1.5) })
     }
 
     /// Depth [m] at which the probe displaces as much of a plane as it does of the surface when its
     /// tip is `depth_m` below `place_m`.
     fn effective_m(&self, place_m: Vector, depth_m: f64) -> Option<f64> {
         let radius_m = self.length_m;
-        if self.flat {
-            let above = |_| 0.0;
-            return Some(self.volume_m3(place_m, depth_m, radius_m, above) / (PI * radius_m * radius_m));
-        }
         // the surface may rise beside the place: the sum goes further than the contact on a plane
         let reach_m = radius_m.min(1.5 * (2.0 * radius_m * depth_m).sqrt());
-        let above = |r_m: f64| radius_m - (radius_m * radius_m - r_m * r_m).max(0.0).sqrt();
-        let volume_m3 = self.volume_m3(place_m, depth_m, reach_m, above);
-        let of_plane = |d: f64| PI * d * d * (radius_m - d / 3.0);
-        let (mut low, mut high) = (0.0, 1.5 * radius_m);
+        match self.tip.shape {
+            Shape::Flat => {
+                let above = |_, _| 0.0;
+                Some(self.volume_m3(place_m, depth_m, radius_m, above) / (PI * radius_m * radius_m))
+            }
+            Shape::Hemisphere | Shape::Sphere => {
+                let above = |r_m: f64, _| radius_m - (radius_m * radius_m - r_m * r_m).max(0.0).sqrt();
+                let of_plane = |d: f64| PI * d * d * (radius_m - d / 3.0);
+                self.depth_of(self.volume_m3(place_m, depth_m, reach_m, above), of_plane)
+            }
+            Shape::Capsule { length_m, along } => {
+                let (along, half_m) = (level(along, self.axis), 0.5 * length_m);
+                let above = |_, off_m: Vector| {
+                    let place = off_m.dot(&along);
+                    let r_m = (off_m - along * place.clamp(-half_m, half_m)).norm();
+                    radius_m - (radius_m * radius_m - r_m * r_m).max(0.0).sqrt()
+                };
+                self.long_depth_m(place_m, depth_m, reach_m + half_m, above)
+            }
+            Shape::Ellipsoid { semi_axes_m: [a, b], along } => {
+                let along = level(along, self.axis);
+                let across = self.axis.cross(&along);
+                let above = |_, off_m: Vector| {
+                    let share = (off_m.dot(&along) / a).powi(2) + (off_m.dot(&across) / b).powi(2);
+                    radius_m * (1.0 - (1.0 - share).max(0.0).sqrt())
+                };
+                self.long_depth_m(place_m, depth_m, reach_m * self.tip.reach_m() / radius_m, above)
+            }
+        }
+    }
+
+    /// The effective depth of a tip that is not round: what it displaces of a plane is summed at the
+    /// points at which that of the surface is.
+    fn long_depth_m(
+        &self,
+        place_m: Vector,
+        depth_m: f64,
+        reach_m: f64,
+        above: impl Fn(f64, Vector) -> f64 + Copy,
+    ) -> Option<f64> {
+        let of_plane =
+            |d: f64| self.points(reach_m).map(|(r_m, area_m2, off_m)| area_m2 * (d - above(r_m, off_m)).max(0.0)).sum();
+        self.depth_of(self.volume_m3(place_m, depth_m, reach_m, above), of_plane)
+    }
+
+    /// Depth at which a growing volume [m^3] is that of `of_plane`.
+    fn depth_of(&self, volume_m3: f64, of_plane: impl Fn(f64) -> f64) -> Option<f64> {
+        let (mut low, mut high) = (0.0, 1.5 * self.length_m);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
             if of_plane(middle) < volume_m3 { low = middle } else { high = middle }
@@ -123,20 +163,28 @@ impl SurfaceMap {
         (low > 0.0).then_some(low)
     }
 
-    /// Volume [m^3] that a probe displaces whose tip is `depth_m` below `place_m` and whose surface
-    /// rises by `above` its tip at a distance from its axis [m], as far as `reach_m` from the axis.
-    fn volume_m3(&self, place_m: Vector, depth_m: f64, reach_m: f64, above: impl Fn(f64) -> f64) -> f64 {
-        let mut volume_m3 = 0.0;
-        for ring in 0..RINGS {
+    /// Points around an axis: distance from it [m], area of each [m^2], and way to it [m].
+    fn points(&self, reach_m: f64) -> impl Iterator<Item = (f64, f64, Vector)> {
+        (0..RINGS).flat_map(move |ring| {
             let r_m = reach_m * (ring as f64 + 0.5) / RINGS as f64;
             let area_m2 = 2.0 * PI * r_m * reach_m / (RINGS * RAYS) as f64;
-            for ray in 0..RAYS {
+            (0..RAYS).map(move |ray| {
                 // turned from ring to ring
                 let (sin, cos) = (2.0 * PI * (ray as f64 + 0.5 * (ring % 2) as f64) / RAYS as f64).sin_cos();
-                let at_m = place_m + (self.across[0] * cos + self.across[1] * sin) * r_m;
-                let height_m = self.height_m(at_m).map_or(f64::NEG_INFINITY, |height_m| height_m - place_m.dot(&self.axis));
-                volume_m3 += area_m2 * (height_m + depth_m - above(r_m)).max(0.0);
-            }
+                (r_m, area_m2, (self.across[0] * cos + self.across[1] * sin) * r_m)
+            })
+        })
+    }
+
+    /// Volume [m^3] that a probe displaces whose tip is `depth_m` below `place_m` and whose surface
+    /// rises by `above` its tip at a distance from its axis and a way from it [m], as far as
+    /// `reach_m` from the axis.
+    fn volume_m3(&self, place_m: Vector, depth_m: f64, reach_m: f64, above: impl Fn(f64, Vector) -> f64) -> f64 {
+        let mut volume_m3 = 0.0;
+        for (r_m, area_m2, off_m) in self.points(reach_m) {
+            let at_m = place_m + off_m;
+            let height_m = self.height_m(at_m).map_or(f64::NEG_INFINITY, |height_m| height_m - place_m.dot(&self.axis));
+            volume_m3 += area_m2 * (height_m + depth_m - above(r_m, off_m)).max(0.0);
         }
         volume_m3
     }
@@ -158,10 +206,10 @@ impl SurfaceMap {
 }
 
 /// Corners of the surface's triangles near the site, from the site [m].
-fn near_site(placed: &Placed, radius_m: f64) -> Vec<[Vector; 3]> {
+fn near_site(placed: &Placed, reach_m: f64) -> Vec<[Vector; 3]> {
     let site_m = Vector::from(placed.tissue.site_m);
     let corners = |t: &[u32; 3]| t.map(|n| Vector::from(placed.tissue.mesh.nodes_m[n as usize]) - site_m);
-    let near = |t: &[Vector; 3]| t.iter().any(|x| x.norm() < 4.0 * radius_m);
+    let near = |t: &[Vector; 3]| t.iter().any(|x| x.norm() < 4.0 * reach_m);
     placed.tissue.skin.iter().map(corners).filter(near).collect()
 }
 
@@ -229,7 +277,7 @@ mod tests {
             depths_m: Vec::new(),
             terms: Vec::new(),
             length_m: RADIUS_M,
-            flat: false,
+            tip: Tip { shape: Shape::Sphere, radius_m: RADIUS_M },
             misfit: 0.0,
         }
     }
@@ -237,8 +285,10 @@ mod tests {
     #[test]
     fn on_a_plane_the_effective_depth_is_the_depth() {
         for depth_m in [0.0005, 0.001, 0.004, 0.006] {
-            for flat in [false, true] {
-                let plane = SurfaceMap { flat, ..surface(0.0, 0.0) };
+            let along = [0.3, 1.0, 0.0];
+            let long = [Shape::Capsule { length_m: 0.01, along }, Shape::Ellipsoid { semi_axes_m: [0.012, 0.006], along }];
+            for shape in [Shape::Sphere, Shape::Flat].into_iter().chain(long) {
+                let plane = SurfaceMap { tip: Tip { shape, radius_m: RADIUS_M }, ..surface(0.0, 0.0) };
                 let found = plane.effective_m(Vector::new(0.001, -0.002, 0.0), depth_m).unwrap();
                 assert!((found / depth_m - 1.0).abs() < 0.01, "{depth_m}: {found}");
             }
