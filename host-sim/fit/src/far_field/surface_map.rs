@@ -139,7 +139,7 @@ impl SurfaceMap {
         }
     }
 
-    /// The effective depth of a tip that is not round: what it displaces of a plane is summed at the
+    /// Effective depth of a tip that is not round: what it displaces of a plane is summed at the
     /// points at which that of the surface is.
     fn long_depth_m(
         &self,

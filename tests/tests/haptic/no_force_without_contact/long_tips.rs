@@ -65,7 +65,8 @@ fn the_gap_of_a_long_tip_is_that_of_its_points() {
     let ground = PathGround::load().unwrap();
     let block = &ground.patches[patch_named(&ground, "block-130")];
     let (mut free, mut touching) = (0, 0);
-    for probe in tips(Vector3::z(), Vector3::new(0.3, 0.8, 0.0)) {
+    // tilted, so that an end goes in before the tip does
+    for probe in tips(Vector3::new(0.28, 0.0, 0.96), Vector3::new(0.3, 0.8, 0.0)) {
         let shape = RestSolid::of(&block.patch.model(), &probe);
         let capsule = matches!(probe.shape, ProbeShape::Capsule { .. });
         for x in -11..=11 {
@@ -82,5 +83,5 @@ fn the_gap_of_a_long_tip_is_that_of_its_points() {
             }
         }
     }
-    assert!(free > 2_000 && touching > 0, "{free} free, {touching} touching");
+    assert!(free > 2_000 && touching > 20, "{free} free, {touching} touching");
 }
