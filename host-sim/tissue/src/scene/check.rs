@@ -65,7 +65,7 @@ impl Scene {
         if self.probe.shape.is_round() {
             return Ok(());
         }
-        let why = format!("is a {}: {what} takes round tips only: use palpate fit --scene", self.probe.tip());
+        let why = format!("= {}: {what} takes round tips only: use palpate fit --scene", self.probe.tip());
         self.bad("probe.shape", &why)
     }
 
@@ -91,7 +91,7 @@ impl Scene {
     pub fn refuse_what_boards_lack(&self, board: &str) -> Result<(), SceneError> {
         if !self.probe.shape.is_round() {
             let why = format!(
-                "is a {}: the image of {board} has no room for it: take \"hemisphere\", \"sphere\" or \"flat\", or --board desktop",
+                "= {}: the image of {board} has no room for it: take \"hemisphere\", \"sphere\" or \"flat\", or --board desktop",
                 self.probe.tip()
             );
             return self.bad("probe.shape", &why);
