@@ -5,6 +5,8 @@ use nalgebra::Vector3;
 use crate::lanes::sqrt;
 use crate::params::{Probe, ProbeShape};
 use crate::stages::force::foundation::FLAT_EDGE;
+#[cfg(feature = "long-tips")]
+use crate::stages::force::foundation::tip;
 
 /// Each side is divided by this, and the depth is linear over a part: an element of 3 mm under a
 /// probe of 8 mm errs by 0.01 mm at the edge of the contact.
@@ -57,7 +59,11 @@ fn depth_m(probe: &Probe, shaft: bool, mut d: Vector3<f32>) -> f32 {
             return edge - sqrt(beyond * beyond + below * below);
         }
         ProbeShape::Hemisphere if along > 0.0 && shaft => d -= probe.axis * along,
-        ProbeShape::Hemisphere | ProbeShape::Sphere => {}
+        #[cfg(feature = "long-tips")]
+        ProbeShape::Capsule { length_m, along } => d = tip::from_segment(d, length_m, along),
+        #[cfg(feature = "long-tips")]
+        ProbeShape::Ellipsoid { semi_axes_m, along } => return tip::depth_in_ellipsoid(d, probe, semi_axes_m, along).0,
+        _ => {}
     }
     r - sqrt(d.dot(&d))
 }
@@ -93,10 +99,9 @@ mod tests {
         assert_eq!(positive_share([3.0, -1.0, -1.0]), 0.5625);
     }
 
-    #[test]
-    fn a_cap_has_the_area_of_its_circle() {
-        // a plane 2 mm above the tip of a ball of 8 mm: radius sqrt(28) mm
-        let probe = Probe { radius_m: 8e-3, axis: Vector3::z(), shape: ProbeShape::Sphere };
+    /// Area of a plane 2 mm above the tip that is inside, and of all its triangles [m^2].
+    fn covered_m2(shape: ProbeShape) -> (f32, f32) {
+        let probe = Probe { radius_m: 8e-3, axis: Vector3::z(), shape };
         let at = |x: i8, y: i8| Vector3::new(f32::from(x) * 3e-3, f32::from(y) * 3e-3, -6e-3);
         let (mut covered, mut whole) = (0.0, 0.0);
         for (x, y) in (-4..4).flat_map(|x| (-4..4).map(move |y| (x, y))) {
@@ -104,8 +109,27 @@ mod tests {
                 whole += of_triangle(&probe, false, corners, |_, area_m2| covered += area_m2);
             }
         }
+        (covered, whole)
+    }
+
+    #[test]
+    fn a_cap_has_the_area_of_its_circle() {
+        // radius sqrt(28) mm
+        let (covered, whole) = covered_m2(ProbeShape::Sphere);
         assert!((whole / 24e-3_f32.powi(2) - 1.0).abs() < 1e-5, "{whole}");
         let circle = core::f32::consts::PI * 28e-6;
         assert!((covered / circle - 1.0).abs() < 6e-3, "{covered} of {circle}");
+    }
+
+    #[cfg(feature = "long-tips")]
+    #[test]
+    fn long_tips_have_the_area_of_their_stadium_and_of_their_ellipse() {
+        let (circle, along) = (core::f32::consts::PI * 28e-6, Vector3::new(0.6, 0.8, 0.0));
+        let capsule = covered_m2(ProbeShape::Capsule { length_m: 6e-3, along }).0;
+        let stadium = circle + 6e-3 * 2.0 * libm::sqrtf(28e-6);
+        assert!((capsule / stadium - 1.0).abs() < 6e-3, "{capsule} of {stadium}");
+        let ellipsoid = covered_m2(ProbeShape::Ellipsoid { semi_axes_m: [12e-3, 6e-3], along }).0;
+        let ellipse = circle * 12.0 * 6.0 / 64.0;
+        assert!((ellipsoid / ellipse - 1.0).abs() < 6e-3, "{ellipsoid} of {ellipse}");
     }
 }

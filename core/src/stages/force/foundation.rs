@@ -25,7 +25,7 @@
 mod energy;
 mod points;
 #[cfg(feature = "long-tips")]
-mod tip;
+pub(crate) mod tip;
 
 use nalgebra::Vector3;
 

@@ -24,7 +24,7 @@ const MIDDLE: f32 = 1e-8;
 
 /// A point, seen from the nearest point of a capsule's segment [m].
 #[inline(always)]
-pub(super) fn from_segment(d: Vector3<f32>, length_m: f32, along: Vector3<f32>) -> Vector3<f32> {
+pub(crate) fn from_segment(d: Vector3<f32>, length_m: f32, along: Vector3<f32>) -> Vector3<f32> {
     let half = 0.5 * length_m;
     let at = d.dot(&along);
     let at = if at < -half {
@@ -51,17 +51,28 @@ pub(super) fn slope_of_ellipsoid(d: Vector3<f32>, probe: &Probe, [a, b]: [f32; 2
 pub(super) fn inside_ellipsoid(
     d: Vector3<f32>,
     probe: &Probe,
-    [a, b]: [f32; 2],
+    semi_axes_m: [f32; 2],
     along: Vector3<f32>,
 ) -> Option<(f32, Vector3<f32>)> {
+    let (scale, across) = (1.0 / probe.radius_m, probe.axis.cross(&along));
+    let semi = [semi_axes_m[0] * scale, semi_axes_m[1] * scale, 1.0];
+    let x = [d.dot(&along) * scale, d.dot(&across) * scale, d.dot(&probe.axis) * scale];
+    if sum(each(semi, x, |s, x| (x / s) * (x / s))) >= 1.0 {
+        return None;
+    }
+    let (pen, out) = depth_in_ellipsoid(d, probe, semi_axes_m, along);
+    // NaN is not at most zero: it reaches the node, and `integrate` turns it into a fault
+    if pen <= 0.0 { None } else { Some((pen, out)) }
+}
+
+/// Depth of a point below the surface of an ellipsoid [m], negative outside, and the unit vector
+/// that leads it out.
+pub(crate) fn depth_in_ellipsoid(d: Vector3<f32>, probe: &Probe, [a, b]: [f32; 2], along: Vector3<f32>) -> (f32, Vector3<f32>) {
     let (r, across) = (probe.radius_m, probe.axis.cross(&along));
     // over the radius: no square is too small or too large
     let scale = 1.0 / r;
     let semi = [a * scale, b * scale, 1.0];
     let x = [d.dot(&along) * scale, d.dot(&across) * scale, d.dot(&probe.axis) * scale];
-    if sum(each(semi, x, |s, x| (x / s) * (x / s))) >= 1.0 {
-        return None;
-    }
     let x = x.map(|x| if x.abs() < ASIDE { if x > 0.0 { ASIDE } else { -ASIDE } } else { x });
     let mut least = 1.0;
     let mut most = 1.0;
@@ -92,11 +103,7 @@ pub(super) fn inside_ellipsoid(
     let n = n * (1.0 / sqrt(n.dot(&n)));
     let support = Vector3::new(semi[0] * n.x, semi[1] * n.y, n.z);
     let pen = (sqrt(support.dot(&support)) - n.dot(&Vector3::from(x))) * r;
-    // NaN is not at most zero: it reaches the node, and `integrate` turns it into a fault
-    if pen <= 0.0 {
-        return None;
-    }
-    Some((pen, along * n.x + across * n.y + probe.axis * n.z))
+    (pen, along * n.x + across * n.y + probe.axis * n.z)
 }
 
 #[inline(always)]
