@@ -96,12 +96,12 @@ enum Command {
     /// Calibrate a patch for a scene, and judge it where the fit has not looked.
     ///
     /// Solves the presses that it needs by finite elements, meshes, fits, and presses the patch at
-    /// places and depths that the fit never saw. A block is fitted whole; of an organ or a mesh file
-    /// the patch is the piece around the site, with rim springs for the rest. A run that was stopped goes on where it was when
-    /// it is started again. Writes <scene>-<nodes>.patch, beside it what it was fitted to and how
-    /// wrong it is (.patch.json), answer.json, summary.json, accuracy.csv, convergence.csv and
-    /// pictures as SVG and PNG. Fails (exit code 1) if the error is larger than --tolerance-pct,
-    /// and says what would do.
+    /// places and depths that the fit never saw. A block is fitted whole; of an organ or a mesh
+    /// file the patch is the piece around the site, with rim springs for the rest. A run that was
+    /// stopped goes on where it was when it is started again. Writes <scene>-<nodes>.patch, beside
+    /// it what it was fitted to and how wrong it is (.patch.json), answer.json, summary.json,
+    /// accuracy.csv, convergence.csv and pictures as SVG and PNG. Fails (exit code 1) if the error
+    /// is larger than --tolerance-pct, and says what would do.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Fit(FitArgs),
     /// Check a mesh file.

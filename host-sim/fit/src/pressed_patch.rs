@@ -35,8 +35,8 @@ impl PressedPatch {
         Ok(Self { statics, solver, site_m, rest })
     }
 
-    /// Presses at an offset from the site [m], to rising depths [m]; returns what `of` makes of each
-    /// depth and its equilibrium.
+    /// Presses at an offset from the site [m], to rising depths [m]; returns what `of` makes of
+    /// each depth and its equilibrium.
     ///
     /// # Errors
     /// A press without balance.

@@ -1,9 +1,9 @@
-//! From the scene of a block to a calibrated patch and its judged error: presses for the fit and for
-//! the judgement, their finite elements, the fit, the verdict.
+//! From the scene of a block to a calibrated patch and its judged error: presses for the fit and
+//! for the judgement, their finite elements, the fit, the verdict.
 //!
 //! ```text
 //! presses ─ solve (finite elements, press by press) ─ answer ─┬─ known ─ targets ─ fit ─ patch
-//!                                                             └─ unseen ──────────────── judge
+//! organ (a piece of one, and its presses) ────────────────────┴─ unseen ──────────────── judge
 //! ```
 //!
 //! Unseen presses are solved at places and depths that no target is made of.

@@ -89,7 +89,8 @@ impl OrganRecord {
         Some(Self { name, mesh_crc32, site_m: scene.probe.site.unwrap_or_default(), regions: regions.collect() })
     }
 
-    /// The key of a scene with this organ that says something else than `fitted`, and what that was.
+    /// The key of a scene with this organ that says something else than `fitted`, and what that
+    /// was.
     #[must_use]
     pub fn first_difference(&self, fitted: &Self) -> Option<(&'static str, String)> {
         let key = if self.mesh_crc32.is_some() { "tissue.mesh" } else { "tissue.organ" };

@@ -62,7 +62,7 @@ pub struct GluedTarget {
     pub place_m: Vector,
     /// Its radius [m].
     pub radius_m: f64,
-    /// Which way it moves, a unit vector.
+    /// Direction of its motion, a unit vector.
     pub direction: Vector,
     /// Force along the way over E, per way [m].
     pub stiffness_m: f64,
@@ -141,8 +141,8 @@ impl Targets {
         Self::over(reference, surface, centre_m, radius_m, disc_radii, &disc)
     }
 
-    /// The presses of `disc`, over `disc_radii` probe radii, to all depths that the reference knows;
-    /// dents at `surface` nodes, if there are any.
+    /// The presses of `disc`, over `disc_radii` probe radii, to all depths that the reference
+    /// knows; dents at `surface` nodes, if there are any.
     #[must_use]
     pub fn over(
         reference: &(impl Reference + ?Sized),

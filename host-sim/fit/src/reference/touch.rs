@@ -41,7 +41,7 @@ pub(super) struct Point<'a> {
     pub nodes: &'a [u32; 6],
     /// Shape functions there.
     pub shape: &'a [f64; 6],
-    /// Which point of the rule it is, and the rule's share of the triangle.
+    /// Index of the point in the rule, and its share of the triangle.
     rule: usize,
     share: f64,
     /// Rest area that it stands for [m^2].

@@ -24,15 +24,15 @@ const SAME_M: f64 = 1e-6;
 /// A force this far off counts as one unit of error (1), at the centre and around it.
 const CENTRE_TOLERANCE: f64 = 0.002;
 const TOLERANCE: f64 = 0.005;
-/// Depths of the fit at the centre, as shares of the deepest hold: with the solved depths alone a fit
-/// swings between them.
+/// Depths of the fit at the centre, as shares of the deepest hold: with the solved depths alone a
+/// fit swings between them.
 const CENTRE: [f64; 9] = [1.0 / 12.0, 0.103, 1.0 / 6.0, 0.21, 1.0 / 3.0, 0.42, 2.0 / 3.0, 0.75, 1.0];
 /// Depths around it, each at places of its own, so many times the number that is asked for: a small
 /// contact rests on few foundation points, a large one is the mean of many.
 const ASIDE: [(f64, f64); 5] = [(1.0 / 12.0, 3.0), (1.0 / 6.0, 2.5), (1.0 / 3.0, 1.75), (2.0 / 3.0, 1.25), (1.0, 1.0)];
 
-/// Under a flat end, whose edge makes each equilibrium hard to find from afar, places are pressed to
-/// one depth after the other; to the shallow ones at so many times more.
+/// Under a flat end, whose edge makes each equilibrium hard to find from afar, places are pressed
+/// to one depth after the other; to the shallow ones at so many times more.
 const SHALLOW_DEPTHS: usize = 2;
 const SHALLOW_PLACES: usize = 2;
 
@@ -113,7 +113,8 @@ impl Prepared {
     fn targets(&self, presses: &Presses, known: &Known, places: usize) -> Option<Targets> {
         let centre_m = Vector::from(self.tissue.site_m);
         let deepest_m = presses.fitted_m.last()?;
-        // a solved depth to its last bit: below the shallowest nothing is known, and dents are at them
+        // a solved depth to its last bit: below the shallowest nothing is known, and dents are at
+        // them
         let solved =
             |depth_m: f64| *presses.fitted_m.iter().find(|solved| (**solved - depth_m).abs() < SAME_M).unwrap_or(&depth_m);
         let depths = |shares: &[f64], tolerance: f64| -> Vec<(f64, f64)> {
