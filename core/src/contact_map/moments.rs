@@ -104,8 +104,8 @@ mod tests {
         let mut sum = Moments::default();
         let long = Vector3::new(0.6, 0.8, 0.0);
         let wide = Vector3::new(-0.8, 0.6, 0.0);
-        for (i, j) in (-60..=60_i8).flat_map(|i| (-60..=60_i8).map(move |j| (i, j))) {
-            let (x, y) = (f32::from(i) / 60.0, f32::from(j) / 60.0);
+        for (i, j) in (-30..=30_i8).flat_map(|i| (-30..=30_i8).map(move |j| (i, j))) {
+            let (x, y) = (f32::from(i) / 30.0, f32::from(j) / 30.0);
             if x * x + y * y < 1.0 {
                 let at = Vector3::new(2e-3, -1e-3, -5e-3) + long * (6e-3 * x) + wide * (3e-3 * y);
                 sum.add_area(at, 1e-9);

@@ -218,9 +218,13 @@ fn trial(scene: &Scene, presses: &Presses, prepared: &Prepared, fitted: Option<A
         nodes: prepared.tissue.mesh.nodes_m.len(),
         deepest_m: presses.fitted_m.last().copied().unwrap_or_default(),
         fitted,
-        rms_pct: verdict.rms_pct(),
-        worst_pct: verdict.worst_pct(),
+        rms_pct: hundredths(verdict.rms_pct()),
+        worst_pct: hundredths(verdict.worst_pct()),
     }
+}
+
+fn hundredths(pct: f64) -> f64 {
+    (100.0 * pct).round() / 100.0
 }
 
 /// Solves what no earlier run has.

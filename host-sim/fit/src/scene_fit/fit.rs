@@ -31,6 +31,9 @@ const CENTRE: [f64; 9] = [1.0 / 12.0, 0.103, 1.0 / 6.0, 0.21, 1.0 / 3.0, 0.42, 2
 /// contact rests on few foundation points, a large one is the mean of many.
 const ASIDE: [(f64, f64); 5] = [(1.0 / 12.0, 3.0), (1.0 / 6.0, 2.5), (1.0 / 3.0, 1.75), (2.0 / 3.0, 1.25), (1.0, 1.0)];
 
+/// At least so many times that number, per probe radius over the depth: as many contacts cover the
+/// disc of places.
+const PER_CONTACT: f64 = 0.1875;
 /// Under a flat end, whose edge makes each equilibrium hard to find from afar, places are pressed
 /// to one depth after the other; to the shallow ones at so many times more.
 const SHALLOW_DEPTHS: usize = 2;
@@ -112,6 +115,7 @@ impl Prepared {
 
     fn targets(&self, presses: &Presses, known: &Known, places: usize) -> Option<Targets> {
         let centre_m = Vector::from(self.tissue.site_m);
+        let radius_m = f64::from(self.params.probe.radius_m);
         let deepest_m = presses.fitted_m.last()?;
         // a solved depth to its last bit: below the shallowest nothing is known, and dents are at
         // them
@@ -125,13 +129,19 @@ impl Prepared {
             ProbeShape::Flat => {
                 vec![(places, depths(&all, TOLERANCE)), (SHALLOW_PLACES * places, depths(&all[..SHALLOW_DEPTHS], TOLERANCE))]
             }
-            _ => ASIDE.iter().map(|(share, times)| ((times * places as f64) as usize, depths(&[*share], TOLERANCE))).collect(),
+            _ => ASIDE
+                .iter()
+                .map(|(share, times)| {
+                    let times = times.max(PER_CONTACT * radius_m / (share * deepest_m));
+                    ((times * places as f64) as usize, depths(&[*share], TOLERANCE))
+                })
+                .collect(),
         };
         let disc = DiscPresses {
             centre: depths(&CENTRE, CENTRE_TOLERANCE),
             aside,
             dents_m: DENTS.iter().map(|n| presses.fitted_m[*n]).collect(),
         };
-        Targets::over(known, &top_nodes(&self.tissue), centre_m, f64::from(self.params.probe.radius_m), DISC_RADII, &disc)
+        Targets::over(known, &top_nodes(&self.tissue), centre_m, radius_m, DISC_RADII, &disc)
     }
 }
