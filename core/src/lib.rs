@@ -39,6 +39,7 @@
 #![no_std]
 #![cfg_attr(not(test), warn(clippy::default_numeric_fallback, clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+#[cfg(feature = "contact-map")]
 mod contact_map;
 mod fault;
 pub mod haptic;
@@ -55,6 +56,7 @@ pub mod stages;
 mod state;
 mod tick;
 
+#[cfg(feature = "contact-map")]
 pub use contact_map::ContactMap;
 pub use fault::{BuildError, ClampFlags, Fault};
 pub use inertia::{FIELDS, Gains, NodeStep};

@@ -16,6 +16,7 @@ use crate::press_report;
 use palpate_board::one_core::OneCore;
 use palpate_board::{self, Board, EmulatedBoard, Twin, campaign, timed, timing};
 use palpate_tissue::Error as TissueError;
+use palpate_tissue::fit_record::press_packed;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
@@ -65,7 +66,7 @@ impl EmulateArgs {
             Some(path) => path.clone(),
             None => palpate_board::image::patch_for(&scene)?,
         };
-        scene.solver.patch = Some(patch_file.clone());
+        press_packed(&mut scene, &patch_file);
         let session = Session::prepare(&scene)?;
         let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
         let words = words(&bytes);

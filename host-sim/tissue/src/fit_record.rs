@@ -51,6 +51,15 @@ pub struct FitRecord {
     pub reference_error_pct: Option<f64>,
 }
 
+/// Puts a packed patch in place of a scene's tissue. Where the record beside it does not name an
+/// organ, the scene's is left out: nothing says that the patch is a piece of it.
+pub fn press_packed(scene: &mut Scene, patch: &Path) {
+    if FitRecord::of_file(patch).is_none_or(|record| record.organ.is_none()) {
+        (scene.tissue.organ, scene.tissue.mesh) = (None, None);
+    }
+    scene.solver.patch = Some(patch.to_owned());
+}
+
 /// Organ or mesh behind a patch.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]

@@ -13,11 +13,12 @@ use palpate_loop::closed_loop::run::Run;
 use palpate_loop::closed_loop::stimulus::Stimulus;
 use palpate_tests::emulator::build_firmware;
 use palpate_tests::packed;
+use palpate_tissue::fit_record::press_packed;
 use palpate_tissue::scene::Scene;
 
 fn prepared(scene: &str, patch: &str, device: &DeviceProfile) -> (InLoop, Target) {
     let mut scene = Scene::load(scene).unwrap();
-    scene.solver.patch = Some(packed::shipped(patch));
+    press_packed(&mut scene, &packed::shipped(patch));
     let tissue = Prepared::as_packed(&scene, device).unwrap();
     let image = build_firmware(Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap(), &[]).unwrap();
     let board = InLoop::new(image, EmulatedBoard::M4f, &tissue).unwrap();

@@ -282,8 +282,13 @@ fn keys_that_contradict_each_other() {
     let mesh = edited(&mesh, NODES, "");
     refused_scene(&desk, &mesh, &["probe.position_m", "site = [x, y, z]"]);
     refused_scene(&desk, &edited(&mesh, PLACE, ""), &["probe.site", "is missing", "site = [x, y, z]"]);
-    let packed = edited(&mesh, PLACE, "[solver]\npatch = \"a.patch\"");
-    refused_scene(&desk, &packed, &["solver.patch", "remove one of the two"]);
+    let packed = edited(&mesh, PLACE, "site = [0.0, 0.0, 0.0]\n[solver]\npatch = \"a.patch\"");
+    refused_scene(&desk, &packed, &["a.patch", "No such file"]);
+    let block = palpate_tests::palpate_command::repository().join("host-sim/patches/block-130.patch");
+    let packed = edited(&packed, "a.patch", &block.display().to_string());
+    refused_scene(&desk, &packed, &["tissue.mesh", "a.msh", "is not there"]);
+    desk.put("a.msh", "any");
+    refused_scene(&desk, &packed, &["solver.patch", "has no record", "which organ", "remove"]);
 }
 
 #[test]

@@ -169,8 +169,8 @@ impl SurfaceMap {
             let r_m = reach_m * (ring as f64 + 0.5) / RINGS as f64;
             let area_m2 = 2.0 * PI * r_m * reach_m / (RINGS * RAYS) as f64;
             (0..RAYS).map(move |ray| {
-                // turned from ring to ring
-                let (sin, cos) = (2.0 * PI * (ray as f64 + 0.5 * (ring % 2) as f64) / RAYS as f64).sin_cos();
+                // turned from ring to ring, and never along an axis, where an edge may lie
+                let (sin, cos) = (2.0 * PI * (ray as f64 + 0.25 + 0.5 * (ring % 2) as f64) / RAYS as f64).sin_cos();
                 (r_m, area_m2, (self.across[0] * cos + self.across[1] * sin) * r_m)
             })
         })

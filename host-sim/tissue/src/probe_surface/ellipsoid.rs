@@ -51,13 +51,15 @@ pub fn ellipsoid(semi_axes_m: [f64; 3], x: Vector3<f64>) -> (f64, Vector3<f64>, 
 mod tests {
     use super::*;
 
-    /// Nearest point of the surface over a fine grid of directions, refined around the best.
+    /// Distance of the nearest point of the surface, which lies in the octant of `x`: over a grid of
+    /// directions there, refined around the best.
     fn nearest(semi: [f64; 3], x: &Vector3<f64>) -> f64 {
+        let x = x.abs();
         let at = |u: f64, v: f64| Vector3::new(semi[0] * u.cos() * v.cos(), semi[1] * u.sin() * v.cos(), semi[2] * v.sin());
         let (mut best, mut step) = ((0.0, 0.0), 0.2);
         let mut found = f64::INFINITY;
-        for n in 0..32 {
-            for m in -8..=8 {
+        for n in 0..8 {
+            for m in 0..8 {
                 let (u, v) = (f64::from(n) * step, f64::from(m) * step);
                 let d = (at(u, v) - x).norm();
                 if d < found {

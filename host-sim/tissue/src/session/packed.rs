@@ -75,6 +75,10 @@ fn agree(scene: &Scene, path: &Path, file: &PatchFile) -> Result<(), SceneError>
 /// A scene with both an organ and a patch presses the piece of that organ, at its site: the record
 /// beside the patch says whose piece it is.
 fn agree_with_its_organ(scene: &Scene, path: &Path) -> Result<(), SceneError> {
+    if let Some(mesh) = scene.tissue.mesh.as_ref().filter(|mesh| !mesh.is_file()) {
+        let why = format!("= {} is not there: check the path, or leave it out, the patch needs it no more", mesh.display());
+        return scene.bad("tissue.mesh", &why);
+    }
     let Some(own) = OrganRecord::of(scene) else { return Ok(()) };
     let Some(fitted) = FitRecord::of_file(path).and_then(|record| record.organ) else {
         let why = format!(
