@@ -51,8 +51,8 @@ pub fn ellipsoid(semi_axes_m: [f64; 3], x: Vector3<f64>) -> (f64, Vector3<f64>, 
 mod tests {
     use super::*;
 
-    /// Distance of the nearest point of the surface, which lies in the octant of `x`: over a grid of
-    /// directions there, refined around the best.
+    /// Distance of the nearest point of the surface, which lies in the octant of `x`: over a grid
+    /// of directions there, refined around the best.
     fn nearest(semi: [f64; 3], x: &Vector3<f64>) -> f64 {
         let x = x.abs();
         let at = |u: f64, v: f64| Vector3::new(semi[0] * u.cos() * v.cos(), semi[1] * u.sin() * v.cos(), semi[2] * v.sin());
