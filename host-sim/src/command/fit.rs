@@ -89,7 +89,10 @@ impl FitArgs {
     fn fit_block(&self, scene: &Scene, size_m: [f64; 3]) -> Result<(), Error> {
         check_block(scene, size_m)?;
         if self.radius_m.is_some() {
-            let why = format!("--radius-m: {} is a block, fitted whole: leave it out, or use palpate cut", scene.file);
+            let why = format!(
+                "--radius-m: the scene {} is a block, which is fitted whole: leave it out, or use palpate cut",
+                scene.file
+            );
             return Err(TissueError::Usage(why).into());
         }
         let prepared = prepare(scene)?;

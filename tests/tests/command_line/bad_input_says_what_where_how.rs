@@ -1,11 +1,11 @@
 //! Whatever is wrong with the input: exit code 2, one line that names the item and the remedy,
 //! nothing printed, nothing written.
 
-use std::fmt::Write;
-
 use palpate_tests::cube_mesh::cube;
 use palpate_tests::palpate_command::{Desk, palpate};
 use palpate_tests::press_run::{SMALL_BLOCK, edited};
+
+use crate::bad_files_say_what_where_how::mesh_scene;
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 const BLOCK: &str = "block_m = [0.08, 0.08, 0.04]";
@@ -13,9 +13,6 @@ const NODES: &str = "nodes = 129";
 const PLACE: &str = "position_m = [0.0, 0.0]";
 const HOLDS: &str = "holds_m = [0.001, 0.002, 0.004]";
 const POISSON: &str = "poisson_ratio = 0.45";
-/// Two tets on one face.
-const TWO_TETS: &str =
-    "$NOD\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n$ENDNOD\n$ELM\n2\n1 4 1 1 4 1 2 3 4\n17 4 1 1 4 2 3 4 5\n$ENDELM\n";
 
 /// Runs a command that must be refused with all of `says` in its one line.
 #[track_caller]
@@ -346,127 +343,6 @@ fn a_trace_that_cannot_be_repeated() {
         desk.put("t.csv", text);
         refused_scene(&desk, &scene, &says);
     }
-}
-
-/// Nodes in a row, each tet on the last three nodes of the one before.
-fn chain(nodes: usize) -> String {
-    let mut text = format!("$NOD\n{nodes}\n");
-    for node in 1..=nodes {
-        writeln!(text, "{node} {node} 0 0").unwrap();
-    }
-    writeln!(text, "$ENDNOD\n$ELM\n{}", nodes - 3).unwrap();
-    for tet in 1..=nodes - 3 {
-        writeln!(text, "{tet} 4 1 1 4 {tet} {} {} {}", tet + 1, tet + 2, tet + 3).unwrap();
-    }
-    text + "$ENDELM\n"
-}
-
-fn mesh_scene(unit: &str, site: &str) -> String {
-    let scene = edited(SMALL_BLOCK, BLOCK, &format!("mesh = \"a.msh\"\nlength_unit = {unit}"));
-    edited(&edited(&scene, NODES, ""), PLACE, &format!("site = {site}"))
-}
-
-#[test]
-fn every_defect_of_a_mesh_with_its_line_on_check_and_on_press() {
-    let last = "17 4 1 1 4 2 3 4 5";
-    let parts = TWO_TETS
-        .replace("$NOD\n5", "$NOD\n9")
-        .replace("5 1 1 1\n", "5 1 1 1\n6 2 1 1\n7 1 2 1\n8 1 1 2\n9 2 2 2\n")
-        .replace("$ELM\n2", "$ELM\n3")
-        .replace("$ENDELM", "30 4 1 1 4 6 7 8 9\n$ENDELM");
-    for (text, says) in [
-        (edited(TWO_TETS, last, "17 4 1 1 4 2 3 4 999"), ["a.msh:12", "tet 17 names node 999", "fix the element"]),
-        (edited(TWO_TETS, last, "17 4 1 1 4 2 3 4 4"), ["a.msh:12", "names node 4 twice", "remove"]),
-        (edited(TWO_TETS, last, "17 4 1 1 4 4 2 1 3"), ["a.msh:12", "same nodes as tet 1", "remove one"]),
-        (edited(TWO_TETS, "5 1 1 1\n", "5 0 0 0\n"), ["a.msh:7", "node 5 is exactly where node 1", "merge"]),
-        (edited(TWO_TETS, "5 1 1 1\n", "5 0.25 0.5 0.25\n"), ["a.msh:12", "tet 17 is flat", "slivers"]),
-        (edited(TWO_TETS, "5 1 1 1\n", "5 -1 -1 -1\n"), ["a.msh:12", "overlap", "untangle"]),
-        (edited(TWO_TETS, "5 1 1 1\n", "5 1 1 nan\n"), ["a.msh:7", "not a finite number", "re-export"]),
-        (edited(TWO_TETS, "5 1 1 1\n", "5 1 1 x\n"), ["a.msh:7", "`x`", "fix the line"]),
-        (TWO_TETS.replace("17 4 1 1 4 2 3 4 5\n$ENDELM\n", ""), ["a.msh", "announces 2", "re-export"]),
-        (TWO_TETS.replace(" 1\n", " 120\n"), ["a.msh", "outside 1 mm to 2 m", "length_unit"]),
-        (parts, ["a.msh:17", "2 parts that share no face", "keep one"]),
-        (String::new(), ["a.msh", "empty", "re-export"]),
-        ("solid cube\n".into(), ["a.msh", "unknown mesh format", "export as"]),
-        (chain(65_536), ["a.msh", "65536 nodes", "at most 65535"]),
-    ] {
-        let desk = Desk::default();
-        desk.put("a.msh", text);
-        refused_scene(&desk, &mesh_scene("1.0", "[0.0, 0.0, 0.0]"), &says);
-        refused(&desk, &["mesh", "check", "a.msh"], &says);
-    }
-}
-
-#[test]
-fn a_mesh_in_the_wrong_unit_or_pressed_elsewhere() {
-    let desk = Desk::default();
-    refused_scene(&desk, &mesh_scene("\"m\"", "[0.0, 0.0, 0.0]"), &["a.msh", "cannot read", "check the path"]);
-    desk.put("a.msh", TWO_TETS);
-    for (unit, says) in [
-        ("\"cm\"", [":4: ", "length_unit", "\"cm\" is not \"m\", \"mm\" or a number of metres"]),
-        ("0.0", [":4: ", "length_unit", "above zero"]),
-        ("nan", [":4: ", "length_unit", "above zero"]),
-        ("true", [":4: ", "length_unit", "a number of metres"]),
-        ("50", ["a.msh", "50000 mm", "\"m\" would make it 1000 mm"]),
-        ("1e-4", ["a.msh", "0.1 mm", "\"m\" would make it 1000 mm"]),
-    ] {
-        refused_scene(&desk, &mesh_scene(unit, "[0.0, 0.0, 0.0]"), &says);
-    }
-    refused_scene(&desk, &mesh_scene("0.05", "[nan, 0.0, 0.0]"), &["probe.site", "not finite", "metres"]);
-    refused_scene(&desk, &mesh_scene("0.05", "[73.0, 0.0, 0.0]"), &["probe.site", "further from the mesh", "metres"]);
-    for unit in ["0", "nan", "-1"] {
-        refused(&desk, &["mesh", "check", "a.msh", &format!("--unit-m={unit}")], &["a.msh", "length unit", "positive, finite"]);
-    }
-    refused(&desk, &["mesh", "check", "."], &["not a regular file", "give the path"]);
-    refused(&desk, &["mesh", "check", "b.msh"], &["b.msh", "cannot read", "check the path"]);
-}
-
-#[test]
-fn a_patch_file_that_is_not_what_the_scene_says() {
-    let desk = Desk::default();
-    let scene = format!("{SMALL_BLOCK}[solver]\npatch = \"a.patch\"\n");
-    refused_scene(&desk, &scene, &["a.patch", "cannot read", "check the path"]);
-
-    desk.put("scene.toml", SMALL_BLOCK);
-    let pack = ["pack", "--scene", "scene.toml", "--board", "desktop", "--out", "packed"];
-    assert_eq!(palpate(SCRATCH, desk.folder(), &pack).code, Some(0));
-    let sound = std::fs::read(desk.folder().join("packed/small-desktop.patch")).unwrap();
-    let changed = |at: usize| {
-        let mut bytes = sound.clone();
-        bytes[at] ^= 1;
-        bytes
-    };
-    for (bytes, says) in [
-        (Vec::new(), "not a patch file"),
-        (sound[..15].to_vec(), "not a patch file"),
-        (changed(0), "not a patch file"),
-        // the version
-        (changed(8), "not a patch file of this version"),
-        // the header, the body, the checksum itself
-        (changed(60), "checksum"),
-        (changed(sound.len() / 2), "checksum"),
-        (changed(sound.len() - 1), "checksum"),
-        (changed(12), "checksum"),
-        (sound[..sound.len() / 2].to_vec(), "checksum"),
-        (sound[..sound.len() - 3].to_vec(), "checksum"),
-        ([sound.as_slice(), &[0; 4]].concat(), "checksum"),
-    ] {
-        desk.put("a.patch", bytes);
-        refused_scene(&desk, &scene, &["a.patch", says, "pack it again"]);
-    }
-
-    desk.put("a.patch", &sound);
-    for (from, to, key) in [
-        (POISSON, "poisson_ratio = 0.4", "tissue.poisson_ratio = 0.4"),
-        (BLOCK, "block_m = [0.08, 0.08, 0.05]", "tissue.block_m[2] = 0.05"),
-        (PLACE, "position_m = [0.0, 0.01]", "probe.position_m[1] = 0.01"),
-        (HOLDS, "holds_m = [0.001, 0.012]", "drive.holds_m[1] = 0.012"),
-    ] {
-        refused_scene(&desk, &edited(&scene, from, to), &["scene.toml", key, "a.patch"]);
-    }
-    desk.put("scene.toml", scene);
-    let outcome = palpate(SCRATCH, desk.folder(), &["press", "--scene", "scene.toml", "--out", "out"]);
-    assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
 }
 
 #[test]

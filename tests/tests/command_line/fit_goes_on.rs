@@ -142,7 +142,7 @@ fn scenes_that_no_fit_can_be_made_of() {
     refused(&desk, &with("--radius-m=0.02"), &["--radius-m", "is a block", "leave it out"]);
     fit(
         &[("[probe]", "[[tissue.inclusion]]\ncenter_m = [0.0, 0.0, -0.012]\nradius_m = 0.006\nstiffness_ratio = 10.0\n[probe]")],
-        &["tissue.inclusion", "leave them out"],
+        &["tissue.inclusion", "leave it out here"],
     );
     let organ = |option: &'static str| ["fit", "--scene", "organ-liver", "--out", "out", option];
     refused(&desk, &organ("--radius-m=0.005"), &["organ-liver: a patch of 0.005 m", "give a radius"]);

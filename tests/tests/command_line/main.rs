@@ -1,5 +1,6 @@
 //! The command line, as a stranger runs it.
 
+mod bad_files_say_what_where_how;
 mod bad_input_says_what_where_how;
 mod bad_terms_say_what_where_how;
 mod contact_map_is_written;

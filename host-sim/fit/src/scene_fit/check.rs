@@ -45,7 +45,7 @@ pub fn check(scene: &Scene) -> Result<(), Error> {
 pub fn check_block(scene: &Scene, size_m: [f64; 3]) -> Result<(), Error> {
     let (tissue, probe) = (&scene.tissue, &scene.probe);
     if !tissue.inclusion.is_empty() {
-        let why = "has inclusions, which a block's fit does not know: leave them out, they are scaled into the fitted patch when it is pressed";
+        let why = "is not part of a block's fit: leave it out here, and press the fitted patch with it";
         return Ok(scene.bad("tissue.inclusion", why)?);
     }
     let [x, y, thick_m] = size_m;

@@ -1,6 +1,6 @@
 //! The patch of a block and what it is fitted to.
 
-use palpate::{Params, ProbeShape};
+use palpate::{Params, Probe, ProbeShape};
 
 use super::known::Known;
 use super::presses::{DENTS, Presses};
@@ -22,18 +22,16 @@ pub const PLACES_RANGE: std::ops::RangeInclusive<usize> = 20..=2000;
 /// Depths closer than this are one [m].
 const SAME_M: f64 = 1e-6;
 /// A force this far off counts as one unit of error (1), at the centre and around it.
-const CENTRE_TOLERANCE: f64 = 0.002;
+pub(super) const CENTRE_TOLERANCE: f64 = 0.002;
 const TOLERANCE: f64 = 0.005;
+/// Each depth has at least so many times the places that are asked for, per probe radius over the
+/// depth: as many contacts cover the disc of places.
+const PER_CONTACT: f64 = 0.1875;
 /// Depths of the fit at the centre, as shares of the deepest hold: with the solved depths alone a
 /// fit swings between them.
 const CENTRE: [f64; 9] = [1.0 / 12.0, 0.103, 1.0 / 6.0, 0.21, 1.0 / 3.0, 0.42, 2.0 / 3.0, 0.75, 1.0];
-/// Depths around it, each at places of its own, so many times the number that is asked for: a small
-/// contact rests on few foundation points, a large one is the mean of many.
+/// Depths around it, each at places of its own, so many times the number that is asked for.
 const ASIDE: [(f64, f64); 5] = [(1.0 / 12.0, 3.0), (1.0 / 6.0, 2.5), (1.0 / 3.0, 1.75), (2.0 / 3.0, 1.25), (1.0, 1.0)];
-
-/// At least so many times that number, per probe radius over the depth: as many contacts cover the
-/// disc of places.
-const PER_CONTACT: f64 = 0.1875;
 /// Under a flat end, whose edge makes each equilibrium hard to find from afar, places are pressed
 /// to one depth after the other; to the shallow ones at so many times more.
 const SHALLOW_DEPTHS: usize = 2;
@@ -124,24 +122,28 @@ impl Prepared {
         let depths = |shares: &[f64], tolerance: f64| -> Vec<(f64, f64)> {
             shares.iter().map(|share| (solved(share * deepest_m), tolerance)).collect()
         };
-        let all = ASIDE.map(|(share, _)| share);
-        let aside = match self.params.probe.shape {
-            ProbeShape::Flat => {
-                vec![(places, depths(&all, TOLERANCE)), (SHALLOW_PLACES * places, depths(&all[..SHALLOW_DEPTHS], TOLERANCE))]
-            }
-            _ => ASIDE
-                .iter()
-                .map(|(share, times)| {
-                    let times = times.max(PER_CONTACT * radius_m / (share * deepest_m));
-                    ((times * places as f64) as usize, depths(&[*share], TOLERANCE))
-                })
-                .collect(),
-        };
+        let aside = ASIDE.map(|(share, times)| (solved(share * deepest_m), times));
         let disc = DiscPresses {
             centre: depths(&CENTRE, CENTRE_TOLERANCE),
-            aside,
+            aside: aside_of(places, &self.params.probe, &aside),
             dents_m: DENTS.iter().map(|n| presses.fitted_m[*n]).collect(),
         };
         Targets::over(known, &top_nodes(&self.tissue), centre_m, radius_m, DISC_RADII, &disc)
     }
+}
+
+/// Counts of places, and the depths at each of them, for depths [m] that want at least so many
+/// times the number `asked` for: a small contact rests on few foundation points, a large one is the
+/// mean of many.
+pub(super) fn aside_of(asked: usize, probe: &Probe, depths: &[(f64, f64)]) -> Vec<(usize, Vec<(f64, f64)>)> {
+    if probe.shape == ProbeShape::Flat {
+        let all: Vec<(f64, f64)> = depths.iter().map(|(depth_m, _)| (*depth_m, TOLERANCE)).collect();
+        let shallow = all.iter().take(SHALLOW_DEPTHS).copied().collect();
+        return vec![(asked, all), (SHALLOW_PLACES * asked, shallow)];
+    }
+    let of = |(depth_m, times): &(f64, f64)| {
+        let times = times.max(PER_CONTACT * f64::from(probe.radius_m) / depth_m);
+        ((times * asked as f64) as usize, vec![(*depth_m, TOLERANCE)])
+    };
+    depths.iter().map(of).collect()
 }

@@ -1,6 +1,7 @@
 //! A patch cut out of an organ or of a mesh: its element size, and the presses of the whole that it
 //! is fitted to and judged by.
 
+use super::fit::{CENTRE_TOLERANCE, aside_of};
 use super::presses::{Level, UNSEEN_PLACES, UNSEEN_SEED};
 use crate::calibrate::places::{random, sunflower};
 use crate::calibrate::targets::DiscPresses;
@@ -37,15 +38,10 @@ const UNSEEN: [f64; 2] = [0.375, 0.75];
 /// Depths of the fit at the site, as shares of the deepest hold: between them a fit to
 /// the solved depths alone swings by 2-4 %.
 const CENTRE: [f64; 8] = [0.125, 0.177, 0.25, 0.354, 0.5, 0.625, 0.8, 1.0];
-/// Depths around it, each at places of its own, so many times the number that is asked for: a small
-/// contact rests on few foundation points, a large one is the mean of many.
+/// Depths around it, each at places of its own, so many times the number that is asked for.
 const ASIDE: [(f64, f64); 5] = [(0.125, 3.0), (0.25, 2.5), (0.5, 1.75), (0.75, 1.25), (1.0, 1.0)];
 /// Places of the fit are spread this far around the site [probe radii].
 const FITTED_RADII: f64 = 1.15;
-/// A force this far off counts as one unit of error (1), at the site and around it.
-const CENTRE_TOLERANCE: f64 = 0.002;
-const TOLERANCE: f64 = 0.005;
-
 /// Forces of the whole organ.
 #[derive(Clone, Debug)]
 pub struct OrganPresses {
@@ -111,16 +107,16 @@ pub fn solve_organ(
 ) -> Result<OrganPresses, Error> {
     let radius_m = scene.probe.radius_m;
     let deepest_m = fitted::deepest_hold_m(scene).unwrap_or(placed.tissue.depth_limit_m);
-    let known_places = if level == Level::Quick { QUICK_PLACES } else { KNOWN_PLACES };
+    let knaside_of = if level == Level::Quick { QUICK_PLACES } else { KNOWN_PLACES };
     let mut offsets_m = vec![[0.0; 2]];
-    offsets_m.extend(sunflower(known_places, KNOWN_RADII * radius_m));
+    offsets_m.extend(sunflower(knaside_of, KNOWN_RADII * radius_m));
     offsets_m.extend(random(UNSEEN_PLACES, PIECE_JUDGED_RADII * radius_m, UNSEEN_SEED));
     let fitted_m = FITTED.map(|share| share * deepest_m).to_vec();
     let mut depths_m = fitted_m.clone();
     depths_m.extend(UNSEEN.map(|share| share * deepest_m));
     depths_m.sort_by(f64::total_cmp);
     let all = organ_reference_kept(scene, placed, &offsets_m, &depths_m, Some(solved), progress)?;
-    let map = SurfaceMap::of(&known_of(&all, &fitted_m, known_places), placed, &scene.probe);
+    let map = SurfaceMap::of(&known_of(&all, &fitted_m, knaside_of), placed, &scene.probe);
     let known = map.ok_or_else(|| Error::Check("the finite elements gave no smooth surface of forces".into()))?;
     let holds = |n: usize, place: &PlaceForces| -> Vec<(usize, HoldAnswer)> {
         let place_m = std::array::from_fn(|k| place.place_m[k] - placed.tissue.site_m[k]);
@@ -130,7 +126,7 @@ pub fn solve_organ(
         at.map(|at| (n, hold(at))).collect()
     };
     let holds: Vec<(usize, HoldAnswer)> = all.places.iter().enumerate().flat_map(|(n, place)| holds(n, place)).collect();
-    let is_unseen = |(n, hold): &&(usize, HoldAnswer)| *n > known_places || (*n == 0 && !fitted_m.contains(&hold.depth_m));
+    let is_unseen = |(n, hold): &&(usize, HoldAnswer)| *n > knaside_of || (*n == 0 && !fitted_m.contains(&hold.depth_m));
     let unseen = holds.iter().filter(is_unseen).map(|(_, hold)| hold.clone()).collect();
     let answer = Answer {
         tissue: tissue_of(scene),
@@ -162,15 +158,9 @@ impl OrganPresses {
         let piece = &prepared.far.cut.patch;
         let radius_m = f64::from(prepared.params.probe.radius_m);
         let deepest_m = self.fitted_m.last().copied().unwrap_or_default();
-        let depths = |shares: &[f64], tolerance: f64| -> Vec<(f64, f64)> {
-            shares.iter().map(|share| (share * deepest_m, tolerance)).collect()
-        };
         let disc = DiscPresses {
-            centre: depths(&CENTRE, CENTRE_TOLERANCE),
-            aside: ASIDE
-                .iter()
-                .map(|(share, times)| ((times * settings.places as f64) as usize, depths(&[*share], TOLERANCE)))
-                .collect(),
+            centre: CENTRE.iter().map(|share| (share * deepest_m, CENTRE_TOLERANCE)).collect(),
+            aside: aside_of(settings.places, &prepared.params.probe, &ASIDE.map(|(share, times)| (share * deepest_m, times))),
             dents_m: Vec::new(),
         };
         let targets = Targets::over(&self.known, &[], piece.site_m.into(), radius_m, FITTED_RADII, &disc)
