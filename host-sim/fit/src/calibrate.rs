@@ -21,7 +21,7 @@ pub mod targets;
 mod unknowns;
 
 pub use measurement::Measurement;
-pub use sweep::{Objective, Sweep};
+pub use sweep::{Objective, Positions, Sweep};
 pub use targets::{DentTarget, ForceTarget, GluedTarget, Targets};
 pub use unknowns::Unknowns;
 

@@ -12,6 +12,7 @@ pub(crate) mod assembly;
 pub mod body;
 mod cholesky;
 pub mod condensed;
+pub(crate) mod conform;
 pub mod domain;
 mod elimination;
 pub mod glued;

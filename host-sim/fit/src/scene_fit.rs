@@ -6,9 +6,14 @@
 //! organ (a piece of one, and its presses) ────────────────────┴─ unseen ──────────────── judge
 //! ```
 //!
+//! A block with inclusions is fitted without them first. Then the bump that they make is fitted
+//! (`bump`, `bump_fit`): the difference between presses with and without them.
+//!
 //! Unseen presses are solved at places and depths that no target is made of.
 
 mod answer;
+mod bump;
+mod bump_fit;
 mod check;
 mod fit;
 mod judge;
@@ -19,6 +24,8 @@ mod shifted;
 mod solve;
 
 pub use answer::{Solved, answer};
+pub use bump::{Bumps, solve_bumps};
+pub use bump_fit::{BumpDepth, BumpFit, BumpVerdict, Bumped};
 pub use check::{check, check_block, refuse_beyond_the_guard};
 pub use fit::{FINE_RADII, PLACES_RANGE, Prepared, prepare, top_nodes};
 pub use judge::{DepthVerdict, Judging, Verdict};

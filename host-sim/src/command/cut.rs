@@ -286,6 +286,7 @@ fn record(scene: &Scene, session: &Session, errors: &Short, patch_crc32: u32) ->
             places: JUDGED_PLACES,
             lost_places: 0,
             disc_radius_m: JUDGED_RADII * radius_m,
+            bump: None,
         },
         moving: None,
         reference_error_pct: None,

@@ -139,6 +139,19 @@ pub struct Judged {
     pub lost_places: usize,
     /// They lie within this of the centre [m].
     pub disc_radius_m: f64,
+    /// Error of what the inclusions add to the force, where that was fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bump: Option<JudgedBump>,
+}
+
+/// Errors of the force that inclusions add, of its highest at the depth.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct JudgedBump {
+    /// Root mean square over places and depths [%].
+    pub rms_pct: f64,
+    /// The largest, with its sign [%].
+    pub worst_pct: f64,
 }
 
 fn is_none(count: &usize) -> bool {

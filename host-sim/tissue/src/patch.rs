@@ -40,6 +40,21 @@ pub struct Multipliers {
     pub stiffening: f64,
 }
 
+impl Multipliers {
+    /// Returns both factors on everything.
+    #[must_use]
+    pub fn times(&self, other: &Self) -> Self {
+        let all = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a * b).collect() };
+        Self {
+            edge: all(&self.edge, &other.edge),
+            node: all(&self.node, &other.node),
+            point: self.point.iter().zip(&other.point).map(|(a, b)| all(a, b)).collect(),
+            bulk: self.bulk * other.bulk,
+            stiffening: self.stiffening * other.stiffening,
+        }
+    }
+}
+
 /// Constants of the material model that do not scale with E.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
@@ -276,6 +291,26 @@ impl Patch {
             }
         }
         self
+    }
+
+    /// The factors that make the constants of `formula`, a patch of one mesh, those of this one.
+    #[must_use]
+    pub fn multipliers_over(&self, formula: &Self) -> Multipliers {
+        // springs alone are a solid of nu = 1/4: nothing is left for the volume terms to multiply
+        let ratio = |own: f32, of: f32| if of == 0.0 { 1.0 } else { f64::from(own) / f64::from(of) };
+        let points: Vec<f64> = self.foundation.iter().zip(&formula.foundation).map(|(own, of)| ratio(own.k, of.k)).collect();
+        Multipliers {
+            edge: self.springs.iter().zip(&formula.springs).map(|(own, of)| ratio(own.k, of.k)).collect(),
+            node: self.nodes.iter().zip(&formula.nodes).map(|(own, of)| ratio(own.pressure, of.pressure)).collect(),
+            point: points.chunks(self.model().points_per_triangle()).map(<[f64]>::to_vec).collect(),
+            bulk: self.tets.iter().zip(&formula.tets).map(|(own, of)| ratio(own.bulk, of.bulk)).next().unwrap_or(1.0),
+            stiffening: ratio(self.stiffening_per_m, formula.stiffening_per_m),
+        }
+    }
+
+    /// Says that inclusions are part of the constants: no scene may put them in again.
+    pub fn set_scaled(&mut self) {
+        self.scaled = true;
     }
 
     /// Places that the constants were fitted over; 0 if they come from formulas alone.

@@ -39,9 +39,13 @@ pub fn fit(
     for n in 0..settings.rounds {
         let before = rounds[n].cost;
         let (mut better, mut kept) = (None, 0.0);
-        for _ in 0..MOST_TRIES {
+        for tries in 0..MOST_TRIES {
             let Some(there) = step(&sweep, &z, hold) else { break };
             let promised = before - linear_cost(&sweep, &z, &there);
+            // a step made shorter that could not gain what a round has to
+            if tries > 0 && promised < settings.least_gain * before {
+                break;
+            }
             // a press that finds no balance is a step too far
             if let Ok((sweep, found)) = objective.evaluate(&there, true) {
                 let round = objective.round(&sweep, &there);

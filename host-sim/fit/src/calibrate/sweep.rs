@@ -21,6 +21,9 @@ pub struct Sweep {
     pub measurement: Measurement,
 }
 
+/// Node positions [m] of every press, shape \[places\]\[depths\]\[nodes\].
+pub type Positions = Vec<Vec<Vec<Vector>>>;
+
 /// The objective of a calibration, with its count of evaluations and the solutions found so far as
 /// starting points for the next.
 #[derive(Debug)]
@@ -30,7 +33,7 @@ pub struct Objective<'a> {
     targets: &'a Targets,
     solver: Solver,
     /// Node positions of every press at the last accepted unknowns.
-    last: Vec<Vec<Vec<Vector>>>,
+    last: Positions,
     z: Vec<f64>,
     evaluations: usize,
     started: Instant,
@@ -56,6 +59,13 @@ impl<'a> Objective<'a> {
         let z = vec![0.0; unknowns.len()];
         let last = vec![Vec::new(); targets.places.len()];
         Ok(Self { base, unknowns, targets, solver, last, z, evaluations: 0, started: Instant::now() })
+    }
+
+    /// Returns it with positions that are near those of its own presses.
+    #[must_use]
+    pub fn starting_near(mut self, positions: Positions) -> Self {
+        self.last = positions;
+        self
     }
 
     /// The unknowns' layout.
@@ -201,4 +211,4 @@ impl<'a> Objective<'a> {
 
 /// Node positions of every press of an evaluation.
 #[derive(Debug)]
-pub struct Found(Vec<Vec<Vec<Vector>>>);
+pub struct Found(Positions);

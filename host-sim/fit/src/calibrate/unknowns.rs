@@ -30,6 +30,8 @@ pub struct Unknowns {
     /// Triangles whose points are unknown.
     triangles: Vec<usize>,
     points_per_triangle: usize,
+    /// Unknowns that stay at zero; none if empty.
+    held: Vec<bool>,
 }
 
 /// The scalars, at the end of the vector.
@@ -53,7 +55,16 @@ impl Unknowns {
         };
         let triangles = statics.triangles.iter().enumerate().filter(|(_, t)| near(t)).map(|(n, _)| n).collect();
         let points_per_triangle = statics.triangles.first().map_or(0, |t| t.k.len());
-        Self { springs: statics.springs.len(), nodes: statics.rest_m.len(), triangles, points_per_triangle }
+        Self { springs: statics.springs.len(), nodes: statics.rest_m.len(), triangles, points_per_triangle, held: Vec::new() }
+    }
+
+    /// Holds all but the nodes for which `near` is true and the springs that end at one of them.
+    #[must_use]
+    pub fn only(mut self, statics: &Statics, near: &[bool]) -> Self {
+        let springs = statics.springs.iter().map(|s| !s.node.iter().any(|n| near[*n]));
+        self.held = springs.chain(near.iter().map(|near| !near)).collect();
+        self.held.resize(self.len(), true);
+        self
     }
 
     /// How many there are.
@@ -134,6 +145,7 @@ impl Unknowns {
         row[last..].iter_mut().zip(sums).for_each(|(slot, s)| *slot = scale * SHARED * s);
         row[last + CHI] = scale * COMPENSATION * statics.compensation * gradient.compensation;
         row[last + TAU] = scale * THRESHOLD * gradient.compensation_threshold;
+        row.iter_mut().zip(&self.held).filter(|(_, held)| **held).for_each(|(slot, _)| *slot = 0.0);
     }
 
     /// Multipliers and parameters at a place in the space of unknowns.

@@ -30,6 +30,19 @@ pub struct Material {
     pub inclusions: Vec<Inclusion>,
 }
 
+impl Material {
+    /// Stiffness at a point [m].
+    #[must_use]
+    pub fn at(&self, x: &Vector3<f64>) -> Stiffness {
+        let ball = self.inclusions.iter().rev().find(|ball| (x - Vector3::from(ball.center_m)).norm() <= ball.radius_m);
+        Stiffness {
+            ratio: ball.map_or(1.0, |ball| ball.stiffness_ratio),
+            poisson_ratio: self.poisson_ratio,
+            stiffening_b: self.stiffening_b,
+        }
+    }
+}
+
 /// Stiffness at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stiffness {
@@ -113,17 +126,7 @@ impl Body {
         copies: f64,
         rule: TetRule,
     ) -> Self {
-        let stiffness = |_: usize, x: &Vector3<f64>| Stiffness {
-            ratio: material
-                .inclusions
-                .iter()
-                .rev()
-                .find(|ball| (x - Vector3::from(ball.center_m)).norm() <= ball.radius_m)
-                .map_or(1.0, |ball| ball.stiffness_ratio),
-            poisson_ratio: material.poisson_ratio,
-            stiffening_b: material.stiffening_b,
-        };
-        Self::with_stiffness(mesh, stiffness, fixed, touchable, copies, rule)
+        Self::with_stiffness(mesh, |_, x| material.at(x), fixed, touchable, copies, rule)
     }
 
     /// Prepares a mesh whose stiffness is given for each tet (by its index) and point (rest

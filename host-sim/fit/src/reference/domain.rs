@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use super::body::{Body, Material};
+use super::body::{Body, Material, Stiffness};
 use super::quadratic::QuadraticMesh;
 use super::shape::TetRule;
 use palpate_tissue::answer::SurfaceGrid;
@@ -77,6 +77,18 @@ impl BlockCase {
     /// at.
     #[must_use]
     pub fn support(&self, mesh: &TetMesh, mirror: [bool; 2]) -> BlockBody {
+        self.support_with(mesh, mirror, |_, x| self.material.at(x))
+    }
+
+    /// As [`Self::support`], the stiffness given for each tet (by its index) and point (rest
+    /// position [m]).
+    #[must_use]
+    pub fn support_with(
+        &self,
+        mesh: &TetMesh,
+        mirror: [bool; 2],
+        stiffness: impl Fn(usize, &Vector3<f64>) -> Stiffness,
+    ) -> BlockBody {
         let mesh = QuadraticMesh::new(mesh);
         let bottom = |x: &Vector3<f64>| x.z <= -self.size_m[2] * (1.0 - 1e-9);
         let fixed = mesh.nodes_m.iter().map(|x| match bottom(x) {
@@ -88,7 +100,7 @@ impl BlockCase {
         let free = |t: &[u32; 6]| !cut(0, t) && !cut(1, t) && !t.iter().all(|n| bottom(&mesh.nodes_m[*n as usize]));
         let touchable = (0..mesh.triangles.len()).filter(|t| free(&mesh.triangles[*t])).collect();
         let copies = mirror.map(|m| if m { 2.0 } else { 1.0 }).iter().product();
-        let body = Body::new(mesh, &self.material, fixed, touchable, copies, self.rule);
+        let body = Body::with_stiffness(mesh, stiffness, fixed, touchable, copies, self.rule);
         BlockBody { body, mirror, place_m: Vector3::new(self.place_m[0], self.place_m[1], 0.0) }
     }
 }

@@ -43,11 +43,7 @@ pub fn check(scene: &Scene) -> Result<(), Error> {
 /// # Errors
 /// The first such value, with its key.
 pub fn check_block(scene: &Scene, size_m: [f64; 3]) -> Result<(), Error> {
-    let (tissue, probe) = (&scene.tissue, &scene.probe);
-    if !tissue.inclusion.is_empty() {
-        let why = "is not part of a block's fit: leave it out here, and press the fitted patch with it";
-        return Ok(scene.bad("tissue.inclusion", why)?);
-    }
+    let probe = &scene.probe;
     let [x, y, thick_m] = size_m;
     let (wide_m, side_m) = (2.0 * probe.tip().reach_m(), x.min(y));
     if wide_m > WIDEST * side_m {

@@ -45,6 +45,7 @@ pub(super) fn write(
             places: PLACES,
             lost_places: 0,
             disc_radius_m: DISC_RADII * radius_m,
+            bump: None,
         },
         moving: None,
         reference_error_pct: (*answer == Answer::block()).then_some(REFERENCE_ERROR_PCT),

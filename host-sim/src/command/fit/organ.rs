@@ -37,7 +37,7 @@ impl FitArgs {
         steps.finish();
         self.print_scene(scene, nodes, &presses.fitted_m);
         kept.said().iter().for_each(|line| println!("{line}"));
-        let stages = Stages { scene, known: &presses.known, store: &store };
+        let stages = Stages { scene, known: &presses.known, store: &store, what: "fit" };
         let settings = self.settings(nodes, LEAST_GAIN);
         let problem = format!("{:?} {recipe:?} {settings:?} {:?}", store.pressed(), presses.answer.holds);
         let (fit, reused_fit) = stages.fit(&settings, &problem, |progress| presses.fit(&prepared, &settings, progress))?;
@@ -48,7 +48,7 @@ impl FitArgs {
             disc_radii: PIECE_JUDGED_RADII,
         };
         let judged = stages.judge(&judging, (&piece, &prepared.params), &fit)?;
-        store.write(std::iter::empty(), &fit)?;
+        store.write(std::iter::empty(), &[&fit])?;
         let report = Report {
             scene,
             fitted_m: &presses.fitted_m,
@@ -61,6 +61,7 @@ impl FitArgs {
             before: &judged.before,
             verdict: &judged.verdict,
             trials: &[],
+            bump: None,
             reused_fit,
             reused_presses: kept.found(),
             places: settings.places,

@@ -6,7 +6,7 @@ use palpate_fit::calibrate::Round;
 use palpate_fit::calibrate::targets::Reference;
 use palpate_fit::scene_fit::{Verdict, tissue_of};
 use palpate_tissue::answer::{Answer, AnswerProbe};
-use palpate_tissue::fit_record::{FitRecord, Judged, Moving, OrganRecord, checksum};
+use palpate_tissue::fit_record::{FitRecord, Judged, JudgedBump, Moving, OrganRecord, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
@@ -14,6 +14,7 @@ use palpate_tissue::trials::Trial;
 use palpate_tissue::{Error as TissueError, machine};
 use serde::Serialize;
 
+use super::bump::BumpReport;
 use super::store::StoredFit;
 use crate::error::Error;
 
@@ -34,6 +35,8 @@ pub(super) struct Report<'a> {
     pub before: &'a Verdict,
     pub verdict: &'a Verdict,
     pub trials: &'a [Trial],
+    /// Of a block with inclusions.
+    pub bump: Option<&'a BumpReport>,
     /// Whether an earlier run left the fit.
     pub reused_fit: bool,
     /// Presses that an earlier run left.
@@ -57,6 +60,8 @@ struct Summary<'a> {
     fitted_depths_m: &'a [f64],
     uncalibrated: &'a Verdict,
     calibrated: &'a Verdict,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bump: Option<&'a BumpReport>,
     record: &'a FitRecord,
     rounds: &'a [Round],
     machine: String,
@@ -88,6 +93,7 @@ impl Report<'_> {
                 fitted_depths_m: self.fitted_m,
                 uncalibrated: self.before,
                 calibrated: self.verdict,
+                bump: self.bump,
                 record: &record,
                 rounds: &self.fit.rounds,
                 machine: machine::processor(),
@@ -117,7 +123,7 @@ impl Report<'_> {
             tissue: tissue_of(scene),
             organ: OrganRecord::of(scene),
             probe: AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m },
-            fitted_places: self.session.patch.fitted_places(),
+            fitted_places: self.places as u32,
             fitted_depths_m: self.fitted_m.to_vec(),
             judged: Judged {
                 rms_pct: verdict.rms_pct(),
@@ -127,6 +133,7 @@ impl Report<'_> {
                 places: verdict.disc_places,
                 lost_places: verdict.lost_places,
                 disc_radius_m: verdict.disc_radius_m,
+                bump: self.bump.map(|bump| JudgedBump { rms_pct: bump.fitted.rms_pct, worst_pct: bump.fitted.worst_pct }),
             },
             moving: self.session.report.moving.map(|m| Moving { speed_m_per_s: m.speed_m_per_s, rms_pct: m.rms_pct }),
             reference_error_pct: Some(reference_error_pct),
@@ -209,6 +216,9 @@ impl Report<'_> {
             v.disc_worst_pct,
             100.0 * self.reference_error
         );
+        if let Some(bump) = self.bump {
+            print_bump(bump);
+        }
         if v.lost_places > 0 {
             println!("{} more places could not be judged: no balance was found there", v.lost_places);
         }
@@ -216,4 +226,24 @@ impl Report<'_> {
             println!("moving at {:.0} mm/s {:.1} % more", moving.speed_m_per_s * 1e3, moving.rms_pct);
         }
     }
+}
+
+fn print_bump(bump: &BumpReport) {
+    println!("\nforce that the inclusions add, at {} places unknown to the fit, as a share of the highest", bump.fitted.places);
+    println!("{:>10} {:>16} {:>9} {:>9} {:>12}", "depth mm", "highest %force", "rms %", "worst %", "scaled in %");
+    for (fitted, scaled_in) in bump.fitted.depths.iter().zip(&bump.scaled_in.depths) {
+        println!(
+            "{:>9.3}{} {:>+16.2} {:>9.2} {:>+9.2} {:>12.2}",
+            fitted.depth_mm,
+            if fitted.fitted_depth { ' ' } else { '*' },
+            fitted.highest_pct,
+            fitted.rms_pct,
+            fitted.worst_pct,
+            scaled_in.rms_pct
+        );
+    }
+    println!(
+        "all: {:.2} % rms, worst {:+.2} % (scaled in {:.2} and {:+.2} %); the finite elements' own within {:.1} %",
+        bump.fitted.rms_pct, bump.fitted.worst_pct, bump.scaled_in.rms_pct, bump.scaled_in.worst_pct, bump.reference_error_pct
+    );
 }

@@ -21,6 +21,8 @@ pub(super) struct Stages<'a> {
     /// Forces that the fit may know.
     pub known: &'a dyn Reference,
     pub store: &'a Store<'a>,
+    /// Name of the fit, for progress.
+    pub what: &'static str,
 }
 
 /// A fitted patch and its verdict.
@@ -42,10 +44,10 @@ impl Stages<'_> {
         let force = |depth_m| self.known.force(Vector::zeros(), depth_m).unwrap_or(0.0);
         refuse_beyond_the_guard(self.scene, force)?;
         if let Some(stored) = self.store.fit(problem) {
-            println!("fit: as an earlier run left it");
+            println!("{}: as an earlier run left it", self.what);
             return Ok((stored, true));
         }
-        let steps = Steps::new("fit", settings.rounds + 1);
+        let steps = Steps::new(self.what, settings.rounds + 1);
         let fit = make(&mut |r: &Round| steps.one(&format!("force error {:.2} % rms", r.force_rms_pct)))?;
         steps.finish();
         let stable = StableStep::measure(&fit.patch.wide_model(), &fit.params, fit.patch.site_m()).map_err(TissueError::from)?;

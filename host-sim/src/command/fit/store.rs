@@ -56,6 +56,11 @@ impl StoredFit {
         Self { problem: checksum(problem), patch: digits, rounds }
     }
 
+    /// Checksum of all that the fit was made from.
+    pub(super) fn problem(&self) -> u64 {
+        self.problem
+    }
+
     /// Bytes of the patch file; none if the digits were damaged.
     pub(super) fn patch(&self) -> Vec<u8> {
         let pair = |n: usize| self.patch.get(n..n + 2).and_then(|pair| u8::from_str_radix(pair, 16).ok());
@@ -67,7 +72,9 @@ impl StoredFit {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Stages {
     presses: Vec<StoredPress>,
-    fit: Option<StoredFit>,
+    /// Of the block, and of its inclusions.
+    #[serde(default)]
+    fits: Vec<StoredFit>,
 }
 
 /// Finished stages of this scene.
@@ -115,27 +122,29 @@ impl<'a> Store<'a> {
 
     /// The fit, if it was made from the same.
     pub(super) fn fit(&self, problem: &str) -> Option<StoredFit> {
-        let noted = || serde_json::from_str(&self.folder.read_note(FIT)?).ok();
-        let fits = [self.stages.fit.clone(), noted()];
-        fits.into_iter().flatten().find(|fit: &StoredFit| fit.problem == checksum(problem))
+        let problem = checksum(problem);
+        let noted = || serde_json::from_str(&self.folder.read_note(&fit_name(problem))?).ok();
+        self.stages.fits.iter().cloned().chain(noted()).find(|fit: &StoredFit| fit.problem == problem)
     }
 
     /// Notes a fit.
     pub(super) fn keep_fit(&self, fit: &StoredFit) -> Result<(), Error> {
-        self.folder.write_note(FIT, fit)
+        self.folder.write_note(&fit_name(fit.problem), fit)
     }
 
     /// Writes all stages into the result.
-    pub(super) fn write<'j>(&self, jobs: impl Iterator<Item = &'j PressJob>, fit: &StoredFit) -> Result<(), Error> {
+    pub(super) fn write<'j>(&self, jobs: impl Iterator<Item = &'j PressJob>, fits: &[&StoredFit]) -> Result<(), Error> {
         let stored =
             |job: &PressJob| Some(StoredPress { pressed: self.pressed.clone(), job: job.clone(), forces: self.press(job)? });
-        let stages = Stages { presses: jobs.filter_map(stored).collect(), fit: Some(fit.clone()) };
+        let stages = Stages { presses: jobs.filter_map(stored).collect(), fits: fits.iter().map(|fit| (*fit).clone()).collect() };
         let text = serde_json::to_string(&stages).map_err(|e| Error::Write { path: STAGES.into(), source: e.into() })?;
         self.folder.write(STAGES, text.as_bytes())
     }
 }
 
-const FIT: &str = "fit.json";
+fn fit_name(problem: u64) -> String {
+    format!("fit-{problem:016x}.json")
+}
 
 /// Of a note: one for each mesh and place.
 fn name(job: &PressJob) -> String {

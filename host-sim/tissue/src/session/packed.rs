@@ -22,6 +22,7 @@ pub(super) fn open(scene: &Scene, path: &Path) -> Result<(Patch, Params), Error>
     file.model.check().map_err(in_file)?;
     agree(scene, path, &file)?;
     agree_with_its_organ(scene, path)?;
+    agree_with_its_inclusions(scene, path)?;
     Ok((Patch::of_file(&file), file.params))
 }
 
@@ -93,6 +94,23 @@ fn agree_with_its_organ(scene: &Scene, path: &Path) -> Result<(), SceneError> {
             scene.bad(key, &format!("is not what {} was fitted to ({was}): use that, or fit it again", path.display()))
         }
     }
+}
+
+/// A patch of a block that was fitted with inclusions has them in its constants: a scene can
+/// neither leave them out nor move them.
+fn agree_with_its_inclusions(scene: &Scene, path: &Path) -> Result<(), SceneError> {
+    let Some(record) = FitRecord::of_file(path) else { return Ok(()) };
+    let fitted = &record.tissue.inclusion;
+    if record.judged.bump.is_none() || *fitted == scene.tissue.inclusion {
+        return Ok(());
+    }
+    let balls = fitted.iter().map(|ball| format!("{:?}, {} m, {} times", ball.center_m, ball.radius_m, ball.stiffness_ratio));
+    let why = format!(
+        "is not what {} was fitted with ({}): write that, or fit the scene anew",
+        path.display(),
+        balls.collect::<Vec<_>>().join("; ")
+    );
+    scene.bad("tissue.inclusion", &why)
 }
 
 /// Whether two probes are one; the direction of a long one was rounded with the axis.

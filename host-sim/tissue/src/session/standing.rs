@@ -50,8 +50,8 @@ impl Standing {
         let fitted_places = patch.fitted_places();
         let file = scene.solver.patch.as_deref().filter(|path| path.as_os_str() != NO_PATCH);
         let record = match file {
-            _ if fitted_places == 0 => None,
             Some(file) => FitRecord::of_file(file),
+            None if fitted_places == 0 => None,
             None => calibrated::record(scene.tissue.nodes.unwrap_or(DEFAULT_NODES)),
         };
         match record {
@@ -78,8 +78,14 @@ impl Standing {
                     0 => String::new(),
                     lost => format!("; {lost} more could not be judged, the patch found no balance there"),
                 };
+                let bump = judged.bump.map_or(String::new(), |bump| {
+                    format!(
+                        "; the force that its inclusions add {:.1} % rms off, {:+.1} % at worst",
+                        bump.rms_pct, bump.worst_pct
+                    )
+                });
                 format!(
-                    "calibrated to finite elements over {} places of this scene: {:.1} % rms off, {:+.1} % at worst, at {} places that the fit did not see, {:.2} to {:.2} mm deep{lost}",
+                    "calibrated to finite elements over {} places of this scene: {:.1} % rms off, {:+.1} % at worst, at {} places that the fit did not see, {:.2} to {:.2} mm deep{bump}{lost}",
                     record.fitted_places,
                     judged.rms_pct,
                     judged.worst_pct,

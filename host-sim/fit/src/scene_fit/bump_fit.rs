@@ -1,0 +1,282 @@
+//! A fitted block's patch with its inclusions, fitted to the bump that they make.
+//!
+//! The inclusions are scaled into the patch, and then the springs and nodes in and around them are
+//! fitted: to the patch's own force without them, plus the bump of finite elements. So the errors
+//! of the block's fit neither go into the bump nor are they mended by it.
+
+use palpate::Params;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::bump::{Bumps, KNOWN_RADII};
+use super::fit::{Prepared, aside_of};
+use super::known::Known;
+use super::organ::tissue_of;
+use crate::calibrate::places::sunflower;
+use crate::calibrate::targets::{ForceTarget, PlaceTarget, Reference, Targets};
+use crate::calibrate::{CalibrateError, Calibration, Objective, Positions, Round, Settings, Unknowns, gauss_newton};
+use crate::pressed_patch::{NOT_BEGUN, PressedPatch, larger, rms, worst};
+use crate::statics::{Balance, Statics, Unbalanced, Vector};
+use palpate_tissue::answer::{Answer, AnswerProbe, HoldAnswer};
+use palpate_tissue::error::Error;
+use palpate_tissue::patch::Patch;
+use palpate_tissue::scene::{Inclusion, Scene};
+use palpate_tissue::tissue::{Tissue, ratio_of};
+
+/// A bump this far off, as a share of the highest at its depth, counts as one unit of error (1).
+const TOLERANCE: f64 = 0.01;
+/// Each depth, shallow first, is pressed at so many times the places that are asked for.
+const TIMES: [f64; 3] = [2.0, 1.5, 1.0];
+/// Bumps lower than this share of the force are not felt, and are not fitted more exactly (1).
+const LEAST_BUMP: f64 = 1e-3;
+
+/// Error of the bump at one depth.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BumpDepth {
+    /// Depth [mm].
+    pub depth_mm: f64,
+    /// Whether the fit knew this depth; the places it never knew.
+    pub fitted_depth: bool,
+    /// The highest bump of all places, over the force without the inclusions there [%].
+    pub highest_pct: f64,
+    /// Root mean square over places, of the highest bump [%].
+    pub rms_pct: f64,
+    /// The largest, with its sign, of the highest bump [%].
+    pub worst_pct: f64,
+}
+
+/// Errors of a patch's bump at places that its fit did not see.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BumpVerdict {
+    /// Shallow first.
+    pub depths: Vec<BumpDepth>,
+    /// Root mean square over places and depths, of the highest bump at the depth [%].
+    pub rms_pct: f64,
+    /// The largest, with its sign [%].
+    pub worst_pct: f64,
+    /// Count of the places.
+    pub places: usize,
+}
+
+/// The homogeneous patch, and what inclusions do to its block.
+#[derive(Clone, Copy)]
+pub struct BumpFit<'a> {
+    /// Block without the inclusions.
+    pub prepared: &'a Prepared,
+    /// The patch fitted to it, and its parameters.
+    pub plain: (&'a Patch, &'a Params),
+    /// Forces without the inclusions.
+    pub known: &'a Known,
+    /// Bumps.
+    pub bumps: &'a Bumps,
+    /// The inclusions.
+    pub inclusions: &'a [Inclusion],
+}
+
+impl BumpFit<'_> {
+    /// The patch with the inclusions scaled in.
+    #[must_use]
+    pub fn scaled(&self) -> Patch {
+        self.plain.0.clone().with_inclusions(self.inclusions)
+    }
+
+    /// The patch with constants from formulas alone.
+    #[must_use]
+    pub fn uncalibrated(&self) -> Patch {
+        Patch::build(&self.tissue(), &self.prepared.material, None)
+    }
+
+    /// Forces with the inclusions, as far as the judgement may know them.
+    #[must_use]
+    pub fn bumped(&self) -> Bumped<'_> {
+        Bumped { known: self.known, bumps: self.bumps }
+    }
+
+    /// Presses that were solved with the inclusions, at places for the fit and at others.
+    #[must_use]
+    pub fn answers(&self, scene: &Scene) -> [Answer; 2] {
+        let of = |places: &[[f64; 2]]| {
+            let hold = |place: &[f64; 2], depth_m: f64| {
+                let plain_m2 = self.known.force(Vector::new(place[0], place[1], 0.0), depth_m)?;
+                let force_over_e_m2 = plain_m2 * self.bumps.ratio(*place, depth_m)?;
+                Some(HoldAnswer { place_m: [place[0], place[1], 0.0], depth_m, force_over_e_m2, surface: None })
+            };
+            let depths = &self.bumps.depths_m;
+            let holds = places.iter().flat_map(|place| depths.iter().filter_map(move |depth_m| hold(place, *depth_m)));
+            let probe = AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m };
+            Answer { tissue: tissue_of(scene), probe, holds: holds.collect(), glued: Vec::new() }
+        };
+        [of(&self.bumps.places_m[..self.bumps.known_places]), of(self.bumps.unseen_m())]
+    }
+
+    /// Fits the patch.
+    ///
+    /// # Errors
+    /// A press without balance; a fit that gains nothing.
+    pub fn fit(&self, scene: &Scene, settings: &Settings, progress: &mut dyn FnMut(&Round)) -> Result<Calibration, Error> {
+        let failed = |cause: CalibrateError| Error::Check(format!("{}: tissue.inclusion: {cause}", scene.file));
+        let (patch, params) = self.plain;
+        let tissue = self.tissue();
+        let material = &self.prepared.material;
+        let own = patch.multipliers_over(&Patch::build(&self.prepared.tissue, material, None));
+        let base = Patch::build(&tissue, material, Some(&own));
+        let statics = Statics::of(&base.model(), params).map_err(|cause| failed(cause.into()))?;
+        let unknowns = Unknowns::of(&statics, &tissue, 0.0).only(&statics, &near(&tissue));
+        let (targets, starts) = self.targets(settings.places).map_err(|cause| failed(cause.into()))?;
+        let objective = Objective::new(statics, unknowns, &targets).map_err(|cause| failed(cause.into()))?;
+        let mut objective = objective.starting_near(starts);
+        let rounds = gauss_newton::fit(&mut objective, settings, progress).map_err(failed)?;
+        let (multipliers, params) = objective.unknowns().result(objective.statics(), objective.place(), params);
+        let multipliers = own.times(&multipliers);
+        let mut patch = Patch::build(&tissue, material, Some(&multipliers));
+        patch.set_fitted_places(settings.places as u32);
+        patch.set_scaled();
+        Ok(Calibration { multipliers, params, patch, rounds })
+    }
+
+    /// The block with its inclusions.
+    fn tissue(&self) -> Tissue {
+        let tissue = &self.prepared.tissue;
+        let ratio = |tet| ratio_of(&tissue.mesh, tet, self.inclusions);
+        Tissue { stiffness_ratio: tissue.mesh.tets.iter().map(ratio).collect(), ..tissue.clone() }
+    }
+
+    /// The bump over E at a solved place and depth [m^2].
+    fn bump_m2(&self, place_m: [f64; 2], depth_m: f64) -> Option<f64> {
+        let plain_m2 = self.known.force(Vector::new(place_m[0], place_m[1], 0.0), depth_m)?;
+        Some(plain_m2 * (self.bumps.ratio(place_m, depth_m)? - 1.0))
+    }
+
+    /// The highest bump over E of all places at a depth [m^2], and the force without it there.
+    fn highest_m2(&self, depth_m: f64) -> (f64, f64) {
+        let of = |place: &[f64; 2]| {
+            let bump_m2 = self.bump_m2(*place, depth_m)?;
+            Some((bump_m2, bump_m2 / (self.bumps.ratio(*place, depth_m)? - 1.0)))
+        };
+        self.bumps
+            .places_m
+            .iter()
+            .filter_map(of)
+            .fold((0.0, 1.0), |best, own| if own.0.abs() > best.0.abs() { own } else { best })
+    }
+
+    /// Presses at many places, as between few of them a fit swings; and the nodes' positions at
+    /// each without the inclusions [m].
+    fn targets(&self, asked: usize) -> Result<(Targets, Positions), Unbalanced> {
+        let (patch, params) = self.plain;
+        let pressed = PressedPatch::of(patch, params)?;
+        let radius_m = f64::from(params.probe.radius_m);
+        let fitted: Vec<(f64, f64)> = self.bumps.fitted_m.iter().copied().zip(TIMES).collect();
+        let depths: Vec<f64> = fitted.iter().map(|(depth_m, _)| *depth_m).collect();
+        let mut all = vec![([0.0; 2], depths)];
+        for (count, depths) in aside_of(asked, &params.probe, &fitted) {
+            let depths: Vec<f64> = depths.iter().map(|(depth_m, _)| *depth_m).collect();
+            all.extend(sunflower(count, KNOWN_RADII * radius_m).into_iter().map(|place| (place, depths.clone())));
+        }
+        let place = |(place, depths): &([f64; 2], Vec<f64>)| {
+            let offset_m = Vector::new(place[0], place[1], 0.0);
+            let target = |depth_m: f64, plain_m2: f64| {
+                let known_m2 = self.known.force(offset_m, depth_m)?;
+                let force = plain_m2 + known_m2 * (self.bumps.ratio_between(*place, depth_m)? - 1.0);
+                let unit_m2 = (TOLERANCE * self.highest_m2(depth_m).0.abs()).max(TOLERANCE * LEAST_BUMP * force);
+                Some(ForceTarget { depth_m, force, tolerance: unit_m2 / force })
+            };
+            let both = |depth_m: f64, here: &Balance| Some((target(depth_m, here.force)?, here.x_m.clone()));
+            let found = pressed.press(offset_m, depths.iter().copied(), both)?;
+            let (forces, starts) = found.into_iter().collect::<Option<Vec<_>>>().ok_or(NOT_BEGUN)?.into_iter().unzip();
+            Ok((PlaceTarget { place_m: pressed.site_m + offset_m, forces, dents: Vec::new() }, starts))
+        };
+        let found: Vec<(PlaceTarget, Vec<Vec<Vector>>)> = all.par_iter().map(place).collect::<Result<_, Unbalanced>>()?;
+        let (places, starts) = found.into_iter().unzip();
+        Ok((Targets { places, glued: Vec::new(), centre_m: pressed.site_m, radius_m, disc_radii: KNOWN_RADII }, starts))
+    }
+
+    /// Bumps of a patch over E at the places of the line, shape \[depths\]\[places\] [m^2], and
+    /// those of the finite elements.
+    ///
+    /// # Errors
+    /// A press without balance.
+    pub fn along_the_line(&self, patch: &Patch, params: &Params) -> Result<Vec<Vec<(f64, f64)>>, Unbalanced> {
+        let places = self.pairs(patch, params, self.bumps.line_m())?;
+        let depths = 0..self.bumps.depths_m.len();
+        Ok(depths.map(|n| places.iter().filter_map(|place| place.get(n).copied()).collect()).collect())
+    }
+
+    /// Judges the bump of a patch, at rest on its own site, where no fit has looked.
+    ///
+    /// # Errors
+    /// A press without balance.
+    pub fn judge(&self, patch: &Patch, params: &Params) -> Result<BumpVerdict, Unbalanced> {
+        let places = self.pairs(patch, params, self.bumps.unseen_m())?;
+        let at_depth = |(n, depth_m): (usize, &f64)| {
+            let (highest_m2, plain_m2) = self.highest_m2(*depth_m);
+            let error = |place: &Vec<(f64, f64)>| place.get(n).map(|(own, wanted)| 100.0 * (own - wanted) / highest_m2.abs());
+            let errors: Vec<f64> = places.iter().filter_map(error).collect();
+            BumpDepth {
+                depth_mm: depth_m * 1e3,
+                fitted_depth: self.bumps.fitted_m.contains(depth_m),
+                highest_pct: 100.0 * highest_m2 / plain_m2,
+                rms_pct: rms(&errors),
+                worst_pct: worst(&errors),
+            }
+        };
+        let depths: Vec<BumpDepth> = self.bumps.depths_m.iter().enumerate().map(at_depth).collect();
+        let all: Vec<f64> = depths.iter().map(|d| d.rms_pct).collect();
+        Ok(BumpVerdict {
+            rms_pct: rms(&all),
+            worst_pct: depths.iter().map(|d| d.worst_pct).fold(0.0, larger),
+            places: places.len(),
+            depths,
+        })
+    }
+
+    /// Bump of a patch and of the finite elements, over E, shape \[places\]\[depths\] [m^2].
+    fn pairs(&self, patch: &Patch, params: &Params, places_m: &[[f64; 2]]) -> Result<Vec<Vec<(f64, f64)>>, Unbalanced> {
+        let (plain, own) = (PressedPatch::of(self.plain.0, self.plain.1)?, PressedPatch::of(patch, params)?);
+        let place = |place: &[f64; 2]| {
+            let offset_m = Vector::new(place[0], place[1], 0.0);
+            let forces = |patch: &PressedPatch| patch.press(offset_m, self.bumps.depths_m.iter().copied(), |_, here| here.force);
+            let (without, with) = (forces(&plain)?, forces(&own)?);
+            let pair = |((depth_m, without), with): ((&f64, f64), f64)| Some((with - without, self.bump_m2(*place, *depth_m)?));
+            let pairs = self.bumps.depths_m.iter().zip(without).zip(with).map(pair);
+            pairs.collect::<Option<Vec<_>>>().ok_or(NOT_BEGUN)
+        };
+        places_m.par_iter().map(place).collect()
+    }
+}
+
+/// Forces of a block with its inclusions: those without, times the ratio that the bump makes.
+#[derive(Clone, Copy)]
+pub struct Bumped<'a> {
+    known: &'a Known,
+    bumps: &'a Bumps,
+}
+
+impl Reference for Bumped<'_> {
+    fn force(&self, place_m: Vector, depth_m: f64) -> Option<f64> {
+        Some(self.known.force(place_m, depth_m)? * self.bumps.ratio_between([place_m.x, place_m.y], depth_m)?)
+    }
+
+    fn deepest_m(&self) -> f64 {
+        self.known.deepest_m()
+    }
+
+    fn shallowest_m(&self) -> f64 {
+        self.known.shallowest_m()
+    }
+
+    fn displacement_m(&self, _: f64, _: [f64; 2]) -> Option<[f64; 3]> {
+        None
+    }
+}
+
+/// Whether each node belongs to a tet with a part of an inclusion in it.
+fn near(tissue: &Tissue) -> Vec<bool> {
+    let mut near = vec![false; tissue.mesh.nodes_m.len()];
+    for (tet, ratio) in tissue.mesh.tets.iter().zip(&tissue.stiffness_ratio) {
+        if *ratio != 1.0 {
+            tet.iter().for_each(|n| near[*n as usize] = true);
+        }
+    }
+    near
+}

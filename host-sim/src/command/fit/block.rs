@@ -1,0 +1,164 @@
+//! `palpate fit` of a block.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use palpate_fit::scene_fit::{
+    Forces, JUDGED_RADII, Judging, Known, Level, Prepared, PressJob, Presses, Solved, Verdict, Watch, answer, check_block,
+    prepare, solve_all,
+};
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::answer::AnswerProbe;
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::calibrated;
+use palpate_tissue::trials::Trial;
+
+use super::super::progress::Steps;
+use super::bump::Block;
+use super::report::Report;
+use super::stages::Stages;
+use super::store::Store;
+use super::{FitArgs, LEAST_GAIN};
+use crate::error::Error;
+
+impl FitArgs {
+    pub(super) fn fit_block(&self, scene: &Scene, size_m: [f64; 3]) -> Result<(), Error> {
+        check_block(scene, size_m)?;
+        if self.radius_m.is_some() {
+            let why = format!(
+                "--radius-m: the scene {} is a block, which is fitted whole: leave it out, or use palpate cut",
+                scene.file
+            );
+            return Err(TissueError::Usage(why).into());
+        }
+        // the bump that inclusions make is fitted to the patch of the block without them
+        let mut plain = scene.clone();
+        plain.tissue.inclusion.clear();
+        let prepared = prepare(&plain)?;
+        let level = if self.quick { Level::Quick } else { Level::Full };
+        let presses = Presses::of(&plain, &prepared.tissue, level);
+        let path = self.common.folder("fit");
+        let folder = OutputFolder::open(&path)?;
+        let store = Store::of(&path, &folder, scene);
+        self.print_scene(scene, prepared.tissue.mesh.nodes_m.len(), &presses.fitted_m);
+        let (solved, reused_presses) = reference(&plain, &presses, &store)?;
+        let known = Known::of(&solved.known)
+            .ok_or_else(|| TissueError::Check("the finite elements gave fewer than four depths at the centre".into()))?;
+        let settings = self.settings(prepared.tissue.mesh.nodes_m.len(), LEAST_GAIN);
+        let problem = format!("{:?} {presses:?} {settings:?} {:?}", store.pressed(), prepared.material);
+        let stages = Stages { scene: &plain, known: &known, store: &store, what: "fit" };
+        let (fit, reused_fit) =
+            stages.fit(&settings, &problem, |progress| prepared.fit(&plain, &presses, &known, &settings, progress))?;
+        if !scene.tissue.inclusion.is_empty() {
+            let block =
+                Block { prepared: &prepared, presses: &presses, known: &known, solved: &solved, fit: &fit, reused_presses };
+            return self.fit_bump(scene, folder, level, &block);
+        }
+        let judging = Judging { known: &known, fitted_m: &presses.fitted_m, unseen: &solved.unseen, disc_radii: JUDGED_RADII };
+        let judged = stages.judge(&judging, (&prepared.uncalibrated(), &prepared.params), &fit)?;
+        let mut trials = vec![trial(scene, &presses, &prepared, None, &judged.before)];
+        trials.extend(other_tip(scene, &presses, &prepared, &judging));
+        store.write(presses.jobs(), &[&fit])?;
+        let mut answer = solved.known.clone();
+        answer.holds.extend(solved.unseen.holds.iter().cloned());
+        let report = Report {
+            scene,
+            fitted_m: &presses.fitted_m,
+            known: &known,
+            answer: &answer,
+            reference_nodes: solved.nodes,
+            reference_error: solved.error,
+            fit: &fit,
+            session: &judged.session,
+            before: &judged.before,
+            verdict: &judged.verdict,
+            trials: &trials,
+            bump: None,
+            reused_fit,
+            reused_presses,
+            places: settings.places,
+            quick: self.quick,
+            tolerance_pct: self.tolerance_pct,
+        };
+        report.write(folder)?;
+        self.promise(prepared.tissue.mesh.nodes_m.len(), &judged.verdict)
+    }
+}
+
+/// The shipped patch of this size under this scene's tip, where the tissue is its own.
+fn other_tip(scene: &Scene, presses: &Presses, prepared: &Prepared, judging: &Judging) -> Option<Trial> {
+    let nodes = prepared.tissue.mesh.nodes_m.len();
+    let record = calibrated::record(nodes)?;
+    let own = AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m };
+    let same = record.tissue.block_m == scene.tissue.block_m && record.tissue.poisson_ratio == scene.tissue.poisson_ratio;
+    if !same || record.probe == own {
+        return None;
+    }
+    let (patch, packed) = calibrated::sized(nodes)?;
+    let params = palpate::Params { probe: prepared.params.probe, ..packed };
+    // a patch that is not pressed so far is no trial
+    let verdict = judging.judge(&patch, &params).ok()?;
+    Some(trial(scene, presses, prepared, Some(record.probe), &verdict))
+}
+
+fn trial(scene: &Scene, presses: &Presses, prepared: &Prepared, fitted: Option<AnswerProbe>, verdict: &Verdict) -> Trial {
+    Trial {
+        scene: scene.name.clone(),
+        block_m: scene.tissue.block_m.unwrap_or_default(),
+        poisson_ratio: scene.tissue.poisson_ratio,
+        probe: AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m },
+        nodes: prepared.tissue.mesh.nodes_m.len(),
+        deepest_m: presses.fitted_m.last().copied().unwrap_or_default(),
+        fitted,
+        rms_pct: hundredths(verdict.rms_pct()),
+        worst_pct: hundredths(verdict.worst_pct()),
+    }
+}
+
+fn hundredths(pct: f64) -> f64 {
+    (100.0 * pct).round() / 100.0
+}
+
+/// Solves what no earlier run has.
+fn reference(scene: &Scene, presses: &Presses, store: &Store) -> Result<(Solved, usize), Error> {
+    let steps = Steps::new("finite elements", presses.jobs().count());
+    let watched = Watched { store, steps: &steps, reused: AtomicUsize::new(0) };
+    let found = solve_all(scene, presses, &watched)?;
+    steps.finish();
+    let reused = watched.reused.into_inner();
+    if reused > 0 {
+        println!("finite elements: {reused} of {} presses as an earlier run left them", found.len());
+    }
+    let solved = answer(scene, presses, |job| found.iter().find(|(own, _)| own == job).map(|(_, forces)| forces.clone()))?;
+    Ok((solved, reused))
+}
+
+/// Presses are stored, and told.
+struct Watched<'a> {
+    store: &'a Store<'a>,
+    steps: &'a Steps,
+    /// Presses that an earlier run solved.
+    reused: AtomicUsize,
+}
+
+impl Watch for Watched<'_> {
+    fn stored(&self, job: &PressJob) -> Option<Forces> {
+        self.store.press(job)
+    }
+
+    fn reached(&self, job: &PressJob, depth_m: f64) {
+        let [x, y] = job.place_m.map(|x| x * 1e3);
+        self.steps.at(&format!("({x:.1}, {y:.1}) mm, {:.2} mm deep", depth_m * 1e3));
+    }
+
+    fn done(&self, job: &PressJob, forces: &Forces, anew: bool) -> Result<(), TissueError> {
+        if anew {
+            self.store.keep_press(job, forces)?;
+        } else {
+            self.reused.fetch_add(1, Ordering::Relaxed);
+        }
+        let [x, y] = job.place_m.map(|x| x * 1e3);
+        self.steps.one(&format!("({x:.1}, {y:.1}) mm, {} nodes", forces.nodes));
+        Ok(())
+    }
+}
