@@ -90,7 +90,7 @@ impl CalibrateArgs {
         };
         if scene.tissue.block_m.is_none() || !scene.tissue.inclusion.is_empty() {
             return Err(TissueError::Usage(format!(
-                "scene {}: a patch is calibrated on a block without inclusions: use such a scene; inclusions are scaled into its patch when it is pressed",
+                "scene {}: a patch is calibrated on a block without inclusions: use such a scene, or palpate fit, which fits what the inclusions add",
                 scene.name
             )).into());
         }
