@@ -125,7 +125,8 @@ fn inclusions_are_fitted_by_what_they_add_and_belong_to_the_patch() {
         assert!(other.code == Some(2) && says.iter().all(|part| other.stderr.contains(part)), "{other:?}");
     }
 
-    desk.put("scene.toml", scene(&[("[probe]", &ball("0.0", "-0.033"))]));
+    let hardly = edited(&ball("0.0", "-0.02"), "stiffness_ratio = 10.0", "stiffness_ratio = 1.01");
+    desk.put("scene.toml", scene(&[("[probe]", &hardly)]));
     refused(&desk, &FIT, &["tissue.inclusion", "adds at most 0.", "leave it out"]);
 }
 
