@@ -1,6 +1,7 @@
 //! Tetrahedral meshes: the built-in graded block, files, checks, surface and distance to it.
 
 pub mod block;
+mod bytes;
 mod check;
 mod distance;
 mod error;

@@ -3,6 +3,7 @@
 mod block;
 mod damage;
 mod defects;
+mod encode;
 mod formats;
 mod liver;
 mod round_trip;

@@ -1,4 +1,4 @@
-//! Tetrahedral meshes from files: Gmsh 1, 2.x and 4.1 ASCII, legacy ASCII VTK.
+//! Tetrahedral meshes from files: Gmsh 1, 2.x and 4.1, VTK legacy and XML.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,13 +8,9 @@ pub use super::check::MIN_QUALITY;
 use super::check::check;
 use super::error::{Defect, MeshError, printable, quoted};
 use super::quality::WorstTet;
-use super::raw::RawMesh;
+use super::raw::{MAX_FILE_MIB, RawMesh};
 use super::resolve::resolve;
 use super::{TetMesh, gmsh, vtk};
-
-/// The most that is read of a file. 65 535 nodes and their tets take some 30 MB as text; the rest
-/// is room for results saved along with them.
-const MAX_FILE_MIB: u64 = 512;
 
 /// A mesh that passed every check.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,23 +74,25 @@ pub fn import(path: &Path, unit_m: f64) -> Result<Imported, MeshError> {
 
 /// A file is known by its header, whatever its extension.
 fn read(path: &Path) -> Result<RawMesh, MeshError> {
-    let (file, text) = (name(path), text(path)?);
-    let head = text.trim_start();
-    if head.starts_with('$') {
-        gmsh::read(&file, &text)
-    } else if head.starts_with("# vtk DataFile") {
-        vtk::read(&file, &text)
-    } else if head.starts_with("<?xml") || head.starts_with("<VTKFile") {
-        Err(whole_file(path, Defect::Xml))
+    let (file, data) = (name(path), content(path)?);
+    let data = data.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&data);
+    let head = data.trim_ascii_start();
+    if head.starts_with(b"$") {
+        gmsh::read(&file, data)
+    } else if head.starts_with(b"# vtk DataFile") {
+        vtk::read(&file, data)
+    } else if head.starts_with(b"<?xml") || head.starts_with(b"<VTKFile") {
+        vtk::xml::read(&file, data)
     } else {
-        let starts = quoted(head.lines().next().unwrap_or("").trim());
+        let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
+        let starts = quoted(String::from_utf8_lossy(line).trim());
         Err(whole_file(path, Defect::UnknownFormat { starts }))
     }
 }
 
-/// The file as text. Bytes that are not text stay visible as replacement characters: harmless in
-/// a title, an error in a number.
-fn text(path: &Path) -> Result<String, MeshError> {
+/// The bytes of a file that is not empty. Where they should be text and are not, they stay visible
+/// as replacement characters: harmless in a title, an error in a number.
+fn content(path: &Path) -> Result<Vec<u8>, MeshError> {
     let unreadable = |error: io::Error| whole_file(path, Defect::Read(error));
     let metadata = fs::metadata(path).map_err(unreadable)?;
     // A pipe or a device may never end.
@@ -106,12 +104,10 @@ fn text(path: &Path) -> Result<String, MeshError> {
         return Err(whole_file(path, Defect::FileTooLarge { limit_mib }));
     }
     let bytes = fs::read(path).map_err(unreadable)?;
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-    let text = String::from_utf8_lossy(bytes);
-    if text.trim().is_empty() {
+    if bytes.trim_ascii().is_empty() {
         return Err(whole_file(path, Defect::Empty));
     }
-    Ok(text.into_owned())
+    Ok(bytes)
 }
 
 fn name(path: &Path) -> String {

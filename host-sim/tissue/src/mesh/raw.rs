@@ -2,6 +2,10 @@
 
 use std::collections::BTreeMap;
 
+/// The most that is read of a file. 65 535 nodes and their tets take some 30 MB as text; the rest
+/// is room for results saved along with them.
+pub(super) const MAX_FILE_MIB: u64 = 512;
+
 /// Nodes and tets under the numbers of their file.
 pub(super) struct RawMesh {
     pub format: &'static str,
@@ -15,14 +19,16 @@ pub(super) struct RawMesh {
 
 pub(super) struct RawNode {
     pub number: u64,
-    pub line: usize,
+    /// `None` in a binary file.
+    pub line: Option<usize>,
     /// Position in file units.
     pub position: [f64; 3],
 }
 
 pub(super) struct RawTet {
     pub number: u64,
-    pub line: usize,
+    /// `None` in a binary file.
+    pub line: Option<usize>,
     /// Node numbers.
     pub nodes: [u64; 4],
     pub region: u32,

@@ -105,8 +105,7 @@ proptest! {
         damages in prop::collection::vec(damage(), 1..4),
     ) {
         for format in FORMATS {
-            let (name, text) = write(format, &mesh, 3);
-            let mut bytes = text.into_bytes();
+            let (name, mut bytes) = write(format, &mesh, 3);
             for damage in &damages {
                 apply(&mut bytes, damage);
             }

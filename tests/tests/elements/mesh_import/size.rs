@@ -4,16 +4,16 @@ use std::fmt::Write;
 use std::time::{Duration, Instant};
 
 use crate::mesh_import::write::{FORMATS, write};
-use crate::mesh_import::{block, import_text, message};
+use crate::mesh_import::{block, import_bytes, import_text, message};
 
 #[test]
 fn twenty_thousand_nodes_are_read_in_well_under_a_second() {
     let mesh = block::regular([26; 3]);
     let limit = Duration::from_secs(if cfg!(debug_assertions) { 5 } else { 1 });
     for format in FORMATS {
-        let (name, text) = write(format, &mesh, 7);
+        let (name, content) = write(format, &mesh, 7);
         let start = Instant::now();
-        let imported = import_text(name, &text).unwrap();
+        let imported = import_bytes(name, &content).unwrap();
         let taken = start.elapsed();
         eprintln!("{format:?}: {} nodes, {} tets, {taken:?}", imported.report.nodes, imported.report.tets);
         assert!(taken < limit, "{format:?}: {taken:?}");
