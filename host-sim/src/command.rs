@@ -40,6 +40,7 @@ mod score;
 mod stability;
 #[cfg(feature = "full")]
 mod stability_loop;
+mod tets;
 mod tools;
 
 use std::path::PathBuf;
@@ -47,6 +48,7 @@ use std::path::PathBuf;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::Error;
+use palpate_tissue::scene::{Scene, SceneError};
 
 #[cfg(not(feature = "full"))]
 use self::absent::{
@@ -104,7 +106,7 @@ enum Command {
     /// is larger than --tolerance-pct, and says what would do.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Fit(FitArgs),
-    /// Check a mesh file.
+    /// Check a mesh or surface file, fill a surface with tets.
     #[command(subcommand)]
     Mesh(mesh::MeshCommand),
     /// Build a scene's patch and write it as a patch file for a board.
@@ -239,6 +241,15 @@ struct Common {
 }
 
 impl Common {
+    /// The scene; values in a likely wrong unit are said on standard error.
+    fn load_scene(&self) -> Result<Scene, SceneError> {
+        let scene = Scene::load(&self.scene)?;
+        for warning in scene.warnings() {
+            eprintln!("palpate: warning: {warning}");
+        }
+        Ok(scene)
+    }
+
     fn folder(&self, command: &str) -> PathBuf {
         self.out.clone().unwrap_or_else(|| PathBuf::from("out").join(command))
     }

@@ -19,7 +19,6 @@ use palpate_loop::closed_loop::stimulus::{STIMULI, Site, Stimulus};
 use palpate_loop::closed_loop::trace;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
-use palpate_tissue::scene::Scene;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct LoopArgs {
@@ -150,7 +149,7 @@ impl LoopArgs {
     /// answers for it, if one does.
     fn target(&self, device: &DeviceProfile) -> Result<(String, Target, Option<HardwareInLoop>), Error> {
         let Some(n_per_m) = self.wall else {
-            let mut scene = Scene::load(&self.common.scene)?;
+            let mut scene = self.common.load_scene()?;
             if self.emulated {
                 scene.refuse_what_boards_lack("a board")?;
             }

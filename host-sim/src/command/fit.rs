@@ -88,7 +88,7 @@ impl FitArgs {
 
     /// The scene, if it can be fitted.
     fn scene(&self) -> Result<Scene, Error> {
-        let mut scene = Scene::load(&self.common.scene)?;
+        let mut scene = self.common.load_scene()?;
         if let Some(places) = self.places.filter(|places| !PLACES_RANGE.contains(places)) {
             let (first, last) = (PLACES_RANGE.start(), PLACES_RANGE.end());
             return Err(TissueError::Usage(format!("--places {places}: take {first} to {last}")).into());

@@ -58,7 +58,7 @@ pub(super) fn machine(board: &str) -> Result<&'static Machine, Error> {
 }
 
 fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), Error> {
-    let scene = Scene::load(&common.scene)?;
+    let scene = common.load_scene()?;
     if machine.is_board() {
         scene.refuse_what_boards_lack(machine.name)?;
     }

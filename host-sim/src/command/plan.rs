@@ -12,7 +12,6 @@ use crate::error::Error;
 use palpate_fit::plan::{Bench, Known, Supply, search};
 use palpate_tissue::budget::Machine;
 use palpate_tissue::output::OutputFolder;
-use palpate_tissue::scene::Scene;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct PlanArgs {
@@ -35,7 +34,7 @@ impl PlanArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let machine = machine(&self.board)?;
         let asked = self.tolerance_pct;
-        let scene = Scene::load(&self.common.scene)?;
+        let scene = self.common.load_scene()?;
         scene.refuse_stiffening()?;
         if machine.is_board() {
             scene.refuse_what_boards_lack(machine.name)?;

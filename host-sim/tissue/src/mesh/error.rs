@@ -39,7 +39,7 @@ pub enum Defect {
     #[error("length unit of {0} m: give a positive, finite number of metres per file unit")]
     LengthUnit(f64),
 
-    #[error("unknown mesh format (starts with `{starts}`): export as Gmsh 2.2 or 4.1 (.msh), or as VTK (.vtu, .vtk)")]
+    #[error("unknown mesh format (starts with `{starts}`): export as Gmsh 2.2 or 4.1 (.msh), as VTK (.vtu, .vtk), or as a closed surface (.stl, .obj)")]
     UnknownFormat { starts: String },
     #[error("not sound XML ({cause}): re-export the mesh")]
     Xml { cause: String },
@@ -76,6 +76,27 @@ pub enum Defect {
     RepeatedSection { section: &'static str },
     #[error("no {section}: re-export the mesh with its nodes and tets")]
     MissingSection { section: &'static str },
+
+    #[error("a surface ({format}), not tets: palpate mesh tets FILE makes them")]
+    Surface { format: &'static str },
+    #[error("no triangles: export the surface again, triangulated")]
+    NoTriangles,
+    #[error(
+        "the surface is open: {edges} edges belong to one triangle only, the first at {near} in file units: close its holes (Blender: 3D Print Toolbox, Make Manifold; MeshLab: Close Holes)"
+    )]
+    Open { edges: usize, near: String },
+    #[error(
+        "{edges} edges belong to more than two triangles, the first at {near} in file units: part the walls that touch there, or remesh by voxels (Blender: Remesh)"
+    )]
+    CrowdedEdge { edges: usize, near: String },
+    #[error("the surface has one side only, near {near} in file units: cut the twisted band there and close it again")]
+    OneSided { near: String },
+    #[error(
+        "the surface passes through itself: {pairs} pairs of triangles cross, the first near {near} in file units: unite its parts (Blender: Boolean, Union) or remesh by voxels"
+    )]
+    Crossing { pairs: usize, near: String },
+    #[error("{pieces} separate closed surfaces, one of them at {near} in file units, not one body with hollows: keep one body")]
+    Bodies { pieces: usize, near: String },
 
     #[error("no tets{ignored}: mesh the volume, not only its surface, and re-export")]
     NoTets { ignored: String },

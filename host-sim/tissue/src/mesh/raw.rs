@@ -2,10 +2,6 @@
 
 use std::collections::BTreeMap;
 
-/// The most that is read of a file. 65 535 nodes and their tets take some 30 MB as text; the rest
-/// is room for results saved along with them.
-pub(super) const MAX_FILE_MIB: u64 = 512;
-
 /// Nodes and tets under the numbers of their file.
 pub(super) struct RawMesh {
     pub format: &'static str,

@@ -175,7 +175,7 @@ impl PressScene {
             }
             (None, Some(_)) if self.length_unit.is_none() => {
                 return Err(
-                    self.bad("length_unit", "is missing: say \"m\", \"mm\" or the number of metres of one unit of the mesh file")
+                    self.bad("length_unit", "is missing: say \"m\", \"cm\", \"mm\", \"um\" or the number of metres of one unit of the mesh file")
                 );
             }
             (None, Some(_)) if self.mesh.is_some() => {

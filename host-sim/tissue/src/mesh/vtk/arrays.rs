@@ -11,7 +11,7 @@ use flate2::read::ZlibDecoder;
 
 use crate::mesh::bytes::Order;
 use crate::mesh::error::{Defect, quoted};
-use crate::mesh::raw::MAX_FILE_MIB;
+use crate::mesh::file::MAX_FILE_MIB;
 
 /// How a file writes numbers that are not text.
 #[derive(Clone, Copy, Debug)]
