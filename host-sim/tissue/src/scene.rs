@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::mesh::LengthUnit;
 pub use drive::Drive;
 pub use error::{CHARTED_METHODS, SceneError};
 pub use relaxation::RelaxationScene;
-pub use crate::mesh::LengthUnit;
 use shape::TipKeys;
 pub use shape::{Shape, Tip, level};
 

@@ -269,9 +269,9 @@ fn report(patch: &Patch, params: &Params, stable: &StableStep, flipped_tets: usi
         (high - low) * 1e3
     });
     let fixed = model.anchors.iter().map(|a| mesh.nodes_m[usize::from(*a)].map(|x| x * 1e3));
-    let fixed_mm = fixed.map(|x| [x, x]).reduce(|[low, high], [x, _]| {
-        [[0, 1, 2].map(|k| low[k].min(x[k])), [0, 1, 2].map(|k| high[k].max(x[k]))]
-    });
+    let fixed_mm = fixed
+        .map(|x| [x, x])
+        .reduce(|[low, high], [x, _]| [[0, 1, 2].map(|k| low[k].min(x[k])), [0, 1, 2].map(|k| high[k].max(x[k]))]);
     let mut memory = crate::patch::Memory::for_model(&model);
     let (tuned, _) = memory.start(&model, params)?;
     let lumped = |n: usize| f64::from(params.density_kg_per_m3 * model.nodes[n].volume_m3);

@@ -245,7 +245,8 @@ fn samples(mesh: &TetMesh, tet: &[u32; 4]) -> impl Iterator<Item = [f64; 3]> {
 pub fn filled(mesh: &TetMesh, ball: &Inclusion) -> (usize, f64) {
     let (mut tets, mut volume_m3) = (0, 0.0);
     for tet in &mesh.tets {
-        let (inside, all) = samples(mesh, tet).fold((0.0, 0.0), |(inside, all), at| (inside + f64::from(ball.holds(at)), all + 1.0));
+        let (inside, all) =
+            samples(mesh, tet).fold((0.0, 0.0), |(inside, all), at| (inside + f64::from(ball.holds(at)), all + 1.0));
         if inside > 0.0 {
             let [a, b, c, d] = tet.map(|n| Vector3::from(mesh.nodes_m[n as usize]));
             tets += 1;

@@ -1,7 +1,7 @@
 //! Mesh import: every format, every defect, damaged files, real files.
 
 mod block;
-mod damage;
+pub mod damage;
 mod defects;
 mod encode;
 mod formats;

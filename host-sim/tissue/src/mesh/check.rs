@@ -55,9 +55,8 @@ pub(super) fn size(nodes_m: &[[f64; 3]], unit_m: f64) -> Result<[f64; 3], Defect
         return Ok(size_m);
     }
     let [x, y, z] = size_m.map(millimetres);
-    let named = LengthUnit::NAMED
-        .into_iter()
-        .find(|(_, named_m)| (MIN_SIZE_M..=MAX_SIZE_M).contains(&(largest_m / unit_m * named_m)));
+    let named =
+        LengthUnit::NAMED.into_iter().find(|(_, named_m)| (MIN_SIZE_M..=MAX_SIZE_M).contains(&(largest_m / unit_m * named_m)));
     let example = match named {
         Some((name, named_m)) => {
             let size_mm = millimetres(largest_m / unit_m * named_m);

@@ -39,7 +39,9 @@ pub enum Defect {
     #[error("length unit of {0} m: give a positive, finite number of metres per file unit")]
     LengthUnit(f64),
 
-    #[error("unknown mesh format (starts with `{starts}`): export as Gmsh 2.2 or 4.1 (.msh), as VTK (.vtu, .vtk), or as a closed surface (.stl, .obj)")]
+    #[error(
+        "unknown mesh format (starts with `{starts}`): export as Gmsh 2.2 or 4.1 (.msh), as VTK (.vtu, .vtk), or as a closed surface (.stl, .obj)"
+    )]
     UnknownFormat { starts: String },
     #[error("not sound XML ({cause}): re-export the mesh")]
     Xml { cause: String },

@@ -35,7 +35,8 @@ impl FromStr for LengthUnit {
         if let Some((_, metres)) = Self::NAMED.iter().find(|(name, _)| *name == text) {
             return Ok(Self { metres: *metres });
         }
-        let metres = text.parse().map_err(|_| format!("\"{text}\" is not \"m\", \"cm\", \"mm\", \"um\" or a number of metres"))?;
+        let metres =
+            text.parse().map_err(|_| format!("\"{text}\" is not \"m\", \"cm\", \"mm\", \"um\" or a number of metres"))?;
         Self::of_metres(metres)
     }
 }

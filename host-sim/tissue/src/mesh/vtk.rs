@@ -75,11 +75,7 @@ fn header(lines: &mut Lines) -> Result<(), MeshError> {
     lines.any_line();
     let mut line = lines.required("the word ASCII or BINARY")?;
     let encoding = line.word("the word ASCII or BINARY")?;
-    if encoding.text.eq_ignore_ascii_case("ASCII") {
-        line.finish()
-    } else {
-        Err(encoding.unexpected("the word ASCII or BINARY"))
-    }
+    if encoding.text.eq_ignore_ascii_case("ASCII") { line.finish() } else { Err(encoding.unexpected("the word ASCII or BINARY")) }
 }
 
 /// The first line of a legacy file ends with its version.

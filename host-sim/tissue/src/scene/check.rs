@@ -195,8 +195,10 @@ impl Scene {
             return Ok(());
         }
         if tissue.length_unit.is_none() {
-            return self
-                .bad("tissue.length_unit", "is missing: say \"m\", \"cm\", \"mm\", \"um\" or the number of metres of one unit of the mesh file");
+            return self.bad(
+                "tissue.length_unit",
+                "is missing: say \"m\", \"cm\", \"mm\", \"um\" or the number of metres of one unit of the mesh file",
+            );
         }
         let is_surface = |path: &std::path::PathBuf| {
             path.extension().is_some_and(|e| SURFACES.iter().any(|surface| e.eq_ignore_ascii_case(surface)))
@@ -211,7 +213,10 @@ impl Scene {
 
     /// A mesh file of tets has its own nodes.
     pub(crate) fn refuse_nodes<T>(&self) -> Result<T, SceneError> {
-        self.bad("tissue.nodes", "belongs to a block, an organ or a surface (.stl, .obj); a mesh file has its own nodes: remove it")
+        self.bad(
+            "tissue.nodes",
+            "belongs to a block, an organ or a surface (.stl, .obj); a mesh file has its own nodes: remove it",
+        )
     }
 
     fn check_nodes(&self) -> Result<(), SceneError> {

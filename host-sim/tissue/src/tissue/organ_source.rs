@@ -119,7 +119,9 @@ impl OrganSource {
     /// A mesh of it, regions by tet centroid.
     pub fn mesh(&self, turned: &Turned) -> Result<TetMesh, OrganError> {
         match self {
-            Self::File(surface, ..) | Self::Surface(surface, _) => turned.mesh(self.name(), &|x| surface.foot(x).distance_m, surface.bounds_m()),
+            Self::File(surface, ..) | Self::Surface(surface, _) => {
+                turned.mesh(self.name(), &|x| surface.foot(x).distance_m, surface.bounds_m())
+            }
             Self::Organ(organ) => turned.mesh(self.name(), &|x| organ.implicit_m(x), organ.bounds_m()),
         }
     }

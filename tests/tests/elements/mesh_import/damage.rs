@@ -8,7 +8,7 @@ use crate::mesh_import::write::{FORMATS, write};
 use crate::mesh_import::{block, import_bytes};
 
 #[derive(Clone, Debug)]
-enum Damage {
+pub enum Damage {
     Byte(Index, u8),
     Truncate(Index),
     Remove(Index, usize),
@@ -18,7 +18,7 @@ enum Damage {
     Word(Index, &'static str),
 }
 
-fn damage() -> impl Strategy<Value = Damage> {
+pub fn damage() -> impl Strategy<Value = Damage> {
     let place = any::<Index>;
     let words = prop::sample::select(vec![
         "0",
@@ -54,7 +54,7 @@ fn damage() -> impl Strategy<Value = Damage> {
     ]
 }
 
-fn apply(bytes: &mut Vec<u8>, damage: &Damage) {
+pub fn apply(bytes: &mut Vec<u8>, damage: &Damage) {
     if bytes.is_empty() {
         return;
     }

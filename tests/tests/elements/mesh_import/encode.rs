@@ -161,7 +161,9 @@ pub fn gmsh_4(mesh: &TetMesh, order: Order) -> Vec<u8> {
 pub fn vtk(mesh: &TetMesh, offsets: bool) -> Vec<u8> {
     let mut out = Out::new(Order::Big);
     let version = if offsets { "5.1" } else { "3.0" };
-    out.text(&format!("# vtk DataFile Version {version}\n\nBINARY\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 1\nTIME 1 1 double\n"));
+    out.text(&format!(
+        "# vtk DataFile Version {version}\n\nBINARY\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 1\nTIME 1 1 double\n"
+    ));
     out.f64s(&[0.5]);
     out.text(&format!("\nPOINTS {} double\n", mesh.nodes_m.len()));
     out.f64s(mesh.nodes_m.iter().flatten());

@@ -22,7 +22,10 @@ pub(super) fn read(file: &str, data: &[u8]) -> Result<RawMesh, MeshError> {
         let section = match tag.as_str() {
             "$Nodes" => {
                 once(&bytes, &mut has_nodes, "$Nodes")?;
-                if version == Version::V2 { nodes_2(&mut bytes, &mut mesh)? } else { nodes_4(&mut bytes, &mut mesh)? }
+                match version {
+                    Version::V4 => nodes_4(&mut bytes, &mut mesh)?,
+                    Version::V1 | Version::V2 => nodes_2(&mut bytes, &mut mesh)?,
+                }
                 "$EndNodes"
             }
             "$Elements" => {

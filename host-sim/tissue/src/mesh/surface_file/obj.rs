@@ -18,9 +18,9 @@ pub(super) fn starts(data: &[u8]) -> bool {
 }
 
 pub(super) fn read(file: &str, text: &str) -> Result<RawSurface, MeshError> {
-    let mut lines = Lines::new(file, text);
+    let lines = Lines::new(file, text);
     let mut surface = RawSurface { format: "OBJ", vertices: Vec::new(), triangles: Vec::new() };
-    while let Some(mut line) = lines.next() {
+    for mut line in lines {
         let at = line.at;
         match line.word("an OBJ keyword")?.text {
             "v" => surface.vertices.push(line.position()?),

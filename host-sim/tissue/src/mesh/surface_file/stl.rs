@@ -39,7 +39,7 @@ pub(super) fn read_text(file: &str, text: &str) -> Result<RawSurface, MeshError>
     let mut lines = Lines::new(file, text);
     let mut surface = RawSurface { format: "STL", vertices: Vec::new(), triangles: Vec::new() };
     let mut corners: Option<Vec<[f64; 3]>> = None;
-    while let Some(mut line) = lines.next() {
+    for mut line in lines.by_ref() {
         let at = line.at;
         let keyword = line.word("an STL keyword")?;
         match keyword.text.to_ascii_lowercase().as_str() {

@@ -54,7 +54,8 @@ impl Array<'_> {
             words(text, count, "a coordinate")?
         } else {
             let bytes = self.bytes(count, size)?;
-            let real = |b: &[u8]| if size == 4 { f64::from(f32::from_bits(self.bits(b) as u32)) } else { f64::from_bits(self.bits(b)) };
+            let real =
+                |b: &[u8]| if size == 4 { f64::from(f32::from_bits(self.bits(b) as u32)) } else { f64::from_bits(self.bits(b)) };
             bytes.chunks_exact(size).map(real).collect()
         };
         match values.iter().find(|value| !value.is_finite()) {
@@ -126,7 +127,11 @@ impl Array<'_> {
             packed.push(self.header(source)?);
         }
         // The last block may be a whole one, which the header calls 0.
-        let total = if last == 0 { blocks.checked_mul(block) } else { blocks.saturating_sub(1).checked_mul(block).and_then(|n| n.checked_add(last)) };
+        let total = if last == 0 {
+            blocks.checked_mul(block)
+        } else {
+            blocks.saturating_sub(1).checked_mul(block).and_then(|n| n.checked_add(last))
+        };
         if blocks > 0 && total != Some(length as u64) {
             let says = total.unwrap_or(u64::MAX);
             return Err(Defect::Disagree { what: "the DataArray's header (bytes)", says, found: length as u64 });

@@ -37,8 +37,7 @@ pub(super) fn read(file: &str, data: &[u8]) -> Result<RawMesh, MeshError> {
             "POINTS" => {
                 let count = whole("the number of points")?;
                 let name = words.next().unwrap_or_default();
-                let double =
-                    number_is_double(name).ok_or_else(|| bytes.unexpected("the type float or double", name))?;
+                let double = number_is_double(name).ok_or_else(|| bytes.unexpected("the type float or double", name))?;
                 for number in 0..count {
                     mesh.nodes.push(RawNode { number, line: None, position: bytes.position(double)? });
                 }
