@@ -40,7 +40,6 @@ mod score;
 mod stability;
 #[cfg(feature = "full")]
 mod stability_loop;
-mod tets;
 mod tools;
 
 use std::path::PathBuf;
@@ -48,7 +47,7 @@ use std::path::PathBuf;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::Error;
-use palpate_tissue::scene::{Scene, SceneError};
+use palpate_tissue::scene::Scene;
 
 #[cfg(not(feature = "full"))]
 use self::absent::{
@@ -240,16 +239,14 @@ struct Common {
     out: Option<PathBuf>,
 }
 
-impl Common {
-    /// The scene; values in a likely wrong unit are said on standard error.
-    fn load_scene(&self) -> Result<Scene, SceneError> {
-        let scene = Scene::load(&self.scene)?;
-        for warning in scene.warnings() {
-            eprintln!("palpate: warning: {warning}");
-        }
-        Ok(scene)
+/// Says which values of a scene that is about to run are likely in a wrong unit.
+fn print_warnings(scene: &Scene) {
+    for warning in scene.warnings() {
+        println!("  warning   {warning}");
     }
+}
 
+impl Common {
     fn folder(&self, command: &str) -> PathBuf {
         self.out.clone().unwrap_or_else(|| PathBuf::from("out").join(command))
     }

@@ -1,5 +1,5 @@
-//! ParaView files, ASCII: tets with what is known at their nodes (displacement, whether fixed) and in
-//! the cells (volume ratio).
+//! ParaView files, ASCII: tets with displacements and supports at the nodes, and the volume ratio
+//! in the cells.
 
 use std::fmt::Write;
 

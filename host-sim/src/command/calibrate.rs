@@ -74,7 +74,7 @@ enum FitName {
 
 impl CalibrateArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let mut scene = self.common.load_scene()?;
+        let mut scene = Scene::load(&self.common.scene)?;
         scene.refuse_stiffening()?;
         scene.refuse_long_tip("calibrate")?;
         let answer = match &self.reference {

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 use palpate::Vector3;
 
-use super::Common;
 use super::hardware_in_loop::HardwareInLoop;
 use super::progress::Progress;
+use super::{Common, print_warnings};
 use crate::error::Error;
 use crate::loop_figures;
 use palpate_loop::closed_loop::device::DeviceProfile;
@@ -19,6 +19,7 @@ use palpate_loop::closed_loop::stimulus::{STIMULI, Site, Stimulus};
 use palpate_loop::closed_loop::trace;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::Scene;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct LoopArgs {
@@ -149,7 +150,7 @@ impl LoopArgs {
     /// answers for it, if one does.
     fn target(&self, device: &DeviceProfile) -> Result<(String, Target, Option<HardwareInLoop>), Error> {
         let Some(n_per_m) = self.wall else {
-            let mut scene = self.common.load_scene()?;
+            let mut scene = Scene::load(&self.common.scene)?;
             if self.emulated {
                 scene.refuse_what_boards_lack("a board")?;
             }
@@ -159,6 +160,7 @@ impl LoopArgs {
             if let Some(depth_m) = self.depth_m {
                 prepared.press_to(depth_m)?;
             }
+            print_warnings(&scene);
             let board = match patch {
                 Some(patch) => Some(HardwareInLoop::new(self.image.as_deref(), &patch, &prepared)?),
                 None => None,

@@ -57,7 +57,7 @@ pub(super) struct CutArgs {
 impl CutArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let (common, machine, radius_m) = (&self.common, self.board.machine()?, self.radius_m);
-        let scene = common.load_scene()?;
+        let scene = Scene::load(&common.scene)?;
         scene.refuse_stiffening()?;
         if machine.is_board() {
             scene.refuse_what_boards_lack(machine.name)?;

@@ -18,6 +18,7 @@ use palpate_board::{self, Board, EmulatedBoard, Twin, campaign, timed, timing};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::fit_record::press_packed;
 use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
 
 /// Ticks of contact, faults and recovery beside the press.
@@ -59,7 +60,7 @@ pub(super) struct EmulateArgs {
 
 impl EmulateArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let mut scene = self.common.load_scene()?;
+        let mut scene = Scene::load(&self.common.scene)?;
         scene.refuse_what_boards_lack("a board")?;
         let patch_file = match &self.patch {
             Some(path) => path.clone(),

@@ -9,6 +9,7 @@ use palpate_lab::far_field::sliding::{Sliding, report};
 use palpate_lab::far_field::table::{Awake, Errors, Kind, Row, Scope, Setting, Summary, Table, awake, draw, table, write};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::Scene;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct FarFieldArgs {
@@ -28,7 +29,7 @@ impl FarFieldArgs {
         if self.sliding {
             return self.slide();
         }
-        let scene = self.common.load_scene()?;
+        let scene = Scene::load(&self.common.scene)?;
         scene.refuse_stiffening()?;
         let scope = if self.quick { Scope::quick() } else { Scope::full() };
         let setting = Setting::of(&scene, scope.directions)?;

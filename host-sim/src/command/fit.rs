@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::Common;
+use super::{Common, print_warnings};
 use crate::error::Error;
 use palpate_fit::calibrate::{Fit, Settings};
 use palpate_fit::plan::WORST_RATIO;
@@ -84,11 +84,12 @@ impl FitArgs {
             fitted_m.first().unwrap_or(&f64::NAN) * 1e3,
             fitted_m.last().unwrap_or(&f64::NAN) * 1e3,
         );
+        print_warnings(scene);
     }
 
     /// The scene, if it can be fitted.
     fn scene(&self) -> Result<Scene, Error> {
-        let mut scene = self.common.load_scene()?;
+        let mut scene = Scene::load(&self.common.scene)?;
         if let Some(places) = self.places.filter(|places| !PLACES_RANGE.contains(places)) {
             let (first, last) = (PLACES_RANGE.start(), PLACES_RANGE.end());
             return Err(TissueError::Usage(format!("--places {places}: take {first} to {last}")).into());

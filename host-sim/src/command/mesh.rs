@@ -1,10 +1,11 @@
 //! `palpate mesh check` and `palpate mesh tets`.
 
+mod tets;
+
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 
-use super::tets;
 use crate::error::Error;
 use palpate_tissue::mesh::import::{MeshFile, open};
 use palpate_tissue::mesh::{ImportReport, LengthUnit, SurfaceReport};
@@ -24,9 +25,9 @@ pub(super) enum MeshCommand {
     },
     /// Fill a closed surface (STL or OBJ) with tets of one size.
     ///
-    /// Writes <surface>.msh for scenes and Gmsh, and <surface>.vtu for ParaView, both in metres, and
-    /// says what a press from above would rest on. A scene can also take the surface itself as its
-    /// mesh: its tets are then small under the probe and grow away from it.
+    /// Writes <surface>.msh for scenes and Gmsh, and <surface>.vtu for ParaView, both in metres,
+    /// and says what a press from above would rest on. A scene can also take the surface itself as
+    /// its mesh: its tets are then small under the probe and grow away from it.
     Tets(tets::TetsArgs),
 }
 
@@ -62,7 +63,7 @@ fn print_tets(file: &Path, report: &ImportReport) {
 }
 
 /// A surface file in two or three lines.
-pub(super) fn print_surface(file: &Path, report: &SurfaceReport) {
+fn print_surface(file: &Path, report: &SurfaceReport) {
     let [x, y, z] = report.size_m.map(|m| m * 1e3);
     println!("{}: {}", file.display(), report.format);
     println!(
@@ -75,4 +76,12 @@ pub(super) fn print_surface(file: &Path, report: &SurfaceReport) {
     if report.hollows > 0 {
         println!("  {} closed hollow(s) inside", report.hollows);
     }
+}
+
+/// A box in words, from its lowest and highest corner [mm].
+pub(super) fn box_mm([low, high]: [[f64; 3]; 2]) -> String {
+    // adding zero makes -0 and 0 the same
+    let rounded = |x: f64| (x * 10.0).round() / 10.0 + 0.0;
+    let [x, y, z] = [0, 1, 2].map(|k| format!("{:.1} .. {:.1}", rounded(low[k]), rounded(high[k])));
+    format!("x {x}, y {y}, z {z} mm")
 }

@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::Common;
+use super::{Common, print_warnings};
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::{Cost, MACHINES, Machine, triangles_in_reach};
@@ -58,7 +58,7 @@ pub(super) fn machine(board: &str) -> Result<&'static Machine, Error> {
 }
 
 fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), Error> {
-    let scene = common.load_scene()?;
+    let scene = Scene::load(&common.scene)?;
     if machine.is_board() {
         scene.refuse_what_boards_lack(machine.name)?;
     }
@@ -101,6 +101,7 @@ fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), 
         FitRecord { patch_crc32, ..record }.write(&folder, &name)?;
     }
     let out = folder.publish()?;
+    print_warnings(&scene);
     println!(
         "{}: {} nodes, {} springs, {} tets, {touched} triangles in reach, {} bytes; about {:.0} of {:.0} {} a tick on {} (estimate)",
         out.join(name).display(),

@@ -12,6 +12,7 @@ use crate::error::Error;
 use palpate_fit::plan::{Bench, Known, Supply, search};
 use palpate_tissue::budget::Machine;
 use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::Scene;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct PlanArgs {
@@ -34,7 +35,7 @@ impl PlanArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let machine = machine(&self.board)?;
         let asked = self.tolerance_pct;
-        let scene = self.common.load_scene()?;
+        let scene = Scene::load(&self.common.scene)?;
         scene.refuse_stiffening()?;
         if machine.is_board() {
             scene.refuse_what_boards_lack(machine.name)?;

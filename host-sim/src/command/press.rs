@@ -2,9 +2,9 @@
 
 use clap::Args;
 
-use super::Common;
+use super::mesh::box_mm;
 use super::progress::Spinner;
-use super::tets::box_mm;
+use super::{Common, print_warnings};
 use crate::error::Error;
 use crate::{contact_report, press_report};
 use palpate_tissue::budget::MACHINES;
@@ -41,7 +41,7 @@ impl Default for PressArgs {
 
 impl PressArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let scene = self.common.load_scene()?;
+        let scene = Scene::load(&self.common.scene)?;
         let session = Session::prepare(&scene)?.for_motion(&MACHINES[0], &scene)?;
         let ramps = Ramp::of_scene(&scene).map_err(palpate_tissue::Error::from)?;
         // not before the scene is known to be good: bad input leaves nothing behind
@@ -133,6 +133,7 @@ fn print_report(scene: &Scene, session: &Session) {
             );
         }
     }
+    print_warnings(scene);
     println!("  expected  about {:.4} N at 1 mm (a half-space under this probe)", r.half_space_force_at_1mm_n);
     if r.element_mm > 1e3 * scene.probe.radius_m {
         println!(
@@ -144,7 +145,7 @@ fn print_report(scene: &Scene, session: &Session) {
     println!("  model     {}", Standing::of(scene, &session.patch).sentence());
 }
 
-/// What the tissue rests on, in words.
+/// The supports of the tissue, in words.
 fn supports(scene: &Scene, nodes: usize, fixed_mm: [[f64; 3]; 2]) -> String {
     let whichever = match &scene.tissue {
         tissue if tissue.block_m.is_some() => "the bottom of the block",

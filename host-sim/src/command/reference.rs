@@ -31,7 +31,7 @@ impl ReferenceArgs {
         if self.shipped {
             return ship(OutputFolder::add_to(&self.common.folder("reference"))?);
         }
-        let scene = self.common.load_scene()?;
+        let scene = Scene::load(&self.common.scene)?;
         let folder = OutputFolder::open(&self.common.folder("reference"))?;
         let mut spinner = Spinner::default();
         let study = study(&scene, self.quick, |level, depth_m| {

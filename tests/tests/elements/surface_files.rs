@@ -126,7 +126,7 @@ fn triangles_that_face_inward_are_turned_and_counted() {
         surface.triangles.iter_mut().enumerate().filter(|(n, _)| which(*n)).for_each(|(_, t)| t.swap(0, 1));
         read("a.obj", surface.obj().as_bytes())
     };
-    for (which, count) in [(&(|n: usize| n % 3 == 0) as &dyn Fn(usize) -> bool, 43), (&|_| true, 128)] {
+    for (which, count) in [(&(|n: usize| n.is_multiple_of(3)) as &dyn Fn(usize) -> bool, 43), (&|_| true, 128)] {
         let imported = turned(which);
         assert_eq!(imported.report.turned_triangles, count);
         assert!((imported.report.volume_m3 / volume_m3 - 1.0).abs() < 1e-12);
@@ -153,7 +153,7 @@ fn corners_that_rounding_parted_are_joined_again() {
     let mut text = String::new();
     for (n, line) in ball(30.0, 2).stl().lines().enumerate() {
         // the last digit of some corners
-        let shaken = if n % 5 == 0 { line.replacen("1e1", "2e1", 1) } else { line.to_owned() };
+        let shaken = if n.is_multiple_of(5) { line.replacen("1e1", "2e1", 1) } else { line.to_owned() };
         text.push_str(if line.contains("vertex") { &shaken } else { line });
         text.push('\n');
     }

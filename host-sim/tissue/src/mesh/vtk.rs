@@ -1,8 +1,8 @@
 //! VTK: legacy files with `DATASET UNSTRUCTURED_GRID`, as text (free in its line breaks after the
 //! header) or binary, and `UnstructuredGrid` in XML.
 //!
-//! Legacy cells come as `count nodes...` up to file version 4, as `OFFSETS` and `CONNECTIVITY` from 5.1.
-//! Points and cells count from 0. Attributes after the cells are not read.
+//! Legacy cells come as `count nodes...` up to file version 4, as `OFFSETS` and `CONNECTIVITY` from
+//! 5.1. Points and cells count from 0. Attributes are not read.
 
 mod arrays;
 mod binary;

@@ -7,7 +7,8 @@ use super::{Drive, Scene, SceneError};
 /// Smallest and largest side of a block [m]: beyond it a unit is wrong. A mesh file has the same
 /// range.
 const SIDE_M: std::ops::RangeInclusive<f64> = 1e-3..=2.0;
-/// Nodes that the mesh of an organ or of a surface file may be asked for, and Young's modulus [Pa] of its regions.
+/// Nodes that the mesh of an organ or of a surface file may be asked for, and Young's modulus [Pa]
+/// of an organ's regions.
 const ORGAN_NODES: std::ops::RangeInclusive<usize> = 100..=5000;
 pub(super) const MODULUS_PA: std::ops::RangeInclusive<f64> = 1.0..=1e9;
 /// Cosine between the long side of a tip and the press beyond which it does not lie on the surface.
@@ -46,16 +47,14 @@ impl Scene {
         if e < SOFTEST_PA {
             let meant = e * 1e3;
             warnings.push(format!(
-                "{}: a Young's modulus of {e} Pa is softer than any organ: keys ending in _pa take pascals, {e} kPa is {meant}",
-                self.file
+                "a Young's modulus of {e} Pa is softer than any organ: keys ending in _pa take pascals, {e} kPa is {meant}"
             ));
         }
         let width_m = 2.0 * self.probe.radius_m;
         let side_m = self.tissue.block_m.map_or(f64::INFINITY, |[x, y, _]| x.min(y));
         if width_m > WIDEST_SHARE * side_m {
             warnings.push(format!(
-                "{}: the probe is {:.1} mm wide, the block {:.1} mm: its sides are felt, and the force is not that of a wide tissue; radius_m is half the width, in metres",
-                self.file,
+                "the probe is {:.1} mm wide, the block {:.1} mm: its sides are felt, and the force is not that of a wide tissue; radius_m is half the width, in metres",
                 width_m * 1e3,
                 side_m * 1e3
             ));

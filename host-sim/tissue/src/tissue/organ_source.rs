@@ -1,5 +1,5 @@
-//! A closed shape that can be meshed anew: a surface file, the surface of a mesh file, or an organ of
-//! [`crate::organ`]; where it is pressed, and what holds it.
+//! A closed shape that can be meshed anew: a surface file, the surface of a mesh file, or an organ
+//! of [`crate::organ`]; where it is pressed, and what holds it.
 
 use nalgebra::Vector3;
 

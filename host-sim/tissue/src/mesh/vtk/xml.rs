@@ -31,7 +31,7 @@ pub(in crate::mesh) fn read(file: &str, data: &[u8]) -> Result<RawMesh, MeshErro
     Reader { file, document: &document, appended }.mesh()
 }
 
-/// What stands between the `_` and the end of the appended data.
+/// The appended data after its `_`.
 #[derive(Clone, Copy)]
 struct Appended<'a> {
     is_raw: bool,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::mesh::print_surface;
+use super::{box_mm, print_surface};
 use crate::error::Error;
 use crate::vtu;
 use palpate_tissue::Error as TissueError;
@@ -26,7 +26,7 @@ const WORST_VOLUME_PCT: f64 = 20.0;
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
 #[derive(Args, Clone, Debug)]
-pub(super) struct TetsArgs {
+pub(in crate::command) struct TetsArgs {
     /// The surface file, .stl or .obj.
     surface: PathBuf,
     /// Unit of its coordinates: m, cm, mm, um, or the metres in one.
@@ -41,7 +41,7 @@ pub(super) struct TetsArgs {
 }
 
 impl TetsArgs {
-    pub(super) fn run(&self) -> Result<(), Error> {
+    pub(in crate::command) fn run(&self) -> Result<(), Error> {
         let imported = match open(&self.surface, self.unit.metres)? {
             MeshFile::Surface(imported) => imported,
             MeshFile::Tets(_) => {
@@ -140,14 +140,6 @@ fn print(imported: &ImportedSurface, mesh: &TetMesh, fixed: &[u32]) {
         fixed.len(),
         box_mm([corner(f64::min, f64::INFINITY), corner(f64::max, f64::NEG_INFINITY)])
     );
-}
-
-/// A box in words, from its lowest and highest corner [mm].
-pub(super) fn box_mm([low, high]: [[f64; 3]; 2]) -> String {
-    // adding zero makes -0 and 0 the same
-    let rounded = |x: f64| (x * 10.0).round() / 10.0 + 0.0;
-    let [x, y, z] = [0, 1, 2].map(|k| format!("{:.1} .. {:.1}", rounded(low[k]), rounded(high[k])));
-    format!("x {x}, y {y}, z {z} mm")
 }
 
 /// Gmsh 2.2 as text: tets of the physical volume 1 "tissue", triangles of the physical surface 2
