@@ -122,7 +122,7 @@ fn off_pct(mesh: &TetMesh, imported: &ImportedSurface) -> f64 {
 
 fn print(imported: &ImportedSurface, mesh: &TetMesh, fixed: &[u32]) {
     println!(
-        "filled with\n  {} nodes, {} tets; {:.3} cm^3 ({:+.1} %: edges and thin parts are cut away)",
+        "filled with\n  {} nodes, {} tets; {:.3} cm^3 ({:+.1} % off the surface's)",
         mesh.nodes_m.len(),
         mesh.tets.len(),
         mesh.volume_m3() * 1e6,
