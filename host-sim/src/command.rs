@@ -47,6 +47,7 @@ use std::path::PathBuf;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::Error;
+use palpate_tissue::scene::Scene;
 
 #[cfg(not(feature = "full"))]
 use self::absent::{
@@ -104,7 +105,7 @@ enum Command {
     /// is larger than --tolerance-pct, and says what would do.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Fit(FitArgs),
-    /// Check a mesh file.
+    /// Check a mesh or surface file, fill a surface with tets.
     #[command(subcommand)]
     Mesh(mesh::MeshCommand),
     /// Build a scene's patch and write it as a patch file for a board.
@@ -236,6 +237,13 @@ struct Common {
     /// done [default: out/ and the name of the command].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
+}
+
+/// Says which values of a scene that is about to run are likely in a wrong unit.
+fn print_warnings(scene: &Scene) {
+    for warning in scene.warnings() {
+        println!("  warning   {warning}");
+    }
 }
 
 impl Common {

@@ -1,5 +1,5 @@
-//! ParaView files, ASCII: the deformed tets with displacement at the nodes and volume ratio in the
-//! cells.
+//! ParaView files, ASCII: tets with displacements and supports at the nodes, and the volume ratio
+//! in the cells.
 
 use std::fmt::Write;
 
@@ -18,40 +18,58 @@ pub fn write(folder: &OutputFolder, session: &Session, k: usize, hold: &Hold) ->
         let (x, u) = (model.nodes[n].rest_m, hold.displacement_m[n]);
         [0, 1, 2].map(|c| f64::from(x[c]) + f64::from(u[c]))
     };
-    let (mut points, mut moved, mut face) = (String::new(), String::new(), String::new());
-    for (n, (u, s)) in hold.displacement_m.iter().zip(&hold.surface_displacement_m).enumerate() {
-        let [x, y, z] = position(n);
-        // writing to a string does not fail
-        let _ = writeln!(points, "{x} {y} {z}");
-        let _ = writeln!(moved, "{} {} {}", u.x, u.y, u.z);
-        let _ = writeln!(face, "{} {} {}", s.x, s.y, s.z);
+    let points: Vec<[f64; 3]> = (0..model.nodes.len()).map(position).collect();
+    let tets: Vec<[u32; 4]> = model.tets.iter().map(|tet| tet.node.map(u32::from)).collect();
+    let mut is_fixed = vec![0_u8; points.len()];
+    for anchor in model.anchors {
+        is_fixed[usize::from(*anchor)] = 1;
     }
-    let (mut cells, mut offsets, mut types, mut ratios) = (String::new(), String::new(), String::new(), String::new());
-    for (t, tet) in model.tets.iter().enumerate() {
-        let [a, b, c, d] = tet.node.map(usize::from);
-        let [a_m, b_m, c_m, d_m] = [a, b, c, d].map(|n| palpate::Vector3::from(position(n).map(|c| c as f32)).cast::<f64>());
-        let j = (b_m - a_m).cross(&(c_m - a_m)).dot(&(d_m - a_m)) * f64::from(tet.six_volume_reciprocal);
-        let _ = writeln!(cells, "{a} {b} {c} {d}");
-        let _ = writeln!(offsets, "{}", 4 * (t + 1));
-        let _ = writeln!(types, "10");
-        let _ = writeln!(ratios, "{j}");
-    }
-    let array = |kind: &str, name: &str, components: usize, data: &str| {
-        format!(
-            "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">\n{data}</DataArray>\n"
-        )
+    let ratio = |tet: &palpate::Tet| {
+        let [a, b, c, d] = tet.node.map(|n| palpate::Vector3::from(points[usize::from(n)].map(|c| c as f32)).cast::<f64>());
+        (b - a).cross(&(c - a)).dot(&(d - a)) * f64::from(tet.six_volume_reciprocal)
     };
-    let text = format!(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n<Points>\n{}</Points>\n<Cells>\n{}{}{}</Cells>\n<PointData Vectors=\"displacement_m\">\n{}{}</PointData>\n<CellData Scalars=\"volume_ratio\">\n{}</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n",
-        model.nodes.len(),
-        model.tets.len(),
-        array("Float64", "points", 3, &points),
-        array("Int64", "connectivity", 1, &cells),
-        array("Int64", "offsets", 1, &offsets),
-        array("UInt8", "types", 1, &types),
-        array("Float64", "displacement_m", 3, &moved),
-        array("Float64", "surface_displacement_m", 3, &face),
-        array("Float64", "volume_ratio", 1, &ratios),
-    );
+    let moved = Array::of("Float64", "displacement_m", hold.displacement_m.iter().map(|u| [u.x, u.y, u.z]));
+    let face = Array::of("Float64", "surface_displacement_m", hold.surface_displacement_m.iter().map(|u| [u.x, u.y, u.z]));
+    let fixed = Array::of("UInt8", "fixed", is_fixed.iter().map(|fixed| [fixed]));
+    let ratios = Array::of("Float64", "volume_ratio", model.tets.iter().map(|tet| [ratio(tet)]));
+    let text = document(&points, &tets, &[moved, face, fixed], &[ratios]);
     Ok(folder.write(&format!("press_{k}.vtu"), text.as_bytes())?)
+}
+
+/// A `DataArray` in ASCII.
+pub struct Array {
+    text: String,
+}
+
+impl Array {
+    /// Of rows of as many components each.
+    pub fn of<T: std::fmt::Display, const N: usize>(kind: &str, name: &str, rows: impl IntoIterator<Item = [T; N]>) -> Self {
+        let mut text = format!("<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{N}\" format=\"ascii\">\n");
+        for row in rows {
+            for (k, value) in row.iter().enumerate() {
+                // writing to a string does not fail
+                let _ = write!(text, "{}{value}", if k > 0 { " " } else { "" });
+            }
+            text.push('\n');
+        }
+        text.push_str("</DataArray>\n");
+        Self { text }
+    }
+}
+
+/// The text of a `.vtu` of tets, positions in metres.
+#[must_use]
+pub fn document(points_m: &[[f64; 3]], tets: &[[u32; 4]], at_points: &[Array], in_cells: &[Array]) -> String {
+    let text = |arrays: &[Array]| arrays.iter().map(|array| array.text.as_str()).collect::<String>();
+    format!(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n<Points>\n{}</Points>\n<Cells>\n{}{}{}</Cells>\n<PointData>\n{}</PointData>\n<CellData>\n{}</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n",
+        points_m.len(),
+        tets.len(),
+        Array::of("Float64", "points", points_m.iter().copied()).text,
+        Array::of("Int64", "connectivity", tets.iter().copied()).text,
+        Array::of("Int64", "offsets", (1..=tets.len()).map(|t| [4 * t])).text,
+        Array::of("UInt8", "types", tets.iter().map(|_| [10])).text,
+        text(at_points),
+        text(in_cells),
+    )
 }

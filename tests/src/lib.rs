@@ -20,4 +20,5 @@ pub mod palpate_command;
 pub mod press_run;
 pub mod rounding;
 pub mod share;
+pub mod surface_text;
 pub mod tap;

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 use palpate::Vector3;
 
-use super::Common;
 use super::hardware_in_loop::HardwareInLoop;
 use super::progress::Progress;
+use super::{Common, print_warnings};
 use crate::error::Error;
 use crate::loop_figures;
 use palpate_loop::closed_loop::device::DeviceProfile;
@@ -160,6 +160,7 @@ impl LoopArgs {
             if let Some(depth_m) = self.depth_m {
                 prepared.press_to(depth_m)?;
             }
+            print_warnings(&scene);
             let board = match patch {
                 Some(patch) => Some(HardwareInLoop::new(self.image.as_deref(), &patch, &prepared)?),
                 None => None,

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::Common;
+use super::{Common, print_warnings};
 use crate::error::Error;
 use palpate_fit::calibrate::{Fit, Settings};
 use palpate_fit::plan::WORST_RATIO;
@@ -84,6 +84,7 @@ impl FitArgs {
             fitted_m.first().unwrap_or(&f64::NAN) * 1e3,
             fitted_m.last().unwrap_or(&f64::NAN) * 1e3,
         );
+        print_warnings(scene);
     }
 
     /// The scene, if it can be fitted.

@@ -1,36 +1,57 @@
-//! `palpate mesh check`.
+//! `palpate mesh check` and `palpate mesh tets`.
 
-use std::path::PathBuf;
+mod tets;
+
+use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 
 use crate::error::Error;
-use palpate_tissue::mesh::import::import;
+use palpate_tissue::mesh::import::{MeshFile, open};
+use palpate_tissue::mesh::{ImportReport, LengthUnit, SurfaceReport};
 
 #[derive(Clone, Debug, Subcommand)]
 pub(super) enum MeshCommand {
-    /// Import a mesh file and report what was found.
+    /// Import a mesh or surface file and report what was found.
     ///
-    /// Reads Gmsh 1, 2.2 and 4.1 ASCII and legacy ASCII VTK. Writes nothing.
+    /// Reads tets of Gmsh (1, 2.2 and 4.1, text or binary) and VTK (legacy .vtk, text or binary;
+    /// .vtu), and surfaces of STL (text or binary) and OBJ. Writes nothing.
     Check {
-        /// The mesh file.
+        /// The mesh or surface file.
         file: PathBuf,
-        /// Metres in one unit of the file: 1 for metres, 0.001 for millimetres.
-        #[arg(long, value_name = "METRES", default_value_t = 1.0)]
-        unit_m: f64,
+        /// Unit of its coordinates: m, cm, mm, um, or the metres in one.
+        #[arg(long, alias = "unit-m", value_name = "UNIT", default_value = "m")]
+        unit: LengthUnit,
     },
+    /// Fill a closed surface (STL or OBJ) with tets of one size.
+    ///
+    /// Writes <surface>.msh for scenes and Gmsh, and <surface>.vtu for ParaView, both in metres,
+    /// and says what a press from above would rest on. A scene can also take the surface itself as
+    /// its mesh: its tets are then small under the probe and grow away from it.
+    Tets(tets::TetsArgs),
 }
 
 impl MeshCommand {
     pub(super) fn run(&self) -> Result<(), Error> {
         match self {
-            Self::Check { file, unit_m } => check(file, *unit_m),
+            Self::Check { file, unit } => check(file, *unit),
+            Self::Tets(args) => args.run(),
         }
     }
 }
 
-fn check(file: &std::path::Path, unit_m: f64) -> Result<(), Error> {
-    let report = import(file, unit_m)?.report;
+fn check(file: &Path, unit: LengthUnit) -> Result<(), Error> {
+    match open(file, unit.metres)? {
+        MeshFile::Tets(imported) => print_tets(file, &imported.report),
+        MeshFile::Surface(imported) => {
+            print_surface(file, &imported.report);
+            println!("  no tets: palpate mesh tets makes them, or a scene takes the surface as its mesh");
+        }
+    }
+    Ok(())
+}
+
+fn print_tets(file: &Path, report: &ImportReport) {
     let [x, y, z] = report.size_m.map(|m| m * 1e3);
     println!("{}: {}", file.display(), report.format);
     println!("  {} nodes, {} tets; {x:.2} x {y:.2} x {z:.2} mm, {:.3} cm^3", report.nodes, report.tets, report.volume_m3 * 1e6);
@@ -39,5 +60,28 @@ fn check(file: &std::path::Path, unit_m: f64) -> Result<(), Error> {
     for (kind, count) in &report.ignored {
         println!("  {count} {kind} left out");
     }
-    Ok(())
+}
+
+/// A surface file in two or three lines.
+fn print_surface(file: &Path, report: &SurfaceReport) {
+    let [x, y, z] = report.size_m.map(|m| m * 1e3);
+    println!("{}: {}", file.display(), report.format);
+    println!(
+        "  {} triangles, {} vertices, closed; {x:.2} x {y:.2} x {z:.2} mm, {:.3} cm^3",
+        report.triangles,
+        report.vertices,
+        report.volume_m3 * 1e6
+    );
+    println!("  {} triangles turned outward, {} without area left out", report.turned_triangles, report.left_out);
+    if report.hollows > 0 {
+        println!("  {} closed hollow(s) inside", report.hollows);
+    }
+}
+
+/// A box in words, from its lowest and highest corner [mm].
+pub(super) fn box_mm([low, high]: [[f64; 3]; 2]) -> String {
+    // adding zero makes -0 and 0 the same
+    let rounded = |x: f64| (x * 10.0).round() / 10.0 + 0.0;
+    let [x, y, z] = [0, 1, 2].map(|k| format!("{:.1} .. {:.1}", rounded(low[k]), rounded(high[k])));
+    format!("x {x}, y {y}, z {z} mm")
 }

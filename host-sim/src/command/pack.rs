@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::Common;
+use super::{Common, print_warnings};
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::{Cost, MACHINES, Machine, triangles_in_reach};
@@ -101,6 +101,7 @@ fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), 
         FitRecord { patch_crc32, ..record }.write(&folder, &name)?;
     }
     let out = folder.publish()?;
+    print_warnings(&scene);
     println!(
         "{}: {} nodes, {} springs, {} tets, {touched} triangles in reach, {} bytes; about {:.0} of {:.0} {} a tick on {} (estimate)",
         out.join(name).display(),

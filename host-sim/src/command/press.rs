@@ -2,8 +2,9 @@
 
 use clap::Args;
 
-use super::Common;
+use super::mesh::box_mm;
 use super::progress::Spinner;
+use super::{Common, print_warnings};
 use crate::error::Error;
 use crate::{contact_report, press_report};
 use palpate_tissue::budget::MACHINES;
@@ -17,6 +18,7 @@ use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::session::Session;
 use palpate_tissue::session::moving::{DEFAULT_ERROR_PCT, MovingReport};
 use palpate_tissue::session::standing::Standing;
+use palpate_tissue::tissue::filled;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct PressArgs {
@@ -92,6 +94,24 @@ fn print_report(scene: &Scene, session: &Session) {
         "  mesh      {} nodes ({} fixed), {} springs, {} tets, {} surface triangles; {:.1} mm elements under the probe",
         r.nodes, r.anchors, r.springs, r.tets, r.triangles, r.element_mm
     );
+    if let Some(surface_cm3) = r.surface_cm3 {
+        let off_pct = (r.volume_cm3 / surface_cm3 - 1.0) * 100.0;
+        println!("  surface   {surface_cm3:.3} cm^3; the tets made from it {:.3} cm^3 ({off_pct:+.1} %)", r.volume_cm3);
+    }
+    if let Some(fixed_mm) = r.fixed_mm {
+        println!("  supports  {}", supports(scene, r.anchors, fixed_mm));
+    }
+    for (n, ball) in scene.tissue.inclusion.iter().enumerate() {
+        let (tets, volume_m3) = filled(&session.patch.mesh(), ball);
+        let whole_m3 = 4.0 / 3.0 * std::f64::consts::PI * ball.radius_m.powi(3);
+        println!(
+            "  inclusion {} is in {tets} tets: {:.3} of its {:.3} cm^3, {} times as stiff",
+            n + 1,
+            volume_m3 * 1e6,
+            whole_m3 * 1e6,
+            ball.stiffness_ratio
+        );
+    }
     print!("  worst tet {} (quality {:.3}, 1 is regular)", r.worst_tet, r.worst_tet_quality);
     match r.flipped_tets {
         0 => println!(),
@@ -113,6 +133,7 @@ fn print_report(scene: &Scene, session: &Session) {
             );
         }
     }
+    print_warnings(scene);
     println!("  expected  about {:.4} N at 1 mm (a half-space under this probe)", r.half_space_force_at_1mm_n);
     if r.element_mm > 1e3 * scene.probe.radius_m {
         println!(
@@ -122,6 +143,17 @@ fn print_report(scene: &Scene, session: &Session) {
         );
     }
     println!("  model     {}", Standing::of(scene, &session.patch).sentence());
+}
+
+/// The supports of the tissue, in words.
+fn supports(scene: &Scene, nodes: usize, fixed_mm: [[f64; 3]; 2]) -> String {
+    let whichever = match &scene.tissue {
+        tissue if tissue.block_m.is_some() => "the bottom of the block",
+        tissue if tissue.organ.is_some() => "where the surface faces more than 120 degrees away from the press, and in bone",
+        tissue if tissue.mesh.is_some() => "where the surface faces more than 120 degrees away from the press",
+        _ => "those of the patch file",
+    };
+    format!("{nodes} nodes, {whichever}: {}", box_mm(fixed_mm))
 }
 
 /// The session's patch on every ramp whose truth is stored; a ramp that it does not survive is left

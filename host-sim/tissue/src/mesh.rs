@@ -1,9 +1,12 @@
 //! Tetrahedral meshes: the built-in graded block, files, checks, surface and distance to it.
 
 pub mod block;
+mod bytes;
 mod check;
+mod crossings;
 mod distance;
 mod error;
+mod file;
 mod gmsh;
 pub mod import;
 mod lines;
@@ -12,8 +15,10 @@ mod raw;
 mod resolve;
 mod solid;
 pub mod surface;
+mod surface_file;
 mod topology;
 pub mod triangle;
+mod unit;
 mod vtk;
 mod word;
 
@@ -21,8 +26,9 @@ pub use block::{BlockError, BlockSpec, block, block_with_rim, radius_ratio};
 pub use distance::{ClosedSurface, Foot};
 pub use error::{Defect, MeshError};
 pub use import::{ImportReport, Imported};
-pub use quality::WorstTet;
-pub use quality::worst;
+pub use quality::{WorstTet, worst};
+pub use surface_file::{ImportedSurface, SurfaceReport};
+pub use unit::LengthUnit;
 
 /// A tetrahedral mesh in metres. Frame: x to the operator, y to the operator's right, z up.
 /// Every tet (a, b, c, d) is positively oriented: `(b-a) x (c-a) . (d-a) > 0`.
@@ -35,4 +41,12 @@ pub struct TetMesh {
     /// Region (physical group, attribute) of every tet, shape \[tets\]; 0 where the file names
     /// none.
     pub regions: Vec<u32>,
+}
+
+impl TetMesh {
+    /// Sum over the tets [m^3].
+    #[must_use]
+    pub fn volume_m3(&self) -> f64 {
+        self.tets.iter().map(|&tet| quality::six_volumes(quality::corners(&self.nodes_m, tet))).sum::<f64>() / 6.0
+    }
 }

@@ -25,6 +25,26 @@ use crate::mesh::TetMesh;
 use lattice::Lattice;
 use parts::V3;
 
+/// Mean edge of an even lattice, in spacings (1): six edges of one and eight of `sqrt(3)/2` at each
+/// node.
+pub const MEAN_EDGE: f64 = (6.0 + 8.0 * 0.866_025_403_784_438_6) / 14.0;
+
+/// A mesh of any closed shape with elements of one size: the shape is where `implicit_m` is
+/// negative, within `bounds_m`. Every tet is positively oriented, the mesh is one piece, every node
+/// in use, regions 0. `name` is for messages; `spacing_m` is that of the lattice.
+///
+/// # Errors
+/// A spacing that is none, too coarse for the shape or too fine for memory.
+pub fn even_mesh(
+    name: &str,
+    implicit_m: &dyn Fn([f64; 3]) -> f64,
+    bounds_m: [[f64; 3]; 2],
+    spacing_m: f64,
+) -> Result<TetMesh, OrganError> {
+    let lattice = Lattice::uniform(spacing_m, bounds_m, 0.0).map_err(|refusal| refusal.of(name))?;
+    stuffing::stuff_any(name, &|x| implicit_m(x.into()), &lattice)
+}
+
 /// A part of an organ with its own material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Region {

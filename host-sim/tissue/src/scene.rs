@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::mesh::LengthUnit;
 pub use drive::Drive;
 pub use error::{CHARTED_METHODS, SceneError};
 pub use relaxation::RelaxationScene;
@@ -107,38 +108,6 @@ pub struct TissueScene {
 
 fn default_damping() -> f64 {
     f64::from(palpate::Params::default().node_damping_per_s)
-}
-
-/// Unit of length of a mesh file.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LengthUnit {
-    /// Metres per unit of the file.
-    pub metres: f64,
-}
-
-impl<'de> Deserialize<'de> for LengthUnit {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        #[derive(Deserialize)]
-        #[serde(untagged, expecting = "not \"m\", \"mm\" or a number of metres")]
-        enum Raw {
-            Name(String),
-            Metres(f64),
-            Whole(i64),
-        }
-        let metres = match Raw::deserialize(deserializer)? {
-            Raw::Name(name) if name == "m" => 1.0,
-            Raw::Name(name) if name == "mm" => 1e-3,
-            Raw::Metres(metres) => metres,
-            Raw::Whole(metres) => metres as f64,
-            Raw::Name(name) => {
-                return Err(serde::de::Error::custom(format!("\"{name}\" is not \"m\", \"mm\" or a number of metres")));
-            }
-        };
-        if !(metres.is_finite() && metres > 0.0) {
-            return Err(serde::de::Error::custom(format!("{metres} m must be above zero and finite")));
-        }
-        Ok(Self { metres })
-    }
 }
 
 /// A ball of another stiffness.

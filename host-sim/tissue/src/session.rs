@@ -36,6 +36,12 @@ pub struct Session {
 pub struct Report {
     /// Sides of the bounding box [mm].
     pub size_mm: [f64; 3],
+    /// Volume of the tets [cm^3].
+    pub volume_cm3: f64,
+    /// Volume that the surface file encloses, where the tets were made from one [cm^3].
+    pub surface_cm3: Option<f64>,
+    /// Box around the fixed nodes, lowest and highest corner [mm]; none where none is fixed.
+    pub fixed_mm: Option<[[f64; 3]; 2]>,
     /// Mass of the tissue [g].
     pub mass_g: f64,
     /// Mass that the tick moves, with the mass floor, over the true mass of the nodes that move
@@ -109,7 +115,9 @@ impl Session {
         let params = scene.params(placed.axis);
         let material = Material { poisson_ratio: f64::from(params.poisson_ratio), ..Material::default() };
         let flipped = placed.import.as_ref().map_or(0, |i| i.flipped_tets);
-        Self::of_patch(machine, Patch::build(&placed.tissue, &material, None), params, tips_m, flipped)
+        let mut session = Self::of_patch(machine, Patch::build(&placed.tissue, &material, None), params, tips_m, flipped)?;
+        session.report.surface_cm3 = placed.surface.map(|surface| surface.volume_m3 * 1e6);
+        Ok(session)
     }
 
     /// A patch made elsewhere, with the parameters it was made with.
@@ -260,6 +268,10 @@ fn report(patch: &Patch, params: &Params, stable: &StableStep, flipped_tets: usi
         let (low, high) = mesh.nodes_m.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x[k]), h.max(x[k])));
         (high - low) * 1e3
     });
+    let fixed = model.anchors.iter().map(|a| mesh.nodes_m[usize::from(*a)].map(|x| x * 1e3));
+    let fixed_mm = fixed
+        .map(|x| [x, x])
+        .reduce(|[low, high], [x, _]| [[0, 1, 2].map(|k| low[k].min(x[k])), [0, 1, 2].map(|k| high[k].max(x[k]))]);
     let mut memory = crate::patch::Memory::for_model(&model);
     let (tuned, _) = memory.start(&model, params)?;
     let lumped = |n: usize| f64::from(params.density_kg_per_m3 * model.nodes[n].volume_m3);
@@ -272,6 +284,9 @@ fn report(patch: &Patch, params: &Params, stable: &StableStep, flipped_tets: usi
     let half_space_force_at_1mm_n = Tip::of_core(&params.probe).half_space_m2(plane_modulus, 1e-3);
     Ok(Report {
         size_mm,
+        volume_cm3: mesh.volume_m3() * 1e6,
+        surface_cm3: None,
+        fixed_mm,
         mass_g: (0..model.nodes.len()).map(lumped).sum::<f64>() * 1e3,
         mass_floor_ratio: moved / true_mass,
         nodes: model.nodes.len(),

@@ -7,7 +7,7 @@ pub mod organ;
 pub mod organ_source;
 
 use crate::error::Error;
-use crate::mesh::{BlockError, BlockSpec, ImportReport, TetMesh, block, surface};
+use crate::mesh::{BlockError, BlockSpec, ImportReport, SurfaceReport, TetMesh, block, surface};
 use crate::scene::{Drive, Inclusion, Scene, SceneError};
 pub use body::{Joint, Tissue};
 pub use material::Layout;
@@ -36,6 +36,8 @@ pub struct Placed {
     pub axis: [f64; 3],
     /// Findings of the import, for a mesh file.
     pub import: Option<ImportReport>,
+    /// Findings of the import, for a surface file.
+    pub surface: Option<SurfaceReport>,
 }
 
 /// Meshes or imports the tissue of a scene.
@@ -81,13 +83,13 @@ pub fn place_block(scene: &Scene, tips_m: &[[f32; 3]], mesh: TetMesh) -> Result<
     let anchors = anchored(&mesh, |x| x[2] <= -size_m[2] * (1.0 - 1e-9));
     let axis = [0.0, 0.0, 1.0];
     let tissue = finish(scene, tips_m, mesh, anchors, [x, y, 0.0], axis)?;
-    Ok(Placed { tissue, axis, import: None })
+    Ok(Placed { tissue, axis, import: None, surface: None })
 }
 
 /// The file's own mesh.
 fn place_imported(scene: &Scene, tips_m: &[[f32; 3]], mesh: TetMesh, report: ImportReport) -> Result<Placed, Error> {
     let site = scene.probe.site.unwrap_or_default();
-    let (site_m, axis) = nearest_on_surface(&mesh, site, scene.probe.radius_m);
+    let (site_m, axis) = nearest_on_surface(&boundary(&mesh), site, scene.probe.radius_m);
     let (away, long) = (Vector3::from(site) - Vector3::from(site_m), report.size_m.into_iter().fold(0.0, f64::max));
     if away.dot(&away) > long * long {
         let why =
@@ -96,7 +98,7 @@ fn place_imported(scene: &Scene, tips_m: &[[f32; 3]], mesh: TetMesh, report: Imp
     }
     let anchors = underside(&mesh, axis);
     let tissue = finish(scene, tips_m, mesh, anchors, site_m, axis)?;
-    Ok(Placed { tissue, axis, import: Some(report) })
+    Ok(Placed { tissue, axis, import: Some(report), surface: None })
 }
 
 /// A mesh made of a shape, held where the shape is.
@@ -113,8 +115,12 @@ pub fn on_shape(
         return Err(SceneError::value(&scene.file, "probe.site", why).into());
     }
     let tissue = finish(scene, tips_m, mesh, anchors, site_m, axis)?;
-    let import = if let OrganSource::File(_, _, report) = shape { Some(report.clone()) } else { None };
-    Ok(Placed { tissue, axis, import })
+    let (import, surface) = match shape {
+        OrganSource::File(_, _, report) => (Some(report.clone()), None),
+        OrganSource::Surface(_, report) => (None, Some(report.clone())),
+        OrganSource::Organ(_) => (None, None),
+    };
+    Ok(Placed { tissue, axis, import, surface })
 }
 
 fn not_meshed(scene: &Scene, cause: BlockError) -> SceneError {
@@ -150,22 +156,51 @@ fn finish(
     let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
     scene.refuse_deeper_than(high - low, "the tissue is thick")?;
     let depth_limit_m = depth_limit_m(scene, tips_m, site_m, axis);
+    refuse_inclusions_outside(scene, &mesh)?;
     let layout = Layout::of(scene)?;
     let stiffness_ratio = mesh.tets.iter().map(|tet| layout.of_tet(&mesh, tet)).collect();
     Ok(Tissue::closed(mesh, stiffness_ratio, anchors, site_m, depth_limit_m))
+}
+
+/// Refuses a ball that no tet has a part of: the sign of a coordinate or a unit is wrong.
+fn refuse_inclusions_outside(scene: &Scene, mesh: &TetMesh) -> Result<(), SceneError> {
+    for (n, ball) in scene.tissue.inclusion.iter().enumerate() {
+        if filled(mesh, ball).0 > 0 {
+            continue;
+        }
+        let bounds = [0, 1, 2].map(|k| {
+            let along = mesh.nodes_m.iter().map(|x| x[k]);
+            let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+            format!("{low:.4} .. {high:.4}")
+        });
+        let why = format!(
+            "= {:?} with radius_m = {}: the ball fills no tet, it lies outside the tissue or is far smaller than the elements there: give metres within x {}, y {}, z {}",
+            ball.center_m, ball.radius_m, bounds[0], bounds[1], bounds[2]
+        );
+        return scene.bad(&format!("tissue.inclusion[{n}].center_m"), &why);
+    }
+    Ok(())
 }
 
 fn anchored(mesh: &TetMesh, fixed: impl Fn(&[f64; 3]) -> bool) -> Vec<u32> {
     (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| fixed(x)).map(|(n, _)| n).collect()
 }
 
+/// Whether a triangle of the surface is part of the underside of a press along `axis`.
+pub(crate) fn faces_away(triangle: [Vector3<f64>; 3], axis: [f64; 3]) -> bool {
+    let n = normal(triangle);
+    n.dot(&Vector3::from(axis)) < UNDERSIDE_COSINE * n.dot(&n).sqrt()
+}
+
+/// The boundary triangles of a mesh, counter-clockwise seen from outside [m].
+fn boundary(mesh: &TetMesh) -> Vec<[Vector3<f64>; 3]> {
+    surface::surface(&mesh.tets).iter().map(|t| corners(mesh, t)).collect()
+}
+
 /// Nodes of the surface that faces away from a press along `axis`, ascending.
-pub(crate) fn underside(mesh: &TetMesh, axis: [f64; 3]) -> Vec<u32> {
-    let faces_away = |t: &[u32; 3]| {
-        let n = normal(corners(mesh, t));
-        n.dot(&Vector3::from(axis)) < UNDERSIDE_COSINE * n.dot(&n).sqrt()
-    };
-    let mut nodes: Vec<u32> = surface::surface(&mesh.tets).into_iter().filter(faces_away).flatten().collect();
+pub fn underside(mesh: &TetMesh, axis: [f64; 3]) -> Vec<u32> {
+    let away = |t: &[u32; 3]| faces_away(corners(mesh, t), axis);
+    let mut nodes: Vec<u32> = surface::surface(&mesh.tets).into_iter().filter(away).flatten().collect();
     nodes.sort_unstable();
     nodes.dedup();
     nodes
@@ -184,31 +219,49 @@ pub fn ratio_of(mesh: &TetMesh, tet: &[u32; 4], inclusions: &[Inclusion]) -> f64
 /// half way between equal strain and equal stress: equal strain alone makes a mesh coarser than the
 /// ball feel it 8 % too stiff.
 pub fn blended(mesh: &TetMesh, tet: &[u32; 4], stiffness: impl Fn([f64; 3]) -> f64) -> f64 {
-    const STEPS: usize = 6;
-    let corners = tet.map(|n| mesh.nodes_m[n as usize]);
     let (mut sum, mut inverse, mut count) = (0.0, 0.0, 0.0);
-    for i in 0..STEPS {
-        for j in 0..STEPS - i {
-            for k in 0..STEPS - i - j {
-                let w = [i, j, k, STEPS - 1 - i - j - k].map(|n| (n as f64 + 0.25) / STEPS as f64);
-                let ratio = stiffness([0, 1, 2].map(|c| (0..4).map(|n| w[n] * corners[n][c]).sum::<f64>()));
-                sum += ratio;
-                inverse += 1.0 / ratio;
-                count += 1.0;
-            }
-        }
+    for at in samples(mesh, tet) {
+        let ratio = stiffness(at);
+        sum += ratio;
+        inverse += 1.0 / ratio;
+        count += 1.0;
     }
     0.5 * (sum / count + count / inverse)
 }
 
+/// Points spread evenly over a tet [m].
+fn samples(mesh: &TetMesh, tet: &[u32; 4]) -> impl Iterator<Item = [f64; 3]> {
+    const STEPS: usize = 6;
+    let corners = tet.map(|n| mesh.nodes_m[n as usize]);
+    let triples = (0..STEPS).flat_map(|i| (0..STEPS - i).flat_map(move |j| (0..STEPS - i - j).map(move |k| [i, j, k])));
+    triples.map(move |[i, j, k]| {
+        let w = [i, j, k, STEPS - 1 - i - j - k].map(|n| (n as f64 + 0.25) / STEPS as f64);
+        [0, 1, 2].map(|c| (0..4).map(|n| w[n] * corners[n][c]).sum::<f64>())
+    })
+}
+
+/// How many tets a ball fills or cuts, and the volume of it that they hold [m^3].
+#[must_use]
+pub fn filled(mesh: &TetMesh, ball: &Inclusion) -> (usize, f64) {
+    let (mut tets, mut volume_m3) = (0, 0.0);
+    for tet in &mesh.tets {
+        let (inside, all) =
+            samples(mesh, tet).fold((0.0, 0.0), |(inside, all), at| (inside + f64::from(ball.holds(at)), all + 1.0));
+        if inside > 0.0 {
+            let [a, b, c, d] = tet.map(|n| Vector3::from(mesh.nodes_m[n as usize]));
+            tets += 1;
+            volume_m3 += inside / all * normal([a, b, c]).dot(&(d - a)) / 6.0;
+        }
+    }
+    (tets, volume_m3)
+}
+
 /// The surface point nearest to a place, and the mean outward normal of the surface within a probe
 /// radius of it.
-fn nearest_on_surface(mesh: &TetMesh, place: [f64; 3], radius_m: f64) -> ([f64; 3], [f64; 3]) {
-    let triangles = surface::surface(&mesh.tets);
+fn nearest_on_surface(triangles: &[[Vector3<f64>; 3]], place: [f64; 3], radius_m: f64) -> ([f64; 3], [f64; 3]) {
     let place = Vector3::from(place);
     let mut best = (f64::INFINITY, place, Vector3::zeros());
-    for t in &triangles {
-        let corners = corners(mesh, t);
+    for &corners in triangles {
         let p = nearest_on_triangle(corners, place);
         let d = p - place;
         if d.dot(&d) < best.0 {
@@ -216,7 +269,7 @@ fn nearest_on_surface(mesh: &TetMesh, place: [f64; 3], radius_m: f64) -> ([f64; 
         }
     }
     let (_, site, own) = best;
-    let near = triangles.iter().map(|t| corners(mesh, t)).filter(|c| {
+    let near = triangles.iter().copied().filter(|c| {
         let d = nearest_on_triangle(*c, site) - site;
         d.dot(&d) <= radius_m * radius_m
     });

@@ -57,7 +57,8 @@ fn every_defect_of_a_mesh_with_its_line_on_check_and_on_press() {
         (TWO_TETS.replace(" 1\n", " 120\n"), ["a.msh", "outside 1 mm to 2 m", "length_unit"]),
         (parts, ["a.msh:17", "2 parts that share no face", "keep one"]),
         (String::new(), ["a.msh", "empty", "re-export"]),
-        ("solid cube\n".into(), ["a.msh", "unknown mesh format", "export as"]),
+        ("any cube\n".into(), ["a.msh", "unknown mesh format", "export as"]),
+        ("solid cube\n".into(), ["a.msh", "no triangles", "triangulated"]),
         (chain(65_536), ["a.msh", "65536 nodes", "at most 65535"]),
     ] {
         let desk = Desk::default();
@@ -73,7 +74,7 @@ fn a_mesh_in_the_wrong_unit_or_pressed_elsewhere() {
     refused_scene(&desk, &mesh_scene("\"m\"", "[0.0, 0.0, 0.0]"), &["a.msh", "cannot read", "check the path"]);
     desk.put("a.msh", TWO_TETS);
     for (unit, says) in [
-        ("\"cm\"", [":4: ", "length_unit", "\"cm\" is not \"m\", \"mm\" or a number of metres"]),
+        ("\"ft\"", [":4: ", "length_unit", "\"ft\" is not \"m\", \"cm\", \"mm\", \"um\" or a number of metres"]),
         ("0.0", [":4: ", "length_unit", "above zero"]),
         ("nan", [":4: ", "length_unit", "above zero"]),
         ("true", [":4: ", "length_unit", "a number of metres"]),
@@ -85,7 +86,7 @@ fn a_mesh_in_the_wrong_unit_or_pressed_elsewhere() {
     refused_scene(&desk, &mesh_scene("0.05", "[nan, 0.0, 0.0]"), &["probe.site", "not finite", "metres"]);
     refused_scene(&desk, &mesh_scene("0.05", "[73.0, 0.0, 0.0]"), &["probe.site", "further from the mesh", "metres"]);
     for unit in ["0", "nan", "-1"] {
-        refused(&desk, &["mesh", "check", "a.msh", &format!("--unit-m={unit}")], &["a.msh", "length unit", "positive, finite"]);
+        refused(&desk, &["mesh", "check", "a.msh", &format!("--unit-m={unit}")], &["--unit", "above zero and finite"]);
     }
     refused(&desk, &["mesh", "check", "."], &["not a regular file", "give the path"]);
     refused(&desk, &["mesh", "check", "b.msh"], &["b.msh", "cannot read", "check the path"]);

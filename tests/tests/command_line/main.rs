@@ -14,3 +14,4 @@ mod press_writes_the_contract;
 mod readme_commands_run;
 mod replay_is_bit_exact;
 mod results_are_never_mixed;
+mod surfaces_become_tets;

@@ -11,4 +11,5 @@ mod organ_meshes;
 mod solved_again;
 mod statics_agree;
 mod stiffening_agrees;
+mod surface_files;
 mod whole_organ;

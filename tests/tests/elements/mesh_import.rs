@@ -1,8 +1,9 @@
 //! Mesh import: every format, every defect, damaged files, real files.
 
 mod block;
-mod damage;
+pub mod damage;
 mod defects;
+mod encode;
 mod formats;
 mod liver;
 mod round_trip;

@@ -9,15 +9,12 @@ use nalgebra::Vector3;
 use super::Sizes;
 use palpate_tissue::error::Error;
 use palpate_tissue::mesh::{TetMesh, block_with_rim};
-use palpate_tissue::organ::{Fine, OrganError, Turned};
+use palpate_tissue::organ::{Fine, MEAN_EDGE, OrganError, Turned};
 use palpate_tissue::scene::{Scene, SceneError};
 use palpate_tissue::tissue::organ::THROUGH;
 use palpate_tissue::tissue::organ_source::{OrganSource, Site};
 use palpate_tissue::tissue::{Placed, on_shape, place_block};
 
-/// Mean edge of the lattice over that of its cube: six whole ones and eight of `sqrt(3)/2` meet at
-/// a point.
-const MEAN_EDGE: f64 = (6.0 + 8.0 * 0.866_025_403_784_438_6) / 14.0;
 /// Where the lattice tears the organ, its coarsest elements are made this much smaller, at most so
 /// often.
 const LESS: f64 = 0.7;

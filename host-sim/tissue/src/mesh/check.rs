@@ -4,6 +4,7 @@ use super::error::{Defect, MeshError};
 use super::quality::{corners, quality, six_volumes};
 use super::solid::Solid;
 use super::topology;
+use super::unit::LengthUnit;
 
 /// Largest extent below which the length unit must be wrong [m]: a probe tip is millimetres wide,
 /// and an organ in metres read as millimetres comes out at 0.1 mm.
@@ -29,21 +30,20 @@ pub(super) struct Findings {
 
 /// Orients every tet positively; fails on the first kind of defect present.
 pub(super) fn check(solid: &mut Solid, unit_m: f64) -> Result<Findings, MeshError> {
-    let size_m = size(solid, unit_m)?;
+    let size_m = size(&solid.mesh.nodes_m, unit_m).map_err(|defect| solid.error(defect))?;
     no_coincident_nodes(solid)?;
     no_duplicate_tets(solid)?;
     let worst = no_flat_tets(solid)?;
     let flipped_tets = orient(solid);
     topology::check(solid)?;
-    let mesh = &solid.mesh;
-    let six_times: f64 = mesh.tets.iter().map(|&tet| six_volumes(corners(&mesh.nodes_m, tet))).sum();
-    Ok(Findings { flipped_tets, size_m, volume_m3: six_times / 6.0, worst })
+    Ok(Findings { flipped_tets, size_m, volume_m3: solid.mesh.volume_m3(), worst })
 }
 
-fn size(solid: &Solid, unit_m: f64) -> Result<[f64; 3], MeshError> {
+/// Extents along x, y, z [m] of what fits a hand; `unit_m` metres were in a unit of its file.
+pub(super) fn size(nodes_m: &[[f64; 3]], unit_m: f64) -> Result<[f64; 3], Defect> {
     let mut low = [f64::INFINITY; 3];
     let mut high = [f64::NEG_INFINITY; 3];
-    for node in &solid.mesh.nodes_m {
+    for node in nodes_m {
         for axis in 0..3 {
             low[axis] = low[axis].min(node[axis]);
             high[axis] = high[axis].max(node[axis]);
@@ -55,9 +55,8 @@ fn size(solid: &Solid, unit_m: f64) -> Result<[f64; 3], MeshError> {
         return Ok(size_m);
     }
     let [x, y, z] = size_m.map(millimetres);
-    let named = [("m", 1.0), ("mm", 1e-3)]
-        .into_iter()
-        .find(|(_, named_m)| (MIN_SIZE_M..=MAX_SIZE_M).contains(&(largest_m / unit_m * named_m)));
+    let named =
+        LengthUnit::NAMED.into_iter().find(|(_, named_m)| (MIN_SIZE_M..=MAX_SIZE_M).contains(&(largest_m / unit_m * named_m)));
     let example = match named {
         Some((name, named_m)) => {
             let size_mm = millimetres(largest_m / unit_m * named_m);
@@ -65,13 +64,13 @@ fn size(solid: &Solid, unit_m: f64) -> Result<[f64; 3], MeshError> {
         }
         None => String::new(),
     };
-    Err(solid.error(Defect::Size {
+    Err(Defect::Size {
         size_mm: format!("{x} x {y} x {z}"),
         hint: format!(
-            "a file unit is taken as {} mm, set length_unit to \"m\", \"mm\" or the metres in a file unit{example}",
+            "a file unit is taken as {} mm, set length_unit (--unit) to \"m\", \"cm\", \"mm\", \"um\" or the metres in a file unit{example}",
             millimetres(unit_m)
         ),
-    }))
+    })
 }
 
 /// A length [m] as millimetres in few digits.

@@ -20,13 +20,13 @@ const LEAF: usize = 4;
 /// A closed surface of flat triangles.
 #[derive(Clone, Debug)]
 pub struct ClosedSurface {
-    facets: Vec<Facet>,
-    boxes: Vec<Bounds>,
+    pub(super) facets: Vec<Facet>,
+    pub(super) boxes: Vec<Bounds>,
 }
 
 #[derive(Clone, Debug)]
-struct Facet {
-    corners: [V3; 3],
+pub(super) struct Facet {
+    pub corners: [V3; 3],
     /// Outward unit normal of the face; sums of normals for side `k` (from corner `k` to the next)
     /// and for corner `k`.
     normal: V3,
@@ -37,11 +37,11 @@ struct Facet {
 /// A box of the hierarchy with its run of facets; its first half follows it, `second` is its other
 /// half, 0 in a leaf.
 #[derive(Clone, Debug)]
-struct Bounds {
-    low: V3,
-    high: V3,
-    facets: std::ops::Range<usize>,
-    second: usize,
+pub(super) struct Bounds {
+    pub low: V3,
+    pub high: V3,
+    pub facets: std::ops::Range<usize>,
+    pub second: usize,
 }
 
 /// The surface's point nearest to a place.
@@ -57,13 +57,19 @@ impl ClosedSurface {
     /// The surface of a mesh whose tets are positively oriented; `None` if it has none.
     #[must_use]
     pub fn of(mesh: &TetMesh) -> Option<Self> {
-        let triangles = surface::surface(&mesh.tets);
-        let place = |n: u32| V3::from(mesh.nodes_m[n as usize]);
+        Self::of_triangles(&mesh.nodes_m, &surface::surface(&mesh.tets))
+    }
+
+    /// The surface of triangles that are counter-clockwise seen from outside, each edge of them in
+    /// two; `None` if there are none. One without area has no normal of its own.
+    #[must_use]
+    pub fn of_triangles(nodes_m: &[[f64; 3]], triangles: &[[u32; 3]]) -> Option<Self> {
+        let place = |n: u32| V3::from(nodes_m[n as usize]);
         let normals: Vec<V3> = triangles
             .iter()
             .map(|t| {
                 let [a, b, c] = t.map(place);
-                (b - a).cross(&(c - a)).normalize()
+                (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default()
             })
             .collect();
         let (mut at_sides, mut at_corners) = (BTreeMap::new(), BTreeMap::new());
@@ -94,6 +100,11 @@ impl ClosedSurface {
     #[must_use]
     pub fn bounds_m(&self) -> [[f64; 3]; 2] {
         [self.boxes[0].low.into(), self.boxes[0].high.into()]
+    }
+
+    /// Corners of the triangles, counter-clockwise seen from outside [m].
+    pub fn triangles_m(&self) -> impl Iterator<Item = [V3; 3]> {
+        self.facets.iter().map(|facet| facet.corners)
     }
 
     /// Nearest point and signed distance.

@@ -39,18 +39,22 @@ pub enum Defect {
     #[error("length unit of {0} m: give a positive, finite number of metres per file unit")]
     LengthUnit(f64),
 
-    #[error("unknown mesh format (starts with `{starts}`): export as Gmsh 2.2 or 4.1 ASCII, or as legacy ASCII VTK")]
+    #[error(
+        "unknown mesh format (starts with `{starts}`): export as Gmsh 2.2 or 4.1 (.msh), as VTK (.vtu, .vtk), or as a closed surface (.stl, .obj)"
+    )]
     UnknownFormat { starts: String },
-    #[error("XML VTK is not read: export as legacy ASCII VTK (.vtk)")]
-    Xml,
-    #[error("binary {format} is not read: export as ASCII")]
-    Binary { format: &'static str },
+    #[error("not sound XML ({cause}): re-export the mesh")]
+    Xml { cause: String },
+    #[error("{what} `{found}` is not read: export {instead}")]
+    Encoding { what: &'static str, found: String, instead: &'static str },
     #[error("{format} version `{found}` is not read: export as {supported}")]
     Version { format: &'static str, found: String, supported: &'static str },
     #[error("a partitioned mesh is not read: export it as one partition")]
     Partitioned,
     #[error("VTK data set `{found}` is not read: export as UNSTRUCTURED_GRID")]
     DataSet { found: String },
+    #[error("XML VTK of type `{found}` is not read: export as UnstructuredGrid (.vtu)")]
+    XmlDataSet { found: String },
     #[error("tets of higher order are not read: export with 4 nodes a tet")]
     HigherOrder,
 
@@ -75,10 +79,31 @@ pub enum Defect {
     #[error("no {section}: re-export the mesh with its nodes and tets")]
     MissingSection { section: &'static str },
 
+    #[error("a surface ({format}), not tets: palpate mesh tets FILE makes them")]
+    Surface { format: &'static str },
+    #[error("no triangles: export the surface again, triangulated")]
+    NoTriangles,
+    #[error(
+        "the surface is open: {edges} edges belong to one triangle only, the first at {near} in file units: close its holes (Blender: 3D Print Toolbox, Make Manifold; MeshLab: Close Holes)"
+    )]
+    Open { edges: usize, near: String },
+    #[error(
+        "{edges} edges belong to more than two triangles, the first at {near} in file units: part the walls that touch there, or remesh by voxels (Blender: Remesh)"
+    )]
+    CrowdedEdge { edges: usize, near: String },
+    #[error("the surface has one side only, near {near} in file units: cut the twisted band there and close it again")]
+    OneSided { near: String },
+    #[error(
+        "the surface passes through itself: {pairs} pairs of triangles cross, the first near {near} in file units: unite its parts (Blender: Boolean, Union) or remesh by voxels"
+    )]
+    Crossing { pairs: usize, near: String },
+    #[error("{pieces} separate closed surfaces, one of them at {near} in file units, not one body with hollows: keep one body")]
+    Bodies { pieces: usize, near: String },
+
     #[error("no tets{ignored}: mesh the volume, not only its surface, and re-export")]
     NoTets { ignored: String },
-    #[error("node {node} is already on line {first_line}: renumber the nodes")]
-    RepeatedNodeNumber { node: u64, first_line: usize },
+    #[error("node {node} is already {}: renumber the nodes", first_line.map_or("in the file".to_owned(), |line| format!("on line {line}")))]
+    RepeatedNodeNumber { node: u64, first_line: Option<usize> },
     #[error(
         "tet {tet} names node {node}, but {}: fix the element or re-export the mesh",
         no_such_node(*node, *nodes, *last)
@@ -98,10 +123,10 @@ pub enum Defect {
 
     #[error("the mesh is {size_mm} mm, outside 1 mm to 2 m: {hint}")]
     Size { size_mm: String, hint: String },
-    #[error("node {node} is exactly where node {first} is (line {first_line}): merge duplicate nodes")]
-    CoincidentNodes { node: u64, first: u64, first_line: usize },
-    #[error("tet {tet} has the same nodes as tet {first} (line {first_line}): remove one")]
-    DuplicateTet { tet: u64, first: u64, first_line: usize },
+    #[error("node {node} is exactly where node {first} is{}: merge duplicate nodes", in_line(*first_line))]
+    CoincidentNodes { node: u64, first: u64, first_line: Option<usize> },
+    #[error("tet {tet} has the same nodes as tet {first}{}: remove one", in_line(*first_line))]
+    DuplicateTet { tet: u64, first: u64, first_line: Option<usize> },
     #[error("tet {tet} is flat (quality {quality:.1e}, regular 1, least {least:.0e}): optimise the mesh to remove slivers")]
     Flat { tet: u64, quality: f64, least: f64 },
     #[error(
@@ -110,11 +135,17 @@ pub enum Defect {
     )]
     CrowdedFace { tet: u64, face: [u64; 3], tets: usize },
     #[error(
-        "tets {tet} and {first} (line {first_line}) overlap, both on one side of their common face: a node is out of place, untangle the mesh"
+        "tets {tet} and {first}{} overlap, both on one side of their common face: a node is out of place, untangle the mesh",
+        in_line(*first_line)
     )]
-    FoldedFace { tet: u64, first: u64, first_line: usize },
+    FoldedFace { tet: u64, first: u64, first_line: Option<usize> },
     #[error("the tets form {parts} parts that share no face ({sizes}; tet {tet} begins the smallest): keep one connected piece")]
     Parts { parts: usize, sizes: String, tet: u64 },
+}
+
+/// The line of a thing of a text file, in brackets.
+fn in_line(line: Option<usize>) -> String {
+    line.map_or_else(String::new, |line| format!(" (line {line})"))
 }
 
 /// Says why there is no `node`: past the last of a gapless numbering, or merely not defined.

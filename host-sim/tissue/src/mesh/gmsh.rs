@@ -1,8 +1,9 @@
-//! Gmsh `.msh`, ASCII: format 1 (`$NOD`/`$ELM`), 2.x and 4.1.
+//! Gmsh `.msh`: format 1 (`$NOD`/`$ELM`), 2.x and 4.1, the last two as text or binary.
 //!
-//! A file is a list of `$Section` ... `$EndSection` blocks, one record per line as Gmsh writes
-//! them.
+//! A file is a list of `$Section` ... `$EndSection` blocks; as text, one record per line as Gmsh
+//! writes them.
 
+mod binary;
 mod kind;
 mod v1;
 mod v2;
@@ -22,7 +23,19 @@ enum Version {
 }
 
 /// Reads a `.msh` file, whichever format its header announces.
-pub(super) fn read(file: &str, text: &str) -> Result<RawMesh, MeshError> {
+pub(super) fn read(file: &str, data: &[u8]) -> Result<RawMesh, MeshError> {
+    if is_binary(data) { binary::read(file, data) } else { read_text(file, &String::from_utf8_lossy(data)) }
+}
+
+/// The second word under `$MeshFormat` is 1.
+fn is_binary(data: &[u8]) -> bool {
+    let mut lines = data.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii).filter(|line| !line.is_empty());
+    let format = lines.next().filter(|line| *line == b"$MeshFormat").and_then(|_| lines.next());
+    let mut words = format.unwrap_or_default().split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+    words.nth(1) == Some(b"1")
+}
+
+fn read_text(file: &str, text: &str) -> Result<RawMesh, MeshError> {
     let mut lines = Lines::new(file, text);
     let mut mesh = RawMesh::new("Gmsh 1", file);
     let mut version = Version::V1;
@@ -79,26 +92,23 @@ fn once(seen: &mut bool, line: &Line, section: &'static str) -> Result<(), MeshE
     Ok(())
 }
 
-/// `version file-type data-size`, file type 1 being binary.
+fn version(text: &str) -> Result<(Version, &'static str), Defect> {
+    match text {
+        "2" | "2.0" | "2.1" | "2.2" => Ok((Version::V2, "Gmsh 2")),
+        "4.1" => Ok((Version::V4, "Gmsh 4.1")),
+        found => Err(Defect::Version { format: "Gmsh", found: quoted(found), supported: "Gmsh 2.2 or 4.1" }),
+    }
+}
+
+/// `version file-type data-size`, file type 0 being text.
 fn format(lines: &mut Lines) -> Result<(Version, &'static str), MeshError> {
     let mut line = lines.required("the Gmsh version")?;
-    let version = line.word("the Gmsh version")?;
-    let known = match version.text {
-        "2" | "2.0" | "2.1" | "2.2" => (Version::V2, "Gmsh 2"),
-        "4.1" => (Version::V4, "Gmsh 4.1"),
-        found => {
-            return Err(version.at.error(Defect::Version {
-                format: "Gmsh",
-                found: quoted(found),
-                supported: "Gmsh 2.2 or 4.1 ASCII",
-            }));
-        }
-    };
+    let word = line.word("the Gmsh version")?;
+    let known = version(word.text).map_err(|defect| word.at.error(defect))?;
     let file_type = line.word("the Gmsh file type")?;
     match file_type.text {
         "0" => end(lines, "$EndMeshFormat").map(|()| known),
-        "1" => Err(file_type.at.error(Defect::Binary { format: "Gmsh" })),
-        _ => Err(file_type.unexpected("the file type 0 (ASCII)")),
+        _ => Err(file_type.unexpected("the file type 0 (ASCII) or 1 (binary)")),
     }
 }
 
@@ -106,7 +116,7 @@ fn format(lines: &mut Lines) -> Result<(Version, &'static str), MeshError> {
 fn numbered_nodes(lines: &mut Lines, mesh: &mut RawMesh, section: &'static str) -> Result<(), MeshError> {
     let count = lone_count(lines, "the number of nodes")?;
     lines.rows(section, "nodes", count, |mut line| {
-        mesh.nodes.push(RawNode { number: line.whole("a node number")?, line: line.at.line, position: line.position()? });
+        mesh.nodes.push(RawNode { number: line.whole("a node number")?, line: Some(line.at.line), position: line.position()? });
         line.finish()
     })?;
     section_end(lines, section, "nodes", count)

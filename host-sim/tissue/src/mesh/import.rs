@@ -1,20 +1,17 @@
-//! Tetrahedral meshes from files: Gmsh 1, 2.x and 4.1 ASCII, legacy ASCII VTK.
+//! Meshes from files: tets of Gmsh 1, 2.x and 4.1, VTK legacy and XML; surfaces of STL and OBJ.
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::{fs, io};
 
 pub use super::check::MIN_QUALITY;
 use super::check::check;
-use super::error::{Defect, MeshError, printable, quoted};
+use super::error::{Defect, MeshError, quoted};
+use super::file::{content, name, whole_file};
 use super::quality::WorstTet;
 use super::raw::RawMesh;
 use super::resolve::resolve;
+use super::surface_file::{self, Format, ImportedSurface};
 use super::{TetMesh, gmsh, vtk};
-
-/// The most that is read of a file. 65 535 nodes and their tets take some 30 MB as text; the rest
-/// is room for results saved along with them.
-const MAX_FILE_MIB: u64 = 512;
 
 /// A mesh that passed every check.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,15 +45,54 @@ pub struct ImportReport {
     pub worst_tet: WorstTet,
 }
 
-/// Reads, checks and orients the mesh in the file at `path`, `unit_m` metres per file unit.
+/// A mesh file: tets, or the closed surface that they are yet to fill.
+#[derive(Clone, Debug)]
+pub enum MeshFile {
+    /// Tets.
+    Tets(Imported),
+    /// A surface, of STL or OBJ.
+    Surface(ImportedSurface),
+}
+
+/// Reads and checks the mesh or the surface in the file at `path`, `unit_m` metres per file unit.
 ///
 /// # Errors
 /// The first defect met: of the file, of its text, of a number in it, of the mesh.
-pub fn import(path: &Path, unit_m: f64) -> Result<Imported, MeshError> {
+pub fn open(path: &Path, unit_m: f64) -> Result<MeshFile, MeshError> {
     if !(unit_m > 0.0 && unit_m.is_finite()) {
         return Err(whole_file(path, Defect::LengthUnit(unit_m)));
     }
-    let raw = read(path)?;
+    let (file, data) = (name(path), content(path)?);
+    let data = data.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&data);
+    let head = data.trim_ascii_start();
+    let raw = if head.starts_with(b"$") {
+        gmsh::read(&file, data)
+    } else if head.starts_with(b"# vtk DataFile") {
+        vtk::read(&file, data)
+    } else if head.starts_with(b"<?xml") || head.starts_with(b"<VTKFile") {
+        vtk::xml::read(&file, data)
+    } else if let Some(format) = Format::of(path, data) {
+        return surface_file::read(&file, data, format, unit_m).map(MeshFile::Surface);
+    } else {
+        let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
+        let starts = quoted(String::from_utf8_lossy(line).trim());
+        Err(whole_file(path, Defect::UnknownFormat { starts }))
+    }?;
+    checked(raw, unit_m).map(MeshFile::Tets)
+}
+
+/// Reads, checks and orients the mesh in the file at `path`, `unit_m` metres per file unit.
+///
+/// # Errors
+/// As [`open`]; a surface.
+pub fn import(path: &Path, unit_m: f64) -> Result<Imported, MeshError> {
+    match open(path, unit_m)? {
+        MeshFile::Tets(imported) => Ok(imported),
+        MeshFile::Surface(surface) => Err(whole_file(path, Defect::Surface { format: surface.report.format })),
+    }
+}
+
+fn checked(raw: RawMesh, unit_m: f64) -> Result<Imported, MeshError> {
     let mut solid = resolve(&raw, unit_m)?;
     let found = check(&mut solid, unit_m)?;
     let (index, quality) = found.worst;
@@ -74,50 +110,4 @@ pub fn import(path: &Path, unit_m: f64) -> Result<Imported, MeshError> {
         },
         mesh: solid.mesh,
     })
-}
-
-/// A file is known by its header, whatever its extension.
-fn read(path: &Path) -> Result<RawMesh, MeshError> {
-    let (file, text) = (name(path), text(path)?);
-    let head = text.trim_start();
-    if head.starts_with('$') {
-        gmsh::read(&file, &text)
-    } else if head.starts_with("# vtk DataFile") {
-        vtk::read(&file, &text)
-    } else if head.starts_with("<?xml") || head.starts_with("<VTKFile") {
-        Err(whole_file(path, Defect::Xml))
-    } else {
-        let starts = quoted(head.lines().next().unwrap_or("").trim());
-        Err(whole_file(path, Defect::UnknownFormat { starts }))
-    }
-}
-
-/// The file as text. Bytes that are not text stay visible as replacement characters: harmless in
-/// a title, an error in a number.
-fn text(path: &Path) -> Result<String, MeshError> {
-    let unreadable = |error: io::Error| whole_file(path, Defect::Read(error));
-    let metadata = fs::metadata(path).map_err(unreadable)?;
-    // A pipe or a device may never end.
-    if !metadata.is_file() {
-        return Err(whole_file(path, Defect::NotAFile));
-    }
-    if metadata.len() > MAX_FILE_MIB << 20 {
-        let limit_mib = MAX_FILE_MIB;
-        return Err(whole_file(path, Defect::FileTooLarge { limit_mib }));
-    }
-    let bytes = fs::read(path).map_err(unreadable)?;
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-    let text = String::from_utf8_lossy(bytes);
-    if text.trim().is_empty() {
-        return Err(whole_file(path, Defect::Empty));
-    }
-    Ok(text.into_owned())
-}
-
-fn name(path: &Path) -> String {
-    printable(&path.display().to_string())
-}
-
-fn whole_file(path: &Path, defect: Defect) -> MeshError {
-    MeshError { file: name(path), line: None, defect }
 }

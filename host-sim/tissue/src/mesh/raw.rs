@@ -15,14 +15,16 @@ pub(super) struct RawMesh {
 
 pub(super) struct RawNode {
     pub number: u64,
-    pub line: usize,
+    /// `None` in a binary file.
+    pub line: Option<usize>,
     /// Position in file units.
     pub position: [f64; 3],
 }
 
 pub(super) struct RawTet {
     pub number: u64,
-    pub line: usize,
+    /// `None` in a binary file.
+    pub line: Option<usize>,
     /// Node numbers.
     pub nodes: [u64; 4],
     pub region: u32,

@@ -47,7 +47,7 @@ fn tet_indices(raw: &RawMesh) -> Result<Vec<[usize; 4]>, MeshError> {
     let last = by_number.last().map_or(0, |&(number, _)| number);
     let mut tets = Vec::with_capacity(raw.tets.len());
     for tet in &raw.tets {
-        let error = |defect| MeshError { file: raw.file.clone(), line: Some(tet.line), defect };
+        let error = |defect| MeshError { file: raw.file.clone(), line: tet.line, defect };
         let mut indices = [0; 4];
         for (place, (index, &node)) in indices.iter_mut().zip(&tet.nodes).enumerate() {
             if tet.nodes.iter().take(place).any(|&before| before == node) {
@@ -75,7 +75,7 @@ fn nodes_by_number(raw: &RawMesh) -> Result<Vec<(u64, usize)>, MeshError> {
         {
             return Err(MeshError {
                 file: raw.file.clone(),
-                line: Some(raw.nodes[second].line),
+                line: raw.nodes[second].line,
                 defect: Defect::RepeatedNodeNumber { node: number, first_line: raw.nodes[first].line },
             });
         }

@@ -22,7 +22,8 @@ pub(super) struct Solid {
 pub(super) struct Origin {
     /// Its number in the file.
     pub number: u64,
-    pub line: usize,
+    /// `None` in a binary file.
+    pub line: Option<usize>,
 }
 
 impl Solid {
@@ -35,11 +36,11 @@ impl Solid {
     }
 
     pub fn error_at_node(&self, index: usize, defect: Defect) -> MeshError {
-        MeshError { file: self.file.clone(), line: Some(self.node(index).line), defect }
+        MeshError { file: self.file.clone(), line: self.node(index).line, defect }
     }
 
     pub fn error_at_tet(&self, index: usize, defect: Defect) -> MeshError {
-        MeshError { file: self.file.clone(), line: Some(self.tet(index).line), defect }
+        MeshError { file: self.file.clone(), line: self.tet(index).line, defect }
     }
 
     pub fn error(&self, defect: Defect) -> MeshError {

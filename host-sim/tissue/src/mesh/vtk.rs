@@ -1,10 +1,14 @@
-//! Legacy ASCII VTK, `DATASET UNSTRUCTURED_GRID`, free in its line breaks after the header.
+//! VTK: legacy files with `DATASET UNSTRUCTURED_GRID`, as text (free in its line breaks after the
+//! header) or binary, and `UnstructuredGrid` in XML.
 //!
-//! Cells come as `count nodes...` up to file version 4, as `OFFSETS` and `CONNECTIVITY` from 5.1.
-//! Points and cells count from 0. Attributes after the cells are not read.
+//! Legacy cells come as `count nodes...` up to file version 4, as `OFFSETS` and `CONNECTIVITY` from
+//! 5.1. Points and cells count from 0. Attributes are not read.
 
+mod arrays;
+mod binary;
 mod cells;
 mod words;
+pub(super) mod xml;
 
 use super::error::{Defect, MeshError, quoted};
 use super::lines::{Line, Lines};
@@ -14,7 +18,16 @@ use cells::Cells;
 use words::Words;
 
 /// Reads a `.vtk` file.
-pub(super) fn read(file: &str, text: &str) -> Result<RawMesh, MeshError> {
+pub(super) fn read(file: &str, data: &[u8]) -> Result<RawMesh, MeshError> {
+    let encoding = data.split(|byte| *byte == b'\n').nth(2).unwrap_or_default();
+    if encoding.trim_ascii().eq_ignore_ascii_case(b"BINARY") {
+        binary::read(file, data)
+    } else {
+        read_text(file, &String::from_utf8_lossy(data))
+    }
+}
+
+fn read_text(file: &str, text: &str) -> Result<RawMesh, MeshError> {
     let mut lines = Lines::new(file, text);
     header(&mut lines)?;
     let mut words = Words::new(lines);
@@ -57,23 +70,34 @@ fn repeated(word: Word, section: &'static str) -> MeshError {
 /// `# vtk DataFile Version x.x`, a title, `ASCII`.
 fn header(lines: &mut Lines) -> Result<(), MeshError> {
     let first = lines.required("the VTK version")?;
-    let version = first.text.split_whitespace().last().unwrap_or("");
-    let major = version.split('.').next().unwrap_or("");
-    if !["1", "2", "3", "4", "5"].contains(&major) {
-        return Err(first.at.error(Defect::Version {
-            format: "legacy VTK",
-            found: quoted(version),
-            supported: "version 2.0 to 5.1",
-        }));
-    }
+    version_is_known(first.text).map_err(|defect| first.at.error(defect))?;
     // The title may be blank.
     lines.any_line();
-    let mut line = lines.required("the word ASCII")?;
-    let encoding = line.word("the word ASCII")?;
-    match encoding.text.to_ascii_uppercase().as_str() {
-        "ASCII" => line.finish(),
-        "BINARY" => Err(line.at.error(Defect::Binary { format: "legacy VTK" })),
-        _ => Err(encoding.unexpected("the word ASCII")),
+    let mut line = lines.required("the word ASCII or BINARY")?;
+    let encoding = line.word("the word ASCII or BINARY")?;
+    if encoding.text.eq_ignore_ascii_case("ASCII") { line.finish() } else { Err(encoding.unexpected("the word ASCII or BINARY")) }
+}
+
+/// The first line of a legacy file ends with its version.
+fn version_is_known(line: &str) -> Result<(), Defect> {
+    let version = line.split_whitespace().last().unwrap_or("");
+    let major = version.split('.').next().unwrap_or("");
+    if ["1", "2", "3", "4", "5"].contains(&major) {
+        return Ok(());
+    }
+    Err(Defect::Version { format: "legacy VTK", found: quoted(version), supported: "version 2.0 to 5.1" })
+}
+
+fn data_set_is_known(kind: &str) -> Result<(), Defect> {
+    if kind.eq_ignore_ascii_case("UNSTRUCTURED_GRID") { Ok(()) } else { Err(Defect::DataSet { found: quoted(kind) }) }
+}
+
+/// Whether `double`, not `float`; `None` if neither.
+fn number_is_double(name: &str) -> Option<bool> {
+    match name.to_ascii_lowercase().as_str() {
+        "double" => Some(true),
+        "float" => Some(false),
+        _ => None,
     }
 }
 
@@ -83,24 +107,21 @@ fn data_set(words: &mut Words) -> Result<(), MeshError> {
         return Err(keyword.unexpected("DATASET"));
     }
     let kind = words.required("the kind of data set")?;
-    if kind.text.eq_ignore_ascii_case("UNSTRUCTURED_GRID") {
-        return Ok(());
-    }
-    Err(kind.at.error(Defect::DataSet { found: quoted(kind.text) }))
+    data_set_is_known(kind.text).map_err(|defect| kind.at.error(defect))
 }
 
 /// `POINTS n float|double`, then 3 n coordinates.
 fn points(words: &mut Words, mesh: &mut RawMesh) -> Result<(), MeshError> {
     let count = words.whole("the number of points")?;
     let number_type = words.required("the type float or double")?;
-    if !["float", "double"].contains(&number_type.text.to_ascii_lowercase().as_str()) {
+    if number_is_double(number_type.text).is_none() {
         return Err(number_type.unexpected("the type float or double"));
     }
     for number in 0..count {
         let first = words.value("POINTS", "points", count, number)?;
         mesh.nodes.push(RawNode {
             number,
-            line: first.at.line,
+            line: Some(first.at.line),
             position: [
                 first.coordinate()?,
                 words.value("POINTS", "points", count, number)?.coordinate()?,

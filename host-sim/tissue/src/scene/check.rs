@@ -7,11 +7,18 @@ use super::{Drive, Scene, SceneError};
 /// Smallest and largest side of a block [m]: beyond it a unit is wrong. A mesh file has the same
 /// range.
 const SIDE_M: std::ops::RangeInclusive<f64> = 1e-3..=2.0;
-/// Nodes that an organ's mesh may be asked for, and Young's modulus [Pa] of its regions.
+/// Nodes that the mesh of an organ or of a surface file may be asked for, and Young's modulus [Pa]
+/// of an organ's regions.
 const ORGAN_NODES: std::ops::RangeInclusive<usize> = 100..=5000;
 pub(super) const MODULUS_PA: std::ops::RangeInclusive<f64> = 1.0..=1e9;
 /// Cosine between the long side of a tip and the press beyond which it does not lie on the surface.
 const STEEP: f64 = 0.5;
+/// Files that hold a surface.
+const SURFACES: [&str; 2] = ["stl", "obj"];
+/// Young's modulus below which the unit is doubted [Pa]: no organ is softer.
+const SOFTEST_PA: f64 = 100.0;
+/// Share of a block's narrower side beyond which a probe's width is doubted (1).
+const WIDEST_SHARE: f64 = 1.0 / 3.0;
 /// Longest run, in tissue time [s].
 const LONGEST_S: f64 = 1000.0;
 
@@ -30,6 +37,29 @@ impl Scene {
         self.params(up).check().map_err(|cause| SceneError::parameter(&self.file, cause))?;
         self.check_solver()?;
         self.check_drive()
+    }
+
+    /// Values that are allowed but likely in a wrong unit: a line for each.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let e = self.tissue.youngs_modulus_pa;
+        if e < SOFTEST_PA {
+            let meant = e * 1e3;
+            warnings.push(format!(
+                "a Young's modulus of {e} Pa is softer than any organ: keys ending in _pa take pascals, {e} kPa is {meant}"
+            ));
+        }
+        let width_m = 2.0 * self.probe.radius_m;
+        let side_m = self.tissue.block_m.map_or(f64::INFINITY, |[x, y, _]| x.min(y));
+        if width_m > WIDEST_SHARE * side_m {
+            warnings.push(format!(
+                "the probe is {:.1} mm wide, the block {:.1} mm: its sides are felt, and the force is not that of a wide tissue; radius_m is half the width, in metres",
+                width_m * 1e3,
+                side_m * 1e3
+            ));
+        }
+        warnings
     }
 
     /// An error at a key.
@@ -164,13 +194,36 @@ impl Scene {
             return Ok(());
         }
         if tissue.length_unit.is_none() {
-            return self
-                .bad("tissue.length_unit", "is missing: say \"m\", \"mm\" or the number of metres of one unit of the mesh file");
+            return self.bad(
+                "tissue.length_unit",
+                "is missing: say \"m\", \"cm\", \"mm\", \"um\" or the number of metres of one unit of the mesh file",
+            );
         }
-        if tissue.nodes.is_some() {
-            return self.bad("tissue.nodes", "belongs to a block; a mesh file has its own nodes: remove it");
+        let is_surface = |path: &std::path::PathBuf| {
+            path.extension().is_some_and(|e| SURFACES.iter().any(|surface| e.eq_ignore_ascii_case(surface)))
+        };
+        if tissue.mesh.as_ref().is_some_and(is_surface) {
+            self.check_nodes()?;
+        } else if tissue.nodes.is_some() {
+            return self.refuse_nodes();
         }
         self.check_site("a mesh")
+    }
+
+    /// A mesh file of tets has its own nodes.
+    pub(crate) fn refuse_nodes<T>(&self) -> Result<T, SceneError> {
+        self.bad(
+            "tissue.nodes",
+            "belongs to a block, an organ or a surface (.stl, .obj); a mesh file has its own nodes: remove it",
+        )
+    }
+
+    fn check_nodes(&self) -> Result<(), SceneError> {
+        if let Some(nodes) = self.tissue.nodes.filter(|n| !ORGAN_NODES.contains(n)) {
+            let why = format!("= {nodes}: give a number from {} to {}", ORGAN_NODES.start(), ORGAN_NODES.end());
+            return self.bad("tissue.nodes", &why);
+        }
+        Ok(())
     }
 
     /// An organ with its regions.
@@ -179,10 +232,7 @@ impl Scene {
         if tissue.length_unit.is_some() {
             return self.bad("tissue.length_unit", "belongs to a mesh file; organs are in metres: remove it");
         }
-        if let Some(nodes) = tissue.nodes.filter(|n| !ORGAN_NODES.contains(n)) {
-            let why = format!("= {nodes}: give a number from {} to {}", ORGAN_NODES.start(), ORGAN_NODES.end());
-            return self.bad("tissue.nodes", &why);
-        }
+        self.check_nodes()?;
         for (n, region) in tissue.region.iter().enumerate() {
             let e = region.youngs_modulus_pa;
             if !MODULUS_PA.contains(&e) {
@@ -235,6 +285,19 @@ impl Scene {
             }
             if !ball.center_m.iter().all(|c| c.is_finite()) {
                 let why = format!("= {:?} is not finite: give x, y, z in metres", ball.center_m);
+                return self.bad(&format!("tissue.inclusion[{n}].center_m"), &why);
+            }
+            let Some([x, y, z]) = self.tissue.block_m else { continue };
+            let off = |at: f64, low: f64, high: f64| (low - at).max(at - high).max(0.0);
+            let [a, b, c] = ball.center_m;
+            let away = [off(a, -0.5 * x, 0.5 * x), off(b, -0.5 * y, 0.5 * y), off(c, -z, 0.0)];
+            if away.iter().map(|d| d * d).sum::<f64>() >= ball.radius_m * ball.radius_m {
+                let why = format!(
+                    "= {:?}: the ball lies outside the block: give metres, x within +-{}, y within +-{}, z from -{z} (bottom) to 0 (top)",
+                    ball.center_m,
+                    0.5 * x,
+                    0.5 * y
+                );
                 return self.bad(&format!("tissue.inclusion[{n}].center_m"), &why);
             }
         }

@@ -46,7 +46,12 @@ pub(super) fn graded(scene: &Scene, shape: &OrganSource, site: &Site) -> Result<
             }
             Err(OrganError::Empty { .. } | OrganError::TooCoarse { .. } | OrganError::Inverted { .. }) => high = middle,
             Err(OrganError::TooFine { .. }) => low = middle,
-            Err(other) => return scene.bad("tissue.organ:", &other.to_string()),
+            Err(other) => {
+                return scene.bad(
+                    if matches!(shape, OrganSource::Organ(_)) { "tissue.organ:" } else { "tissue.mesh:" },
+                    &other.to_string(),
+                );
+            }
         }
     }
     let nearest = best.as_ref().map_or(0, |b| b.nodes_m.len());

@@ -1,12 +1,12 @@
-//! A closed shape that can be meshed anew: the surface of a mesh file, or an organ of
-//! [`crate::organ`]; where it is pressed, and what holds it.
+//! A closed shape that can be meshed anew: a surface file, the surface of a mesh file, or an organ
+//! of [`crate::organ`]; where it is pressed, and what holds it.
 
 use nalgebra::Vector3;
 
-use super::{nearest_on_surface, underside};
+use super::{boundary, faces_away, nearest_on_surface, underside};
 use crate::error::Error;
-use crate::mesh::import::import;
-use crate::mesh::{ClosedSurface, ImportReport, TetMesh};
+use crate::mesh::import::{MeshFile, open};
+use crate::mesh::{ClosedSurface, ImportReport, SurfaceReport, TetMesh};
 use crate::organ::{Organ, OrganError, Turned};
 use crate::scene::{PRESETS, Scene, SceneError};
 
@@ -19,6 +19,8 @@ const STEPS: u32 = 400;
 pub enum OrganSource {
     /// Surface of a mesh file, flat facets, with the mesh and what its import found.
     File(ClosedSurface, TetMesh, ImportReport),
+    /// Surface file, flat facets, with what its import found.
+    Surface(ClosedSurface, SurfaceReport),
     /// One of our own.
     Organ(Organ),
 }
@@ -52,15 +54,21 @@ impl OrganSource {
             );
             return Err(SceneError::value(&scene.file, "tissue.mesh", &why).into());
         }
-        let imported = import(path, unit.metres)?;
-        // an import has tets, so it has a surface
-        Ok(ClosedSurface::of(&imported.mesh).map(|surface| Self::File(surface, imported.mesh, imported.report)))
+        match open(path, unit.metres)? {
+            MeshFile::Surface(imported) => Ok(Some(Self::Surface(imported.surface, imported.report))),
+            MeshFile::Tets(_) if tissue.nodes.is_some() => Ok(scene.refuse_nodes()?),
+            // an import has tets, so it has a surface
+            MeshFile::Tets(imported) => {
+                Ok(ClosedSurface::of(&imported.mesh).map(|surface| Self::File(surface, imported.mesh, imported.report)))
+            }
+        }
     }
 
     /// Returns the name that messages use.
     pub fn name(&self) -> &str {
         match self {
             Self::File(..) => "the mesh's surface",
+            Self::Surface(..) => "the surface",
             Self::Organ(organ) => organ.name(),
         }
     }
@@ -70,7 +78,10 @@ impl OrganSource {
     pub fn site(&self, scene: &Scene) -> Result<Site, SceneError> {
         let Some(wanted) = scene.probe.site else { return scene.bad("probe.site", "is missing: give x, y, z in metres") };
         let (at_m, axis) = match self {
-            Self::File(_, mesh, _) => nearest_on_surface(mesh, wanted, scene.probe.radius_m),
+            Self::File(_, mesh, _) => nearest_on_surface(&boundary(mesh), wanted, scene.probe.radius_m),
+            Self::Surface(surface, _) => {
+                nearest_on_surface(&surface.triangles_m().collect::<Vec<_>>(), wanted, scene.probe.radius_m)
+            }
             Self::Organ(organ) => {
                 let at_m = organ.nearest_m(wanted);
                 (at_m, organ.normal(at_m))
@@ -100,7 +111,7 @@ impl OrganSource {
     /// Negative inside, zero on the surface [m].
     pub fn value_m(&self, at_m: [f64; 3]) -> f64 {
         match self {
-            Self::File(surface, ..) => surface.foot(at_m).distance_m,
+            Self::File(surface, ..) | Self::Surface(surface, _) => surface.foot(at_m).distance_m,
             Self::Organ(organ) => organ.implicit_m(at_m),
         }
     }
@@ -108,7 +119,9 @@ impl OrganSource {
     /// A mesh of it, regions by tet centroid.
     pub fn mesh(&self, turned: &Turned) -> Result<TetMesh, OrganError> {
         match self {
-            Self::File(surface, ..) => turned.mesh(self.name(), &|x| surface.foot(x).distance_m, surface.bounds_m()),
+            Self::File(surface, ..) | Self::Surface(surface, _) => {
+                turned.mesh(self.name(), &|x| surface.foot(x).distance_m, surface.bounds_m())
+            }
             Self::Organ(organ) => turned.mesh(self.name(), &|x| organ.implicit_m(x), organ.bounds_m()),
         }
     }
@@ -116,7 +129,7 @@ impl OrganSource {
     /// How far it goes inward from a site [m].
     pub fn thickness_m(&self, site: &Site) -> f64 {
         let [low, high] = match self {
-            Self::File(surface, ..) => surface.bounds_m(),
+            Self::File(surface, ..) | Self::Surface(surface, _) => surface.bounds_m(),
             Self::Organ(organ) => organ.bounds_m(),
         }
         .map(V3::from);
@@ -132,7 +145,8 @@ impl OrganSource {
         match self {
             // what an edge or a corner that is cut off shows downward holds nothing
             Self::File(_, own, _) if underside(own, axis).is_empty() => Vec::new(),
-            Self::File(..) => underside(mesh, axis),
+            Self::Surface(surface, _) if !surface.triangles_m().any(|t| faces_away(t, axis)) => Vec::new(),
+            Self::File(..) | Self::Surface(..) => underside(mesh, axis),
             Self::Organ(organ) => held(mesh, axis, Some(organ)),
         }
     }

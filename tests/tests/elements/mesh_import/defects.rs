@@ -67,7 +67,7 @@ fn a_wrong_unit_is_answered_with_the_size_and_the_remedy() {
     let scaled = |factor: &str| TWO_TETS.replace(" 1\n", &format!(" {factor}\n"));
     assert_eq!(
         message(import_text("a.msh", &scaled("120"))),
-        "a.msh: the mesh is 1000 x 1000 x 120000 mm, outside 1 mm to 2 m: a file unit is taken as 1000 mm, set length_unit to \"m\", \"mm\" or the metres in a file unit (\"mm\" would make it 120 mm)"
+        "a.msh: the mesh is 1000 x 1000 x 120000 mm, outside 1 mm to 2 m: a file unit is taken as 1000 mm, set length_unit (--unit) to \"m\", \"cm\", \"mm\", \"um\" or the metres in a file unit (\"mm\" would make it 120 mm)"
     );
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.msh");
@@ -75,7 +75,7 @@ fn a_wrong_unit_is_answered_with_the_size_and_the_remedy() {
     let import = |unit_m| palpate_tissue::mesh::import::import(&path, unit_m);
     assert_eq!(
         message(import(1e-4)),
-        "a.msh: the mesh is 0.1 x 0.1 x 0.1 mm, outside 1 mm to 2 m: a file unit is taken as 0.1 mm, set length_unit to \"m\", \"mm\" or the metres in a file unit (\"m\" would make it 1000 mm)"
+        "a.msh: the mesh is 0.1 x 0.1 x 0.1 mm, outside 1 mm to 2 m: a file unit is taken as 0.1 mm, set length_unit (--unit) to \"m\", \"cm\", \"mm\", \"um\" or the metres in a file unit (\"m\" would make it 1000 mm)"
     );
     assert!(import(1e-3).is_ok() && import(2.0).is_ok());
     assert!(import(0.99e-3).is_err() && import(2.01).is_err() && import(1e300).is_err() && import(1e-300).is_err());

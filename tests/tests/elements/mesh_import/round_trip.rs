@@ -4,11 +4,11 @@ use palpate_tissue::mesh::TetMesh;
 use proptest::prelude::*;
 
 use crate::mesh_import::write::{FORMATS, Format, write};
-use crate::mesh_import::{block, import_text};
+use crate::mesh_import::{block, import_bytes};
 
 fn through_a_file(format: Format, mesh: &TetMesh, stride: u64) -> palpate_tissue::mesh::import::Imported {
-    let (name, text) = write(format, mesh, stride);
-    import_text(name, &text).unwrap_or_else(|error| panic!("{format:?}: {error}"))
+    let (name, content) = write(format, mesh, stride);
+    import_bytes(name, &content).unwrap_or_else(|error| panic!("{format:?}: {error}"))
 }
 
 proptest! {

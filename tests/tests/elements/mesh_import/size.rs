@@ -3,17 +3,18 @@
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 
-use crate::mesh_import::write::{FORMATS, write};
-use crate::mesh_import::{block, import_text, message};
+use crate::mesh_import::write::{FORMATS, Format, write};
+use crate::mesh_import::{block, import_bytes, import_text, message};
 
 #[test]
 fn twenty_thousand_nodes_are_read_in_well_under_a_second() {
     let mesh = block::regular([26; 3]);
     let limit = Duration::from_secs(if cfg!(debug_assertions) { 5 } else { 1 });
-    for format in FORMATS {
-        let (name, text) = write(format, &mesh, 7);
+    // Each reader once or twice.
+    for format in FORMATS.into_iter().step_by(2) {
+        let (name, content) = write(format, &mesh, 7);
         let start = Instant::now();
-        let imported = import_text(name, &text).unwrap();
+        let imported = import_bytes(name, &content).unwrap();
         let taken = start.elapsed();
         eprintln!("{format:?}: {} nodes, {} tets, {taken:?}", imported.report.nodes, imported.report.tets);
         assert!(taken < limit, "{format:?}: {taken:?}");
@@ -42,6 +43,43 @@ fn an_absurd_count_is_refused_without_allocating_for_it() {
     ] {
         assert_eq!(message(import_text(name, &text)), expected);
     }
+}
+
+/// A number of 1e12 in each place of a binary file that announces a length.
+#[test]
+fn an_absurd_binary_count_is_refused_without_allocating_for_it() {
+    let mesh = block::regular([2; 3]);
+    let start = Instant::now();
+    for format in FORMATS {
+        let (name, content) = write(format, &mesh, 1);
+        let counts = [mesh.nodes_m.len(), mesh.tets.len(), mesh.tets.len() + 1, mesh.tets.len() / 2];
+        for at in 0..content.len().saturating_sub(8) {
+            let found = u32::from_le_bytes(content[at..at + 4].try_into().unwrap());
+            let big = u32::from_be_bytes(content[at..at + 4].try_into().unwrap());
+            let mut damaged = content.clone();
+            if counts.contains(&(found as usize)) {
+                damaged[at + 2..at + 4].copy_from_slice(&[0xff, 0x7f]);
+            } else if counts.contains(&(big as usize)) {
+                damaged[at..at + 2].copy_from_slice(&[0x7f, 0xff]);
+            } else {
+                continue;
+            }
+            // A mesh only where the number was no count, but a node or a tet.
+            let _ = import_bytes(name, &damaged).map_err(|error| assert!(error.to_string().len() < 500, "{error}"));
+        }
+    }
+    for (says, lie) in [
+        ("NumberOfPoints=\"27\"", "NumberOfPoints=\"99999999999999\""),
+        ("NumberOfCells=\"49\"", "NumberOfCells=\"99999999999999\""),
+    ] {
+        for format in FORMATS.into_iter().filter(|format| matches!(format, Format::Vtu(..))) {
+            let (name, content) = write(format, &mesh, 1);
+            let at = content.windows(says.len()).position(|window| window == says.as_bytes()).expect("a count");
+            let damaged = [&content[..at], lie.as_bytes(), &content[at + says.len()..]].concat();
+            assert!(import_bytes(name, &damaged).is_err(), "{format:?}");
+        }
+    }
+    assert!(start.elapsed() < Duration::from_secs(20));
 }
 
 /// A chain of tets, each on the last three nodes of the one before.

@@ -4,6 +4,8 @@ use std::fmt::Write;
 
 use palpate_tissue::mesh::TetMesh;
 
+use super::encode::{self, Order, Xml};
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Format {
     Gmsh1,
@@ -11,24 +13,53 @@ pub enum Format {
     Gmsh4,
     Vtk4,
     Vtk5,
+    Gmsh2Binary(Order),
+    Gmsh4Binary(Order),
+    Vtk4Binary,
+    Vtk5Binary,
+    /// Form, order, whether headers are 64 bit wide, whether it is packed.
+    Vtu(Xml, Order, bool, bool),
 }
 
-pub const FORMATS: [Format; 5] = [Format::Gmsh1, Format::Gmsh2, Format::Gmsh4, Format::Vtk4, Format::Vtk5];
+pub const FORMATS: [Format; 17] = [
+    Format::Gmsh1,
+    Format::Gmsh2,
+    Format::Gmsh4,
+    Format::Vtk4,
+    Format::Vtk5,
+    Format::Gmsh2Binary(Order::Little),
+    Format::Gmsh2Binary(Order::Big),
+    Format::Gmsh4Binary(Order::Little),
+    Format::Gmsh4Binary(Order::Big),
+    Format::Vtk4Binary,
+    Format::Vtk5Binary,
+    Format::Vtu(Xml::Ascii, Order::Little, false, false),
+    Format::Vtu(Xml::Base64, Order::Little, false, false),
+    Format::Vtu(Xml::Base64, Order::Big, true, true),
+    Format::Vtu(Xml::Appended, Order::Little, true, false),
+    Format::Vtu(Xml::Appended, Order::Big, false, true),
+    Format::Vtu(Xml::AppendedRaw, Order::Little, false, true),
+];
 
 impl Format {
     pub fn has_regions(self) -> bool {
-        !matches!(self, Self::Vtk4 | Self::Vtk5)
+        matches!(self, Self::Gmsh1 | Self::Gmsh2 | Self::Gmsh4 | Self::Gmsh2Binary(_) | Self::Gmsh4Binary(_))
     }
 }
 
-/// The file of `mesh`, name and text. Gmsh nodes are numbered `stride * index + 1`.
-pub fn write(format: Format, mesh: &TetMesh, stride: u64) -> (&'static str, String) {
+/// The file of `mesh`, name and content. Gmsh nodes are numbered `stride * index + 1` in text.
+pub fn write(format: Format, mesh: &TetMesh, stride: u64) -> (&'static str, Vec<u8>) {
     match format {
-        Format::Gmsh1 => ("mesh.msh", gmsh1(mesh, stride)),
-        Format::Gmsh2 => ("mesh.msh", gmsh2(mesh, stride)),
-        Format::Gmsh4 => ("mesh.msh", gmsh4(mesh, stride)),
-        Format::Vtk4 => ("mesh.vtk", vtk(mesh, "3.0", &vtk_cells_4(mesh))),
-        Format::Vtk5 => ("mesh.vtk", vtk(mesh, "5.1", &vtk_cells_5(mesh))),
+        Format::Gmsh1 => ("mesh.msh", gmsh1(mesh, stride).into()),
+        Format::Gmsh2 => ("mesh.msh", gmsh2(mesh, stride).into()),
+        Format::Gmsh4 => ("mesh.msh", gmsh4(mesh, stride).into()),
+        Format::Vtk4 => ("mesh.vtk", vtk(mesh, "3.0", &vtk_cells_4(mesh)).into()),
+        Format::Vtk5 => ("mesh.vtk", vtk(mesh, "5.1", &vtk_cells_5(mesh)).into()),
+        Format::Gmsh2Binary(order) => ("mesh.msh", encode::gmsh_2(mesh, order)),
+        Format::Gmsh4Binary(order) => ("mesh.msh", encode::gmsh_4(mesh, order)),
+        Format::Vtk4Binary => ("mesh.vtk", encode::vtk(mesh, false)),
+        Format::Vtk5Binary => ("mesh.vtk", encode::vtk(mesh, true)),
+        Format::Vtu(form, order, wide, packed) => ("mesh.vtu", encode::vtu(mesh, form, order, wide, packed)),
     }
 }
 

@@ -174,9 +174,10 @@ impl PressScene {
                 }
             }
             (None, Some(_)) if self.length_unit.is_none() => {
-                return Err(
-                    self.bad("length_unit", "is missing: say \"m\", \"mm\" or the number of metres of one unit of the mesh file")
-                );
+                return Err(self.bad(
+                    "length_unit",
+                    "is missing: say \"m\", \"cm\", \"mm\", \"um\" or the number of metres of one unit of the mesh file",
+                ));
             }
             (None, Some(_)) if self.mesh.is_some() => {
                 return Err(self.bad("mesh", "belongs to an organ; a mesh file has its own elements: remove it"));

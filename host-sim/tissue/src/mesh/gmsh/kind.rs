@@ -23,3 +23,27 @@ pub(super) fn kind(code: u64) -> Kind {
         _ => Kind::Other("other"),
     }
 }
+
+/// Nodes of an element that is not a tet, which a binary file must be read past; `None` for rare
+/// ones.
+pub(super) fn nodes_of(code: u64) -> Option<u64> {
+    Some(match code {
+        15 => 1,
+        1 => 2,
+        2 | 8 => 3,
+        3 | 26 => 4,
+        7 | 27 => 5,
+        6 | 9 | 28 => 6,
+        5 | 16 => 8,
+        10 | 20 => 9,
+        21 => 10,
+        22 => 12,
+        19 => 13,
+        14 => 14,
+        18 | 23 | 24 => 15,
+        13 => 18,
+        17 => 20,
+        12 => 27,
+        _ => return None,
+    })
+}

@@ -23,7 +23,7 @@ pub(super) fn elements(lines: &mut Lines, mesh: &mut RawMesh) -> Result<(), Mesh
                 if nodes.text != "4" {
                     return Err(nodes.unexpected("4 nodes"));
                 }
-                mesh.tets.push(RawTet { number, line: line.at.line, nodes: line.tet_nodes()?, region });
+                mesh.tets.push(RawTet { number, line: Some(line.at.line), nodes: line.tet_nodes()?, region });
                 line.finish()
             }
         }

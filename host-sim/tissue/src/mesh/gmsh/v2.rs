@@ -24,7 +24,7 @@ pub(super) fn elements(lines: &mut Lines, mesh: &mut RawMesh) -> Result<(), Mesh
                     _ => physical_group(line.word("the physical group")?)?,
                 };
                 line.skip_words(tags.saturating_sub(1), "the last tag")?;
-                mesh.tets.push(RawTet { number, line: line.at.line, nodes: line.tet_nodes()?, region });
+                mesh.tets.push(RawTet { number, line: Some(line.at.line), nodes: line.tet_nodes()?, region });
                 line.finish()
             }
         }

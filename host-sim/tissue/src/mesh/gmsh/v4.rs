@@ -65,7 +65,7 @@ pub(super) fn nodes(lines: &mut Lines, mesh: &mut RawMesh) -> Result<(), MeshErr
         let mut numbers = numbers.into_iter();
         lines.rows("a block of $Nodes", "positions", in_block, |mut line| {
             let position = line.position()?;
-            mesh.nodes.extend(numbers.next().map(|number| RawNode { number, line: line.at.line, position }));
+            mesh.nodes.extend(numbers.next().map(|number| RawNode { number, line: Some(line.at.line), position }));
             if may_have_parameters {
                 return Ok(());
             }
@@ -101,7 +101,7 @@ pub(super) fn elements(lines: &mut Lines, mesh: &mut RawMesh, regions: Option<&R
                     Ok(())
                 }
                 Kind::Tet => {
-                    mesh.tets.push(RawTet { number, line: line.at.line, nodes: line.tet_nodes()?, region });
+                    mesh.tets.push(RawTet { number, line: Some(line.at.line), nodes: line.tet_nodes()?, region });
                     line.finish()
                 }
             }

@@ -1,4 +1,4 @@
-//! The `CELLS` of a VTK file in either layout, and the tets among them.
+//! The cells of a VTK file in any layout, and the tets among them.
 
 use super::{Word, Words};
 use crate::mesh::error::{Defect, MeshError};
@@ -13,7 +13,8 @@ pub(super) struct Cells {
 
 #[derive(Clone, Copy)]
 struct Cell {
-    line: usize,
+    /// `None` in a file without lines.
+    line: Option<usize>,
     first: usize,
     end: usize,
 }
@@ -42,13 +43,41 @@ impl Cells {
                 let node = words.value("CELLS", "cells", count, found)?;
                 cells.nodes.push(node.whole("a point number")?);
             }
-            cells.cells.push(Cell { line: word.at.line, first, end: cells.nodes.len() });
+            cells.cells.push(Cell { line: Some(word.at.line), first, end: cells.nodes.len() });
         }
-        let total = (cells.nodes.len() as u64).saturating_add(count);
-        if total == size {
-            return Ok(cells);
+        cells.has_size(size).map_err(|defect| words.at().error(defect))?;
+        Ok(cells)
+    }
+
+    /// The size that version 4 announces counts the nodes, and once each cell.
+    pub fn has_size(&self, size: u64) -> Result<(), Defect> {
+        let total = (self.nodes.len() + self.cells.len()) as u64;
+        if total == size { Ok(()) } else { Err(Defect::Disagree { what: "CELLS size", says: size, found: total }) }
+    }
+
+    pub fn push(&mut self, line: Option<usize>, nodes: &[u64]) {
+        let first = self.nodes.len();
+        self.nodes.extend(nodes);
+        self.cells.push(Cell { line, first, end: self.nodes.len() });
+    }
+
+    /// Cells whose nodes stand one after the other in `nodes`, up to its end for each.
+    pub fn of_lists(nodes: Vec<u64>, ends: &[u64]) -> Result<Self, Defect> {
+        let mut cells = Vec::new();
+        let mut first = 0;
+        for offset in ends {
+            let end = usize::try_from(*offset).ok().filter(|end| (first..=nodes.len()).contains(end));
+            let end = end.ok_or_else(|| Defect::Expected {
+                what: "an offset that does not fall, into the connectivity",
+                found: offset.to_string(),
+            })?;
+            cells.push(Cell { line: None, first, end });
+            first = end;
         }
-        Err(words.at().error(Defect::Disagree { what: "CELLS size", says: size, found: total }))
+        if first == nodes.len() {
+            return Ok(Self { nodes, cells });
+        }
+        Err(Defect::Disagree { what: "the last offset", says: first as u64, found: nodes.len() as u64 })
     }
 
     /// From version 5.1: `n` offsets, the last one the end, then `size` nodes.
@@ -80,7 +109,7 @@ impl Cells {
                 return Err(word.unexpected("an offset that does not fall, into CONNECTIVITY"));
             }
             let line = lines.get(first).copied().unwrap_or(word.at.line);
-            cells.push(Cell { line, first, end });
+            cells.push(Cell { line: Some(line), first, end });
         }
         // Each cell begins where the one before ends, so these two leave no entry out.
         let (start, end) = (offsets.first(), offsets.last());
@@ -96,29 +125,36 @@ impl Cells {
     /// `CELL_TYPES n`, then one code a cell; the tets among them go to `mesh`.
     pub fn take_tets(&self, words: &mut Words, mesh: &mut RawMesh) -> Result<(), MeshError> {
         let announced = words.whole("the number of cell types")?;
-        if announced != self.cells.len() as u64 {
-            return Err(words.at().error(Defect::Disagree {
-                what: "CELL_TYPES",
-                says: announced,
-                found: self.cells.len() as u64,
-            }));
-        }
-        for (number, cell) in (0..).zip(&self.cells) {
+        self.as_many_types(announced).map_err(|defect| words.at().error(defect))?;
+        for number in 0..announced {
             let code = words.value("CELL_TYPES", "types", announced, number)?;
-            match code.whole("a cell type")? {
-                TET => mesh.tets.push(RawTet { number, line: cell.line, nodes: self.corners(*cell, code)?, region: 0 }),
-                24 | 71 | 78 => return Err(code.at.error(Defect::HigherOrder)),
-                other => mesh.ignore(kind(other)),
-            }
+            self.take(number, code.whole("a cell type")?, mesh).map_err(|defect| code.at.error(defect))?;
         }
         Ok(())
     }
 
-    fn corners(&self, cell: Cell, code: Word) -> Result<[u64; 4], MeshError> {
-        self.nodes
-            .get(cell.first..cell.end)
-            .and_then(|nodes| nodes.try_into().ok())
-            .ok_or_else(|| code.unexpected("a type that fits the cell (a tet has 4 nodes)"))
+    /// Each cell has a type.
+    pub fn as_many_types(&self, announced: u64) -> Result<(), Defect> {
+        let found = self.cells.len() as u64;
+        if announced == found { Ok(()) } else { Err(Defect::Disagree { what: "CELL_TYPES", says: announced, found }) }
+    }
+
+    /// Puts the cell of this number into `mesh` if its type is that of a tet, else counts it there.
+    pub fn take(&self, number: u64, code: u64, mesh: &mut RawMesh) -> Result<(), Defect> {
+        match code {
+            TET => {
+                let cell = usize::try_from(number).ok().and_then(|number| self.cells.get(number));
+                let corners = cell.and_then(|cell| self.nodes.get(cell.first..cell.end)?.try_into().ok());
+                let nodes = corners.ok_or_else(|| Defect::Expected {
+                    what: "a type that fits the cell (a tet has 4 nodes)",
+                    found: code.to_string(),
+                })?;
+                mesh.tets.push(RawTet { number, line: cell.and_then(|cell| cell.line), nodes, region: 0 });
+            }
+            24 | 71 | 78 => return Err(Defect::HigherOrder),
+            other => mesh.ignore(kind(other)),
+        }
+        Ok(())
     }
 }
 

@@ -1,0 +1,117 @@
+//! A binary mesh file, taken from the left.
+
+use super::error::{Defect, MeshError, quoted};
+
+/// Order of the bytes of a number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Order {
+    Little,
+    Big,
+}
+
+/// The bytes not yet read. A count of the file is only ever a loop bound or a length that is
+/// checked against what is left: nothing is allocated for it.
+pub(super) struct Bytes<'a> {
+    pub file: &'a str,
+    pub order: Order,
+    rest: &'a [u8],
+}
+
+impl<'a> Bytes<'a> {
+    pub fn new(file: &'a str, data: &'a [u8], order: Order) -> Self {
+        Self { file, order, rest: data }
+    }
+
+    /// A defect that belongs to no line.
+    pub fn error(&self, defect: Defect) -> MeshError {
+        MeshError { file: self.file.to_owned(), line: None, defect }
+    }
+
+    /// `found` in place of `what`.
+    pub fn unexpected(&self, what: &'static str, found: &str) -> MeshError {
+        self.error(Defect::Expected { what, found: quoted(found) })
+    }
+
+    pub fn take(&mut self, length: usize, what: &'static str) -> Result<&'a [u8], MeshError> {
+        let (taken, rest) = self.rest.split_at_checked(length).ok_or_else(|| self.error(Defect::Truncated { what }))?;
+        self.rest = rest;
+        Ok(taken)
+    }
+
+    /// Passes over `count` items of `size` bytes.
+    pub fn skip(&mut self, count: u64, size: usize, what: &'static str) -> Result<(), MeshError> {
+        let length = usize::try_from(count).ok().and_then(|count| count.checked_mul(size));
+        let length = length.ok_or_else(|| self.error(Defect::Truncated { what }))?;
+        self.take(length, what).map(drop)
+    }
+
+    fn number<const N: usize>(&mut self, what: &'static str) -> Result<[u8; N], MeshError> {
+        let mut bytes = [0; N];
+        bytes.copy_from_slice(self.take(N, what)?);
+        if self.order == Order::Big {
+            bytes.reverse();
+        }
+        Ok(bytes)
+    }
+
+    pub fn i32(&mut self, what: &'static str) -> Result<i32, MeshError> {
+        self.number(what).map(i32::from_le_bytes)
+    }
+
+    /// An `i32` that is a count, number or code: at least 0.
+    pub fn whole_i32(&mut self, what: &'static str) -> Result<u64, MeshError> {
+        let value = self.i32(what)?;
+        u64::try_from(value).map_err(|_| self.unexpected(what, &value.to_string()))
+    }
+
+    pub fn u64(&mut self, what: &'static str) -> Result<u64, MeshError> {
+        self.number(what).map(u64::from_le_bytes)
+    }
+
+    /// A finite coordinate in file units, in single or double precision.
+    pub fn coordinate(&mut self, double: bool) -> Result<f64, MeshError> {
+        let what = "a coordinate";
+        let value =
+            if double { f64::from_le_bytes(self.number(what)?) } else { f64::from(f32::from_le_bytes(self.number(what)?)) };
+        if value.is_finite() { Ok(value) } else { Err(self.error(Defect::NotFinite { what, found: value.to_string() })) }
+    }
+
+    pub fn position(&mut self, double: bool) -> Result<[f64; 3], MeshError> {
+        Ok([self.coordinate(double)?, self.coordinate(double)?, self.coordinate(double)?])
+    }
+
+    /// The next line of text that is not blank, trimmed; `None` at the end of the file.
+    pub fn line(&mut self) -> Option<String> {
+        self.rest = self.rest.trim_ascii_start();
+        if self.rest.is_empty() { None } else { Some(self.any_line()) }
+    }
+
+    /// The next line of text even if it is blank.
+    pub fn any_line(&mut self) -> String {
+        let end = self.rest.iter().position(|byte| *byte == b'\n').map_or(self.rest.len(), |at| at + 1);
+        let (line, rest) = self.rest.split_at(end);
+        self.rest = rest;
+        String::from_utf8_lossy(line).trim().to_owned()
+    }
+
+    /// The next line, which the format requires.
+    pub fn required(&mut self, what: &'static str) -> Result<String, MeshError> {
+        self.line().ok_or_else(|| self.error(Defect::Truncated { what }))
+    }
+
+    /// Whether the next line starts with `word`, in any case.
+    pub fn starts_with(&self, word: &str) -> bool {
+        let next = self.rest.trim_ascii_start();
+        next.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word.as_bytes()))
+    }
+
+    /// Passes over all up to the line that follows `tag`; whether there is one.
+    pub fn skip_past(&mut self, tag: &str) -> bool {
+        let found = self.rest.windows(tag.len()).position(|window| window == tag.as_bytes());
+        self.rest = found.map_or(&[], |at| &self.rest[at..]);
+        if found.is_some() {
+            self.any_line();
+        }
+        found.is_some()
+    }
+}

@@ -1,0 +1,110 @@
+//! Closed surfaces from files: STL, as text or binary, and OBJ.
+
+mod closed;
+mod obj;
+mod stl;
+
+use std::path::Path;
+
+use super::check::size;
+use super::crossings::crossings;
+use super::distance::ClosedSurface;
+use super::error::{Defect, MeshError};
+
+/// A closed surface that passed every check.
+#[derive(Clone, Debug)]
+pub struct ImportedSurface {
+    /// The surface [m], its triangles counter-clockwise seen from outside.
+    pub surface: ClosedSurface,
+    /// Report on what was read, left out and put right.
+    pub report: SurfaceReport,
+}
+
+/// Findings of the import of a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceReport {
+    /// Name of the file format.
+    pub format: &'static str,
+    /// Triangles of the surface.
+    pub triangles: usize,
+    /// Corners that its triangles share.
+    pub vertices: usize,
+    /// Triangles that faced inward and were turned round.
+    pub turned_triangles: usize,
+    /// Triangles left out because two of their corners are one.
+    pub left_out: usize,
+    /// Closed surfaces inside, around hollows.
+    pub hollows: usize,
+    /// Extents along x, y, z [m].
+    pub size_m: [f64; 3],
+    /// Volume that it encloses, without the hollows [m^3].
+    pub volume_m3: f64,
+}
+
+/// Triangles as their file says them: file units, nothing checked yet.
+struct RawSurface {
+    format: &'static str,
+    vertices: Vec<[f64; 3]>,
+    /// Indices of vertices.
+    triangles: Vec<[u32; 3]>,
+}
+
+/// Format of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Format {
+    StlText,
+    StlBinary,
+    Obj,
+}
+
+impl Format {
+    /// The format that the content shows, or where that shows none, the extension; `None` for
+    /// something else.
+    pub fn of(path: &Path, data: &[u8]) -> Option<Self> {
+        let extension = path.extension().map(|e| e.to_ascii_lowercase());
+        let has_extension = |name: &str| extension.as_ref().is_some_and(|e| e == name);
+        // Some programs begin a binary file with `solid` as well: its length decides.
+        if stl::is_binary(data) {
+            Some(Self::StlBinary)
+        } else if data.trim_ascii_start().get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid")) {
+            Some(Self::StlText)
+        } else if has_extension("stl") {
+            Some(Self::StlBinary)
+        } else if has_extension("obj") || obj::starts(data) {
+            Some(Self::Obj)
+        } else {
+            None
+        }
+    }
+}
+
+/// Reads, closes, orients and checks a surface, `unit_m` metres per file unit.
+pub(super) fn read(file: &str, data: &[u8], format: Format, unit_m: f64) -> Result<ImportedSurface, MeshError> {
+    let raw = match format {
+        Format::StlText => stl::read_text(file, &String::from_utf8_lossy(data)),
+        Format::StlBinary => stl::read_binary(file, data),
+        Format::Obj => obj::read(file, &String::from_utf8_lossy(data)),
+    }?;
+    let error = |defect| MeshError { file: file.to_owned(), line: None, defect };
+    let closed = closed::close(&raw).map_err(error)?;
+    let in_metres: Vec<[f64; 3]> = closed.vertices.iter().map(|at| at.map(|x| x * unit_m)).collect();
+    let size_m = size(&in_metres, unit_m).map_err(error)?;
+    let surface = ClosedSurface::of_triangles(&in_metres, &closed.triangles);
+    let surface = surface.ok_or_else(|| error(Defect::NoTriangles))?;
+    if let Some((pairs, at_m)) = crossings(&surface) {
+        return Err(error(Defect::Crossing { pairs, near: closed::place(at_m.map(|x| x / unit_m)) }));
+    }
+    Ok(ImportedSurface {
+        report: SurfaceReport {
+            format: raw.format,
+            triangles: closed.triangles.len(),
+            vertices: closed.vertices.len(),
+            turned_triangles: closed.turned_triangles,
+            left_out: closed.left_out,
+            hollows: closed.hollows,
+            size_m,
+            volume_m3: closed.volume * unit_m.powi(3),
+        },
+        surface,
+    })
+}
