@@ -9,7 +9,7 @@
 
 use crate::link::frame::FRAME_BYTES;
 use crate::link::inbox::Reply;
-use crate::link::{Change, FromBoard, Inbox, Receiver, Refusal, ToBoard, Upload, encode};
+use crate::link::{Change, FromBoard, Identity, Inbox, Receiver, Refusal, ToBoard, Upload, encode};
 use crate::patch::{Memory, Patch, PatchSlot};
 use palpate::BuildError;
 use palpate::haptic::device::{Sensed, SensorStatus};
@@ -219,11 +219,15 @@ async fn serve<B: Board>(
                     });
                     line.send(&mut haptic.board, &kept.map_or_else(FromBoard::Refused, FromBoard::Stored));
                 }
-                // a scan of the stack takes a third of a tick: not under a hand's force
-                Reply::Report if pace == Pace::Timed && haptic.controller.mode().allows_force() => {
+                // a scan of the stack takes a third of a tick: neither under a hand's force
+                Reply::Report | Reply::Identify if pace == Pace::Timed && haptic.controller.mode().allows_force() => {
                     line.send(&mut haptic.board, &FromBoard::Refused(Refusal::NotIdle));
                 }
                 Reply::Report => report(tissue, &mut haptic.board, line),
+                Reply::Identify => {
+                    let identity = Identity::new(&haptic.board.about(), tissue.identity());
+                    line.send(&mut haptic.board, &FromBoard::Identity(identity));
+                }
             }
         }
         let (sensed, command) = inbox.clear();

@@ -8,7 +8,7 @@ use palpate_controller::script::{LEAD_TICKS, Script};
 use semihosting::fs::File;
 use semihosting::io::{self, Read as _, Write as _};
 
-use super::uart;
+use super::{hand, uart};
 use crate::board::Duty;
 use palpate_controller::serve::Pace;
 
@@ -23,7 +23,7 @@ pub fn restarts() -> bool {
 }
 
 /// The task that the emulator's command line names: `TICKS`, `TICKS LEAD_TICKS`, `lock-step IN OUT`
-/// with the paths of two FIFOs, or `uart`.
+/// with the paths of two FIFOs, `uart`, or `uart press` with a scripted hand for encoders.
 pub fn duty() -> Duty {
     let Ok(arguments) = semihosting::experimental::env::args::<512>() else { return Duty::Script(DEFAULT_SCRIPT) };
     let mut words = (&arguments).filter_map(core::result::Result::ok).skip(1);
@@ -43,6 +43,9 @@ pub fn duty() -> Duty {
         return Duty::Serve(Pace::LockStep);
     }
     if first == Some("uart") {
+        if words.next() == Some("press") {
+            hand::begin();
+        }
         uart::start();
         return Duty::Serve(Pace::Timed);
     }
