@@ -9,7 +9,7 @@ use crate::probe_in::{self, EncoderCounts};
 /// spare.
 pub const LEAD_TICKS: u32 = 700;
 /// Ticks after which the presses begin anew.
-pub const REPEAT_TICKS: u32 = 2_000;
+const REPEAT_TICKS: u32 = 2_000;
 /// Where the tip starts and returns to: 0.6 mm above the surface.
 const CLEAR: i32 = 60;
 /// Depth of every press: 4 mm.

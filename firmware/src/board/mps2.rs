@@ -203,7 +203,7 @@ defmt::timestamp!("{=u32:us}", clock_counts() / (CLOCK_HZ / 1_000_000));
 /// nothing. In lock-step and on a bare UART there is nothing to count.
 pub fn idle(duty: &Duty) {
     match duty {
-        Duty::Serve(_) if !hand::presses() => cortex_m::asm::wfi(),
+        Duty::Serve(_) if !hand::is_there() => cortex_m::asm::wfi(),
         _ => (0..64).for_each(|_| cortex_m::asm::nop()),
     }
 }
@@ -286,7 +286,7 @@ pub fn budget() -> Budget {
     if part == CORTEX_M7 { Budget::M7_480 } else { Budget::M4F_168 }
 }
 
-/// These images have no encoders: poses come over the link, or a scripted hand presses.
+/// These images have no encoders: poses come over the link, or with it.
 pub fn sense() -> Option<Sensed> {
     hand::sense()
 }

@@ -1,0 +1,279 @@
+//! The emulated board on a pseudo-terminal: to a host it is a board on a serial port.
+//!
+//! ```text
+//! host ─ pseudo-terminal ─ here ─ two FIFOs ─ image (`paced`) in the emulator
+//! ```
+//!
+//! The image runs its own tick timer, sensors, silence of the host and records; its clock stands
+//! still until it is told, tick by tick, what the link brought and where the hand is. So its time
+//! cannot jump, and no tick is late, whatever this machine does.
+
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Write};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use palpate::haptic::mode::Mode;
+use palpate_board::EmulatedBoard;
+use palpate_controller::link::{FromBoard, Receiver, Record};
+use palpate_controller::script::{LEAD_TICKS, sensed};
+
+use crate::pseudo_terminal::PseudoTerminal;
+
+/// From outside the tissue, long enough to be armed there, through the script's presses.
+const ROUND_TICKS: u32 = LEAD_TICKS + 2_000;
+/// A record every so many ticks.
+const RECORD_TICKS: u64 = 20;
+/// Ticks that the emulator may be told ahead of its records.
+const AHEAD_TICKS: u64 = 3 * RECORD_TICKS;
+/// Longest piece of the link in a packet.
+const PIECE: usize = 200;
+/// A host that sends nothing for so long is not there.
+const AWAY: Duration = Duration::from_millis(400);
+/// Bytes that wait for a host at most: half of what a terminal holds.
+const LINE: u64 = 2048;
+const TICK: Duration = Duration::from_millis(1);
+
+/// How fast the board's time goes by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// As this machine's, or slower.
+    RealTime,
+    /// So many ticks follow each sign of life of a host, at once; then the next one is waited for,
+    /// as long as the host is there. A busy machine makes the run longer and loses no host.
+    ByHost(u32),
+}
+
+/// Truth about the board, from its own records, whoever else listens.
+#[derive(Clone, Copy, Debug)]
+pub struct Truth {
+    /// The newest record.
+    pub record: Record,
+    /// Largest force so far [N].
+    pub largest_n: f32,
+    /// Records so far; each stands for 20 ticks.
+    pub records: u64,
+}
+
+/// A running board; ends with the value.
+pub struct BoardOnAPort {
+    child: Child,
+    port: String,
+    plug: Arc<Mutex<Option<PseudoTerminal>>>,
+    truth: Arc<Mutex<Option<Truth>>>,
+    ended: Arc<AtomicBool>,
+    threads: Vec<JoinHandle<()>>,
+    _folder: tempfile::TempDir,
+}
+
+impl BoardOnAPort {
+    /// Starts an image.
+    ///
+    /// # Panics
+    /// There is no emulator or no pseudo-terminal.
+    #[must_use]
+    pub fn start(elf: &Path, machine: EmulatedBoard, pace: Pace) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let [to, from] = ["to", "from"].map(|name| folder.path().join(name));
+        assert!(Command::new("mkfifo").args([&to, &from]).status().expect("mkfifo").success());
+        let (name, cpu) = machine.names();
+        let words = format!("arg=palpate-firmware,arg=paced,arg={},arg={}", to.display(), from.display());
+        // both ways: opening one end of a FIFO would wait for the other
+        let input = OpenOptions::new().read(true).write(true).open(&to).expect("the FIFO that was just made");
+        let child = Command::new("qemu-system-arm")
+            .args(["-machine", name, "-cpu", cpu, "-nographic", "-monitor", "none", "-serial", "null"])
+            .args(["-semihosting-config", &format!("enable=on,target=native,{words}"), "-icount", "shift=3,sleep=off"])
+            .arg("-kernel")
+            .arg(elf)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("qemu-system-arm starts");
+        let terminal = PseudoTerminal::open().expect("a pseudo-terminal");
+        let port = terminal.name().to_owned();
+        let plug = Arc::new(Mutex::new(Some(terminal)));
+        let (truth, ended) = (Arc::new(Mutex::new(None)), Arc::new(AtomicBool::new(false)));
+        let records = Arc::new(AtomicU64::new(0));
+        let board = Self {
+            threads: vec![
+                std::thread::spawn({
+                    let (plug, truth, records) = (plug.clone(), truth.clone(), records.clone());
+                    move || tell(&from, &plug, &truth, &records)
+                }),
+                std::thread::spawn({
+                    let (plug, ended) = (plug.clone(), ended.clone());
+                    move || drive(input, &plug, &records, &ended, pace)
+                }),
+            ],
+            child,
+            port,
+            plug,
+            truth,
+            ended,
+            _folder: folder,
+        };
+        board.wait_for("the first record", |_| true);
+        board
+    }
+
+    /// Name of the port.
+    #[must_use]
+    pub fn port(&self) -> &str {
+        &self.port
+    }
+
+    /// Pulls the cable; the board runs on.
+    pub fn unplug(&self) {
+        *held(&self.plug) = None;
+    }
+
+    /// How the board is.
+    ///
+    /// # Panics
+    /// It has not begun.
+    #[must_use]
+    pub fn truth(&self) -> Truth {
+        held(&self.truth).expect("a record has come")
+    }
+
+    /// Waits until the board is so.
+    ///
+    /// # Panics
+    /// It is not within half a minute.
+    pub fn wait_for(&self, what: &str, is: impl Fn(&Truth) -> bool) -> Truth {
+        let begun = Instant::now();
+        loop {
+            let truth = *held(&self.truth);
+            if let Some(truth) = truth.filter(|truth| is(truth)) {
+                return truth;
+            }
+            assert!(begun.elapsed() < Duration::from_secs(30), "not within half a minute: {what}; {truth:?}");
+            std::thread::sleep(TICK);
+        }
+    }
+
+    /// Waits for a force that is felt.
+    pub fn wait_for_force(&self) -> Truth {
+        self.wait_for("a force", |truth| truth.force_n() > 0.1)
+    }
+
+    /// Waits until no force acts, for at most so many ticks of the board; its ticks since now.
+    ///
+    /// # Panics
+    /// One still acts then.
+    pub fn wait_for_no_force(&self, ticks: u64) -> u64 {
+        let begun = self.truth().records;
+        let truth = self.wait_for("an end of the force", |truth| truth.force_n() == 0.0 && !truth.record.enabled);
+        let took = (truth.records - begun) * RECORD_TICKS;
+        assert!(took <= ticks, "the force lasted {took} ticks, {ticks} are allowed");
+        took
+    }
+}
+
+impl Truth {
+    /// Force on the device [N].
+    #[must_use]
+    pub fn force_n(&self) -> f32 {
+        self.record.applied_n.iter().map(|n| n * n).sum::<f32>().sqrt()
+    }
+
+    /// The mode.
+    #[must_use]
+    pub fn mode(&self) -> Option<Mode> {
+        self.record.mode()
+    }
+}
+
+impl Drop for BoardOnAPort {
+    fn drop(&mut self) {
+        self.ended.store(true, Ordering::Relaxed);
+        let _ = self.child.kill(); // the one that was started here
+        let _ = self.child.wait();
+        for thread in self.threads.drain(..) {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// A poisoned lock still holds its value.
+fn held<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Brings what the board says to the port, and keeps the truth.
+fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<Truth>>, records: &AtomicU64) {
+    let Ok(mut from) = File::open(from) else { return };
+    let (mut receiver, mut bytes) = (Receiver::NEW, [0; 4096]);
+    while let Ok(came @ 1..) = from.read(&mut bytes) {
+        for byte in &bytes[..came] {
+            if let Some(Ok(FromBoard::Record(record))) = receiver.push(*byte) {
+                let mut truth = held(truth);
+                let before = truth.map_or((0.0, 0), |truth| (truth.largest_n, truth.records));
+                let mut now = Truth { record, largest_n: 0.0, records: before.1 + 1 };
+                now.largest_n = before.0.max(now.force_n());
+                *truth = Some(now);
+                records.store(now.records, Ordering::Relaxed);
+            }
+        }
+        // a line that nobody reads loses bytes, as a real one
+        if let Some(plug) = &mut *held(plug)
+            && plug.unread_bytes().is_ok_and(|waiting| waiting < LINE)
+        {
+            let _ = plug.ours.write_all(&bytes[..came]);
+        }
+    }
+}
+
+/// Tells the board tick by tick what came in.
+fn drive(mut input: File, plug: &Mutex<Option<PseudoTerminal>>, records: &AtomicU64, ended: &AtomicBool, pace: Pace) {
+    let (mut due, mut heard) = (Instant::now(), None::<Instant>);
+    let mut since_heard = 0;
+    for tick in 1_u32.. {
+        let hand = sensed(tick % ROUND_TICKS, LEAD_TICKS).position_m;
+        let hand: Vec<u8> = hand.iter().flat_map(|m| m.to_le_bytes()).collect();
+        let there = heard.is_some_and(|heard| heard.elapsed() < AWAY);
+        let in_real_time = !(there && matches!(pace, Pace::ByHost(_)));
+        let mut bytes = Vec::new();
+        loop {
+            if ended.load(Ordering::Relaxed) {
+                return;
+            }
+            bytes.extend(came(plug));
+            let told_ahead = u64::from(tick).saturating_sub(records.load(Ordering::Relaxed) * RECORD_TICKS);
+            let waits = match pace {
+                Pace::ByHost(most) if !in_real_time => {
+                    bytes.is_empty() && since_heard >= most && heard.is_some_and(|heard| heard.elapsed() < AWAY)
+                }
+                _ => due.elapsed() < TICK,
+            };
+            if !waits && told_ahead < AHEAD_TICKS {
+                break;
+            }
+            std::thread::sleep(Duration::from_micros(200));
+        }
+        due = if in_real_time && due.elapsed() < 20 * TICK { due + TICK } else { Instant::now() };
+        since_heard += 1;
+        if !bytes.is_empty() {
+            (heard, since_heard) = (Some(Instant::now()), 0);
+        }
+        let mut packets = Vec::new();
+        for piece in bytes.chunks(PIECE).chain([&[][..]]) {
+            packets.extend(&hand);
+            packets.push(piece.len() as u8);
+            packets.extend(piece);
+        }
+        if input.write_all(&packets).is_err() {
+            return;
+        }
+    }
+}
+
+/// Bytes of the host that wait.
+fn came(plug: &Mutex<Option<PseudoTerminal>>) -> Vec<u8> {
+    held(plug).as_mut().and_then(|plug| plug.take().ok()).unwrap_or_default()
+}
