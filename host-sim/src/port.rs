@@ -23,12 +23,12 @@ pub enum PortError {
     #[error("{0}: there is no such port: `palpate board list` names the boards that answer; is the cable in?")]
     Missing(String),
     /// Another program has it open.
-    #[error("{0}: another program has this port open: end it, or its Ctrl-C, then try again")]
+    #[error(
+        "{0}: another program has this port open: end it with Ctrl-C, or kill it, and any force that it holds ends with it; then try again"
+    )]
     InUse(String),
     /// The system does not allow it.
-    #[error(
-        "{0}: this user may not open the port: on Linux join the group that owns it (often dialout) and log in again"
-    )]
+    #[error("{0}: this user may not open the port: on Linux join the group that owns it (often dialout) and log in again")]
     Denied(String),
     /// A file, or a device of another kind.
     #[error("{port}: this is no serial port that can be used ({cause}): `palpate board list` names the boards that answer")]

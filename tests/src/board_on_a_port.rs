@@ -34,6 +34,8 @@ const AHEAD_TICKS: u64 = 3 * RECORD_TICKS;
 const PIECE: usize = 200;
 /// A host that sends nothing for so long is not there.
 const AWAY: Duration = Duration::from_millis(400);
+/// Outside of every workspace, and too far for a tick.
+const ASTRAY_M: [f32; 3] = [1.0, 0.0, 0.0];
 /// Bytes that wait for a host at most: half of what a terminal holds.
 const LINE: u64 = 2048;
 const TICK: Duration = Duration::from_millis(1);
@@ -66,6 +68,7 @@ pub struct BoardOnAPort {
     plug: Arc<Mutex<Option<PseudoTerminal>>>,
     truth: Arc<Mutex<Option<Truth>>>,
     ended: Arc<AtomicBool>,
+    astray: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
     _folder: tempfile::TempDir,
 }
@@ -98,7 +101,7 @@ impl BoardOnAPort {
         let port = terminal.name().to_owned();
         let plug = Arc::new(Mutex::new(Some(terminal)));
         let (truth, ended) = (Arc::new(Mutex::new(None)), Arc::new(AtomicBool::new(false)));
-        let records = Arc::new(AtomicU64::new(0));
+        let (records, astray) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
         let board = Self {
             threads: vec![
                 std::thread::spawn({
@@ -106,8 +109,8 @@ impl BoardOnAPort {
                     move || tell(&from, &plug, &truth, &records)
                 }),
                 std::thread::spawn({
-                    let (plug, ended) = (plug.clone(), ended.clone());
-                    move || drive(input, &plug, &records, &ended, pace)
+                    let (plug, ended, astray) = (plug.clone(), ended.clone(), astray.clone());
+                    move || drive(input, &plug, &records, &ended, &astray, pace)
                 }),
             ],
             child,
@@ -115,6 +118,7 @@ impl BoardOnAPort {
             plug,
             truth,
             ended,
+            astray,
             _folder: folder,
         };
         board.wait_for("the first record", |_| true);
@@ -130,6 +134,11 @@ impl BoardOnAPort {
     /// Pulls the cable; the board runs on.
     pub fn unplug(&self) {
         *held(&self.plug) = None;
+    }
+
+    /// Moves the hand a metre away within a tick, which is a fault, or back to its script.
+    pub fn hand_astray(&self, astray: bool) {
+        self.astray.store(astray, Ordering::Relaxed);
     }
 
     /// How the board is.
@@ -230,11 +239,19 @@ fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<
 }
 
 /// Tells the board tick by tick what came in.
-fn drive(mut input: File, plug: &Mutex<Option<PseudoTerminal>>, records: &AtomicU64, ended: &AtomicBool, pace: Pace) {
+fn drive(
+    mut input: File,
+    plug: &Mutex<Option<PseudoTerminal>>,
+    records: &AtomicU64,
+    ended: &AtomicBool,
+    astray: &AtomicBool,
+    pace: Pace,
+) {
     let (mut due, mut heard) = (Instant::now(), None::<Instant>);
     let mut since_heard = 0;
     for tick in 1_u32.. {
         let hand = sensed(tick % ROUND_TICKS, LEAD_TICKS).position_m;
+        let hand = if astray.load(Ordering::Relaxed) { ASTRAY_M.into() } else { hand };
         let hand: Vec<u8> = hand.iter().flat_map(|m| m.to_le_bytes()).collect();
         let there = heard.is_some_and(|heard| heard.elapsed() < AWAY);
         let in_real_time = !(there && matches!(pace, Pace::ByHost(_)));

@@ -63,9 +63,9 @@ pub use stack::{STACK_BYTES, stack_used_bytes};
 mod nucleo_h743zi;
 #[cfg(feature = "nucleo-h743zi")]
 pub use nucleo_h743zi::{
-    CLOCK_HZ, NAME, ProfileMemory, after_crash, barred, budget, clock_counts, counts_to_ns, duty, emergency_stop, exit, feed_watchdog, healthy,
-    idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense, since_period_counts, start_executors,
-    start_tick_timer, supply_low, write_outputs,
+    CLOCK_HZ, NAME, ProfileMemory, after_crash, barred, budget, clock_counts, counts_to_ns, duty, emergency_stop, exit,
+    feed_watchdog, healthy, idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense,
+    since_period_counts, start_executors, start_tick_timer, supply_low, write_outputs,
 };
 
 #[cfg(not(any(feature = "mps2", feature = "nucleo-h743zi")))]
@@ -76,9 +76,9 @@ compile_error!("name a board: --features mps2 or --features nucleo-h743zi");
 mod mps2;
 #[cfg(feature = "mps2")]
 pub use mps2::{
-    CLOCK_HZ, NAME, ProfileMemory, after_crash, barred, budget, clock_counts, counts_to_ns, duty, emergency_stop, exit, feed_watchdog, healthy,
-    idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense, since_period_counts, start_executors,
-    start_tick_timer, supply_low, write_outputs,
+    CLOCK_HZ, NAME, ProfileMemory, after_crash, barred, budget, clock_counts, counts_to_ns, duty, emergency_stop, exit,
+    feed_watchdog, healthy, idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense,
+    since_period_counts, start_executors, start_tick_timer, supply_low, write_outputs,
 };
 
 /// Image and clock, for hosts. The build script knows the day.

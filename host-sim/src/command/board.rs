@@ -92,6 +92,18 @@ pub(super) enum BoardCommand {
         #[command(flatten)]
         port: Port,
     },
+    /// Give an idle board the profile of a device: its limits, workspace and encoder, kept without
+    /// power.
+    ///
+    /// The board starts up anew with it. A Nucleo keeps none yet, and says so.
+    Profile {
+        /// A device (touch, omni, touch-x, falcon, omega3, inverse3, hapkit, frictionless) or the
+        /// path of a profile (.toml, see host-sim/devices).
+        #[arg(long, value_name = "NAME|FILE")]
+        device: String,
+        #[command(flatten)]
+        port: Port,
+    },
     /// Measure the round trip of a message to an idle board.
     Ping {
         #[command(flatten)]
@@ -113,6 +125,7 @@ impl BoardCommand {
             Self::Clear { port } => hold::clear(&mut port.open()?),
             Self::Upload { patch, port } => transfer::upload(patch, port),
             Self::Modulus { pascal, port } => transfer::modulus(*pascal, &mut port.open()?),
+            Self::Profile { device, port } => transfer::profile(device, port),
             Self::Ping { port, count } => transfer::ping(*count, &mut port.open()?),
         }
     }

@@ -87,9 +87,21 @@ fn a_board_is_found_told_of_and_given_another_patch_without_a_force() {
     let list = palpate(SCRATCH, desk.folder(), &["board", "list", port]);
     assert!(list.code == Some(0) && list.stdout.contains(port) && list.stdout.contains("mps2 0.1.0, built "), "{list:?}");
     let status = done(&desk, port, &["status"]);
-    for says in ["mode    idle", "fault   none", "force   0.000 N, outputs off", "patch   57 nodes, checksum ", "3500 Pa", " MHz", "stack   "] {
+    for says in [
+        "mode    idle",
+        "fault   none",
+        "force   0.000 N, outputs off",
+        "patch   57 nodes, checksum ",
+        "3500 Pa",
+        " MHz",
+        "stack   ",
+    ] {
         assert!(status.contains(says), "\"{says}\" is not in {status}");
     }
+    let watched = done(&desk, port, &["watch", "--seconds", "1", "--out", "new/watched.csv"]);
+    assert!(watched.contains("wrote new/watched.csv") && watched.contains("force at most 0.000 N"), "{watched}");
+    let csv = std::fs::read_to_string(desk.folder().join("new/watched.csv")).unwrap();
+    assert!(column(&csv, "outputs_on").iter().all(|on| *on == 0.0) && csv.lines().count() > 10, "{csv}");
     let ping = done(&desk, port, &["ping", "--count", "20"]);
     assert!(ping.contains("20 of 20 came back, 0 lost"), "{ping}");
     assert!(done(&desk, port, &["modulus", "4000"]).contains("4000 Pa, was 3500 Pa; 57 nodes"));
@@ -101,7 +113,13 @@ fn a_board_is_found_told_of_and_given_another_patch_without_a_force() {
     assert!(done(&desk, port, &["status"]).contains("patch   42 nodes"));
     desk.put("cut.patch", &std::fs::read(&patch).unwrap()[..5_000]);
     refused(&board(&desk, port, &["upload", "cut.patch"]), "checksum");
-    assert!(done(&desk, port, &["stop"]).contains("stopped: mode idle"));
+    assert!(done(&desk, port, &["stop"]).contains("stopped: idle, 0.000 N, outputs off"));
+    let kept = done(&desk, port, &["profile", "--device", "falcon"]);
+    assert!(
+        kept.contains("Novint Falcon: at most 8 N, workspace 100 x 100 x 100 mm, a count of 60 um; profile number 1"),
+        "{kept}"
+    );
+    refused(&board(&desk, port, &["profile", "--device", "falcno"]), "is no profile");
     assert!(done(&desk, port, &["clear"]).contains("no fault is latched"));
     let truth = on.truth();
     assert_eq!((truth.mode(), truth.record.fault, truth.largest_n), (Some(Mode::Idle), 0, 0.0), "nothing was enabled");
@@ -118,7 +136,7 @@ fn a_press_is_streamed_and_a_held_port_is_refused() {
     arming.signal("-INT");
     let outcome = arming.outcome();
     assert_eq!(outcome.code, Some(0), "{outcome:?}");
-    assert!(outcome.stdout.contains("stopped: mode idle") && outcome.stdout.contains("outputs off"), "{outcome:?}");
+    assert!(outcome.stdout.contains("stopped: idle, 0.000 N, outputs off"), "{outcome:?}");
     assert!(outcome.stderr.contains("has none after 140"), "{outcome:?}");
     assert_eq!((on.truth().mode(), on.truth().force_n()), (Some(Mode::Idle), 0.0));
     let csv = std::fs::read_to_string(desk.folder().join("press.csv")).unwrap();
@@ -150,6 +168,30 @@ fn a_force_ends_when_its_host_is_killed_or_its_cable_pulled() {
     assert!(!desk.listing().contains(&"cut.csv".to_owned()), "{:?}", desk.listing());
 }
 
+#[test]
+fn a_fault_is_told_in_words_until_it_is_cleared() {
+    let (desk, on) = (Desk::default(), started(PATIENT));
+    let arming = Arming::start(&desk, on.port(), &["--out", "fault.csv"]);
+    on.wait_for_force();
+    on.hand_astray(true);
+    let outcome = arming.outcome();
+    let words = "fault 8: the probe moved too fast under force";
+    assert_eq!(outcome.code, Some(1), "a promise that did not hold: {outcome:?}");
+    assert!(outcome.stderr.contains(words) && outcome.stderr.contains("no force acts"), "{outcome:?}");
+    let csv = std::fs::read_to_string(desk.folder().join("fault.csv")).unwrap();
+    assert_eq!(column(&csv, "fault").last(), Some(&8.0), "what ends with a fault is whole");
+    assert_eq!((on.truth().force_n(), on.truth().record.enabled), (0.0, false));
+    let status = done(&desk, on.port(), &["status"]);
+    assert!(status.contains(words) && status.contains("mode    fault: no force"), "{status}");
+    refused(&board(&desk, on.port(), &["arm", "--seconds", "1"]), words);
+    refused(&board(&desk, on.port(), &["modulus", "4000"]), "clear its fault");
+    refused(&board(&desk, on.port(), &["clear"]), "its cause is still there");
+    on.hand_astray(false);
+    let cleared = done(&desk, on.port(), &["clear"]);
+    assert!(cleared.contains(words) && cleared.contains("mode idle"), "{cleared}");
+    assert_eq!(on.truth().mode(), Some(Mode::Idle), "nothing is enabled by it");
+}
+
 /// A peer that is no board of ours.
 fn peer(says: Option<&'static [u8]>, echoes: bool, arguments: &[&str]) -> (Outcome, Vec<u8>) {
     let mut terminal = PseudoTerminal::open().unwrap();
@@ -177,9 +219,11 @@ fn whatever_is_no_board_of_ours_is_refused_in_a_line_and_told_nothing() {
     let _built = binary(SCRATCH);
     let garbage: &[u8] = b"AT+GMR\r\nOK\r\n\0\x07\x11garbage\0";
     let arm = ["arm", "--out", "x.csv"];
-    for (says, echoes, words) in
-        [(None, false, "nothing is heard"), (None, true, "nothing is heard"), (Some(garbage), false, "no frame of ours among them")]
-    {
+    for (says, echoes, words) in [
+        (None, false, "nothing is heard"),
+        (None, true, "nothing is heard"),
+        (Some(garbage), false, "no frame of ours among them"),
+    ] {
         let (outcome, told) = peer(says, echoes, &arm);
         refused(&outcome, words);
         assert_eq!(told, b"", "bytes went to a stranger");

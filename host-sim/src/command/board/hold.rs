@@ -9,6 +9,7 @@ use clap::Args;
 use palpate::haptic::mode::Mode;
 use palpate_controller::link::message::HostAsk;
 use palpate_controller::link::{FromBoard, Record, ToBoard};
+use palpate_controller::words;
 use palpate_tissue::Error as TissueError;
 
 use self::stream::Rows;
@@ -38,7 +39,8 @@ impl Stream {
     fn until(&self) -> Result<Option<Duration>, Error> {
         let Some(seconds) = self.seconds else { return Ok(None) };
         Duration::try_from_secs_f64(seconds).ok().filter(|time| !time.is_zero()).map(Some).ok_or_else(|| {
-            TissueError::Usage(format!("--seconds {seconds}: give a number above zero, or leave it out and end with Ctrl-C")).into()
+            TissueError::Usage(format!("--seconds {seconds}: give a number above zero, or leave it out and end with Ctrl-C"))
+                .into()
         })
     }
 }
@@ -47,8 +49,9 @@ impl Stream {
 static ENDED: AtomicBool = AtomicBool::new(false);
 
 fn end_at_ctrl_c() -> Result<(), Error> {
-    ctrlc::set_handler(|| ENDED.store(true, Ordering::Relaxed))
-        .map_err(|cause| TissueError::Usage(format!("Ctrl-C cannot be caught ({cause}): start this command from another shell")).into())
+    ctrlc::set_handler(|| ENDED.store(true, Ordering::Relaxed)).map_err(|cause| {
+        TissueError::Usage(format!("Ctrl-C cannot be caught ({cause}): start this command from another shell")).into()
+    })
 }
 
 /// Sum over a run.
@@ -112,7 +115,7 @@ fn run(port: &Port, stream: &Stream, arm: bool) -> Result<(), Error> {
             println!("wrote {}", path.display());
         }
         if arm {
-            println!("stopped: mode {}, {}", status::mode(&session.record), force_words(&session.record));
+            tell_stopped(&session);
         }
     }
     ended
@@ -125,7 +128,11 @@ fn armable(session: &Session) -> Result<(), Error> {
         Some(Mode::Idle) => Ok(()),
         Some(Mode::Fault) => Err(undone(
             session,
-            format!("not armed: {}: see to the cause, then `palpate board clear --port {}`", status::fault(record), session.port()),
+            format!(
+                "not armed: {}: see to the cause, then `palpate board clear --port {}`",
+                status::fault(record),
+                session.port()
+            ),
         )),
         _ => Err(undone(session, format!("not armed: the board is not idle ({}): try again", status::mode(record)))),
     }
@@ -153,7 +160,9 @@ fn follow(
         let left = until.map_or(STEP, |until| until.saturating_sub(begun.elapsed()).min(STEP));
         let record = match session.next(left)? {
             Some(FromBoard::Record(record)) => record,
-            Some(FromBoard::Refused(refusal)) if arm => break Err(PortError::Refused { port: session.port().into(), refusal }.into()),
+            Some(FromBoard::Refused(refusal)) if arm => {
+                break Err(PortError::Refused { port: session.port().into(), refusal }.into());
+            }
             _ => continue,
         };
         seen.take(&record);
@@ -190,8 +199,13 @@ fn ended_by_board(record: &Record, before: Option<Mode>) -> Option<String> {
 
 pub(super) fn stop(session: &mut Session) -> Result<(), Error> {
     session.stop()?;
-    println!("stopped: mode {}, {}", status::mode(&session.record), force_words(&session.record));
+    tell_stopped(session);
     Ok(())
+}
+
+fn tell_stopped(session: &Session) {
+    let mode = session.record.mode().map_or("mode of another version", words::mode);
+    println!("stopped: {mode}, {}", force_words(&session.record));
 }
 
 pub(super) fn clear(session: &mut Session) -> Result<(), Error> {

@@ -23,7 +23,8 @@ pub(super) fn run(named: &[String]) -> Result<(), Error> {
     let candidates = if named.is_empty() { usb_ports()? } else { named.iter().map(|name| of_name(name)).collect() };
     if candidates.is_empty() {
         return Err(TissueError::Usage(
-            "no USB serial port is there: is the board's cable in? A port of another kind is named: `palpate board list PORT`".into(),
+            "no USB serial port is there: is the board's cable in? A port of another kind is named: `palpate board list PORT`"
+                .into(),
         )
         .into());
     }
@@ -61,8 +62,9 @@ fn of_name(name: &str) -> Candidate {
 }
 
 fn usb_ports() -> Result<Vec<Candidate>, Error> {
-    let ports = serialport::available_ports()
-        .map_err(|cause| TissueError::Usage(format!("the system does not name its serial ports ({cause}): name one with --port")))?;
+    let ports = serialport::available_ports().map_err(|cause| {
+        TissueError::Usage(format!("the system does not name its serial ports ({cause}): name one with --port"))
+    })?;
     let usb = ports.into_iter().filter(|port| matches!(port.port_type, SerialPortType::UsbPort(_)));
     Ok(usb.map(|port| Candidate { product: product(&port.port_type), name: port.port_name }).collect())
 }

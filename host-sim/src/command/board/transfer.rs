@@ -1,10 +1,13 @@
-//! `palpate board upload`, `modulus` and `ping`.
+//! `palpate board upload`, `modulus`, `profile` and `ping`.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use palpate::PatchFile;
+use palpate::haptic::cycle::Settings;
+use palpate::{PatchFile, Vector3};
+use palpate_controller::config::Profile;
 use palpate_controller::link::{FromBoard, Refusal, ToBoard, upload};
+use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_tissue::Error as TissueError;
 
 use super::Port;
@@ -13,7 +16,7 @@ use crate::port::{PortError, Session};
 
 /// Opening a large patch lasts a second on a small board.
 const OPENED: Duration = Duration::from_secs(5);
-/// A modulus puts the patch to rest, which opens it anew.
+/// A modulus opens the patch anew; a profile is written to flash.
 const ANSWER: Duration = Duration::from_secs(5);
 /// Sendings of a patch, of which a poor line loses pieces.
 const SENDINGS: usize = 3;
@@ -94,6 +97,37 @@ pub(super) fn modulus(pascal: f32, session: &mut Session) -> Result<(), Error> {
         }
     }
     let what = format!("the board did not say that it took a modulus of {pascal} Pa: try again");
+    Err(PortError::Undone { port: session.port().into(), what }.into())
+}
+
+pub(super) fn profile(device: &str, port: &Port) -> Result<(), Error> {
+    let device = DeviceProfile::load(device)?;
+    // its own centre is the site
+    let limits = device.limits(Vector3::zeros());
+    let settings = Settings { limits: device.limit_values(), ..Settings::safe(&limits) };
+    let profile = Profile::of(&settings, &limits);
+    // found here, by its name; the board says no more than that it is out of range
+    profile.check()?;
+    let mut session = port.open()?;
+    session.send(&ToBoard::Store(profile))?;
+    let begun = Instant::now();
+    while let Some(came) = session.next(ANSWER.saturating_sub(begun.elapsed()))? {
+        match came {
+            FromBoard::Stored(generation) => {
+                println!(
+                    "{}: at most {} N, workspace {} mm, a count of {} um; profile number {generation} of this board",
+                    device.name,
+                    device.force_limit_n,
+                    device.workspace_m.map(|side| format!("{:.0}", side * 1e3)).join(" x "),
+                    device.count_m * 1e6
+                );
+                return Ok(());
+            }
+            FromBoard::Refused(refusal) => return Err(PortError::Refused { port: session.port().into(), refusal }.into()),
+            _ => {}
+        }
+    }
+    let what = "the board did not say that it keeps the profile: try again".into();
     Err(PortError::Undone { port: session.port().into(), what }.into())
 }
 

@@ -46,7 +46,11 @@ impl Rows {
     pub(super) fn begin(path: &Path) -> Result<Self, Error> {
         let refuse = |source| TissueError::Write { path: path.into(), source };
         if path.is_dir() {
-            return Err(TissueError::Usage(format!("{}: this is a folder: give the name of a CSV file with --out", path.display())).into());
+            return Err(TissueError::Usage(format!(
+                "{}: this is a folder: give the name of a CSV file with --out",
+                path.display()
+            ))
+            .into());
         }
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         std::fs::create_dir_all(folder).map_err(refuse)?;
@@ -80,7 +84,7 @@ impl Rows {
     /// Puts the file in its place, over an earlier one.
     pub(super) fn publish(self) -> Result<(), Error> {
         let refuse = |source| TissueError::Write { path: self.path.clone(), source };
-        let file = self.rows.into_inner().map_err(|e| refuse(e.into_error().into()))?;
+        let file = self.rows.into_inner().map_err(|e| refuse(e.into_error()))?;
         let file = file.into_inner().map_err(|e| refuse(e.into_error()))?;
         file.as_file().sync_all().map_err(refuse)?;
         file.persist(&self.path).map_err(|e| refuse(e.error))?;
