@@ -81,7 +81,7 @@ pub enum PortError {
     Undone {
         /// Name of the port.
         port: String,
-        /// What was not done, and how to fix it.
+        /// The request that was not carried out, and how to fix it.
         what: String,
     },
 }

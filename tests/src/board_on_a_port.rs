@@ -32,8 +32,10 @@ const RECORD_TICKS: u64 = 20;
 const AHEAD_TICKS: u64 = 3 * RECORD_TICKS;
 /// Longest piece of the link in a packet.
 const PIECE: usize = 200;
-/// A host that sends nothing for so long is not there.
+/// A host that sends nothing for so long is not there, to an idle board.
 const AWAY: Duration = Duration::from_millis(400);
+/// The same to a board that is armed: a busy machine lets a host wait for half a second.
+const AWAY_FROM_FORCE: Duration = Duration::from_secs(10);
 /// Outside of every workspace, and too far for a tick.
 const ASTRAY_M: [f32; 3] = [1.0, 0.0, 0.0];
 /// Bytes that wait for a host at most: half of what a terminal holds.
@@ -67,10 +69,22 @@ pub struct BoardOnAPort {
     port: String,
     plug: Arc<Mutex<Option<PseudoTerminal>>>,
     truth: Arc<Mutex<Option<Truth>>>,
-    ended: Arc<AtomicBool>,
-    astray: Arc<AtomicBool>,
+    switches: Arc<Switches>,
     threads: Vec<JoinHandle<()>>,
     _folder: tempfile::TempDir,
+}
+
+/// For the thread that drives the board.
+#[derive(Default)]
+struct Switches {
+    ended: AtomicBool,
+    /// The hand is far away.
+    astray: AtomicBool,
+    /// Nobody is to be waited for.
+    host_gone: AtomicBool,
+    /// The board may give a force.
+    armed: AtomicBool,
+    records: AtomicU64,
 }
 
 impl BoardOnAPort {
@@ -100,25 +114,23 @@ impl BoardOnAPort {
         let terminal = PseudoTerminal::open().expect("a pseudo-terminal");
         let port = terminal.name().to_owned();
         let plug = Arc::new(Mutex::new(Some(terminal)));
-        let (truth, ended) = (Arc::new(Mutex::new(None)), Arc::new(AtomicBool::new(false)));
-        let (records, astray) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
+        let (truth, switches) = (Arc::new(Mutex::new(None)), Arc::new(Switches::default()));
         let board = Self {
             threads: vec![
                 std::thread::spawn({
-                    let (plug, truth, records) = (plug.clone(), truth.clone(), records.clone());
-                    move || tell(&from, &plug, &truth, &records)
+                    let (plug, truth, switches) = (plug.clone(), truth.clone(), switches.clone());
+                    move || tell(&from, &plug, &truth, &switches)
                 }),
                 std::thread::spawn({
-                    let (plug, ended, astray) = (plug.clone(), ended.clone(), astray.clone());
-                    move || drive(input, &plug, &records, &ended, &astray, pace)
+                    let (plug, switches) = (plug.clone(), switches.clone());
+                    move || drive(input, &plug, &switches, pace)
                 }),
             ],
             child,
             port,
             plug,
             truth,
-            ended,
-            astray,
+            switches,
             _folder: folder,
         };
         board.wait_for("the first record", |_| true);
@@ -134,11 +146,17 @@ impl BoardOnAPort {
     /// Pulls the cable; the board runs on.
     pub fn unplug(&self) {
         *held(&self.plug) = None;
+        self.host_is_gone();
+    }
+
+    /// The host was ended: the board's time goes on without it.
+    pub fn host_is_gone(&self) {
+        self.switches.host_gone.store(true, Ordering::Relaxed);
     }
 
     /// Moves the hand a metre away within a tick, which is a fault, or back to its script.
     pub fn hand_astray(&self, astray: bool) {
-        self.astray.store(astray, Ordering::Relaxed);
+        self.switches.astray.store(astray, Ordering::Relaxed);
     }
 
     /// How the board is.
@@ -200,7 +218,7 @@ impl Truth {
 
 impl Drop for BoardOnAPort {
     fn drop(&mut self) {
-        self.ended.store(true, Ordering::Relaxed);
+        self.switches.ended.store(true, Ordering::Relaxed);
         let _ = self.child.kill(); // the one that was started here
         let _ = self.child.wait();
         for thread in self.threads.drain(..) {
@@ -215,7 +233,7 @@ fn held<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 }
 
 /// Brings what the board says to the port, and keeps the truth.
-fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<Truth>>, records: &AtomicU64) {
+fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<Truth>>, switches: &Switches) {
     let Ok(mut from) = File::open(from) else { return };
     let (mut receiver, mut bytes) = (Receiver::NEW, [0; 4096]);
     while let Ok(came @ 1..) = from.read(&mut bytes) {
@@ -226,7 +244,9 @@ fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<
                 let mut now = Truth { record, largest_n: 0.0, records: before.1 + 1 };
                 now.largest_n = before.0.max(now.force_n());
                 *truth = Some(now);
-                records.store(now.records, Ordering::Relaxed);
+                switches.records.store(now.records, Ordering::Relaxed);
+                let armed = record.mode().is_some_and(|mode| mode == Mode::Arming || mode.allows_force());
+                switches.armed.store(armed, Ordering::Relaxed);
             }
         }
         // a line that nobody reads loses bytes, as a real one
@@ -239,33 +259,28 @@ fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<
 }
 
 /// Tells the board tick by tick what came in.
-fn drive(
-    mut input: File,
-    plug: &Mutex<Option<PseudoTerminal>>,
-    records: &AtomicU64,
-    ended: &AtomicBool,
-    astray: &AtomicBool,
-    pace: Pace,
-) {
+fn drive(mut input: File, plug: &Mutex<Option<PseudoTerminal>>, switches: &Switches, pace: Pace) {
+    let is = |switch: &AtomicBool| switch.load(Ordering::Relaxed);
     let (mut due, mut heard) = (Instant::now(), None::<Instant>);
     let mut since_heard = 0;
     for tick in 1_u32.. {
         let hand = sensed(tick % ROUND_TICKS, LEAD_TICKS).position_m;
-        let hand = if astray.load(Ordering::Relaxed) { ASTRAY_M.into() } else { hand };
+        let hand = if is(&switches.astray) { ASTRAY_M.into() } else { hand };
         let hand: Vec<u8> = hand.iter().flat_map(|m| m.to_le_bytes()).collect();
-        let there = heard.is_some_and(|heard| heard.elapsed() < AWAY);
-        let in_real_time = !(there && matches!(pace, Pace::ByHost(_)));
+        let there = || {
+            let away = if is(&switches.armed) { AWAY_FROM_FORCE } else { AWAY };
+            !is(&switches.host_gone) && heard.is_some_and(|heard| heard.elapsed() < away)
+        };
+        let in_real_time = pace == Pace::RealTime || !there();
         let mut bytes = Vec::new();
         loop {
-            if ended.load(Ordering::Relaxed) {
+            if is(&switches.ended) {
                 return;
             }
             bytes.extend(came(plug));
-            let told_ahead = u64::from(tick).saturating_sub(records.load(Ordering::Relaxed) * RECORD_TICKS);
+            let told_ahead = u64::from(tick).saturating_sub(switches.records.load(Ordering::Relaxed) * RECORD_TICKS);
             let waits = match pace {
-                Pace::ByHost(most) if !in_real_time => {
-                    bytes.is_empty() && since_heard >= most && heard.is_some_and(|heard| heard.elapsed() < AWAY)
-                }
+                Pace::ByHost(most) if !in_real_time => bytes.is_empty() && since_heard >= most && there(),
                 _ => due.elapsed() < TICK,
             };
             if !waits && told_ahead < AHEAD_TICKS {
@@ -277,6 +292,7 @@ fn drive(
         since_heard += 1;
         if !bytes.is_empty() {
             (heard, since_heard) = (Some(Instant::now()), 0);
+            switches.host_gone.store(false, Ordering::Relaxed);
         }
         let mut packets = Vec::new();
         for piece in bytes.chunks(PIECE).chain([&[][..]]) {

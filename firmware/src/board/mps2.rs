@@ -198,9 +198,9 @@ pub fn counts_to_ns(counts: u32) -> u32 {
 
 defmt::timestamp!("{=u32:us}", clock_counts() / (CLOCK_HZ / 1_000_000));
 
-/// Until the next interrupt. A script passes the time awake: QEMU counts sleep twice, and 1 ms of
-/// the tick timer would be 2 ms of the clock; its clock jumps, too, over what it slept. Nops cost it
-/// nothing. In lock-step and on a bare UART there is nothing to count.
+/// Until the next interrupt. A script and a hand pass the time awake: QEMU counts sleep twice, and
+/// 1 ms of the tick timer would be 2 ms of the clock. Nops cost it nothing. In lock-step no time
+/// goes by, and a host on the UART lives in real time, to which only sleep leads.
 pub fn idle(duty: &Duty) {
     match duty {
         Duty::Serve(_) if !hand::is_there() => cortex_m::asm::wfi(),

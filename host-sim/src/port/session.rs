@@ -205,7 +205,7 @@ pub fn force_words(record: &Record) -> String {
     words
 }
 
-/// What becomes of a force when its host is not heard any more.
+/// The end of a force whose host is not heard any more.
 fn after(record: &Record) -> String {
     if !record.mode().is_some_and(Mode::allows_force) {
         return "no force acted; plug it in, then `palpate board status` tells".into();

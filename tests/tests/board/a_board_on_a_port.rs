@@ -1,7 +1,7 @@
 //! `palpate board` against the emulated board on a pseudo-terminal: its commands, and every way in
 //! which a force can lose its host.
 
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
@@ -51,26 +51,33 @@ fn refused(outcome: &Outcome, says: &str) {
 }
 
 /// `palpate board arm`, running.
-struct Arming(Child);
+struct Arming(Option<Child>);
 
 impl Arming {
     fn start(desk: &Desk, port: &str, arguments: &[&str]) -> Self {
         let mut command = Command::new(binary(SCRATCH));
         command.args(["board", "arm", "--port", port]).args(arguments).current_dir(desk.folder());
-        Self(command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap())
+        Self(Some(command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()))
     }
 
     fn signal(&self, name: &str) {
-        assert!(Command::new("kill").args([name, &self.0.id().to_string()]).status().unwrap().success());
+        assert!(Command::new("kill").args([name, &self.0.as_ref().unwrap().id().to_string()]).status().unwrap().success());
     }
 
     fn outcome(mut self) -> Outcome {
-        let code = self.0.wait().unwrap().code();
-        let mut text = [String::new(), String::new()];
-        self.0.stdout.take().unwrap().read_to_string(&mut text[0]).unwrap();
-        self.0.stderr.take().unwrap().read_to_string(&mut text[1]).unwrap();
-        let [stdout, stderr] = text;
-        Outcome { code, stdout, stderr }
+        let output = self.0.take().unwrap().wait_with_output().unwrap();
+        let [stdout, stderr] = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+        Outcome { code: output.status.code(), stdout, stderr }
+    }
+}
+
+impl Drop for Arming {
+    fn drop(&mut self) {
+        // of a test that failed
+        if let Some(mut child) = self.0.take() {
+            let _ = child.kill(); // the one that was started here
+            println!("arm was still to be looked at: {:?}", child.wait_with_output());
+        }
     }
 }
 
@@ -152,9 +159,10 @@ fn a_force_ends_when_its_host_is_killed_or_its_cable_pulled() {
     let killed = Arming::start(&desk, on.port(), &["--out", "killed.csv"]);
     on.wait_for_force();
     killed.signal("-KILL");
+    assert_eq!(killed.outcome().code, None);
+    on.host_is_gone();
     let took = on.wait_for_no_force(GONE_TICKS);
     println!("killed: no force {took} ticks later");
-    assert_eq!(killed.outcome().code, None);
     assert!(!desk.listing().contains(&"killed.csv".to_owned()));
     on.wait_for("idle", |truth| truth.mode() == Some(Mode::Idle));
 
