@@ -13,7 +13,7 @@ use std::io::{Read, Write};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -30,8 +30,8 @@ const ROUND_TICKS: u32 = LEAD_TICKS + 2_000;
 const RECORD_TICKS: u64 = 20;
 /// Ticks that the emulator may be told ahead of its records.
 const AHEAD_TICKS: u64 = 3 * RECORD_TICKS;
-/// Longest piece of the link in a packet.
-const PIECE: usize = 200;
+/// Bytes of the link that reach the board in a tick; 115 200 baud bring 12.
+const LINK_BYTES: usize = 40;
 /// A host that sends nothing for so long is not there, to an idle board.
 const AWAY: Duration = Duration::from_millis(400);
 /// The same to a board that is armed: a busy machine lets a host wait for half a second.
@@ -72,6 +72,8 @@ pub struct BoardOnAPort {
     switches: Arc<Switches>,
     threads: Vec<JoinHandle<()>>,
     _folder: tempfile::TempDir,
+    // emulators side by side starve each other's hosts
+    _one_at_a_time: MutexGuard<'static, ()>,
 }
 
 /// For the thread that drives the board.
@@ -94,6 +96,8 @@ impl BoardOnAPort {
     /// There is no emulator or no pseudo-terminal.
     #[must_use]
     pub fn start(elf: &Path, machine: EmulatedBoard, pace: Pace) -> Self {
+        static RUNNING: Mutex<()> = Mutex::new(());
+        let one_at_a_time = held(&RUNNING);
         let folder = tempfile::tempdir().expect("a temporary folder");
         let [to, from] = ["to", "from"].map(|name| folder.path().join(name));
         assert!(Command::new("mkfifo").args([&to, &from]).status().expect("mkfifo").success());
@@ -103,7 +107,7 @@ impl BoardOnAPort {
         let input = OpenOptions::new().read(true).write(true).open(&to).expect("the FIFO that was just made");
         let child = Command::new("qemu-system-arm")
             .args(["-machine", name, "-cpu", cpu, "-nographic", "-monitor", "none", "-serial", "null"])
-            .args(["-semihosting-config", &format!("enable=on,target=native,{words}"), "-icount", "shift=3,sleep=off"])
+            .args(["-semihosting-config", &format!("enable=on,target=native,{words}"), "-icount", "shift=2,sleep=off"])
             .arg("-kernel")
             .arg(elf)
             .stdin(Stdio::null())
@@ -132,6 +136,7 @@ impl BoardOnAPort {
             truth,
             switches,
             _folder: folder,
+            _one_at_a_time: one_at_a_time,
         };
         board.wait_for("the first record", |_| true);
         board
@@ -228,7 +233,7 @@ impl Drop for BoardOnAPort {
 }
 
 /// A poisoned lock still holds its value.
-fn held<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+fn held<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -262,7 +267,7 @@ fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<
 fn drive(mut input: File, plug: &Mutex<Option<PseudoTerminal>>, switches: &Switches, pace: Pace) {
     let is = |switch: &AtomicBool| switch.load(Ordering::Relaxed);
     let (mut due, mut heard) = (Instant::now(), None::<Instant>);
-    let mut since_heard = 0;
+    let (mut since_heard, mut waiting) = (0, Vec::new());
     for tick in 1_u32.. {
         let hand = sensed(tick % ROUND_TICKS, LEAD_TICKS).position_m;
         let hand = if is(&switches.astray) { ASTRAY_M.into() } else { hand };
@@ -272,15 +277,16 @@ fn drive(mut input: File, plug: &Mutex<Option<PseudoTerminal>>, switches: &Switc
             !is(&switches.host_gone) && heard.is_some_and(|heard| heard.elapsed() < away)
         };
         let in_real_time = pace == Pace::RealTime || !there();
-        let mut bytes = Vec::new();
         loop {
             if is(&switches.ended) {
                 return;
             }
-            bytes.extend(came(plug));
+            if waiting.len() < LINK_BYTES {
+                waiting.extend(came(plug));
+            }
             let told_ahead = u64::from(tick).saturating_sub(switches.records.load(Ordering::Relaxed) * RECORD_TICKS);
             let waits = match pace {
-                Pace::ByHost(most) if !in_real_time => bytes.is_empty() && since_heard >= most && there(),
+                Pace::ByHost(most) if !in_real_time => waiting.is_empty() && since_heard >= most && there(),
                 _ => due.elapsed() < TICK,
             };
             if !waits && told_ahead < AHEAD_TICKS {
@@ -290,12 +296,13 @@ fn drive(mut input: File, plug: &Mutex<Option<PseudoTerminal>>, switches: &Switc
         }
         due = if in_real_time && due.elapsed() < 20 * TICK { due + TICK } else { Instant::now() };
         since_heard += 1;
+        let bytes: Vec<u8> = waiting.drain(..waiting.len().min(LINK_BYTES)).collect();
         if !bytes.is_empty() {
             (heard, since_heard) = (Some(Instant::now()), 0);
             switches.host_gone.store(false, Ordering::Relaxed);
         }
         let mut packets = Vec::new();
-        for piece in bytes.chunks(PIECE).chain([&[][..]]) {
+        for piece in [&bytes[..], &[]].into_iter().skip(usize::from(bytes.is_empty())) {
             packets.extend(&hand);
             packets.push(piece.len() as u8);
             packets.extend(piece);

@@ -15,13 +15,13 @@ use super::{Line, PortError};
 /// Between two signs of life: a quarter of the board's patience.
 const HEARTBEAT: Duration = Duration::from_millis(5);
 /// A board of ours sends 50 records a second without being asked.
-const SILENCE: Duration = Duration::from_secs(1);
+const SILENCE: Duration = Duration::from_secs(2);
 /// Between two tries of a request.
 const AGAIN: Duration = Duration::from_millis(50);
 /// A board that heard another host takes a new one after 100 ticks.
 const ANSWER: Duration = Duration::from_millis(1_500);
-/// A stop: the ramp of the force, and as much again.
-const STOPPED: Duration = Duration::from_millis(500);
+/// A stop: the ramp of the force takes 0.12 s, a busy machine the rest.
+const STOPPED: Duration = Duration::from_secs(2);
 
 /// A board of ours on a port.
 pub struct Session {
@@ -125,7 +125,7 @@ impl Session {
     /// are on.
     ///
     /// # Errors
-    /// The port has gone, or the board has been silent for a second.
+    /// The port has gone, or the board has been silent for two seconds.
     pub fn next(&mut self, wait: Duration) -> Result<Option<FromBoard>, PortError> {
         let begun = Instant::now();
         loop {
@@ -163,7 +163,7 @@ impl Session {
         off.ok_or_else(|| PortError::Undone {
             port: self.port().into(),
             what: format!(
-                "the outputs are still on half a second after the stop was asked for ({}): cut the motors' power",
+                "the outputs are still on two seconds after the stop was asked for ({}): cut the motors' power",
                 force_words(&self.record)
             ),
         })
@@ -172,7 +172,7 @@ impl Session {
     fn silent(&self) -> PortError {
         PortError::Lost {
             port: self.port().into(),
-            what: "the board has been silent for a second: it lost its power, was reset or has crashed;",
+            what: "the board has been silent for two seconds: it lost its power, was reset or has crashed;",
             after: after(&self.record),
         }
     }
