@@ -34,7 +34,7 @@ const AHEAD_TICKS: u64 = 3 * RECORD_TICKS;
 const LINK_BYTES: usize = 40;
 /// A host that sends nothing for so long is not there, to an idle board.
 const AWAY: Duration = Duration::from_millis(400);
-/// The same to a board that is armed: a busy machine lets a host wait for half a second.
+/// A host of an armed board gets longer: a busy machine lets it wait for half a second.
 const AWAY_FROM_FORCE: Duration = Duration::from_secs(10);
 /// Outside of every workspace, and too far for a tick.
 const ASTRAY_M: [f32; 3] = [1.0, 0.0, 0.0];
@@ -82,7 +82,7 @@ struct Switches {
     ended: AtomicBool,
     /// The hand is far away.
     astray: AtomicBool,
-    /// Nobody is to be waited for.
+    /// The host was ended and is not waited for.
     host_gone: AtomicBool,
     /// The board may give a force.
     armed: AtomicBool,
