@@ -5,6 +5,7 @@ use core::error::Error;
 use std::{
     env, fs,
     path::{Path, PathBuf},
+    time::{SystemTime, UNIX_EPOCH},
 };
 
 /// Patch file that goes into the image; a relative path starts at the repository.
@@ -16,6 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed=build.rs");
     let out = PathBuf::from(env::var("OUT_DIR")?);
     take_patch(&out)?;
+    tell_day(&out)?;
     if env::var("CARGO_CFG_TARGET_OS")? != "none" {
         return Ok(());
     }
@@ -45,4 +47,20 @@ fn take_patch(out: &Path) -> Result<(), Box<dyn Error>> {
         .map_err(|cause| format!("{PATCH}: {}: {cause}; pack one with `palpate pack --out firmware/patches`", file.display()))?;
     fs::write(out.join("packed.patch"), bytes)?;
     Ok(())
+}
+
+/// Writes the day of the build, which hosts show, counted from 1970-01-01. `SOURCE_DATE_EPOCH` [s]
+/// takes its place where builds are to be repeatable.
+fn tell_day(out: &Path) -> Result<(), Box<dyn Error>> {
+    println!("cargo:rerun-if-env-changed=SOURCE_DATE_EPOCH");
+    for folder in ["src", "controller/src", "../core/src"] {
+        println!("cargo:rerun-if-changed={folder}");
+    }
+    let seconds = match env::var("SOURCE_DATE_EPOCH") {
+        Ok(given) => given.parse::<u64>().map_err(|cause| format!("SOURCE_DATE_EPOCH: {given}: {cause}; give whole seconds"))?,
+        Err(_) => SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs(),
+    };
+    let day = u16::try_from(seconds / 86_400)?;
+    let text = format!("/// Day on which the image was built, counted from 1970-01-01.\nconst BUILT_DAY: u16 = {day};\n");
+    Ok(fs::write(out.join("built_day.rs"), text)?)
 }

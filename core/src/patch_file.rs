@@ -110,6 +110,14 @@ pub struct PatchFile<'a> {
 }
 
 impl<'a> PatchFile<'a> {
+    /// Checksum that stands in a patch file, which tells one patch from another; `None` if the
+    /// bytes are too short to have one.
+    #[must_use]
+    pub fn checksum(bytes: &[u8]) -> Option<u32> {
+        let field = core::mem::offset_of!(Header, crc);
+        Some(u32::from_le_bytes(*bytes.get(field..CHECKED_FROM)?.first_chunk()?))
+    }
+
     /// Opens a patch. The bytes must start on a 4-byte boundary.
     ///
     /// # Errors

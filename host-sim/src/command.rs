@@ -4,6 +4,7 @@
 mod absent;
 #[cfg(feature = "full")]
 mod accept;
+mod board;
 #[cfg(feature = "full")]
 mod calibrate;
 #[cfg(feature = "full")]
@@ -168,6 +169,9 @@ enum Command {
     /// would. A scene that is not the standard block is solved by finite elements first.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Plan(PlanArgs),
+    /// Use a flashed board on a serial port: find it, arm, stop, record, send patches.
+    #[command(subcommand)]
+    Board(board::BoardCommand),
     /// Run the firmware's image in the emulator, driven in lock-step by the scene's finger, and
     /// compare it with this machine bit for bit.
     ///
@@ -273,6 +277,7 @@ impl Cli {
             Some(Command::Press(args)) => args.run(),
             Some(Command::Reference(args)) => args.run(),
             Some(Command::Accept(args)) => args.run(),
+            Some(Command::Board(command)) => command.run(),
             Some(Command::Calibrate(args)) => args.run(),
             Some(Command::Fit(args)) => args.run(),
             Some(Command::Mesh(command)) => command.run(),

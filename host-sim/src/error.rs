@@ -22,6 +22,9 @@ pub enum Error {
     /// A picture that cannot be drawn.
     #[error("{0}")]
     Chart(ChartError),
+    /// A board on a serial port that did not do what it was asked.
+    #[error("{0}")]
+    Port(#[from] crate::port::PortError),
     /// Marks that cannot be used.
     #[cfg(feature = "full")]
     #[error("{0}")]

@@ -3,6 +3,7 @@
 //!
 //! ```text
 //! command ─ tissue, loop ─ reports, charts          fit, board, lab: with the feature `full`
+//!         └ port (a board on a serial port)
 //! ```
 
 use std::process::ExitCode;
@@ -13,6 +14,7 @@ pub mod command;
 mod contact_report;
 pub mod error;
 mod loop_figures;
+pub mod port;
 mod press_report;
 mod vtu;
 

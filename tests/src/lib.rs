@@ -7,6 +7,8 @@
 pub use palpate_board::{exec_log, firmware_image, instruction_mix, thumb};
 
 pub mod bench;
+#[cfg(unix)]
+pub mod board_on_a_port;
 pub mod crash;
 pub mod cube_mesh;
 pub mod debugger;
@@ -18,6 +20,8 @@ pub mod oracle;
 pub mod packed;
 pub mod palpate_command;
 pub mod press_run;
+#[cfg(unix)]
+pub mod pseudo_terminal;
 pub mod rounding;
 pub mod share;
 pub mod surface_text;

@@ -13,6 +13,18 @@ use crate::patch::Budget;
 /// force themselves.
 pub const WATCHDOG_US: u32 = 4_500;
 
+/// Image and clock of a board, for hosts that look for one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct About {
+    /// Board and version of the image, apart by a space, in ASCII; cut after
+    /// [`crate::link::message::NAME_BYTES`].
+    pub name: &'static str,
+    /// Day on which the image was built, counted from 1970-01-01; 0 is unknown.
+    pub built_day: u16,
+    /// Counts of [`Board::clock_counts`] in a second.
+    pub clock_hz: u32,
+}
+
 /// Clock, pins, watchdog and link of a board. None of it waits, but for [`Board::next_period`] and
 /// a lock-step link's read.
 #[expect(async_fn_in_trait, reason = "each image has one board and one executor; no bound on the future is needed")]
@@ -68,6 +80,9 @@ pub trait Board {
 
     /// Cycles that a patch may take per tick.
     fn budget(&self) -> Budget;
+
+    /// Image and clock.
+    fn about(&self) -> About;
 
     /// The deepest that the stack has been [bytes].
     fn stack_used_bytes(&self) -> usize;

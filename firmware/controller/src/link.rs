@@ -7,8 +7,8 @@
 //!
 //! ```text
 //! host -> board   pose (ends a lock-step tick), heartbeat, ask, lower limits, modulus,
-//!                 patch begin / part / end, supply low, report
-//! board -> host   record of a tick, refusal, patch taken, state
+//!                 patch begin / part / end, supply low, report, identify
+//! board -> host   record of a tick, refusal, patch taken, state, identity
 //! ```
 
 pub mod frame;
@@ -22,7 +22,7 @@ pub mod wire_limits;
 
 pub use frame::{FRAME_BYTES, FrameError, encode};
 pub use inbox::{Change, Inbox};
-pub use message::{FromBoard, Refusal, ToBoard};
+pub use message::{FromBoard, Identity, Refusal, ToBoard};
 pub use receiver::Receiver;
 pub use record::Record;
 pub use upload::Upload;

@@ -35,6 +35,8 @@ pub struct Patch<'a> {
     tuned: Tuned<'a>,
     /// Young's modulus as it was packed [Pa].
     packed_pa: f32,
+    /// Checksum of the patch file.
+    checksum: u32,
     /// The one that is to come [Pa].
     asked_pa: Option<f32>,
     state: State<'a>,
@@ -111,7 +113,8 @@ impl<'a> Patch<'a> {
         }
         let placement = Placement::new(file.site_m, params.probe.axis);
         let (tuned, state) = memory.start_in_rounds(&model, &params, after_round)?;
-        Ok(Self { model, params, tuned, packed_pa, asked_pa: None, state, placement, resting: false })
+        let checksum = PatchFile::checksum(bytes).unwrap_or_default();
+        Ok(Self { model, params, tuned, packed_pa, checksum, asked_pa: None, state, placement, resting: false })
     }
 
     /// Asks for another Young's modulus [Pa], in any state: [`Patch::settle`] takes it.
@@ -170,9 +173,13 @@ impl PatchSlot<'_> {
     pub fn state(&self) -> (usize, u64) {
         self.0.as_ref().map_or((0, 0), |patch| (patch.model().nodes.len(), patch.state_hash()))
     }
-}
 
-impl PatchSlot<'_> {
+    /// Checksum of the patch file, and Young's modulus [Pa]; zeros while there is no patch.
+    #[must_use]
+    pub fn identity(&self) -> (u32, f32) {
+        self.0.as_ref().map_or((0, 0.0), |patch| (patch.checksum, patch.params.youngs_modulus_pa))
+    }
+
     /// As [`Patch::ask_modulus`].
     ///
     /// # Errors

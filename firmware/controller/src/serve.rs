@@ -9,7 +9,7 @@
 
 use crate::link::frame::FRAME_BYTES;
 use crate::link::inbox::Reply;
-use crate::link::{Change, FromBoard, Inbox, Receiver, Refusal, ToBoard, Upload, encode};
+use crate::link::{Change, FromBoard, Identity, Inbox, Receiver, Refusal, ToBoard, Upload, encode};
 use crate::patch::{Memory, Patch, PatchSlot};
 use palpate::BuildError;
 use palpate::haptic::device::{Sensed, SensorStatus};
@@ -112,6 +112,11 @@ impl Line {
         Some(byte)
     }
 
+    #[inline(never)]
+    fn refuse(&mut self, board: &mut impl Board, refusal: Refusal) {
+        self.send(board, &FromBoard::Refused(refusal));
+    }
+
     fn send(&mut self, board: &mut impl Board, message: &FromBoard) {
         let mut out = [0; FRAME_BYTES];
         if let Ok(frame) = encode(self.sequence, message, &mut out) {
@@ -153,7 +158,7 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
             }
         };
         if let Err(refusal) = changed {
-            line.send(&mut haptic.board, &FromBoard::Refused(refusal));
+            line.refuse(&mut haptic.board, refusal);
         }
     }
 }
@@ -204,11 +209,11 @@ async fn serve<B: Board>(
             match reply {
                 Reply::Tick if pace == Pace::LockStep => break,
                 Reply::None | Reply::Tick => {}
-                Reply::Refused(refusal) => line.send(&mut haptic.board, &FromBoard::Refused(refusal)),
+                Reply::Refused(refusal) => line.refuse(&mut haptic.board, refusal),
                 Reply::Change(change) => return Some(change),
                 Reply::Modulus(pascal) => {
                     if let Err(refusal) = tissue.ask_modulus(pascal) {
-                        line.send(&mut haptic.board, &FromBoard::Refused(refusal));
+                        line.refuse(&mut haptic.board, refusal);
                     }
                 }
                 Reply::Store(profile) => {
@@ -219,11 +224,12 @@ async fn serve<B: Board>(
                     });
                     line.send(&mut haptic.board, &kept.map_or_else(FromBoard::Refused, FromBoard::Stored));
                 }
-                // a scan of the stack takes a third of a tick: not under a hand's force
-                Reply::Report if pace == Pace::Timed && haptic.controller.mode().allows_force() => {
-                    line.send(&mut haptic.board, &FromBoard::Refused(Refusal::NotIdle));
+                // a scan of the stack takes a third of a tick: neither under a hand's force
+                Reply::Report | Reply::Identify if pace == Pace::Timed && haptic.controller.mode().allows_force() => {
+                    line.refuse(&mut haptic.board, Refusal::NotIdle);
                 }
                 Reply::Report => report(tissue, &mut haptic.board, line),
+                Reply::Identify => identify(tissue, &mut haptic.board, line),
             }
         }
         let (sensed, command) = inbox.clear();
@@ -245,4 +251,9 @@ fn report(tissue: &PatchSlot<'_>, board: &mut impl Board, line: &mut Line) {
     let (nodes, state_hash) = tissue.state();
     let (stack_used_bytes, bad_frames) = (board.stack_used_bytes() as u32, line.receiver.counts().bad);
     line.send(board, &FromBoard::State { state_hash, stack_used_bytes, bad_frames, nodes: nodes as u32 });
+}
+
+fn identify(tissue: &PatchSlot<'_>, board: &mut impl Board, line: &mut Line) {
+    let identity = Identity::new(&board.about(), tissue.identity());
+    line.send(board, &FromBoard::Identity(identity));
 }

@@ -5,6 +5,7 @@
 //!   every millisecond, and arms the watchdog;
 //! * `feed_watchdog()`, without which the board calls [`stop`] after some periods, above every
 //!   interrupt;
+//! * `NAME`, board and version of the image, and `CLOCK_HZ`, counts of the clock in a second;
 //! * `clock_counts() -> u32`, free running and wrapping, and `counts_to_ns`;
 //!   `since_period_counts()`, the same since the tick timer's last edge;
 //! * `write_outputs(outputs)`, `outputs()` to read them back from the pins, and `outputs_off()`,
@@ -30,10 +31,13 @@
 //! Nothing outside this folder is `unsafe`.
 
 use core::{fmt, panic::PanicInfo};
+use palpate_controller::board::About;
 use palpate_controller::force_out::Outputs;
 
 use palpate_controller::script::Script;
 use palpate_controller::serve::Pace;
+
+include!(concat!(env!("OUT_DIR"), "/built_day.rs"));
 
 /// Task of an image.
 #[derive(Clone, Copy)]
@@ -59,9 +63,9 @@ pub use stack::{STACK_BYTES, stack_used_bytes};
 mod nucleo_h743zi;
 #[cfg(feature = "nucleo-h743zi")]
 pub use nucleo_h743zi::{
-    ProfileMemory, after_crash, barred, budget, clock_counts, counts_to_ns, duty, emergency_stop, exit, feed_watchdog, healthy,
-    idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense, since_period_counts, start_executors,
-    start_tick_timer, supply_low, write_outputs,
+    CLOCK_HZ, NAME, ProfileMemory, after_crash, barred, budget, clock_counts, counts_to_ns, duty, emergency_stop, exit,
+    feed_watchdog, healthy, idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense,
+    since_period_counts, start_executors, start_tick_timer, supply_low, write_outputs,
 };
 
 #[cfg(not(any(feature = "mps2", feature = "nucleo-h743zi")))]
@@ -72,10 +76,15 @@ compile_error!("name a board: --features mps2 or --features nucleo-h743zi");
 mod mps2;
 #[cfg(feature = "mps2")]
 pub use mps2::{
-    ProfileMemory, after_crash, barred, budget, clock_counts, counts_to_ns, duty, emergency_stop, exit, feed_watchdog, healthy,
-    idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense, since_period_counts, start_executors,
-    start_tick_timer, supply_low, write_outputs,
+    CLOCK_HZ, NAME, ProfileMemory, after_crash, barred, budget, clock_counts, counts_to_ns, duty, emergency_stop, exit,
+    feed_watchdog, healthy, idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense,
+    since_period_counts, start_executors, start_tick_timer, supply_low, write_outputs,
 };
+
+/// Image and clock, for hosts. The build script knows the day.
+fn about() -> About {
+    About { name: NAME, built_day: BUILT_DAY, clock_hz: CLOCK_HZ }
+}
 
 /// Releases the force, then prints the reason and leaves the rest to the board: the watchdog's
 /// reset, or the end of an emulated run.

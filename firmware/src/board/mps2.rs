@@ -25,14 +25,17 @@ use palpate_controller::patch::Budget;
 use super::Duty;
 use crate::period;
 
+mod hand;
 mod link;
 mod profile;
 mod uart;
 pub use link::{duty, link_read, link_write};
 pub use profile::ProfileMemory;
 
+/// Board and version, for hosts.
+pub const NAME: &str = concat!("mps2 ", env!("CARGO_PKG_VERSION"));
 /// Main clock of the FPGA images [Hz]; timer 0 and the free-running counter both run on it.
-const CLOCK_HZ: u32 = 25_000_000;
+pub const CLOCK_HZ: u32 = 25_000_000;
 const TICK_HZ: u32 = 1_000;
 
 // CMSDK APB timer 0
@@ -195,13 +198,13 @@ pub fn counts_to_ns(counts: u32) -> u32 {
 
 defmt::timestamp!("{=u32:us}", clock_counts() / (CLOCK_HZ / 1_000_000));
 
-/// Until the next interrupt. A script passes the time awake: QEMU counts sleep twice, and 1 ms of
-/// the tick timer would be 2 ms of the clock. Nops cost it nothing. A host on the UART lives in
-/// real time, to which only sleep leads.
+/// Until the next interrupt. A script and a hand pass the time awake: QEMU counts sleep twice, and
+/// 1 ms of the tick timer would be 2 ms of the clock. Nops cost it nothing. In lock-step no time
+/// goes by, and a host on the UART lives in real time, to which only sleep leads.
 pub fn idle(duty: &Duty) {
     match duty {
-        Duty::Script(_) => (0..64).for_each(|_| cortex_m::asm::nop()),
-        Duty::Serve(_) => cortex_m::asm::wfi(),
+        Duty::Serve(_) if !hand::is_there() => cortex_m::asm::wfi(),
+        _ => (0..64).for_each(|_| cortex_m::asm::nop()),
     }
 }
 
@@ -283,9 +286,9 @@ pub fn budget() -> Budget {
     if part == CORTEX_M7 { Budget::M7_480 } else { Budget::M4F_168 }
 }
 
-/// These images have no encoders: poses come over the link.
+/// These images have no encoders: poses come over the link, or with it.
 pub fn sense() -> Option<Sensed> {
-    None
+    hand::sense()
 }
 
 /// On hardware the watchdog resets the board. An emulated run ends, for whoever waits for it,

@@ -65,8 +65,12 @@ use super::Duty;
 use crate::period;
 use palpate_controller::serve::Pace;
 
+/// Board and version, for hosts.
+pub const NAME: &str = concat!("nucleo-h743zi ", env!("CARGO_PKG_VERSION"));
 /// Core clock [MHz].
 const CLOCK_MHZ: u32 = 480;
+/// Counts of the clock in a second.
+pub const CLOCK_HZ: u32 = CLOCK_MHZ * 1_000_000;
 const TICK_HZ: u32 = 1_000;
 const ENABLE_PIN: usize = 12;
 const SUPPLY_PIN: usize = 13;

@@ -2,12 +2,12 @@
 
 use palpate::Fault;
 use palpate::haptic::device::Sensed;
-use palpate_controller::board::Board;
+use palpate_controller::board::{About, Board};
 use palpate_controller::force_out::Outputs;
 use palpate_controller::patch::Budget;
 
 use super::{
-    ProfileMemory, budget, clock_counts, count_millisecond, emergency_stop, feed_watchdog, healthy, link_read, link_write,
+    ProfileMemory, about, budget, clock_counts, count_millisecond, emergency_stop, feed_watchdog, healthy, link_read, link_write,
     operator_absent, outputs, outputs_off, sense, since_period_counts, stack_used_bytes, supply_low, write_outputs,
 };
 use crate::period;
@@ -83,6 +83,10 @@ impl Board for ThisBoard {
 
     fn budget(&self) -> Budget {
         budget()
+    }
+
+    fn about(&self) -> About {
+        about()
     }
 
     fn stack_used_bytes(&self) -> usize {

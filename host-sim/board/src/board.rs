@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use palpate_controller::link::frame::FRAME_BYTES;
-use palpate_controller::link::{FromBoard, Receiver, ToBoard, encode};
+use palpate_controller::link::{FromBoard, Receiver, ToBoard, encode, upload};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 use tempfile::TempDir;
@@ -28,8 +28,6 @@ const FAREWELL: Duration = Duration::from_secs(2);
 pub const SHIFT: u32 = 6;
 /// One count of the board's clock [ns].
 const NS_PER_COUNT: u64 = 40;
-/// Bytes of a patch that go into one frame.
-const PIECE: usize = 192;
 
 /// An emulated board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -206,11 +204,7 @@ impl Board {
     /// # Errors
     /// [`EmulateError::Refused`] in words.
     pub fn upload(&mut self, patch: &[u8]) -> Result<u32, EmulateError> {
-        self.send(&ToBoard::PatchBegin(patch.len() as u32))?;
-        for (n, piece) in patch.chunks(PIECE).enumerate() {
-            self.send(&ToBoard::PatchPart { at: (n * PIECE) as u32, bytes: piece })?;
-        }
-        self.send(&ToBoard::PatchEnd)?;
+        upload::messages(patch).try_for_each(|message| self.send(&message))?;
         match self.receive()? {
             FromBoard::PatchTaken(nodes) => Ok(nodes),
             FromBoard::Refused(refusal) => Err(EmulateError::Refused(refusal)),

@@ -3,7 +3,7 @@
 
 use palpate::Fault;
 use palpate::haptic::device::Sensed;
-use palpate_controller::board::Board;
+use palpate_controller::board::{About, Board};
 use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
 use palpate_controller::force_out::Outputs;
 use palpate_controller::patch::Budget;
@@ -98,6 +98,10 @@ impl Board for DesktopBoard {
 
     fn budget(&self) -> Budget {
         Budget::M7_480
+    }
+
+    fn about(&self) -> About {
+        About { name: concat!("desktop ", env!("CARGO_PKG_VERSION")), built_day: 0, clock_hz: 0 }
     }
 
     fn stack_used_bytes(&self) -> usize {

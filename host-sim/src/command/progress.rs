@@ -13,7 +13,6 @@ const QUIET: Duration = Duration::from_secs(2);
 /// Between two lines [s].
 const LINE_S: u64 = 20;
 /// Between two lines that name a step.
-#[cfg(feature = "full")]
 const STEP_LINE: Duration = Duration::from_secs(4);
 
 /// Counts steps on standard error.
@@ -89,6 +88,39 @@ impl Spinner {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
+    }
+}
+
+/// Work that lasts until it is ended: beside a spinner on a terminal, in a line every few seconds
+/// where there is none.
+pub(super) struct Lines {
+    spinner: Spinner,
+    began: Instant,
+    written: Instant,
+    terminal: bool,
+}
+
+impl Default for Lines {
+    fn default() -> Self {
+        let now = Instant::now();
+        Self { spinner: Spinner::default(), began: now, written: now, terminal: std::io::stderr().is_terminal() }
+    }
+}
+
+impl Lines {
+    /// How it stands.
+    pub(super) fn say(&mut self, how: impl FnOnce() -> String) {
+        if self.terminal {
+            self.spinner.show(how);
+        } else if self.written.elapsed() >= STEP_LINE {
+            self.written = Instant::now();
+            eprintln!("after {:.0} s: {}", self.began.elapsed().as_secs_f64(), how());
+        }
+    }
+
+    /// Leaves the terminal clean.
+    pub(super) fn clear(&self) {
+        self.spinner.clear();
     }
 }
 

@@ -17,8 +17,6 @@ use crate::scene::Scene;
 
 /// Added to the name of the patch file.
 pub const RECORD_SUFFIX: &str = ".json";
-/// Where a patch file has its checksum.
-const CHECKSUM: std::ops::Range<usize> = 12..16;
 
 /// Scene that a patch was fitted to, and its judged error.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -196,5 +194,5 @@ impl FitRecord {
 /// Checksum of a patch file, as it stands there; `None` if the file is too short to have one.
 #[must_use]
 pub fn checksum(patch: &[u8]) -> Option<u32> {
-    Some(u32::from_le_bytes(patch.get(CHECKSUM)?.try_into().ok()?))
+    palpate::PatchFile::checksum(patch)
 }

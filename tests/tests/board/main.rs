@@ -1,5 +1,7 @@
 //! The firmware in the emulator: the same bits as the desktop, cost, crashes, late ticks.
 
+#[cfg(unix)]
+mod a_board_on_a_port;
 mod a_rubbing_probe_on_the_board;
 mod board_and_desktop_give_the_same_bits;
 mod board_cost;

@@ -37,6 +37,8 @@ pub enum Reply {
     Modulus(f32),
     /// Say how you are.
     Report,
+    /// Say who you are.
+    Identify,
     /// Keep this profile.
     Store(Profile),
 }
@@ -101,6 +103,7 @@ impl Inbox {
                 Reply::None
             }
             ToBoard::Report => Reply::Report,
+            ToBoard::Identify => Reply::Identify,
             ToBoard::Store(profile) if controller.mode().accepts(Request::Config) => Reply::Store(profile),
             ToBoard::Store(_) => Reply::Refused(Refusal::NotIdle),
         }

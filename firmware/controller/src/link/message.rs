@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::record::Record;
 use super::wire_limits::WireLimits;
+use crate::board::About;
 use crate::config::{Profile, StoreError};
 
 /// From the host. Whatever it is, it is a sign of life.
@@ -55,6 +56,8 @@ pub enum ToBoard<'a> {
     /// Whether the operator's switch is pressed, for boards without a pin for it; holds until the
     /// next such message, and counts as released before the first.
     Operator(bool),
+    /// Say who you are.
+    Identify,
 }
 
 /// Requests of a host to the mode machine; start-up is the board's own.
@@ -100,6 +103,36 @@ pub enum FromBoard {
         /// Nodes of the patch.
         nodes: u32,
     },
+    /// The answer to [`ToBoard::Identify`].
+    Identity(Identity),
+}
+
+/// Longest name of a board with its image's version [bytes].
+pub const NAME_BYTES: usize = 32;
+
+/// Board, image and patch.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identity {
+    /// Board and version of the image in ASCII, apart by a space, zeros behind.
+    pub name: [u8; NAME_BYTES],
+    /// Day on which the image was built, counted from 1970-01-01; 0 is unknown.
+    pub built_day: u16,
+    /// Counts in a second of the clock that [`Record::spent_counts`] is in.
+    pub clock_hz: u32,
+    /// Checksum of the patch file; 0 while there is no patch.
+    pub patch_checksum: u32,
+    /// Young's modulus of the patch [Pa]; 0 while there is no patch.
+    pub youngs_modulus_pa: f32,
+}
+
+impl Identity {
+    /// Of a board with a patch of this checksum and Young's modulus [Pa].
+    #[must_use]
+    pub fn new(about: &About, (patch_checksum, youngs_modulus_pa): (u32, f32)) -> Self {
+        let mut name = [0; NAME_BYTES];
+        name.iter_mut().zip(about.name.bytes()).for_each(|(place, byte)| *place = byte);
+        Self { name, built_day: about.built_day, clock_hz: about.clock_hz, patch_checksum, youngs_modulus_pa }
+    }
 }
 
 /// Why something was not done.

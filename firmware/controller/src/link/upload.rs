@@ -1,9 +1,18 @@
 //! Memory for a patch that comes over the link, piece by piece.
 
-use super::message::Refusal;
+use super::message::{Refusal, ToBoard};
+
+/// Bytes of a patch that go into one frame.
+pub const PIECE_BYTES: usize = 192;
 
 /// Words for an uploaded patch: 52 KB, some 180 nodes.
 pub const UPLOAD_WORDS: usize = 13 * 1024;
+
+/// The messages that bring a patch, in order. The board answers the last one.
+pub fn messages(patch: &[u8]) -> impl Iterator<Item = ToBoard<'_>> {
+    let parts = patch.chunks(PIECE_BYTES).zip((0..).step_by(PIECE_BYTES)).map(|(bytes, at)| ToBoard::PatchPart { at, bytes });
+    [ToBoard::PatchBegin(patch.len() as u32)].into_iter().chain(parts).chain([ToBoard::PatchEnd])
+}
 
 /// The memory, and how much of it has come.
 pub struct Upload {

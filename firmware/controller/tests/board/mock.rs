@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use palpate::haptic::cycle::{Renderer, Settings};
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
 use palpate::{Fault, Output, ProbePose, Vector3};
-use palpate_controller::board::Board;
+use palpate_controller::board::{About, Board};
 use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
 use palpate_controller::controller::{Arming, Controller};
 use palpate_controller::force_out::Outputs;
@@ -140,6 +140,10 @@ impl Board for Mock {
 
     fn budget(&self) -> Budget {
         Budget::M7_480
+    }
+
+    fn about(&self) -> About {
+        About { name: "mock 1.2.3", built_day: 20_000, clock_hz: 1_000_000 }
     }
 
     fn stack_used_bytes(&self) -> usize {

@@ -10,7 +10,7 @@ use palpate_controller::force_out::Outputs;
 use palpate_controller::haptic_loop::HapticLoop;
 use palpate_controller::link::frame::decode;
 use palpate_controller::link::message::HostAsk;
-use palpate_controller::link::{FromBoard, Refusal, ToBoard, Upload, encode};
+use palpate_controller::link::{FromBoard, Refusal, ToBoard, Upload, encode, upload};
 use palpate_controller::patch::{Memory, WordAligned};
 use palpate_controller::serve::{Pace, run};
 
@@ -113,18 +113,16 @@ fn damaged_bytes_are_counted_and_the_next_frame_is_taken() {
 }
 
 /// Messages that bring a patch over the link, after three ticks in which the board starts up.
-fn upload(bytes: &[u8]) -> Vec<ToBoard<'_>> {
+fn bring(bytes: &[u8]) -> Vec<ToBoard<'_>> {
     let started = (1..=9).map(|n| pose(n, 2e-3));
-    let begin = ToBoard::PatchBegin(bytes.len() as u32);
-    let parts = bytes.chunks(192).zip((0..).step_by(192)).map(|(bytes, at)| ToBoard::PatchPart { at, bytes });
-    started.chain([begin]).chain(parts).chain([ToBoard::PatchEnd, pose(10, 2e-3)]).collect()
+    started.chain(upload::messages(bytes)).chain([pose(10, 2e-3)]).collect()
 }
 
 /// At 480 MHz the whole search lasts longer than the watchdog waits, one pass of the springs 0.1
 /// ms.
 #[test]
 fn opening_a_large_patch_feeds_the_watchdog_while_the_outputs_are_off() {
-    let (frames, board) = answers(&upload(&RELATIVE.0));
+    let (frames, board) = answers(&bring(&RELATIVE.0));
     let taken = frames.into_iter().find_map(|frame| {
         decoded(frame, |message| match message {
             FromBoard::PatchTaken(nodes) => Some(nodes),
@@ -137,7 +135,7 @@ fn opening_a_large_patch_feeds_the_watchdog_while_the_outputs_are_off() {
     // pins that never went off: nothing vouches for the outputs, so the watchdog has to act
     let mut stuck = haptic_loop(Arming::OnRequest);
     stuck.board.stuck = Some(Outputs { enabled: true, ..Outputs::OFF });
-    let (_, board) = answers_of(stuck, &upload(&RELATIVE.0));
+    let (_, board) = answers_of(stuck, &bring(&RELATIVE.0));
     assert_eq!(board.fed, 0);
 }
 
@@ -146,7 +144,7 @@ fn opening_a_large_patch_feeds_the_watchdog_while_the_outputs_are_off() {
 fn a_patch_that_is_refused_after_another_modulus_is_refused_once() {
     let mut messages: Vec<ToBoard> = (1..=9).map(|n| pose(n, 2e-3)).collect();
     messages.extend([ToBoard::YoungsModulus(4e3), pose(10, 2e-3)]);
-    messages.extend(upload(&[1; 16]).split_off(9));
+    messages.extend(bring(&[1; 16]).split_off(9));
     messages.extend([ToBoard::Ask(HostAsk::Arm), pose(11, 2e-3)]);
     let (frames, _) = answers(&messages);
     let mut told: Vec<String> = Vec::new();

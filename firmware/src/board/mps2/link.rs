@@ -8,7 +8,7 @@ use palpate_controller::script::{LEAD_TICKS, Script};
 use semihosting::fs::File;
 use semihosting::io::{self, Read as _, Write as _};
 
-use super::uart;
+use super::{hand, uart};
 use crate::board::Duty;
 use palpate_controller::serve::Pace;
 
@@ -23,12 +23,12 @@ pub fn restarts() -> bool {
 }
 
 /// The task that the emulator's command line names: `TICKS`, `TICKS LEAD_TICKS`, `lock-step IN OUT`
-/// with the paths of two FIFOs, or `uart`.
+/// with the paths of two FIFOs, `paced` with the same, or `uart`.
 pub fn duty() -> Duty {
     let Ok(arguments) = semihosting::experimental::env::args::<512>() else { return Duty::Script(DEFAULT_SCRIPT) };
     let mut words = (&arguments).filter_map(core::result::Result::ok).skip(1);
     let first = words.next();
-    if first == Some("lock-step") {
+    if let Some("lock-step" | "paced") = first {
         let mut open = |how: fn(&CStr) -> io::Result<File>| {
             let mut path = [0_u8; 256];
             let word = words.next()?.as_bytes();
@@ -37,9 +37,13 @@ pub fn duty() -> Duty {
         };
         let (input, output) = (open(|path| File::open(path)), open(|path| File::create(path)));
         let (Some(input), Some(output)) = (input, output) else {
-            crate::board::stop(format_args!("lock-step: two FIFOs are needed: lock-step IN OUT"))
+            crate::board::stop(format_args!("two FIFOs are needed: lock-step IN OUT or paced IN OUT"))
         };
         FILES.lock(|link| *link.borrow_mut() = Some((input, output)));
+        if first == Some("paced") {
+            hand::to(&[0; 12]);
+            return Duty::Serve(Pace::Timed);
+        }
         return Duty::Serve(Pace::LockStep);
     }
     if first == Some("uart") {
@@ -59,8 +63,36 @@ static FILES: Mutex<CriticalSectionRawMutex, RefCell<Option<(File, File)>>> = Mu
 /// Bytes from the host. In lock-step the whole machine stands still until there are some, and 0
 /// says that the host has gone.
 pub fn link_read(bytes: &mut [u8]) -> usize {
-    let from_file = FILES.lock(|link| link.borrow_mut().as_mut().map(|(input, _)| input.read(bytes).unwrap_or(0)));
+    let from_file = FILES.lock(|link| {
+        link.borrow_mut()
+            .as_mut()
+            .map(|(input, _)| if hand::is_there() { paced(input, bytes) } else { input.read(bytes).unwrap_or(0) })
+    });
     from_file.unwrap_or_else(|| uart::read(bytes))
+}
+
+/// The machine stands still until it is told what came in a tick, in packets: where the hand is,
+/// how many bytes of the link follow, and these. Without bytes it is the tick's last. Whoever
+/// writes them sets the pace, and ends the run with anything else.
+#[inline(never)]
+fn paced(input: &mut File, bytes: &mut [u8]) -> usize {
+    let mut head = [0; 13];
+    let mut whole = |bytes: &mut [u8]| {
+        if input.read(bytes).ok() != Some(bytes.len()) {
+            super::outputs_off();
+            super::exit(true);
+        }
+    };
+    whole(&mut head);
+    let [position_m @ .., length] = &head;
+    hand::to(position_m);
+    match bytes.get_mut(..usize::from(*length)) {
+        Some(piece @ [_, ..]) => {
+            whole(piece);
+            piece.len()
+        }
+        _ => 0,
+    }
 }
 
 /// Bytes to the host.

@@ -1,0 +1,132 @@
+//! `palpate board`: a flashed board on its serial port.
+
+mod hold;
+mod list;
+mod status;
+mod transfer;
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::{Args, Subcommand};
+
+use crate::error::Error;
+use crate::port::Session;
+
+/// A board of ours sends a record every 20 ms; opening a large patch after power-on takes it a
+/// second.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+#[derive(Args, Clone, Debug)]
+pub(super) struct Port {
+    /// The board's serial port, such as /dev/ttyACM0 or COM3; `palpate board list` finds it.
+    #[arg(long, value_name = "PORT")]
+    port: String,
+}
+
+impl Port {
+    fn open(&self) -> Result<Session, Error> {
+        Ok(Session::open(&self.port, PATIENCE)?)
+    }
+}
+
+#[derive(Clone, Debug, Subcommand)]
+pub(super) enum BoardCommand {
+    /// Find the boards: every USB serial port is listened to, and whoever speaks our frames is
+    /// asked who it is.
+    ///
+    /// Nothing is sent to a port that does not speak them. Ports that are named are listened to in
+    /// place of the system's.
+    List {
+        /// Ports to listen to [default: all USB serial ports].
+        #[arg(value_name = "PORT")]
+        ports: Vec<String>,
+    },
+    /// Show image, mode, fault, force, patch, time of a tick and stack of a board. Changes nothing.
+    Status {
+        #[command(flatten)]
+        port: Port,
+    },
+    /// Enable the force and hold it until Ctrl-C, then stop.
+    ///
+    /// The board arms once the tip has been still outside the tissue for 0.1 s. It takes the force
+    /// away by itself as soon as it does not hear this command any more, however that came about.
+    /// Fails (exit code 1) if the board ends the force by itself.
+    Arm {
+        #[command(flatten)]
+        port: Port,
+        #[command(flatten)]
+        stream: hold::Stream,
+    },
+    /// Stream a board's records without enabling anything, until Ctrl-C.
+    Watch {
+        #[command(flatten)]
+        port: Port,
+        #[command(flatten)]
+        stream: hold::Stream,
+    },
+    /// End the force: ask for a stop until the board says that its outputs are off.
+    Stop {
+        #[command(flatten)]
+        port: Port,
+    },
+    /// Clear a latched fault, when its cause is gone. Enables nothing.
+    Clear {
+        #[command(flatten)]
+        port: Port,
+    },
+    /// Send a patch to an idle board. It is forgotten with the power.
+    Upload {
+        /// Patch file of `palpate pack`, `fit`, `plan` or `cut`.
+        #[arg(value_name = "PATCH")]
+        patch: PathBuf,
+        #[command(flatten)]
+        port: Port,
+    },
+    /// Set Young's modulus of the board's patch, between half and twice its own. It is forgotten
+    /// with the power.
+    Modulus {
+        /// Young's modulus [Pa].
+        #[arg(value_name = "PA", allow_negative_numbers = true)]
+        pascal: f32,
+        #[command(flatten)]
+        port: Port,
+    },
+    /// Give an idle board the profile of a device: its limits, workspace and encoder, kept without
+    /// power.
+    ///
+    /// The board starts up anew with it. A Nucleo keeps none yet, and says so.
+    Profile {
+        /// A device (touch, omni, touch-x, falcon, omega3, inverse3, hapkit, frictionless) or the
+        /// path of a profile (.toml, see host-sim/devices).
+        #[arg(long, value_name = "NAME|FILE")]
+        device: String,
+        #[command(flatten)]
+        port: Port,
+    },
+    /// Measure the round trip of a message to an idle board.
+    Ping {
+        #[command(flatten)]
+        port: Port,
+        /// Round trips.
+        #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
+        count: u32,
+    },
+}
+
+impl BoardCommand {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        match self {
+            Self::List { ports } => list::run(ports),
+            Self::Status { port } => status::run(port.open()?),
+            Self::Arm { port, stream } => hold::arm(port, stream),
+            Self::Watch { port, stream } => hold::watch(port, stream),
+            Self::Stop { port } => hold::stop(&mut port.open()?),
+            Self::Clear { port } => hold::clear(&mut port.open()?),
+            Self::Upload { patch, port } => transfer::upload(patch, port),
+            Self::Modulus { pascal, port } => transfer::modulus(*pascal, &mut port.open()?),
+            Self::Profile { device, port } => transfer::profile(device, port),
+            Self::Ping { port, count } => transfer::ping(*count, &mut port.open()?),
+        }
+    }
+}

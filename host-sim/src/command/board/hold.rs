@@ -1,0 +1,227 @@
+//! `palpate board arm`, `watch`, `stop` and `clear`.
+
+mod stream;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use palpate::haptic::mode::Mode;
+use palpate_controller::link::message::HostAsk;
+use palpate_controller::link::{FromBoard, Record, ToBoard};
+use palpate_controller::words;
+use palpate_tissue::Error as TissueError;
+
+use self::stream::Rows;
+use super::{Port, status};
+use crate::command::progress::Lines;
+use crate::error::Error;
+use crate::port::session::{force_words, released_by_itself};
+use crate::port::{PortError, Session};
+
+/// A fault is cleared after good poses only.
+const CLEARED: Duration = Duration::from_secs(2);
+/// Longest wait for a record before the signs of life are looked at again.
+const STEP: Duration = Duration::from_millis(100);
+
+#[derive(Args, Clone, Debug)]
+pub(in crate::command) struct Stream {
+    /// Seconds after which to end [default: at Ctrl-C].
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    seconds: Option<f64>,
+    /// Also write the records, 50 a second, to a CSV file: there when the command is done, not if
+    /// the port is lost.
+    #[arg(long, value_name = "FILE.csv")]
+    out: Option<std::path::PathBuf>,
+}
+
+impl Stream {
+    fn until(&self) -> Result<Option<Duration>, Error> {
+        let Some(seconds) = self.seconds else { return Ok(None) };
+        Duration::try_from_secs_f64(seconds).ok().filter(|time| !time.is_zero()).map(Some).ok_or_else(|| {
+            TissueError::Usage(format!("--seconds {seconds}: give a number above zero, or leave it out and end with Ctrl-C"))
+                .into()
+        })
+    }
+}
+
+/// Asked for by Ctrl-C or a request of the system to end.
+static ENDED: AtomicBool = AtomicBool::new(false);
+
+fn end_at_ctrl_c() -> Result<(), Error> {
+    ctrlc::set_handler(|| ENDED.store(true, Ordering::Relaxed)).map_err(|cause| {
+        TissueError::Usage(format!("Ctrl-C cannot be caught ({cause}): start this command from another shell")).into()
+    })
+}
+
+/// Sum over a run.
+#[derive(Default)]
+struct Seen {
+    records: u64,
+    first: Option<Record>,
+    largest_n: f32,
+    deepest_m: f32,
+}
+
+impl Seen {
+    fn take(&mut self, record: &Record) {
+        self.records += 1;
+        self.first.get_or_insert(*record);
+        self.largest_n = self.largest_n.max(record.applied_n.iter().map(|n| n * n).sum::<f32>().sqrt());
+        self.deepest_m = self.deepest_m.max(record.depth_m);
+    }
+
+    /// Time on the board [s].
+    fn board_s(&self, last: &Record) -> f64 {
+        f64::from(self.first.map_or(0, |first| last.tick.wrapping_sub(first.tick))) * 1e-3
+    }
+}
+
+pub(super) fn watch(port: &Port, stream: &Stream) -> Result<(), Error> {
+    run(port, stream, false)
+}
+
+pub(super) fn arm(port: &Port, stream: &Stream) -> Result<(), Error> {
+    run(port, stream, true)
+}
+
+fn run(port: &Port, stream: &Stream, arm: bool) -> Result<(), Error> {
+    let until = stream.until()?;
+    let mut rows = stream.out.as_deref().map(Rows::begin).transpose()?;
+    end_at_ctrl_c()?;
+    let mut session = port.open()?;
+    if arm {
+        armable(&session)?;
+        session.send(&ToBoard::Ask(HostAsk::Arm))?;
+        session.keep_alive = true;
+        eprintln!("arming: hold the tip still, outside the tissue; Ctrl-C stops. If this command dies, {}", released_by_itself());
+    }
+    let (mut seen, mut held) = (Seen::default(), None);
+    let ended = follow(&mut session, until, arm, &mut rows, &mut seen, &mut held);
+    if arm && !matches!(ended, Err(Error::Port(PortError::Lost { .. }))) {
+        session.stop()?;
+    }
+    if matches!(ended, Ok(()) | Err(Error::Tissue(TissueError::Check(_)))) {
+        println!(
+            "{} records over {:.2} s of the board, {} lost; force at most {:.3} N, depth at most {:.2} mm",
+            seen.records,
+            seen.board_s(&session.record),
+            session.counts().lost,
+            seen.largest_n,
+            seen.deepest_m * 1e3
+        );
+        if let (Some(rows), Some(path)) = (rows, &stream.out) {
+            rows.publish()?;
+            println!("wrote {}", path.display());
+        }
+        if arm {
+            tell_stopped(&session);
+        }
+    }
+    ended
+}
+
+/// A board that is not idle does not arm, and says so only by its silence.
+fn armable(session: &Session) -> Result<(), Error> {
+    let record = &session.record;
+    match record.mode() {
+        Some(Mode::Idle) => Ok(()),
+        Some(Mode::Fault) => Err(undone(
+            session,
+            format!(
+                "not armed: {}: see to the cause, then `palpate board clear --port {}`",
+                status::fault(record),
+                session.port()
+            ),
+        )),
+        _ => Err(undone(session, format!("not armed: the board is not idle ({}): try again", status::mode(record)))),
+    }
+}
+
+fn undone(session: &Session, what: String) -> Error {
+    PortError::Undone { port: session.port().into(), what }.into()
+}
+
+/// Takes records until the end; armed, also watches that the board stays so.
+fn follow(
+    session: &mut Session,
+    until: Option<Duration>,
+    arm: bool,
+    rows: &mut Option<Rows>,
+    seen: &mut Seen,
+    held: &mut Option<Mode>,
+) -> Result<(), Error> {
+    let begun = Instant::now();
+    let mut lines = Lines::default();
+    let outcome = loop {
+        if ENDED.load(Ordering::Relaxed) || until.is_some_and(|until| begun.elapsed() >= until) {
+            break Ok(());
+        }
+        let left = until.map_or(STEP, |until| until.saturating_sub(begun.elapsed()).min(STEP));
+        let record = match session.next(left)? {
+            Some(FromBoard::Record(record)) => record,
+            Some(FromBoard::Refused(refusal)) if arm => {
+                break Err(PortError::Refused { port: session.port().into(), refusal }.into());
+            }
+            _ => continue,
+        };
+        seen.take(&record);
+        if let Some(rows) = rows {
+            rows.add(&record, &session.identity)?;
+        }
+        lines.say(|| format!("{}; {}, {:.2} mm deep", status::mode(&record), force_words(&record), record.depth_m * 1e3));
+        if arm {
+            let mode = record.mode();
+            if let Some(ended) = ended_by_board(&record, *held) {
+                break Err(TissueError::Check(format!("{}: {ended}", session.port())).into());
+            }
+            // the first records may be older than the request
+            if mode.is_some_and(|mode| mode != Mode::Idle) {
+                *held = mode;
+            }
+        }
+    };
+    lines.clear();
+    outcome
+}
+
+/// Why there is no force any more, if the board has ended it.
+fn ended_by_board(record: &Record, before: Option<Mode>) -> Option<String> {
+    match (before, record.mode()?) {
+        (_, Mode::Fault) => Some(format!("the board ended the force: {}; no force acts", status::fault(record))),
+        (Some(_), Mode::SafeRamp | Mode::Idle | Mode::Boot | Mode::SelfTest) => Some(
+            "the board ended the force by itself: the operator's switch was released, or it did not hear this command for 20 ms (a busy machine, a poor line); arm it again"
+                .into(),
+        ),
+        _ => None,
+    }
+}
+
+pub(super) fn stop(session: &mut Session) -> Result<(), Error> {
+    session.stop()?;
+    tell_stopped(session);
+    Ok(())
+}
+
+fn tell_stopped(session: &Session) {
+    let mode = session.record.mode().map_or("mode of another version", words::mode);
+    println!("stopped: {mode}, {}", force_words(&session.record));
+}
+
+pub(super) fn clear(session: &mut Session) -> Result<(), Error> {
+    if session.record.mode() != Some(Mode::Fault) {
+        println!("no fault is latched: mode {}", status::mode(&session.record));
+        return Ok(());
+    }
+    let was = status::fault(&session.record);
+    let cleared = session.ask(&ToBoard::Ask(HostAsk::Clear), CLEARED, |message| match message {
+        FromBoard::Record(record) => (record.mode() == Some(Mode::Idle)).then_some(()),
+        _ => None,
+    })?;
+    if cleared.is_none() {
+        let what = format!("not cleared: {}: its cause is still there; see to it and try again", status::fault(&session.record));
+        return Err(undone(session, what));
+    }
+    println!("cleared: {was}; mode {}", status::mode(&session.record));
+    Ok(())
+}

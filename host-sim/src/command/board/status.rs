@@ -1,0 +1,99 @@
+//! `palpate board status`.
+
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use palpate::haptic::mode::Mode;
+use palpate_controller::link::{FromBoard, Identity, Record, ToBoard};
+use palpate_controller::words;
+
+use crate::error::Error;
+use crate::port::Session;
+use crate::port::session::force_words;
+
+/// A scan of the stack takes a third of a tick.
+const ANSWER: Duration = Duration::from_millis(500);
+/// A tick [us].
+const TICK_US: f64 = 1e3;
+
+pub(super) fn run(mut session: Session) -> Result<(), Error> {
+    let state = session.ask(&ToBoard::Report, ANSWER, |message| match message {
+        FromBoard::State { stack_used_bytes, bad_frames, nodes, .. } => Some((stack_used_bytes, bad_frames, nodes)),
+        _ => None,
+    })?;
+    // a record after the answer, for the time of a tick that had nothing else to do
+    let wait = Duration::from_millis(100);
+    while !matches!(session.next(wait)?, Some(FromBoard::Record(_)) | None) {}
+    let (record, identity) = (&session.record, &session.identity);
+    println!("board   {} on {}", image(identity), session.port());
+    println!("mode    {}", mode(record));
+    println!("fault   {}", fault(record));
+    println!("force   {}", force_words(record));
+    let [x, y, z] = record.position_m.map(|m| m * 1e3);
+    println!("tip     {x:.2}, {y:.2}, {z:.2} mm; the patch's site is at 0, 0, 0, outside is z > 0");
+    match state {
+        Some((_, _, 0)) => println!("patch   none: send one with `palpate board upload`"),
+        Some((stack, bad_frames, nodes)) => {
+            println!(
+                "patch   {nodes} nodes, checksum {:08x}, Young's modulus {} Pa",
+                identity.patch_checksum, identity.youngs_modulus_pa
+            );
+            println!("tick    {}", tick(record, identity));
+            println!("stack   {stack} bytes at the deepest since power-on");
+            println!("link    {bad_frames} frames dropped there, {} here", session.counts().bad);
+        }
+        None => println!("patch   not said"),
+    }
+    Ok(())
+}
+
+/// Board, version and age of an image.
+pub(super) fn image(identity: &Identity) -> String {
+    let name = String::from_utf8_lossy(&identity.name);
+    let name = name.trim_end_matches('\0').replace(char::is_control, "\u{fffd}");
+    let today = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs() / 86_400);
+    let age = match (identity.built_day, today.checked_sub(identity.built_day.into())) {
+        (0, _) | (_, None) => "day of the build unknown".into(),
+        (_, Some(0)) => "built today".into(),
+        (_, Some(1)) => "built yesterday".into(),
+        (_, Some(days)) => format!("built {days} days ago"),
+    };
+    format!("{name}, {age}")
+}
+
+pub(super) fn mode(record: &Record) -> String {
+    let says = match record.mode() {
+        Some(Mode::Idle) => "no force; `palpate board arm` enables it",
+        Some(Mode::Fault) => "no force; see to the cause, then `palpate board clear`",
+        Some(Mode::Arming) => "no force before the tip is still outside the tissue",
+        Some(Mode::Boot | Mode::SelfTest) => "no force; starts up",
+        Some(Mode::Active) => "the force is felt",
+        Some(Mode::Degraded) => "the force is felt, scaled down for this contact",
+        Some(Mode::SafeRamp) => "the force falls to nothing",
+        None => return format!("{} (of another version than this palpate)", record.mode),
+    };
+    format!("{}: {says}", record.mode().map_or("", words::mode))
+}
+
+pub(super) fn fault(record: &Record) -> String {
+    match (record.fault, record.fault()) {
+        (0, _) => "none".into(),
+        (_, Some(fault)) => fault.to_string(),
+        (number, None) => format!("{number} (of another version than this palpate)"),
+    }
+}
+
+/// From the sensors to the converters.
+fn tick(record: &Record, identity: &Identity) -> String {
+    let Some(us) = spent_us(record, identity) else { return "not timed by this board".into() };
+    format!(
+        "{us:.1} us from sensors to outputs, {:.1} % of a period; {} counts of a clock of {} MHz",
+        us / TICK_US * 1e2,
+        record.spent_counts,
+        f64::from(identity.clock_hz) / 1e6
+    )
+}
+
+/// Time of a tick [us], if the board has a clock for it.
+pub(super) fn spent_us(record: &Record, identity: &Identity) -> Option<f64> {
+    (identity.clock_hz > 0).then(|| f64::from(record.spent_counts) / f64::from(identity.clock_hz) * 1e6)
+}

@@ -1,0 +1,164 @@
+//! `palpate board upload`, `modulus`, `profile` and `ping`.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use palpate::haptic::cycle::Settings;
+use palpate::{PatchFile, Vector3};
+use palpate_controller::config::Profile;
+use palpate_controller::link::{FromBoard, Refusal, ToBoard, upload};
+use palpate_loop::closed_loop::device::DeviceProfile;
+use palpate_tissue::Error as TissueError;
+
+use super::Port;
+use crate::error::Error;
+use crate::port::{PortError, Session};
+
+/// Opening a large patch lasts a second on a small board.
+const OPENED: Duration = Duration::from_secs(5);
+/// A modulus opens the patch anew; a profile is written to flash.
+const ANSWER: Duration = Duration::from_secs(5);
+/// Sendings of a patch, of which a poor line loses pieces.
+const SENDINGS: usize = 3;
+/// Longest that a message under way takes.
+const ROUND_TRIP: Duration = Duration::from_secs(1);
+
+pub(super) fn upload(path: &Path, port: &Port) -> Result<(), Error> {
+    let bytes = std::fs::read(path).map_err(|source| TissueError::Read { path: path.into(), source })?;
+    let mut words = vec![0_u32; bytes.len().div_ceil(4)];
+    bytemuck::cast_slice_mut::<_, u8>(&mut words)[..bytes.len()].copy_from_slice(&bytes);
+    let patch = &bytemuck::cast_slice::<_, u8>(&words)[..bytes.len()];
+    // found here, not after a second of sending
+    PatchFile::open(patch).map_err(|cause| TissueError::Patch { path: path.into(), cause })?;
+    let mut session = port.open()?;
+    let begun = Instant::now();
+    let mut nodes = Err(Refusal::PatchPieces);
+    for _ in 0..SENDINGS {
+        nodes = sent(&mut session, patch)?;
+        if nodes != Err(Refusal::PatchPieces) {
+            break;
+        }
+    }
+    let nodes = nodes.map_err(|refusal| PortError::Refused { port: session.port().into(), refusal })?;
+    let seconds = begun.elapsed().as_secs_f64();
+    session.identify()?;
+    if Some(session.identity.patch_checksum) != PatchFile::checksum(patch) {
+        let what = "the board took a patch and holds another one: send it again".into();
+        return Err(PortError::Undone { port: session.port().into(), what }.into());
+    }
+    println!(
+        "{}: {} bytes in {seconds:.1} s; the board holds {nodes} nodes, checksum {:08x}, until its power goes",
+        path.display(),
+        bytes.len(),
+        session.identity.patch_checksum
+    );
+    Ok(())
+}
+
+/// Sends a patch once: its nodes, or why not.
+fn sent(session: &mut Session, patch: &[u8]) -> Result<Result<u32, Refusal>, Error> {
+    let answer = |message| match message {
+        FromBoard::PatchTaken(nodes) => Some(Ok(nodes)),
+        FromBoard::Refused(refusal) => Some(Err(refusal)),
+        _ => None,
+    };
+    for message in upload::messages(patch) {
+        session.send(&message)?;
+        // what came meanwhile, so that the system's queue does not run over
+        while let Some(came) = session.next(Duration::ZERO)? {
+            if let Some(answer) = answer(came) {
+                return Ok(answer);
+            }
+        }
+    }
+    let begun = Instant::now();
+    while let Some(came) = session.next(OPENED.saturating_sub(begun.elapsed()))? {
+        if let Some(answer) = answer(came) {
+            return Ok(answer);
+        }
+    }
+    let what = "the patch was sent and the board does not say what it makes of it: try again, on a shorter or slower line".into();
+    Err(PortError::Undone { port: session.port().into(), what }.into())
+}
+
+pub(super) fn modulus(pascal: f32, session: &mut Session) -> Result<(), Error> {
+    let was = session.identity.youngs_modulus_pa;
+    session.send(&ToBoard::YoungsModulus(pascal))?;
+    let begun = Instant::now();
+    while let Some(came) = session.next(ANSWER.saturating_sub(begun.elapsed()))? {
+        match came {
+            FromBoard::PatchTaken(nodes) => {
+                session.identify()?;
+                println!("Young's modulus {} Pa, was {was} Pa; {nodes} nodes", session.identity.youngs_modulus_pa);
+                return Ok(());
+            }
+            FromBoard::Refused(refusal) => return Err(PortError::Refused { port: session.port().into(), refusal }.into()),
+            _ => {}
+        }
+    }
+    let what = format!("the board did not say that it took a modulus of {pascal} Pa: try again");
+    Err(PortError::Undone { port: session.port().into(), what }.into())
+}
+
+pub(super) fn profile(device: &str, port: &Port) -> Result<(), Error> {
+    let device = DeviceProfile::load(device)?;
+    // its own centre is the site
+    let limits = device.limits(Vector3::zeros());
+    let settings = Settings { limits: device.limit_values(), ..Settings::safe(&limits) };
+    let profile = Profile::of(&settings, &limits);
+    // found here, by its name; the board says no more than that it is out of range
+    profile.check()?;
+    let mut session = port.open()?;
+    session.send(&ToBoard::Store(profile))?;
+    let begun = Instant::now();
+    while let Some(came) = session.next(ANSWER.saturating_sub(begun.elapsed()))? {
+        match came {
+            FromBoard::Stored(generation) => {
+                println!(
+                    "{}: at most {} N, workspace {} mm, a count of {} um; profile number {generation} of this board",
+                    device.name,
+                    device.force_limit_n,
+                    device.workspace_m.map(|side| format!("{:.0}", side * 1e3)).join(" x "),
+                    device.count_m * 1e6
+                );
+                return Ok(());
+            }
+            FromBoard::Refused(refusal) => return Err(PortError::Refused { port: session.port().into(), refusal }.into()),
+            _ => {}
+        }
+    }
+    let what = "the board did not say that it keeps the profile: try again".into();
+    Err(PortError::Undone { port: session.port().into(), what }.into())
+}
+
+pub(super) fn ping(count: u32, session: &mut Session) -> Result<(), Error> {
+    let mut trips_ms = Vec::new();
+    let mut lost = 0_u32;
+    for _ in 0..count {
+        let begun = Instant::now();
+        session.send(&ToBoard::Identify)?;
+        let back = loop {
+            let left = ROUND_TRIP.saturating_sub(begun.elapsed());
+            match session.next(left)? {
+                Some(FromBoard::Identity(_)) => break true,
+                Some(FromBoard::Refused(refusal)) => {
+                    return Err(PortError::Refused { port: session.port().into(), refusal }.into());
+                }
+                Some(_) if !left.is_zero() => {}
+                _ => break false,
+            }
+        };
+        if back { trips_ms.push(begun.elapsed().as_secs_f64() * 1e3) } else { lost += 1 }
+    }
+    trips_ms.sort_by(f64::total_cmp);
+    let at = |share: f64| trips_ms.get(((trips_ms.len() as f64 * share).ceil() as usize).saturating_sub(1)).copied();
+    let (Some(median), Some(most), Some(worst)) = (at(0.5), at(0.99), trips_ms.last()) else {
+        let what = format!("none of {count} messages came back: check the wiring and the board's power");
+        return Err(PortError::Undone { port: session.port().into(), what }.into());
+    };
+    println!(
+        "round trip: median {median:.2} ms, 99 % within {most:.2} ms, longest {worst:.2} ms; {} of {count} came back, {lost} lost; up to 1 ms of it is the wait for a tick",
+        trips_ms.len()
+    );
+    Ok(())
+}

@@ -1,0 +1,87 @@
+//! A board on a serial port, as its host: the frames of [`palpate_controller::link`] over the
+//! system's port.
+//!
+//! ```text
+//! command/board ─ session ─ line ─ serial port
+//! ```
+//!
+//! One thread does everything: it reads, it sends the signs of life that keep a force, and it
+//! writes the files. A host that hangs anywhere is silent, and a silent host's force ends.
+
+pub mod line;
+pub mod session;
+
+pub use line::Line;
+pub use session::Session;
+
+use palpate_controller::link::Refusal;
+
+/// Why a board on a port did not do what it was asked.
+#[derive(Debug, thiserror::Error)]
+pub enum PortError {
+    /// No port of this name.
+    #[error("{0}: there is no such port: `palpate board list` names the boards that answer; is the cable in?")]
+    Missing(String),
+    /// Another program has it open.
+    #[error(
+        "{0}: another program has this port open: end it with Ctrl-C, or kill it, and any force that it holds ends with it; then try again"
+    )]
+    InUse(String),
+    /// The system does not allow it.
+    #[error("{0}: this user may not open the port: on Linux join the group that owns it (often dialout) and log in again")]
+    Denied(String),
+    /// A file, or a device of another kind.
+    #[error("{port}: this is no serial port that can be used ({cause}): `palpate board list` names the boards that answer")]
+    Unusable {
+        /// Name of the port.
+        port: String,
+        /// Words of the operating system.
+        cause: String,
+    },
+    /// Nothing came.
+    #[error(
+        "{0}: nothing is heard, and every board of ours speaks: is it powered, flashed with an image of palpate, and is this its port?"
+    )]
+    Mute(String),
+    /// Bytes came that are none of our frames.
+    #[error(
+        "{port}: {bytes} bytes came and no frame of ours among them: this is another device, or an image of another version; flash one of this palpate's, or choose another port"
+    )]
+    Foreign {
+        /// Name of the port.
+        port: String,
+        /// Bytes that came.
+        bytes: usize,
+    },
+    /// Frames of ours came, and no answer.
+    #[error(
+        "{0}: a board of ours speaks but does not answer: its image is older than this palpate, or the line to it is cut; flash it anew, check the wiring"
+    )]
+    Deaf(String),
+    /// The port went away, or the board fell silent.
+    #[error("{port}: {what} {after}")]
+    Lost {
+        /// Name of the port.
+        port: String,
+        /// How it ended.
+        what: &'static str,
+        /// The force that acted, and what becomes of it.
+        after: String,
+    },
+    /// The board said no.
+    #[error("{port}: the board refuses: {refusal}")]
+    Refused {
+        /// Name of the port.
+        port: String,
+        /// Why.
+        refusal: Refusal,
+    },
+    /// Something that was asked for was not done in time.
+    #[error("{port}: {what}")]
+    Undone {
+        /// Name of the port.
+        port: String,
+        /// The request that was not carried out, and how to fix it.
+        what: String,
+    },
+}

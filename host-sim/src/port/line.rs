@@ -1,0 +1,142 @@
+//! Frames over a serial port.
+
+use std::io::{ErrorKind, Read, Write};
+use std::time::{Duration, Instant};
+
+use palpate_controller::link::frame::FRAME_BYTES;
+use palpate_controller::link::receiver::Counts;
+use palpate_controller::link::{FromBoard, Receiver, ToBoard, encode};
+use serialport::{ClearBuffer, SerialPort};
+
+use super::PortError;
+
+/// Speed of every board's link [baud]; a port over USB alone ignores it.
+const BAUD: u32 = 115_200;
+/// Longest that a frame waits for room in the system's queue.
+const WRITE_PATIENCE: Duration = Duration::from_millis(500);
+
+/// An open port.
+pub struct Line {
+    port: Box<dyn SerialPort>,
+    name: String,
+    receiver: Receiver,
+    sequence: u16,
+    bytes: [u8; 4096],
+    read: usize,
+    taken: usize,
+    heard_bytes: usize,
+    last_sent: Instant,
+}
+
+/// The port has gone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Gone;
+
+impl Line {
+    /// Opens a port for this program alone. Nothing is sent.
+    ///
+    /// # Errors
+    /// There is none, or it cannot be had.
+    pub fn open(name: &str) -> Result<Self, PortError> {
+        let port = serialport::new(name, BAUD).timeout(WRITE_PATIENCE).open().map_err(|error| refused(name, &error))?;
+        // of an earlier program; a system that cannot do it leaves bytes that the checksum drops
+        let _ = port.clear(ClearBuffer::Input);
+        Ok(Self {
+            port,
+            name: name.into(),
+            receiver: Receiver::NEW,
+            sequence: 0,
+            bytes: [0; 4096],
+            read: 0,
+            taken: 0,
+            heard_bytes: 0,
+            last_sent: Instant::now(),
+        })
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Bytes that came so far.
+    #[must_use]
+    pub fn heard_bytes(&self) -> usize {
+        self.heard_bytes
+    }
+
+    /// Frames that came so far.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        self.receiver.counts()
+    }
+
+    /// When the last message was sent.
+    #[must_use]
+    pub fn last_sent(&self) -> Instant {
+        self.last_sent
+    }
+
+    /// Sends a message.
+    ///
+    /// # Errors
+    /// The port has gone, or takes nothing any more.
+    pub fn send(&mut self, message: &ToBoard<'_>) -> Result<(), Gone> {
+        let mut out = [0; FRAME_BYTES];
+        // every message of ours fits a frame
+        let frame = encode(self.sequence, message, &mut out).map_err(|_| Gone)?;
+        self.sequence = self.sequence.wrapping_add(1);
+        self.port.set_timeout(WRITE_PATIENCE).map_err(|_| Gone)?;
+        self.port.write_all(frame).map_err(|_| Gone)?;
+        self.last_sent = Instant::now();
+        Ok(())
+    }
+
+    /// The board's next message, if one comes within `wait`. Damaged frames are counted and
+    /// dropped.
+    ///
+    /// # Errors
+    /// The port has gone.
+    pub fn receive(&mut self, wait: Duration) -> Result<Option<FromBoard>, Gone> {
+        let begun = Instant::now();
+        loop {
+            while let Some(byte) = self.bytes.get(self.taken..self.read).and_then(|left| left.first()) {
+                self.taken += 1;
+                if let Some(Ok(message)) = self.receiver.push(*byte) {
+                    return Ok(Some(message));
+                }
+            }
+            let left = wait.saturating_sub(begun.elapsed());
+            self.port.set_timeout(left.max(Duration::from_millis(1))).map_err(|_| Gone)?;
+            (self.read, self.taken) = (0, 0);
+            match self.port.read(&mut self.bytes) {
+                Ok(0) => return Err(Gone),
+                Ok(came) => {
+                    self.read = came;
+                    self.heard_bytes += came;
+                }
+                Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock) => {
+                    if begun.elapsed() >= wait {
+                        return Ok(None);
+                    }
+                }
+                Err(_) => return Err(Gone),
+            }
+        }
+    }
+}
+
+/// Why a port was not opened, in our words. The system's differ from one to the next.
+fn refused(name: &str, error: &serialport::Error) -> PortError {
+    use serialport::ErrorKind as Kind;
+    let cause = error.to_string();
+    let says = |words: &[&str]| words.iter().any(|word| cause.to_lowercase().contains(word));
+    match error.kind() {
+        Kind::Io(ErrorKind::PermissionDenied) => PortError::Denied(name.into()),
+        _ if says(&["busy", "lock", "access is denied"]) => PortError::InUse(name.into()),
+        Kind::Io(ErrorKind::NotFound) => PortError::Missing(name.into()),
+        Kind::NoDevice if says(&["no such", "cannot find"]) => PortError::Missing(name.into()),
+        _ => PortError::Unusable { port: name.into(), cause },
+    }
+}

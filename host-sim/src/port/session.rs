@@ -1,0 +1,228 @@
+//! A board that answers: found, asked, kept under force, let go.
+
+use std::fmt::Write as _;
+use std::time::{Duration, Instant};
+
+use palpate::haptic::cycle::ArmingSettings;
+use palpate::haptic::mode::Mode;
+use palpate_controller::link::message::HostAsk;
+use palpate_controller::link::receiver::Counts;
+use palpate_controller::link::{FromBoard, Identity, Record, ToBoard};
+
+use super::line::Gone;
+use super::{Line, PortError};
+
+/// Between two signs of life: a quarter of the board's patience.
+const HEARTBEAT: Duration = Duration::from_millis(5);
+/// A board of ours sends 50 records a second without being asked.
+const SILENCE: Duration = Duration::from_secs(2);
+/// Between two tries of a request.
+const AGAIN: Duration = Duration::from_millis(50);
+/// A board that heard another host takes a new one after 100 ticks.
+const ANSWER: Duration = Duration::from_millis(1_500);
+/// A stop: the ramp of the force takes 0.12 s, a busy machine the rest.
+const STOPPED: Duration = Duration::from_secs(2);
+
+/// A board of ours on a port.
+pub struct Session {
+    line: Line,
+    /// Image, clock and patch.
+    pub identity: Identity,
+    /// The newest record.
+    pub record: Record,
+    heard: Instant,
+    /// Send signs of life while nothing else is sent.
+    pub keep_alive: bool,
+}
+
+impl Session {
+    /// Opens a port and waits `patience` for a board of ours to speak. Nothing is sent before: what
+    /// is no board of ours is left in peace. Then asks who it is, which changes nothing.
+    ///
+    /// # Errors
+    /// The port cannot be had, or no board of ours is there.
+    pub fn open(port: &str, patience: Duration) -> Result<Self, PortError> {
+        let mut line = Line::open(port)?;
+        let begun = Instant::now();
+        let record = loop {
+            match line.receive(patience.saturating_sub(begun.elapsed())) {
+                Ok(Some(FromBoard::Record(record))) => break record,
+                Ok(Some(_)) => {}
+                Ok(None) if line.heard_bytes() == 0 => return Err(PortError::Mute(port.into())),
+                Ok(None) => return Err(PortError::Foreign { port: port.into(), bytes: line.heard_bytes() }),
+                Err(Gone) => return Err(gone(port, None)),
+            }
+            // what talks without end is no board of ours either
+            if begun.elapsed() > patience {
+                return Err(PortError::Foreign { port: port.into(), bytes: line.heard_bytes() });
+            }
+        };
+        let nobody = Identity { name: [0; 32], built_day: 0, clock_hz: 0, patch_checksum: 0, youngs_modulus_pa: 0.0 };
+        let mut session = Self { line, identity: nobody, record, heard: Instant::now(), keep_alive: false };
+        session.identity = session.identify()?.ok_or_else(|| PortError::Deaf(port.into()))?;
+        Ok(session)
+    }
+
+    /// Name of the port.
+    #[must_use]
+    pub fn port(&self) -> &str {
+        self.line.name()
+    }
+
+    /// Frames of the board so far.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        self.line.counts()
+    }
+
+    /// Asks who it is; `None` if it does not say. A force that still falls is waited for.
+    ///
+    /// # Errors
+    /// The port has gone.
+    pub fn identify(&mut self) -> Result<Option<Identity>, PortError> {
+        let asked = self.ask(&ToBoard::Identify, ANSWER, |message| match message {
+            FromBoard::Identity(identity) => Some(identity),
+            _ => None,
+        })?;
+        if let Some(identity) = asked {
+            self.identity = identity;
+        }
+        Ok(asked)
+    }
+
+    /// Sends a request again and again until `picked` finds its answer.
+    ///
+    /// # Errors
+    /// The port has gone.
+    pub fn ask<T>(
+        &mut self,
+        request: &ToBoard<'_>,
+        patience: Duration,
+        picked: impl Fn(FromBoard) -> Option<T>,
+    ) -> Result<Option<T>, PortError> {
+        let begun = Instant::now();
+        while begun.elapsed() < patience {
+            self.send(request)?;
+            let sent = Instant::now();
+            while let Some(message) = self.next(AGAIN.saturating_sub(sent.elapsed()))? {
+                if let Some(answer) = picked(message) {
+                    return Ok(Some(answer));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Sends a message.
+    ///
+    /// # Errors
+    /// The port has gone.
+    pub fn send(&mut self, message: &ToBoard<'_>) -> Result<(), PortError> {
+        self.line.send(message).map_err(|Gone| gone(self.line.name(), Some(&self.record)))
+    }
+
+    /// The board's next message, if one comes within `wait`; meanwhile the signs of life, if they
+    /// are on.
+    ///
+    /// # Errors
+    /// The port has gone, or the board has been silent for two seconds.
+    pub fn next(&mut self, wait: Duration) -> Result<Option<FromBoard>, PortError> {
+        let begun = Instant::now();
+        loop {
+            if self.keep_alive && self.line.last_sent().elapsed() >= HEARTBEAT {
+                self.send(&ToBoard::Heartbeat)?;
+            }
+            let left = wait.saturating_sub(begun.elapsed());
+            let until_next = HEARTBEAT.saturating_sub(self.line.last_sent().elapsed());
+            let slice = if self.keep_alive { left.min(until_next) } else { left };
+            match self.line.receive(slice) {
+                Ok(Some(message)) => {
+                    self.heard = Instant::now();
+                    if let FromBoard::Record(record) = message {
+                        self.record = record;
+                    }
+                    return Ok(Some(message));
+                }
+                Ok(None) if self.heard.elapsed() > SILENCE => return Err(self.silent()),
+                Ok(None) if begun.elapsed() >= wait => return Ok(None),
+                Ok(None) => {}
+                Err(Gone) => return Err(gone(self.line.name(), Some(&self.record))),
+            }
+        }
+    }
+
+    /// Asks for a stop until the board says that its outputs are off.
+    ///
+    /// # Errors
+    /// The port has gone, or the outputs stay on.
+    pub fn stop(&mut self) -> Result<(), PortError> {
+        let off = self.ask(&ToBoard::Ask(HostAsk::Stop), STOPPED, |message| match message {
+            FromBoard::Record(record) => (!record.enabled && !runs(&record)).then_some(()),
+            _ => None,
+        })?;
+        off.ok_or_else(|| PortError::Undone {
+            port: self.port().into(),
+            what: format!(
+                "the outputs are still on two seconds after the stop was asked for ({}): cut the motors' power",
+                force_words(&self.record)
+            ),
+        })
+    }
+
+    fn silent(&self) -> PortError {
+        PortError::Lost {
+            port: self.port().into(),
+            what: "the board has been silent for two seconds: it lost its power, was reset or has crashed;",
+            after: after(&self.record),
+        }
+    }
+}
+
+/// Whether a force acts, or may act without another request.
+fn runs(record: &Record) -> bool {
+    record.mode().is_none_or(|mode| mode.allows_force() || mode == Mode::Arming)
+}
+
+fn gone(port: &str, record: Option<&Record>) -> PortError {
+    PortError::Lost {
+        port: port.into(),
+        what: "the port has gone: the cable was pulled, or the board was reset or lost its power;",
+        after: record.map_or_else(|| "plug it in and try again".into(), after),
+    }
+}
+
+/// The force on the device, in words.
+#[must_use]
+pub fn force_words(record: &Record) -> String {
+    let [x, y, z] = record.applied_n;
+    let whole = (x * x + y * y + z * z).sqrt();
+    let mut words = format!("{whole:.3} N");
+    if whole > 0.0 {
+        // writing to a string does not fail
+        let _ = write!(words, " ({x:.3}, {y:.3}, {z:.3})");
+    }
+    words.push_str(if record.enabled { ", outputs on" } else { ", outputs off" });
+    words
+}
+
+/// The end of a force whose host is not heard any more.
+fn after(record: &Record) -> String {
+    if !record.mode().is_some_and(Mode::allows_force) {
+        return "no force acted; plug it in, then `palpate board status` tells".into();
+    }
+    format!(
+        "a force of {} acted: {}; then `palpate board status` tells",
+        force_words(record).trim_end_matches(", outputs on"),
+        released_by_itself()
+    )
+}
+
+/// How a board takes the force away when it does not hear its host.
+#[must_use]
+pub fn released_by_itself() -> String {
+    let ArmingSettings { silence_ticks, ramp_ticks, .. } = ArmingSettings::DEFAULT;
+    format!(
+        "a board that does not hear its host lowers its force after {silence_ticks} ms and has none after {}",
+        silence_ticks + ramp_ticks
+    )
+}

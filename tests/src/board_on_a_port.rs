@@ -1,0 +1,319 @@
+//! The emulated board on a pseudo-terminal: to a host it is a board on a serial port.
+//!
+//! ```text
+//! host ─ pseudo-terminal ─ here ─ two FIFOs ─ image (`paced`) in the emulator
+//! ```
+//!
+//! The image runs its own tick timer, sensors, silence of the host and records; its clock stands
+//! still until it is told, tick by tick, what the link brought and where the hand is. So its time
+//! cannot jump, and no tick is late, whatever this machine does.
+
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Write};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use palpate::haptic::mode::Mode;
+use palpate_board::EmulatedBoard;
+use palpate_controller::link::{FromBoard, Receiver, Record};
+use palpate_controller::script::{LEAD_TICKS, sensed};
+
+use crate::pseudo_terminal::PseudoTerminal;
+
+/// From outside the tissue, long enough to be armed there, through the script's presses.
+const ROUND_TICKS: u32 = LEAD_TICKS + 2_000;
+/// A record every so many ticks.
+const RECORD_TICKS: u64 = 20;
+/// Ticks that the emulator may be told ahead of its records.
+const AHEAD_TICKS: u64 = 3 * RECORD_TICKS;
+/// Bytes of the link that reach the board in a tick; 115 200 baud bring 12.
+const LINK_BYTES: usize = 40;
+/// A host that sends nothing for so long is not there, to an idle board.
+const AWAY: Duration = Duration::from_millis(400);
+/// A host of an armed board gets longer: a busy machine lets it wait for half a second.
+const AWAY_FROM_FORCE: Duration = Duration::from_secs(10);
+/// Outside of every workspace, and too far for a tick.
+const ASTRAY_M: [f32; 3] = [1.0, 0.0, 0.0];
+/// Bytes that wait for a host at most: half of what a terminal holds.
+const LINE: u64 = 2048;
+const TICK: Duration = Duration::from_millis(1);
+
+/// How fast the board's time goes by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// As this machine's, or slower.
+    RealTime,
+    /// So many ticks follow each sign of life of a host, at once; then the next one is waited for,
+    /// as long as the host is there. A busy machine makes the run longer and loses no host.
+    ByHost(u32),
+}
+
+/// Truth about the board, from its own records, whoever else listens.
+#[derive(Clone, Copy, Debug)]
+pub struct Truth {
+    /// The newest record.
+    pub record: Record,
+    /// Largest force so far [N].
+    pub largest_n: f32,
+    /// Records so far; each stands for 20 ticks.
+    pub records: u64,
+}
+
+/// A running board; ends with the value.
+pub struct BoardOnAPort {
+    child: Child,
+    port: String,
+    plug: Arc<Mutex<Option<PseudoTerminal>>>,
+    truth: Arc<Mutex<Option<Truth>>>,
+    switches: Arc<Switches>,
+    threads: Vec<JoinHandle<()>>,
+    _folder: tempfile::TempDir,
+    // emulators side by side starve each other's hosts
+    _one_at_a_time: MutexGuard<'static, ()>,
+}
+
+/// For the thread that drives the board.
+#[derive(Default)]
+struct Switches {
+    ended: AtomicBool,
+    /// The hand is far away.
+    astray: AtomicBool,
+    /// The host was ended and is not waited for.
+    host_gone: AtomicBool,
+    /// The board may give a force.
+    armed: AtomicBool,
+    records: AtomicU64,
+}
+
+impl BoardOnAPort {
+    /// Starts an image.
+    ///
+    /// # Panics
+    /// There is no emulator or no pseudo-terminal.
+    #[must_use]
+    pub fn start(elf: &Path, machine: EmulatedBoard, pace: Pace) -> Self {
+        static RUNNING: Mutex<()> = Mutex::new(());
+        let one_at_a_time = held(&RUNNING);
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let [to, from] = ["to", "from"].map(|name| folder.path().join(name));
+        assert!(Command::new("mkfifo").args([&to, &from]).status().expect("mkfifo").success());
+        let (name, cpu) = machine.names();
+        let words = format!("arg=palpate-firmware,arg=paced,arg={},arg={}", to.display(), from.display());
+        // both ways: opening one end of a FIFO would wait for the other
+        let input = OpenOptions::new().read(true).write(true).open(&to).expect("the FIFO that was just made");
+        let child = Command::new("qemu-system-arm")
+            .args(["-machine", name, "-cpu", cpu, "-nographic", "-monitor", "none", "-serial", "null"])
+            .args(["-semihosting-config", &format!("enable=on,target=native,{words}"), "-icount", "shift=2,sleep=off"])
+            .arg("-kernel")
+            .arg(elf)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("qemu-system-arm starts");
+        let terminal = PseudoTerminal::open().expect("a pseudo-terminal");
+        let port = terminal.name().to_owned();
+        let plug = Arc::new(Mutex::new(Some(terminal)));
+        let (truth, switches) = (Arc::new(Mutex::new(None)), Arc::new(Switches::default()));
+        let board = Self {
+            threads: vec![
+                std::thread::spawn({
+                    let (plug, truth, switches) = (plug.clone(), truth.clone(), switches.clone());
+                    move || tell(&from, &plug, &truth, &switches)
+                }),
+                std::thread::spawn({
+                    let (plug, switches) = (plug.clone(), switches.clone());
+                    move || drive(input, &plug, &switches, pace)
+                }),
+            ],
+            child,
+            port,
+            plug,
+            truth,
+            switches,
+            _folder: folder,
+            _one_at_a_time: one_at_a_time,
+        };
+        board.wait_for("the first record", |_| true);
+        board
+    }
+
+    /// Name of the port.
+    #[must_use]
+    pub fn port(&self) -> &str {
+        &self.port
+    }
+
+    /// Pulls the cable; the board runs on.
+    pub fn unplug(&self) {
+        *held(&self.plug) = None;
+        self.host_is_gone();
+    }
+
+    /// The host was ended: the board's time goes on without it.
+    pub fn host_is_gone(&self) {
+        self.switches.host_gone.store(true, Ordering::Relaxed);
+    }
+
+    /// Moves the hand a metre away within a tick, which is a fault, or back to its script.
+    pub fn hand_astray(&self, astray: bool) {
+        self.switches.astray.store(astray, Ordering::Relaxed);
+    }
+
+    /// How the board is.
+    ///
+    /// # Panics
+    /// It has not begun.
+    #[must_use]
+    pub fn truth(&self) -> Truth {
+        held(&self.truth).expect("a record has come")
+    }
+
+    /// Waits until the board is so.
+    ///
+    /// # Panics
+    /// It is not within half a minute.
+    pub fn wait_for(&self, what: &str, is: impl Fn(&Truth) -> bool) -> Truth {
+        let begun = Instant::now();
+        loop {
+            let truth = *held(&self.truth);
+            if let Some(truth) = truth.filter(|truth| is(truth)) {
+                return truth;
+            }
+            assert!(begun.elapsed() < Duration::from_secs(30), "not within half a minute: {what}; {truth:?}");
+            std::thread::sleep(TICK);
+        }
+    }
+
+    /// Waits for a force that is felt.
+    pub fn wait_for_force(&self) -> Truth {
+        self.wait_for("a force", |truth| truth.force_n() > 0.1)
+    }
+
+    /// Waits until no force acts, for at most so many ticks of the board; its ticks since now.
+    ///
+    /// # Panics
+    /// One still acts then.
+    pub fn wait_for_no_force(&self, ticks: u64) -> u64 {
+        let begun = self.truth().records;
+        let truth = self.wait_for("an end of the force", |truth| truth.force_n() == 0.0 && !truth.record.enabled);
+        let took = (truth.records - begun) * RECORD_TICKS;
+        assert!(took <= ticks, "the force lasted {took} ticks, {ticks} are allowed");
+        took
+    }
+}
+
+impl Truth {
+    /// Force on the device [N].
+    #[must_use]
+    pub fn force_n(&self) -> f32 {
+        self.record.applied_n.iter().map(|n| n * n).sum::<f32>().sqrt()
+    }
+
+    /// The mode.
+    #[must_use]
+    pub fn mode(&self) -> Option<Mode> {
+        self.record.mode()
+    }
+}
+
+impl Drop for BoardOnAPort {
+    fn drop(&mut self) {
+        self.switches.ended.store(true, Ordering::Relaxed);
+        let _ = self.child.kill(); // the one that was started here
+        let _ = self.child.wait();
+        for thread in self.threads.drain(..) {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// A poisoned lock still holds its value.
+fn held<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Brings what the board says to the port, and keeps the truth.
+fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<Truth>>, switches: &Switches) {
+    let Ok(mut from) = File::open(from) else { return };
+    let (mut receiver, mut bytes) = (Receiver::NEW, [0; 4096]);
+    while let Ok(came @ 1..) = from.read(&mut bytes) {
+        for byte in &bytes[..came] {
+            if let Some(Ok(FromBoard::Record(record))) = receiver.push(*byte) {
+                let mut truth = held(truth);
+                let before = truth.map_or((0.0, 0), |truth| (truth.largest_n, truth.records));
+                let mut now = Truth { record, largest_n: 0.0, records: before.1 + 1 };
+                now.largest_n = before.0.max(now.force_n());
+                *truth = Some(now);
+                switches.records.store(now.records, Ordering::Relaxed);
+                let armed = record.mode().is_some_and(|mode| mode == Mode::Arming || mode.allows_force());
+                switches.armed.store(armed, Ordering::Relaxed);
+            }
+        }
+        // a line that nobody reads loses bytes, as a real one
+        if let Some(plug) = &mut *held(plug)
+            && plug.unread_bytes().is_ok_and(|waiting| waiting < LINE)
+        {
+            let _ = plug.ours.write_all(&bytes[..came]);
+        }
+    }
+}
+
+/// Tells the board tick by tick what came in.
+fn drive(mut input: File, plug: &Mutex<Option<PseudoTerminal>>, switches: &Switches, pace: Pace) {
+    let is = |switch: &AtomicBool| switch.load(Ordering::Relaxed);
+    let (mut due, mut heard) = (Instant::now(), None::<Instant>);
+    let (mut since_heard, mut waiting) = (0, Vec::new());
+    for tick in 1_u32.. {
+        let hand = sensed(tick % ROUND_TICKS, LEAD_TICKS).position_m;
+        let hand = if is(&switches.astray) { ASTRAY_M.into() } else { hand };
+        let hand: Vec<u8> = hand.iter().flat_map(|m| m.to_le_bytes()).collect();
+        let there = || {
+            let away = if is(&switches.armed) { AWAY_FROM_FORCE } else { AWAY };
+            !is(&switches.host_gone) && heard.is_some_and(|heard| heard.elapsed() < away)
+        };
+        let in_real_time = pace == Pace::RealTime || !there();
+        loop {
+            if is(&switches.ended) {
+                return;
+            }
+            if waiting.len() < LINK_BYTES {
+                waiting.extend(came(plug));
+            }
+            let told_ahead = u64::from(tick).saturating_sub(switches.records.load(Ordering::Relaxed) * RECORD_TICKS);
+            let waits = match pace {
+                Pace::ByHost(most) if !in_real_time => waiting.is_empty() && since_heard >= most && there(),
+                _ => due.elapsed() < TICK,
+            };
+            if !waits && told_ahead < AHEAD_TICKS {
+                break;
+            }
+            std::thread::sleep(Duration::from_micros(200));
+        }
+        due = if in_real_time && due.elapsed() < 20 * TICK { due + TICK } else { Instant::now() };
+        since_heard += 1;
+        let bytes: Vec<u8> = waiting.drain(..waiting.len().min(LINK_BYTES)).collect();
+        if !bytes.is_empty() {
+            (heard, since_heard) = (Some(Instant::now()), 0);
+            switches.host_gone.store(false, Ordering::Relaxed);
+        }
+        let mut packets = Vec::new();
+        for piece in [&bytes[..], &[]].into_iter().skip(usize::from(bytes.is_empty())) {
+            packets.extend(&hand);
+            packets.push(piece.len() as u8);
+            packets.extend(piece);
+        }
+        if input.write_all(&packets).is_err() {
+            return;
+        }
+    }
+}
+
+/// Bytes of the host that wait.
+fn came(plug: &Mutex<Option<PseudoTerminal>>) -> Vec<u8> {
+    held(plug).as_mut().and_then(|plug| plug.take().ok()).unwrap_or_default()
+}
