@@ -1,5 +1,6 @@
 //! `palpate fit`: from a scene to a calibrated patch with a judged error.
 
+mod added_force;
 mod block;
 mod bump;
 mod organ;

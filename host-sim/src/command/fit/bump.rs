@@ -3,19 +3,17 @@
 
 use palpate_charts::{LineSeries, Lines, Scale, ScaledAxis, lines};
 use palpate_fit::calibrate::{Fit, Settings};
-use palpate_fit::scene_fit::{
-    BumpFit, BumpVerdict, Bumps, JUDGED_RADII, Judging, Known, Level, Prepared, Presses, Solved, solve_bumps,
-};
+use palpate_fit::scene_fit::{BumpFit, Bumps, JUDGED_RADII, Judging, Known, Level, Prepared, Presses, Solved, solve_bumps};
 use palpate_fit::solved;
 use palpate_fit::statics::Unbalanced;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::packed;
-use serde::Serialize;
 
 use super::super::progress::Steps;
 use super::FitArgs;
+use super::added_force::{BumpLine, BumpReport};
 use super::report::Report;
 use super::stages::Stages;
 use super::store::{Store, StoredFit};
@@ -37,31 +35,6 @@ pub(super) struct Block<'a> {
     pub solved: &'a Solved,
     pub fit: &'a StoredFit,
     pub reused_presses: usize,
-}
-
-/// Judged bump of a patch.
-#[derive(Serialize)]
-pub(super) struct BumpReport {
-    /// Of the block's fit with the inclusions scaled in.
-    pub scaled_in: BumpVerdict,
-    /// Of the fitted patch.
-    pub fitted: BumpVerdict,
-    /// How far the finite elements' bump may be off, over the highest [%].
-    pub reference_error_pct: f64,
-    /// Bumps along the line, shallow first.
-    pub line: Vec<BumpLine>,
-}
-
-/// Force added along a line over the inclusions.
-#[derive(Serialize)]
-pub(super) struct BumpLine {
-    pub depth_m: f64,
-    /// Places [m].
-    pub x_m: Vec<f64>,
-    /// Force added [N]: of finite elements, of the fitted patch, and of inclusions scaled in.
-    pub finite_elements_n: Vec<f64>,
-    pub fitted_n: Vec<f64>,
-    pub scaled_in_n: Vec<f64>,
 }
 
 impl FitArgs {

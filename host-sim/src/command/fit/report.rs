@@ -14,7 +14,7 @@ use palpate_tissue::trials::Trial;
 use palpate_tissue::{Error as TissueError, machine};
 use serde::Serialize;
 
-use super::bump::BumpReport;
+use super::added_force::BumpReport;
 use super::store::StoredFit;
 use crate::error::Error;
 
@@ -217,7 +217,7 @@ impl Report<'_> {
             100.0 * self.reference_error
         );
         if let Some(bump) = self.bump {
-            print_bump(bump);
+            bump.print();
         }
         if v.lost_places > 0 {
             println!("{} more places could not be judged: no balance was found there", v.lost_places);
@@ -226,24 +226,4 @@ impl Report<'_> {
             println!("moving at {:.0} mm/s {:.1} % more", moving.speed_m_per_s * 1e3, moving.rms_pct);
         }
     }
-}
-
-fn print_bump(bump: &BumpReport) {
-    println!("\nforce that the inclusions add, at {} places unknown to the fit, as a share of the highest", bump.fitted.places);
-    println!("{:>10} {:>16} {:>9} {:>9} {:>12}", "depth mm", "highest %force", "rms %", "worst %", "scaled in %");
-    for (fitted, scaled_in) in bump.fitted.depths.iter().zip(&bump.scaled_in.depths) {
-        println!(
-            "{:>9.3}{} {:>+16.2} {:>9.2} {:>+9.2} {:>12.2}",
-            fitted.depth_mm,
-            if fitted.fitted_depth { ' ' } else { '*' },
-            fitted.highest_pct,
-            fitted.rms_pct,
-            fitted.worst_pct,
-            scaled_in.rms_pct
-        );
-    }
-    println!(
-        "all: {:.2} % rms, worst {:+.2} % (scaled in {:.2} and {:+.2} %); the finite elements' own within {:.1} %",
-        bump.fitted.rms_pct, bump.fitted.worst_pct, bump.scaled_in.rms_pct, bump.scaled_in.worst_pct, bump.reference_error_pct
-    );
 }

@@ -1,0 +1,59 @@
+//! How right the force is that inclusions add to a fitted patch.
+
+use palpate_fit::scene_fit::BumpVerdict;
+use serde::Serialize;
+
+/// Judged bump of a patch.
+#[derive(Serialize)]
+pub(super) struct BumpReport {
+    /// Of the block's fit with the inclusions scaled in.
+    pub scaled_in: BumpVerdict,
+    /// Of the fitted patch.
+    pub fitted: BumpVerdict,
+    /// How far the finite elements' bump may be off, over the highest [%].
+    pub reference_error_pct: f64,
+    /// Bumps along the line, shallow first.
+    pub line: Vec<BumpLine>,
+}
+
+/// Force added along a line over the inclusions.
+#[derive(Serialize)]
+pub(super) struct BumpLine {
+    pub depth_m: f64,
+    /// Places [m].
+    pub x_m: Vec<f64>,
+    /// Force added [N]: of finite elements, of the fitted patch, and of inclusions scaled in.
+    pub finite_elements_n: Vec<f64>,
+    pub fitted_n: Vec<f64>,
+    pub scaled_in_n: Vec<f64>,
+}
+
+impl BumpReport {
+    /// Prints the errors, depth by depth.
+    pub(super) fn print(&self) {
+        println!(
+            "\nforce that the inclusions add, at {} places unknown to the fit, as a share of the highest",
+            self.fitted.places
+        );
+        println!("{:>10} {:>16} {:>9} {:>9} {:>12}", "depth mm", "highest %force", "rms %", "worst %", "scaled in %");
+        for (fitted, scaled_in) in self.fitted.depths.iter().zip(&self.scaled_in.depths) {
+            println!(
+                "{:>9.3}{} {:>+16.2} {:>9.2} {:>+9.2} {:>12.2}",
+                fitted.depth_mm,
+                if fitted.fitted_depth { ' ' } else { '*' },
+                fitted.highest_pct,
+                fitted.rms_pct,
+                fitted.worst_pct,
+                scaled_in.rms_pct
+            );
+        }
+        println!(
+            "all: {:.2} % rms, worst {:+.2} % (scaled in {:.2} and {:+.2} %); the finite elements' own within {:.1} %",
+            self.fitted.rms_pct,
+            self.fitted.worst_pct,
+            self.scaled_in.rms_pct,
+            self.scaled_in.worst_pct,
+            self.reference_error_pct
+        );
+    }
+}
