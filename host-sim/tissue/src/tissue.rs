@@ -197,9 +197,11 @@ fn boundary(mesh: &TetMesh) -> Vec<[Vector3<f64>; 3]> {
     surface::surface(&mesh.tets).iter().map(|t| corners(mesh, t)).collect()
 }
 
-/// Nodes of the surface that faces away from a press along `axis`, ascending.
+/// Nodes of the surface that faces away from a press along `axis`, ascending. The roof of a hollow
+/// inside is none of it.
 pub fn underside(mesh: &TetMesh, axis: [f64; 3]) -> Vec<u32> {
-    let away = |t: &[u32; 3]| faces_away(corners(mesh, t), axis);
+    let hollow = surface::hollow(mesh);
+    let away = |t: &[u32; 3]| !hollow[t[0] as usize] && faces_away(corners(mesh, t), axis);
     let mut nodes: Vec<u32> = surface::surface(&mesh.tets).into_iter().filter(away).flatten().collect();
     nodes.sort_unstable();
     nodes.dedup();

@@ -293,7 +293,7 @@ fn a_run_restores_the_result_whenever_the_one_before_was_killed() {
 fn every_command_that_opens_a_folder_publishes_it() {
     // who hands the folder on by value, and to whom
     let handed = [
-        ("command/fit.rs", "command/fit/report.rs"),
+        ("command/fit/block.rs", "command/fit/report.rs"),
         ("command/fit/organ.rs", "command/fit/report.rs"),
         ("command/plan.rs", "command/plan/report.rs"),
         ("paper/volume_preserved.rs", "paper/volume_preserved/tables.rs"),

@@ -7,7 +7,7 @@ use super::body::{Body, Material, Stiffness};
 use super::quadratic::QuadraticMesh;
 use super::shape::TetRule;
 use palpate_tissue::answer::SurfaceGrid;
-use palpate_tissue::mesh::{BlockError, BlockSpec, TetMesh, block};
+use palpate_tissue::mesh::{BlockError, BlockSpec, TetMesh, block, surface};
 use palpate_tissue::tissue::UNDERSIDE_COSINE;
 
 /// A block pressed on its top.
@@ -105,12 +105,17 @@ impl BlockCase {
     }
 }
 
-/// An imported mesh on its underside: triangles that face away from the press are fixed, all others
-/// may touch the probe.
+/// An imported mesh on its underside: triangles that face away from the press, other than in a
+/// hollow inside, are fixed, all others may touch the probe.
 #[must_use]
 pub fn mesh_body(mesh: &TetMesh, axis: &Vector3<f64>, material: &Material, rule: TetRule) -> Body {
+    // corners keep their numbers
+    let hollow = surface::hollow(mesh);
     let mesh = QuadraticMesh::new(mesh);
     let faces_away = |t: &[u32; 6]| {
+        if hollow[t[0] as usize] {
+            return false;
+        }
         let [a, b, c] = [0, 1, 2].map(|k| mesh.nodes_m[t[k] as usize]);
         let normal = (b - a).cross(&(c - a));
         normal.dot(axis) < UNDERSIDE_COSINE * normal.norm()

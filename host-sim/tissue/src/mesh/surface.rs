@@ -1,5 +1,9 @@
 //! The boundary triangles and the edges of a tet mesh.
 
+use nalgebra::Vector3;
+
+use super::TetMesh;
+
 /// Faces of a positively oriented tet, counter-clockwise seen from outside it.
 const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
@@ -68,6 +72,36 @@ pub fn pieces(tets: &[[u32; 4]]) -> usize {
     (0..tets.len()).filter(|t| first(*t, None) == *t).count()
 }
 
+/// Whether each node lies on the boundary of a hollow inside, shape `[nodes]`: on a piece of the
+/// boundary that hangs together by its nodes and, seen from outside, encloses less than nothing.
+#[must_use]
+pub fn hollow(mesh: &TetMesh) -> Vec<bool> {
+    let boundary = surface(&mesh.tets);
+    let mut parent: Vec<usize> = (0..mesh.nodes_m.len()).collect();
+    for [a, b, c] in boundary.iter().map(|t| t.map(|n| n as usize)) {
+        let first = root(&mut parent, a);
+        for other in [b, c] {
+            let other = root(&mut parent, other);
+            parent[other] = first;
+        }
+    }
+    let mut six_volume_m3 = vec![0.0; parent.len()];
+    for triangle in &boundary {
+        let [a, b, c] = triangle.map(|n| Vector3::from(mesh.nodes_m[n as usize]));
+        six_volume_m3[root(&mut parent, triangle[0] as usize)] += a.dot(&b.cross(&c));
+    }
+    (0..parent.len()).map(|n| six_volume_m3[root(&mut parent, n)] < 0.0).collect()
+}
+
+/// The node that stands for all that a node hangs together with.
+fn root(parent: &mut [usize], mut node: usize) -> usize {
+    while parent[node] != node {
+        parent[node] = parent[parent[node]];
+        node = parent[node];
+    }
+    node
+}
+
 /// Edges `[i, j]`, `i < j`, each once, in rising order, shape `[edges][2]`.
 #[must_use]
 pub fn edges(tets: &[[u32; 4]]) -> Vec<[u32; 2]> {
@@ -84,6 +118,43 @@ pub fn edges(tets: &[[u32; 4]]) -> Vec<[u32; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A block of 5 x 5 x 5 cubes of 1 m without the cubes of `missing`.
+    fn cubes(missing: &[[u32; 3]]) -> TetMesh {
+        let node = |i: u32, j: u32, k: u32| i + 6 * (j + 6 * k);
+        let mut tets = Vec::new();
+        for cell in 0..125 {
+            let [i, j, k] = [cell % 5, cell / 5 % 5, cell / 25];
+            if missing.contains(&[i, j, k]) {
+                continue;
+            }
+            // Kuhn's six tets along the diagonal
+            for [a, b] in [[0, 1], [1, 2], [2, 0], [1, 0], [2, 1], [0, 2]] {
+                let step = |axes: &[usize]| {
+                    let at: [u32; 3] = std::array::from_fn(|k| u32::from(axes.contains(&k)));
+                    node(i + at[0], j + at[1], k + at[2])
+                };
+                let tet = [step(&[]), step(&[a]), step(&[a, b]), step(&[0, 1, 2])];
+                let right = (b + 3 - a) % 3 == 1;
+                tets.push(if right { tet } else { [tet[0], tet[2], tet[1], tet[3]] });
+            }
+        }
+        let nodes_m = (0..216).map(|n| [n % 6, n / 6 % 6, n / 36].map(f64::from)).collect();
+        let regions = vec![0; tets.len()];
+        TetMesh { nodes_m, tets, regions }
+    }
+
+    #[test]
+    fn a_hollow_is_told_from_the_outside_and_from_a_pit() {
+        assert!(hollow(&cubes(&[])).iter().all(|on| !on));
+        let inside = hollow(&cubes(&[[2, 2, 2]]));
+        assert_eq!(inside.iter().filter(|on| **on).count(), 8);
+        assert!(inside[2 + 6 * (2 + 6 * 2)] && inside[3 + 6 * (3 + 6 * 3)] && !inside[0]);
+        assert!(hollow(&cubes(&[[2, 2, 2], [2, 2, 3], [2, 2, 4]])).iter().all(|on| !on), "a pit is open");
+        let rests_on = crate::tissue::underside(&cubes(&[[2, 2, 2]]), [0.0, 0.0, 1.0]);
+        assert_eq!(rests_on, (0..36).collect::<Vec<u32>>(), "the roof of a hollow holds nothing");
+        assert_eq!(hollow(&cubes(&[[1, 1, 1], [3, 3, 3]])).iter().filter(|on| **on).count(), 16);
+    }
 
     #[test]
     fn a_lone_tet_shows_its_four_faces_outward() {
