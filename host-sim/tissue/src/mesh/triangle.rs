@@ -29,6 +29,10 @@ pub fn nearest_on_triangle(corners: &[Vector3<f64>; 3], point: &Vector3<f64>) ->
     sides.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(foot, |side| side.1)
 }
 
+/// A ray this far outside an edge, as a share of the triangle, still hits: one through an edge must
+/// not slip between the two triangles by rounding.
+const EDGE: f64 = 1e-9;
+
 /// How far along a ray it enters a triangle from outside [m] (Moeller and Trumbore 1997); `None` if
 /// it misses.
 #[must_use]
@@ -38,12 +42,31 @@ pub fn entry_m([a, b, c]: [Vector3<f64>; 3], from: &Vector3<f64>, direction: &Ve
     let determinant = u.dot(&across);
     let (s, t) = (w.dot(&across) / determinant, direction.dot(&w.cross(&u)) / determinant);
     let way = v.dot(&w.cross(&u)) / determinant;
-    (determinant > 0.0 && s >= 0.0 && t >= 0.0 && s + t <= 1.0 && way >= 0.0).then_some(way)
+    (determinant > 0.0 && s >= -EDGE && t >= -EDGE && s + t <= 1.0 + EDGE && way >= 0.0).then_some(way)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_ray_through_an_edge_hits_one_of_its_triangles() {
+        let mut missed = 0;
+        for seed in 1..2000 {
+            let wave = |k: f64| (f64::from(seed) * k).sin();
+            let [a, b] = [wave(1.1), wave(2.3)].map(|y| Vector3::new(wave(0.3), y, 0.2 * wave(3.7)));
+            let (left, right) = (Vector3::new(-2.0, 0.1, 0.0), Vector3::new(2.0, -0.2, 0.0));
+            let share = 0.5 + 0.49 * wave(5.1);
+            let direction = Vector3::new(0.3, -0.2, -1.0).normalize();
+            let from = a + (b - a) * share - direction;
+            let hit = |corners| entry_m(corners, &from, &direction);
+            let sides = [[left, a, b], [left, b, a], [b, right, a], [a, right, b]];
+            let ways: Vec<f64> = sides.into_iter().filter_map(hit).collect();
+            missed += usize::from(ways.is_empty());
+            assert!(ways.iter().all(|way| (way - 1.0).abs() < 1e-6), "{ways:?}");
+        }
+        assert_eq!(missed, 0);
+    }
 
     #[test]
     fn no_point_of_a_fine_grid_on_the_triangle_is_nearer() {
