@@ -127,7 +127,9 @@ fn inclusions_are_fitted_by_what_they_add_and_belong_to_the_patch() {
 
     let hardly = edited(&ball("0.0", "-0.02"), "stiffness_ratio = 10.0", "stiffness_ratio = 1.01");
     desk.put("scene.toml", scene(&[("[probe]", &hardly)]));
-    refused(&desk, &FIT, &["tissue.inclusion", "adds at most 0.", "leave it out"]);
+    let outcome = palpate(SCRATCH, desk.folder(), &FIT);
+    let says = ["tissue.inclusion", "adds at most 0.", "leave it out"];
+    assert!(outcome.code == Some(2) && says.iter().all(|part| outcome.stderr.contains(part)), "{outcome:?}");
 }
 
 /// The finite elements of a whole organ take a minute.
