@@ -6,7 +6,9 @@
 //! ```
 //!
 //! [`closed_loop`] closes it over emulated hands, devices and faults; [`live`] is the same loop,
-//! owned by a window or a page.
+//! owned by a window or a page; [`haptic_session`] leaves the device to its caller, in any
+//! language.
 
 pub mod closed_loop;
+pub mod haptic_session;
 pub mod live;

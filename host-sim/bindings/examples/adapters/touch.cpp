@@ -1,0 +1,62 @@
+// Touch, Touch X and Omni over OpenHaptics' HD API. UNTESTED ON A DEVICE: it compiles against our stub of the header.
+// With the SDK: c++ touch.cpp -I../../include -lpalpate_c -lHD
+#include <HD/hd.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <thread>
+
+#include "palpate.h"
+
+struct Servo {
+    HHD device;
+    palpate_session session;
+    palpate_info info;
+    std::atomic<int> code;
+};
+
+// Called by the HD scheduler a thousand times a second. HD: mm; x right, y up, z to the operator.
+static HDCallbackCode HDCALLBACK servo(void *data) {
+    Servo &servo = *static_cast<Servo *>(data);
+    HDdouble hd_mm[3] = {}, hd_n[3];
+    hdBeginFrame(servo.device);
+    hdGetDoublev(HD_CURRENT_POSITION, hd_mm);
+    const double turned_mm[3] = {hd_mm[2], hd_mm[0], hd_mm[1]}; // x to the operator, y right, z up
+    palpate_input input = {};
+    for (int k = 0; k < 3; k++) input.tip_m[k] = 1e-3 * turned_mm[k] + servo.info.site_m[k];
+    const HDErrorInfo error = hdGetError();
+    input.sensor_failed = HD_DEVICE_ERROR(error);
+    double force_n[3];
+    servo.code = palpate_tick_with(servo.session, &input, sizeof input, force_n);
+    hd_n[0] = force_n[1], hd_n[1] = force_n[2], hd_n[2] = force_n[0];
+    hdSetDoublev(HD_CURRENT_FORCE, hd_n);
+    hdEndFrame(servo.device);
+    return HD_CALLBACK_CONTINUE;
+}
+
+int main() {
+    Servo own = {};
+    if (palpate_open_scene("block", nullptr, "touch", &own.session) || palpate_arm(own.session) ||
+        palpate_read_info(own.session, &own.info, sizeof own.info)) {
+        std::fprintf(stderr, "touch: %s\n", palpate_last_message());
+        return 1;
+    }
+    own.device = hdInitDevice(HD_DEFAULT_DEVICE);
+    if (own.device == HD_INVALID_HANDLE) {
+        std::fprintf(stderr, "touch: no device: pair it with the vendor's setup tool first\n");
+        return 1;
+    }
+    hdEnable(HD_FORCE_OUTPUT);
+    const HDSchedulerHandle handle = hdScheduleAsynchronous(servo, &own, HD_MAX_SCHEDULER_PRIORITY);
+    hdStartScheduler();
+    std::puts("touch: Enter ends; lift the stylus out of the tissue, then press");
+    std::getchar();
+    while (palpate_stop(own.session) == PALPATE_CODE_BUSY) {} // a tick runs: it is over soon
+    std::this_thread::sleep_for(std::chrono::milliseconds(200)); // the force falls
+    hdStopScheduler();
+    hdUnschedule(handle);
+    hdDisableDevice(own.device);
+    std::printf("touch: %s\n", palpate_error_text(own.code));
+    palpate_close(own.session);
+}

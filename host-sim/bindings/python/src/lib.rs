@@ -1,0 +1,32 @@
+//! Palpate from Python: presses and haptic sessions, with arrays of `NumPy`.
+//!
+//! ```text
+//! Python: Session.tick ─ session ─ palpate_loop::haptic_session ─ force
+//!         press ─ press ─ palpate_tissue::press ─ arrays
+//! ```
+
+mod press;
+mod session;
+
+use palpate_tissue::error::Error;
+use pyo3::create_exception;
+use pyo3::exceptions::PyException;
+use pyo3::prelude::{PyErr, pymodule};
+
+create_exception!(palpate, PalpateError, PyException, "Bad input or a call out of order: what, where, and how to fix it.");
+
+/// An error of the library as an exception.
+fn raised(error: &Error) -> PyErr {
+    PalpateError::new_err(error.to_string())
+}
+
+/// The module `palpate._native`.
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::PalpateError;
+    #[pymodule_export]
+    use crate::press::press;
+    #[pymodule_export]
+    use crate::session::Session;
+}

@@ -1,0 +1,214 @@
+//! A haptic session as a Python class.
+
+use std::path::Path;
+
+use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArray2, PyArrayLikeDyn, PyArrayMethods};
+use palpate::Vector3;
+use palpate::haptic::cycle::Telemetry;
+use palpate_loop::haptic_session::{HapticSession, Input};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::{Bound, Py, PyResult, Python, pyclass, pymethods};
+use pyo3::types::{PyDict, PyDictMethods};
+
+use crate::{PalpateError, raised};
+
+/// Columns of a run that have three numbers in a row, and those that have one.
+type Wide = fn(&Telemetry) -> Vector3<f32>;
+const WIDE: [(&str, Wide); 3] =
+    [("force_n", |t| t.applied_n), ("tissue_n", |t| t.output.force_n), ("normal", |t| t.output.normal)];
+
+/// Names of the modes, by number.
+const MODES: [&str; 8] = ["boot", "self-test", "idle", "arming", "active", "degraded", "ramping down", "fault"];
+
+/// The haptic loop around a device of the caller's.
+///
+/// `scene` is a preset's name or the path of a scene file; `patch` the path of a patch file, in
+/// place of the scene's or alone; `device` a profile's name or the path of a .toml file. No force
+/// comes before `arm`, and limits, ramp-in and passivity are always in its way.
+#[pyclass]
+pub struct Session {
+    inner: HapticSession,
+}
+
+#[pymethods]
+impl Session {
+    #[new]
+    #[pyo3(signature = (scene=None, *, patch=None, device="touch"))]
+    fn new(py: Python<'_>, scene: Option<&str>, patch: Option<&str>, device: &str) -> PyResult<Self> {
+        let patch = patch.map(Path::new);
+        let opened = py.detach(|| match (scene, patch) {
+            (Some(scene), patch) => HapticSession::open(scene, patch, device),
+            (None, Some(patch)) => HapticSession::open_patch(patch, device),
+            (None, None) => HapticSession::open("block", None, device),
+        });
+        opened.map(|inner| Self { inner }).map_err(|error| raised(&error))
+    }
+
+    /// One tick: tip of the probe [m] to force on the device [N], every millisecond. The force is
+    /// zero while a fault is latched: see `fault`.
+    #[pyo3(signature = (tip_m, *, late_ticks=0, stale=false, sensor_failed=false, operator_absent=false))]
+    fn tick<'py>(
+        &mut self,
+        py: Python<'py>,
+        tip_m: PyArrayLikeDyn<'py, f64, AllowTypeChange>,
+        late_ticks: u16,
+        stale: bool,
+        sensor_failed: bool,
+        operator_absent: bool,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let tip = tip_m.as_array();
+        let &[3] = tip.shape() else {
+            return Err(PyValueError::new_err(format!("tip_m has shape {:?}: give x, y and z in m", tip.shape())));
+        };
+        let tip_m = Vector3::new(tip[[0]], tip[[1]], tip[[2]]).cast();
+        let record = self.inner.tick(&Input { tip_m, stale, sensor_failed, operator_absent, late_ticks });
+        Ok(array(py, &record.applied_n))
+    }
+
+    /// Ticks one after the other, without waiting: positions of shape (n, 3) to a dict of arrays
+    /// with n rows: `force_n`, `tissue_n`, `normal`, `depth_m`, `mode`, `fault`, `limiters`.
+    fn run<'py>(&mut self, py: Python<'py>, tips_m: PyArrayLikeDyn<'py, f64, AllowTypeChange>) -> PyResult<Bound<'py, PyDict>> {
+        let tips = tips_m.as_array();
+        let &[count, 3] = tips.shape() else {
+            return Err(PyValueError::new_err(format!("tips_m has shape {:?}: give rows of x, y and z in m", tips.shape())));
+        };
+        let row = |n: usize| Vector3::new(tips[[n, 0]], tips[[n, 1]], tips[[n, 2]]).cast();
+        let tips: Vec<Vector3<f32>> = (0..count).map(row).collect();
+        let session = &mut self.inner;
+        let records: Vec<Telemetry> = py.detach(|| tips.iter().map(|tip_m| *session.tick(&Input::at(*tip_m))).collect());
+        let trace = PyDict::new(py);
+        for (name, of) in WIDE {
+            trace.set_item(name, rows(py, records.iter().map(of))?)?;
+        }
+        let depths_m: Vec<f64> = records.iter().map(|t| f64::from(t.output.depth_m)).collect();
+        trace.set_item("depth_m", depths_m.into_pyarray(py))?;
+        let bytes = |of: fn(&Telemetry) -> u8| records.iter().map(of).collect::<Vec<u8>>().into_pyarray(py);
+        trace.set_item("mode", bytes(|t| t.mode as u8))?;
+        trace.set_item("fault", bytes(|t| t.fault.map_or(0, |fault| fault as u8)))?;
+        trace.set_item("limiters", bytes(|t| t.limiters.bits()))?;
+        Ok(trace)
+    }
+
+    /// Asks for a force: it comes after a tenth of a second outside the tissue and calm, and grows
+    /// for half a second.
+    fn arm(&mut self) -> PyResult<()> {
+        self.inner.arm().map_err(|error| PalpateError::new_err(error.to_string()))
+    }
+
+    /// Lets the force fall to nothing, and disarms.
+    fn stop(&mut self) {
+        self.inner.stop();
+    }
+
+    /// Asks the next tick to forget the fault; refused until readings have been good for a tenth of
+    /// a second.
+    fn clear(&mut self) -> PyResult<()> {
+        self.inner.clear().map_err(|error| PalpateError::new_err(error.to_string()))
+    }
+
+    /// Starts anew: tissue at rest, no force, no fault, not armed.
+    fn reset(&mut self) -> PyResult<()> {
+        self.inner.reset().map_err(|error| PalpateError::new_err(error.to_string()))
+    }
+
+    /// Lowers the maximum force [N], for good.
+    fn lower_force(&mut self, max_force_n: f64) -> PyResult<()> {
+        self.inner.lower_force(max_force_n as f32).map_err(|error| PalpateError::new_err(error.to_string()))
+    }
+
+    /// Operating mode: "boot", "self-test", "idle", "arming", "active", "degraded", "ramping
+    /// down" or "fault".
+    #[getter]
+    fn mode(&self) -> String {
+        MODES[self.inner.mode() as usize].into()
+    }
+
+    /// The latched fault in words, or None.
+    #[getter]
+    fn fault(&self) -> Option<String> {
+        self.last().and_then(|t| t.fault).map(|fault| fault.to_string())
+    }
+
+    /// Whether the probe touches the tissue.
+    #[getter]
+    fn contact(&self) -> bool {
+        self.last().is_some_and(|t| t.output.normal != Vector3::zeros())
+    }
+
+    /// Depth of the tip below the undeformed surface [m].
+    #[getter]
+    fn depth_m(&self) -> f64 {
+        self.last().map_or(0.0, |t| f64::from(t.output.depth_m))
+    }
+
+    /// Force on the device after the last tick [N].
+    #[getter]
+    fn force_n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        array(py, &self.last().map_or(Vector3::zeros(), |t| t.applied_n))
+    }
+
+    /// Whether the last tick refused what was asked.
+    #[getter]
+    fn refused(&self) -> bool {
+        self.last().is_some_and(|t| t.refused)
+    }
+
+    /// Young's modulus [Pa]. It can be set between half and twice the one that was opened; a
+    /// stiffer one waits until the probe does not touch.
+    #[getter]
+    fn youngs_modulus_pa(&self) -> f64 {
+        f64::from(self.inner.tissue().params().youngs_modulus_pa)
+    }
+
+    #[setter]
+    fn set_youngs_modulus_pa(&mut self, value: f64) -> PyResult<()> {
+        self.inner.set_modulus(value as f32).map_err(|error| PalpateError::new_err(error.to_string()))
+    }
+
+    /// Site of the press on the rest surface [m]: put your device's centre there.
+    #[getter]
+    fn site_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        array(py, &self.inner.tissue().patch().site_m())
+    }
+
+    /// Unit vector out of the tissue at the site.
+    #[getter]
+    fn axis<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        array(py, &self.inner.tissue().params().probe.axis)
+    }
+
+    /// Maximum force of the loop [N].
+    #[getter]
+    fn max_force_n(&self) -> f64 {
+        f64::from(self.inner.limits().max_force_n)
+    }
+
+    /// Positions of all nodes [m], shape (nodes, 3).
+    #[getter]
+    fn nodes_m(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+        Ok(rows(py, self.inner.tissue().nodes().iter().map(palpate::Node::position_m))?.unbind())
+    }
+
+    /// Hash of all positions and velocities of the tissue.
+    #[getter]
+    fn state_hash(&mut self) -> u64 {
+        self.inner.hash()
+    }
+}
+
+impl Session {
+    fn last(&self) -> Option<&Telemetry> {
+        self.inner.telemetry()
+    }
+}
+
+fn array<'py>(py: Python<'py>, v: &Vector3<f32>) -> Bound<'py, PyArray1<f64>> {
+    PyArray1::from_slice(py, v.cast::<f64>().as_slice())
+}
+
+/// Vectors as an array of shape (n, 3).
+pub fn rows<'py>(py: Python<'py>, vectors: impl Iterator<Item = Vector3<f32>>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let numbers: Vec<f64> = vectors.flat_map(|v| <[f64; 3]>::from(v.cast::<f64>())).collect();
+    let count = numbers.len() / 3;
+    numbers.into_pyarray(py).reshape([count, 3])
+}

@@ -1,0 +1,387 @@
+//! The boundary to C: pointers become values, failures become codes, panics are caught.
+//!
+//! Every function may be called at any time and from any thread, with any number in place of a
+//! handle; pointers are checked for NULL and may be unaligned. That they point to memory of the
+//! stated type and length is the caller's promise, the one thing that cannot be checked here.
+#![expect(unsafe_code, reason = "pointers of C are followed here, and nowhere else")]
+
+use std::ffi::{CStr, CString, c_char};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::LazyLock;
+
+use palpate::Fault;
+use palpate_loop::haptic_session::{HapticSession, Input};
+
+use crate::code::{Failure, PalpateCode};
+use crate::records::{PalpateInfo, PalpateInput, PalpateMode, PalpateReport, wide};
+use crate::{message, sessions};
+
+/// A session by handle; 0 is none.
+type Session = u64;
+
+/// Device profile that NULL stands for.
+const DEFAULT_DEVICE: &str = "touch";
+
+/// Opens a scene: a preset's name or the path of a scene file. `patch` is the path of a patch file
+/// in place of the scene's own, or NULL. `device` is a profile's name or the path of a .toml file;
+/// NULL stands for "touch". Takes up to seconds, and memory: no tick does. `session` gets the
+/// handle, 0 on failure.
+///
+/// # Safety
+/// Texts end with a zero byte; `session` points to one handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpate_open_scene(
+    scene: *const c_char,
+    patch: *const c_char,
+    device: *const c_char,
+    session: *mut Session,
+) -> PalpateCode {
+    // SAFETY: the caller's promise, for all four pointers
+    let texts = unsafe { (text("scene", scene), maybe_text("patch", patch), maybe_text("device", device)) };
+    // SAFETY: the caller's promise
+    unsafe {
+        open(session, || {
+            let (scene, patch, device) = (texts.0?, texts.1?, texts.2?);
+            Ok(HapticSession::open(scene, patch.map(Path::new), device.unwrap_or(DEFAULT_DEVICE))?)
+        })
+    }
+}
+
+/// Opens a patch file alone: tissue, probe and site are those that it was packed with. `device` and
+/// `session` as in `palpate_open_scene`.
+///
+/// # Safety
+/// Texts end with a zero byte; `session` points to one handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpate_open_patch(path: *const c_char, device: *const c_char, session: *mut Session) -> PalpateCode {
+    // SAFETY: the caller's promise
+    let texts = unsafe { (text("path", path), maybe_text("device", device)) };
+    // SAFETY: the caller's promise
+    unsafe {
+        open(session, || {
+            let (path, device) = (texts.0?, texts.1?);
+            Ok(HapticSession::open_patch(Path::new(path), device.unwrap_or(DEFAULT_DEVICE))?)
+        })
+    }
+}
+
+/// As `palpate_open_patch`, of the file's bytes, which are not needed after the call.
+///
+/// # Safety
+/// `bytes` points to `length` bytes; texts end with a zero byte; `session` points to one handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpate_open_patch_bytes(
+    bytes: *const u8,
+    length: usize,
+    device: *const c_char,
+    session: *mut Session,
+) -> PalpateCode {
+    // SAFETY: the caller's promise
+    let (bytes, device) = unsafe { (array("bytes", bytes, length), maybe_text("device", device)) };
+    // SAFETY: the caller's promise
+    unsafe { open(session, || Ok(HapticSession::of_patch_bytes(bytes?, device?.unwrap_or(DEFAULT_DEVICE))?)) }
+}
+
+/// Closes a session and frees its memory. The device keeps its last force: give it zero first.
+#[unsafe(no_mangle)]
+pub extern "C" fn palpate_close(session: Session) -> PalpateCode {
+    code(|| sessions::remove(session))
+}
+
+/// One tick: tip of the probe [m], scene frame, x y z, to force on the device [N]. Call it every
+/// millisecond. `force_n` is zero on every failure; with a NULL `tip_m` the sensor counts as failed
+/// and the fault is latched. `PALPATE_CODE_FAULT` is returned while a fault is latched.
+///
+/// # Safety
+/// `tip_m` and `force_n` point to three doubles each.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpate_tick(session: Session, tip_m: *const f64, force_n: *mut f64) -> PalpateCode {
+    // SAFETY: the caller's promise
+    let tip_m = unsafe { read::<[f64; 3]>("tip_m", tip_m.cast()) };
+    let input = tip_m.map(|tip_m| PalpateInput { tip_m, ..PalpateInput::default() });
+    // SAFETY: the caller's promise
+    unsafe { tick(session, input, force_n) }
+}
+
+/// As `palpate_tick`, for devices that know more of a reading than its position. `input_bytes` is
+/// `sizeof(palpate_input)`.
+///
+/// # Safety
+/// `input` points to that many bytes, `force_n` to three doubles.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpate_tick_with(
+    session: Session,
+    input: *const PalpateInput,
+    input_bytes: usize,
+    force_n: *mut f64,
+) -> PalpateCode {
+    let sized = fits::<PalpateInput>("input_bytes", input_bytes);
+    // SAFETY: the caller's promise, and the size is ours
+    let input = sized.and_then(|()| unsafe { read("input", input) });
+    // SAFETY: the caller's promise
+    unsafe { tick(session, input, force_n) }
+}
+
+/// Record of the last tick. `report_bytes` is `sizeof(palpate_report)`.
+///
+/// # Safety
+/// `report` points to that many bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpate_read_report(session: Session, report: *mut PalpateReport, report_bytes: usize) -> PalpateCode {
+    code(|| {
+        fits::<PalpateReport>("report_bytes", report_bytes)?;
+        let record = sessions::with(session, |session| PalpateReport::of(session))?;
+        // SAFETY: the caller's promise, and the size is ours
+        unsafe { write("report", report, record) }
+    })
+}
+
+/// Tissue, probe and device. `info_bytes` is `sizeof(palpate_info)`.
+///
+/// # Safety
+/// `info` points to that many bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpate_read_info(session: Session, info: *mut PalpateInfo, info_bytes: usize) -> PalpateCode {
+    code(|| {
+        fits::<PalpateInfo>("info_bytes", info_bytes)?;
+        let record = sessions::with(session, |session| Ok(PalpateInfo::of(session)))?;
+        // SAFETY: the caller's promise, and the size is ours
+        unsafe { write("info", info, record) }
+    })
+}
+
+/// Positions of all nodes [m], x y z after each other, for drawing. `capacity` is the number of
+/// doubles that `positions_m` holds, at least three times `palpate_info.nodes`.
+///
+/// # Safety
+/// `positions_m` points to that many doubles.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpate_read_nodes(session: Session, positions_m: *mut f64, capacity: usize) -> PalpateCode {
+    code(|| {
+        sessions::with(session, |session| {
+            let nodes = session.tissue().nodes();
+            let need = 3 * nodes.len();
+            if capacity < need {
+                return Err(Failure::TooSmall { item: "positions_m", need, have: capacity });
+            }
+            let mut place = positions_m.cast::<[f64; 3]>();
+            for node in nodes {
+                // SAFETY: the caller's promise, and there is room for each of them
+                unsafe { write("positions_m", place, wide(&node.position_m()))? };
+                place = place.wrapping_add(1);
+            }
+            Ok(())
+        })
+    })
+}
+
+/// Hash of all positions and velocities of the tissue: equal on every machine after the same ticks.
+///
+/// # Safety
+/// `hash` points to one number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpate_state_hash(session: Session, hash: *mut u64) -> PalpateCode {
+    code(|| {
+        let found = sessions::with(session, |session| Ok(session.hash()))?;
+        // SAFETY: the caller's promise
+        unsafe { write("hash", hash, found) }
+    })
+}
+
+/// Asks for a force. It comes once the probe has been outside the tissue and calm for a tenth of a
+/// second, and grows for half a second in free space.
+#[unsafe(no_mangle)]
+pub extern "C" fn palpate_arm(session: Session) -> PalpateCode {
+    code(|| sessions::with(session, |session| Ok(session.arm()?)))
+}
+
+/// Lets the force fall to nothing within an eighth of a second of ticks, and disarms.
+#[unsafe(no_mangle)]
+pub extern "C" fn palpate_stop(session: Session) -> PalpateCode {
+    code(|| {
+        sessions::with(session, |session| {
+            session.stop();
+            Ok(())
+        })
+    })
+}
+
+/// Asks the next tick to forget the fault; refused, as the report says, until readings have been
+/// good for a tenth of a second. Arm again afterwards.
+#[unsafe(no_mangle)]
+pub extern "C" fn palpate_clear(session: Session) -> PalpateCode {
+    code(|| sessions::with(session, |session| Ok(session.clear()?)))
+}
+
+/// Starts anew: tissue at rest, no force, no fault, not armed. Modulus and lowered limits stay.
+#[unsafe(no_mangle)]
+pub extern "C" fn palpate_reset(session: Session) -> PalpateCode {
+    code(|| sessions::with(session, |session| session.reset().map_err(Failure::Number)))
+}
+
+/// Sets Young's modulus [Pa], between half and twice the one that was opened. A stiffer one waits
+/// until the probe does not touch.
+#[unsafe(no_mangle)]
+pub extern "C" fn palpate_set_modulus(session: Session, youngs_modulus_pa: f64) -> PalpateCode {
+    code(|| sessions::with(session, |session| session.set_modulus(youngs_modulus_pa as f32).map_err(Failure::Number)))
+}
+
+/// Lowers the maximum force [N], for good; no limit can be raised or switched off.
+#[unsafe(no_mangle)]
+pub extern "C" fn palpate_lower_force(session: Session, max_force_n: f64) -> PalpateCode {
+    code(|| sessions::with(session, |session| session.lower_force(max_force_n as f32).map_err(Failure::Number)))
+}
+
+/// A code in words; never NULL.
+#[unsafe(no_mangle)]
+pub extern "C" fn palpate_error_text(code: i32) -> *const c_char {
+    let known = PalpateCode::ALL.into_iter().find(|known| *known as i32 == code);
+    known.map_or(c"no code of this library", PalpateCode::text).as_ptr()
+}
+
+/// A mode in words; never NULL.
+#[unsafe(no_mangle)]
+pub extern "C" fn palpate_mode_text(mode: i32) -> *const c_char {
+    let text = match mode {
+        n if n == PalpateMode::Boot as i32 => c"boot",
+        n if n == PalpateMode::SelfTest as i32 => c"self-test",
+        n if n == PalpateMode::Idle as i32 => c"idle",
+        n if n == PalpateMode::Arming as i32 => c"arming",
+        n if n == PalpateMode::Active as i32 => c"active",
+        n if n == PalpateMode::Degraded as i32 => c"degraded",
+        n if n == PalpateMode::SafeRamp as i32 => c"ramping down",
+        n if n == PalpateMode::Fault as i32 => c"fault",
+        _ => c"no mode of this library",
+    };
+    text.as_ptr()
+}
+
+/// A fault of a report in words; never NULL.
+#[unsafe(no_mangle)]
+pub extern "C" fn palpate_fault_text(fault: i32) -> *const c_char {
+    static TEXTS: LazyLock<Vec<CString>> =
+        LazyLock::new(|| Fault::ALL.iter().map(|fault| CString::new(fault.text()).unwrap_or_default()).collect());
+    match fault {
+        0 => c"no fault",
+        _ => Fault::ALL
+            .iter()
+            .zip(&*TEXTS)
+            .find(|(f, _)| i32::from(**f as u8) == fault)
+            .map_or(c"no fault of this library", |f| f.1),
+    }
+    .as_ptr()
+}
+
+/// Message of the last call of this thread that failed: what was wrong, on one line; empty
+/// before one.
+/// Never NULL; valid in this thread, until its next call that fails.
+#[unsafe(no_mangle)]
+pub extern "C" fn palpate_last_message() -> *const c_char {
+    message::last()
+}
+
+/// Version of the library, such as "0.1.0".
+#[unsafe(no_mangle)]
+pub extern "C" fn palpate_version() -> *const c_char {
+    const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "\0");
+    VERSION.as_ptr().cast()
+}
+
+/// Runs a call: a failure becomes its code and the thread's message, and so does a panic.
+fn code(call: impl FnOnce() -> Result<(), Failure>) -> PalpateCode {
+    let done = catch_unwind(AssertUnwindSafe(call)).unwrap_or(Err(Failure::Internal));
+    done.map_or_else(
+        |failure| {
+            message::keep(&failure);
+            failure.code()
+        },
+        |()| PalpateCode::Ok,
+    )
+}
+
+/// # Safety
+/// `handle` is NULL or points to one handle.
+unsafe fn open(handle: *mut u64, work: impl FnOnce() -> Result<HapticSession, Failure>) -> PalpateCode {
+    code(|| {
+        // SAFETY: the caller's promise
+        unsafe { write("session", handle, 0)? };
+        let opened = sessions::insert(work()?)?;
+        // SAFETY: the caller's promise
+        unsafe { write("session", handle, opened) }
+    })
+}
+
+/// # Safety
+/// `force_n` is NULL or points to three doubles.
+unsafe fn tick(session: Session, input: Result<PalpateInput, Failure>, force_n: *mut f64) -> PalpateCode {
+    code(|| {
+        // SAFETY: the caller's promise; whatever fails from here on, there is no force
+        let room = unsafe { write("force_n", force_n.cast(), [0.0_f64; 3]) };
+        let failed = Input { sensor_failed: true, ..PalpateInput::default().to_core() };
+        let read = if room.is_ok() { input.as_ref().map_or(failed, |input| input.to_core()) } else { failed };
+        let (applied_n, fault) = sessions::with(session, |session| {
+            let record = session.tick(&read);
+            Ok((wide(&record.applied_n), record.fault))
+        })?;
+        room.and(input.map(drop))?;
+        faultless(fault)?;
+        // SAFETY: the caller's promise
+        unsafe { write("force_n", force_n.cast(), applied_n) }
+    })
+}
+
+fn faultless(fault: Option<Fault>) -> Result<(), Failure> {
+    fault.map_or(Ok(()), |fault| Err(Failure::Fault(fault)))
+}
+
+fn fits<T>(item: &'static str, have: usize) -> Result<(), Failure> {
+    let need = size_of::<T>();
+    if have == need { Ok(()) } else { Err(Failure::WrongSize { item, need, have }) }
+}
+
+/// # Safety
+/// `pointer` is NULL or points to a text that ends with a zero byte and lives as long as the call.
+unsafe fn text<'a>(item: &'static str, pointer: *const c_char) -> Result<&'a str, Failure> {
+    if pointer.is_null() {
+        return Err(Failure::Null(item));
+    }
+    // SAFETY: it is not NULL, and the rest is the caller's promise
+    unsafe { CStr::from_ptr(pointer) }.to_str().map_err(|_| Failure::NotText(item))
+}
+
+/// # Safety
+/// As [`text`].
+unsafe fn maybe_text<'a>(item: &'static str, pointer: *const c_char) -> Result<Option<&'a str>, Failure> {
+    // SAFETY: the caller's promise
+    if pointer.is_null() { Ok(None) } else { unsafe { text(item, pointer) }.map(Some) }
+}
+
+/// # Safety
+/// `pointer` is NULL or points to `length` bytes that live as long as the call.
+unsafe fn array<'a>(item: &'static str, pointer: *const u8, length: usize) -> Result<&'a [u8], Failure> {
+    match pointer.is_null() {
+        true => Err(Failure::Null(item)),
+        false if isize::try_from(length).is_err() => Err(Failure::TooSmall { item, need: length, have: isize::MAX as usize }),
+        // SAFETY: not NULL, no longer than memory can be, and the rest is the caller's promise
+        false => Ok(unsafe { std::slice::from_raw_parts(pointer, length) }),
+    }
+}
+
+/// # Safety
+/// `pointer` is NULL or points to a `T`, aligned or not.
+unsafe fn read<T: Copy>(item: &'static str, pointer: *const T) -> Result<T, Failure> {
+    // SAFETY: it is not NULL, and the rest is the caller's promise
+    if pointer.is_null() { Err(Failure::Null(item)) } else { Ok(unsafe { pointer.read_unaligned() }) }
+}
+
+/// # Safety
+/// `pointer` is NULL or points to room for a `T`, aligned or not.
+unsafe fn write<T>(item: &'static str, pointer: *mut T, value: T) -> Result<(), Failure> {
+    if pointer.is_null() {
+        return Err(Failure::Null(item));
+    }
+    // SAFETY: it is not NULL, and the rest is the caller's promise
+    unsafe { pointer.write_unaligned(value) };
+    Ok(())
+}

@@ -1,0 +1,204 @@
+//! Records that cross the boundary, in SI; vectors are x, y, z in the scene's frame.
+
+use palpate::haptic::cycle::Telemetry;
+use palpate::haptic::mode::Mode;
+use palpate::{Output, Vector3};
+use palpate_loop::haptic_session::{HapticSession, Input};
+
+use crate::code::Failure;
+
+/// Operating mode. Force acts in `PALPATE_MODE_ACTIVE`, `PALPATE_MODE_DEGRADED` and, falling, in
+/// `PALPATE_MODE_SAFE_RAMP`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
+pub enum PalpateMode {
+    /// Before the first tick.
+    Boot = 0,
+    /// The first tick.
+    SelfTest = 1,
+    /// Waits for `palpate_arm`.
+    Idle = 2,
+    /// Waits for a calm probe outside the tissue.
+    Arming = 3,
+    /// The force is felt.
+    Active = 4,
+    /// Felt, and scaled down for the rest of this contact.
+    Degraded = 5,
+    /// Felt while it falls to nothing.
+    SafeRamp = 6,
+    /// No force until `palpate_clear`.
+    Fault = 7,
+}
+
+impl From<Mode> for PalpateMode {
+    fn from(mode: Mode) -> Self {
+        match mode {
+            Mode::Boot => Self::Boot,
+            Mode::SelfTest => Self::SelfTest,
+            Mode::Idle => Self::Idle,
+            Mode::Arming => Self::Arming,
+            Mode::Active => Self::Active,
+            Mode::Degraded => Self::Degraded,
+            Mode::SafeRamp => Self::SafeRamp,
+            Mode::Fault => Self::Fault,
+        }
+    }
+}
+
+/// Input of `palpate_tick_with`: all zero but for the position is a new, good reading in time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct PalpateInput {
+    /// Tip of the probe [m].
+    pub tip_m: [f64; 3],
+    /// Periods of 1 ms that went by without a tick since the last one.
+    pub late_ticks: u32,
+    /// Not zero: the position is an old one, no new reading came.
+    pub stale: u8,
+    /// Not zero: the device says that its reading cannot be trusted.
+    pub sensor_failed: u8,
+    /// Not zero: the hand switch is open, so no force, and no arming.
+    pub operator_absent: u8,
+    /// Zero.
+    pub reserved: u8,
+}
+
+impl PalpateInput {
+    /// In the core's precision.
+    pub(crate) fn to_core(self) -> Input {
+        Input {
+            stale: self.stale != 0,
+            sensor_failed: self.sensor_failed != 0,
+            operator_absent: self.operator_absent != 0,
+            late_ticks: u16::try_from(self.late_ticks).unwrap_or(u16::MAX),
+            ..Input::at(Vector3::from(self.tip_m).cast())
+        }
+    }
+}
+
+/// Record of the last tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct PalpateReport {
+    /// Tip that was rendered [m]; the last good one on a fault.
+    pub tip_m: [f64; 3],
+    /// Force on the device [N].
+    pub force_n: [f64; 3],
+    /// Force of the tissue before damping, gains and limits [N].
+    pub tissue_n: [f64; 3],
+    /// Outward unit normal of the contact; zero without contact.
+    pub normal: [f64; 3],
+    /// Depth of the tip below the undeformed surface, along the normal [m]; zero without contact.
+    pub depth_m: f64,
+    /// Energy given to the hand since the touch [J]; negative while the tissue holds some.
+    pub given_j: f64,
+    /// Young's modulus [Pa].
+    pub youngs_modulus_pa: f64,
+    /// Young's modulus that waits for the probe to leave [Pa]; zero where none does.
+    pub waiting_modulus_pa: f64,
+    /// Ticks begun, wrapping.
+    pub ticks: u32,
+    /// A `palpate_mode`.
+    pub mode: i32,
+    /// Number of the latched fault, for `palpate_fault_text`; zero without one.
+    pub fault: i32,
+    /// Limits that acted: 1 speed, 2 depth, 4 force, 8 started inside the tissue, 16 slew, 32 held
+    /// reading, 64 gain, 128 energy.
+    pub limiters: u32,
+    /// 1 while the probe touches the tissue.
+    pub contact: u8,
+    /// 1 if the tick refused what was asked: too early, or not in this mode.
+    pub refused: u8,
+    /// Zero.
+    pub reserved: [u8; 6],
+}
+
+impl PalpateReport {
+    /// Of a session's last tick.
+    pub(crate) fn of(session: &HapticSession) -> Result<Self, Failure> {
+        let Telemetry { tick, mode, fault, position_m, output, applied_n, energy, limiters, refused, .. } =
+            session.telemetry().ok_or(Failure::NoTick)?;
+        let Output { force_n, depth_m, normal, .. } = output;
+        Ok(Self {
+            tip_m: wide(position_m),
+            force_n: wide(applied_n),
+            tissue_n: wide(force_n),
+            normal: wide(normal),
+            depth_m: f64::from(*depth_m),
+            given_j: f64::from(energy.given_j),
+            youngs_modulus_pa: f64::from(session.tissue().params().youngs_modulus_pa),
+            waiting_modulus_pa: f64::from(session.waiting_modulus_pa().unwrap_or(0.0)),
+            ticks: *tick,
+            mode: PalpateMode::from(*mode) as i32,
+            fault: fault.map_or(0, |fault| i32::from(fault as u8)),
+            limiters: u32::from(limiters.bits()),
+            contact: u8::from(*normal != Vector3::zeros()),
+            refused: u8::from(*refused),
+            reserved: [0; 6],
+        })
+    }
+}
+
+/// Tissue, probe and device of a session.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct PalpateInfo {
+    /// Site of the press on the rest surface [m]: put your device's centre there.
+    pub site_m: [f64; 3],
+    /// Unit vector out of the tissue at the site.
+    pub axis: [f64; 3],
+    /// Corner of the device's workspace with the smallest coordinates [m].
+    pub workspace_low_m: [f64; 3],
+    /// Corner with the largest [m].
+    pub workspace_high_m: [f64; 3],
+    /// Radius of the probe [m].
+    pub probe_radius_m: f64,
+    /// Deepest press that the patch is shown [m].
+    pub depth_limit_m: f64,
+    /// Maximum force of the loop [N].
+    pub max_force_n: f64,
+    /// Young's modulus [Pa].
+    pub youngs_modulus_pa: f64,
+    /// Nodes of the patch.
+    pub nodes: u64,
+    /// Surface triangles of the patch.
+    pub triangles: u64,
+}
+
+impl PalpateInfo {
+    /// Of a session.
+    pub(crate) fn of(session: &HapticSession) -> Self {
+        let (tissue, device) = (session.tissue(), session.device());
+        let (patch, params) = (tissue.patch(), tissue.params());
+        let model = patch.model();
+        Self {
+            site_m: wide(&patch.site_m()),
+            axis: wide(&params.probe.axis),
+            workspace_low_m: wide(&device.workspace_low_m),
+            workspace_high_m: wide(&device.workspace_high_m),
+            probe_radius_m: f64::from(params.probe.radius_m),
+            depth_limit_m: f64::from(model.depth_limit_m),
+            max_force_n: f64::from(session.limits().max_force_n),
+            youngs_modulus_pa: f64::from(params.youngs_modulus_pa),
+            nodes: model.nodes.len() as u64,
+            triangles: model.triangles.len() as u64,
+        }
+    }
+}
+
+/// A vector in double precision.
+pub(crate) fn wide(v: &Vector3<f32>) -> [f64; 3] {
+    v.cast::<f64>().into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_have_the_core_s_numbers() {
+        for mode in Mode::ALL {
+            assert_eq!(PalpateMode::from(mode) as u8, mode as u8);
+        }
+    }
+}

@@ -1,0 +1,327 @@
+//! A haptic session: tissue and loop around a device that the caller reads and drives, for
+//! programs with a device of their own and for other languages (`host-sim/bindings`).
+//!
+//! ```text
+//! caller: position ─ HapticSession::tick ─ force: caller
+//!                    gate ─ patch ─ damping ─ gains ─ limits
+//! ```
+//!
+//! The force goes through [`Cycle::tick`] as on the board: ramp-in, passivity and limits are always
+//! in its way. A tick allocates nothing; what is made ready beforehand does.
+
+use std::path::Path;
+
+use palpate::haptic::cycle::{Ask, Command, Cycle, Settings, Telemetry};
+use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
+use palpate::haptic::limits::LoopLimitSettings;
+use palpate::haptic::mode::Mode;
+use palpate::{BuildError, Params, Vector3};
+use palpate_tissue::budget::MACHINES;
+use palpate_tissue::error::Error;
+use palpate_tissue::patch::Patch;
+use palpate_tissue::scene::{Scene, TICK_S};
+use palpate_tissue::session::{Session, packed};
+use palpate_tissue::stable_step::StableStep;
+
+use crate::closed_loop::device::DeviceProfile;
+use crate::closed_loop::prepared::Prepared;
+use crate::live::LiveTissue;
+
+/// Young's modulus may be set between this share of the one that was opened ...
+const SOFTEST: f32 = 0.5;
+/// ... and this one, where the substeps bear it: as on a board.
+const STIFFEST: f32 = 2.0;
+
+/// Input of a tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Input {
+    /// Tip of the probe [m], scene frame.
+    pub tip_m: Vector3<f32>,
+    /// The position is the one of the tick before: no new reading came.
+    pub stale: bool,
+    /// The device says that its reading cannot be trusted.
+    pub sensor_failed: bool,
+    /// The hand switch is open: no force, and no arming.
+    pub operator_absent: bool,
+    /// Periods that went by without a tick since the last one.
+    pub late_ticks: u16,
+}
+
+impl Input {
+    /// A new, good reading in time.
+    #[must_use]
+    pub fn at(tip_m: Vector3<f32>) -> Self {
+        Self { tip_m, stale: false, sensor_failed: false, operator_absent: false, late_ticks: 0 }
+    }
+}
+
+/// A request that the session's mode does not allow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum OutOfOrder {
+    /// Arming during a fault.
+    #[error("a fault is latched: clear it before arming again")]
+    Faulted,
+    /// Clearing without a fault.
+    #[error("no fault is latched: there is nothing to clear")]
+    NoFault,
+}
+
+/// Tissue, loop, and the caller's device.
+#[derive(Clone, Debug)]
+pub struct HapticSession {
+    tissue: LiveTissue,
+    device: CallersDevice,
+    settings: Settings,
+    cycle: Cycle,
+    telemetry: Option<Telemetry>,
+    /// Bounds of Young's modulus [Pa].
+    modulus_pa: [f32; 2],
+    /// Young's modulus that waits: a stiffer one until nothing is touched, any until the next tick.
+    waiting_pa: Option<f32>,
+    /// A request for the next tick.
+    asked: Option<Ask>,
+    /// Arming is to be asked for when the mode is idle.
+    arms: bool,
+}
+
+impl HapticSession {
+    /// A scene, by preset or path, for a device; `patch` in place of the scene's own.
+    ///
+    /// # Errors
+    /// A scene, patch or device that does not fit, or a model that cannot keep 1 kHz.
+    pub fn open(scene: &str, patch: Option<&Path>, device: &str) -> Result<Self, Error> {
+        let device = DeviceProfile::load(device)?;
+        let mut scene = Scene::load(scene)?;
+        if patch.is_some() {
+            scene.solver.patch = patch.map(Path::to_path_buf);
+            scene.check()?;
+        }
+        Self::of_prepared(Prepared::of(&scene, &device)?, &device)
+    }
+
+    /// A patch file alone: tissue, probe and site are those that it was packed with.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_patch(path: &Path, device: &str) -> Result<Self, Error> {
+        let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
+        Self::of_patch_bytes(&bytes, device).map_err(|error| match error {
+            Error::Build(cause) => Error::Patch { path: path.into(), cause },
+            other => other,
+        })
+    }
+
+    /// As [`Self::open_patch`], of the file's bytes.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn of_patch_bytes(bytes: &[u8], device: &str) -> Result<Self, Error> {
+        let device = DeviceProfile::load(device)?;
+        let (patch, params) = packed::unpack(bytes)?;
+        let Session { patch, params, .. } = Session::of_fitted(&MACHINES[0], patch, params)?;
+        Self::of_prepared(Prepared::of_fitted(patch, &params, &device)?, &device)
+    }
+
+    fn of_prepared(prepared: Prepared, device: &DeviceProfile) -> Result<Self, Error> {
+        let Prepared { patch, params, .. } = prepared;
+        let spec = device.limits(patch.site_m());
+        let settings = Settings { limits: device.limit_values(), ..Settings::safe(&spec) };
+        let opened_pa = params.youngs_modulus_pa;
+        let most_pa = if bears(&patch, &params, STIFFEST * opened_pa)? { STIFFEST * opened_pa } else { opened_pa };
+        Ok(Self {
+            tissue: LiveTissue::new(patch, params)?,
+            device: CallersDevice::new(spec),
+            settings,
+            cycle: Cycle::build(&settings, &spec)?,
+            telemetry: None,
+            modulus_pa: [SOFTEST * opened_pa, most_pa],
+            waiting_pa: None,
+            asked: None,
+            arms: false,
+        })
+    }
+
+    /// One tick, every millisecond. The force [N] for the device is in [`Telemetry::applied_n`].
+    pub fn tick(&mut self, input: &Input) -> &Telemetry {
+        self.settle();
+        let mode = self.cycle.mode();
+        self.arms &= mode != Mode::Fault;
+        let asked = self.asked.take().or(match mode {
+            Mode::Boot => Some(Ask::Booted),
+            Mode::SelfTest => Some(Ask::TestPassed),
+            Mode::Idle if self.arms => Some(Ask::Arm),
+            _ => None,
+        });
+        let Input { late_ticks, operator_absent, .. } = *input;
+        // the caller is the host, and is there: it calls
+        let command = Command { asked, late_ticks, operator_absent, ..Command::HEARD };
+        self.device.read(input);
+        let telemetry = self.cycle.tick(&mut self.device, &mut self.tissue, command);
+        self.arms &= telemetry.mode != Mode::Arming;
+        self.telemetry.insert(telemetry)
+    }
+
+    /// Record of the last tick; `None` before the first.
+    #[must_use]
+    pub fn telemetry(&self) -> Option<&Telemetry> {
+        self.telemetry.as_ref()
+    }
+
+    /// The mode.
+    #[must_use]
+    pub fn mode(&self) -> Mode {
+        self.cycle.mode()
+    }
+
+    /// Tissue, with patch, parameters and nodes.
+    #[must_use]
+    pub fn tissue(&self) -> &LiveTissue {
+        &self.tissue
+    }
+
+    /// Limits of the device.
+    #[must_use]
+    pub fn device(&self) -> &DeviceSpec {
+        &self.device.spec
+    }
+
+    /// Limits of the loop.
+    #[must_use]
+    pub fn limits(&self) -> &LoopLimitSettings {
+        self.cycle.limits()
+    }
+
+    /// Hash of all positions and velocities of the tissue.
+    #[must_use]
+    pub fn hash(&mut self) -> u64 {
+        self.tissue.hash()
+    }
+
+    /// Asks for a force: it comes when the probe has been outside and calm for
+    /// [`palpate::haptic::cycle::ArmingSettings`]' time, and grows for half a second.
+    ///
+    /// # Errors
+    /// [`OutOfOrder::Faulted`].
+    pub fn arm(&mut self) -> Result<(), OutOfOrder> {
+        self.arms = self.mode() != Mode::Fault;
+        if self.arms { Ok(()) } else { Err(OutOfOrder::Faulted) }
+    }
+
+    /// Lets the force fall to nothing, and disarms.
+    pub fn stop(&mut self) {
+        (self.asked, self.arms) = (Some(Ask::Stop), false);
+    }
+
+    /// Asks in the next tick to forget the fault. Refused ([`Telemetry::refused`]) until readings
+    /// have been good for a tenth of a second.
+    ///
+    /// # Errors
+    /// [`OutOfOrder::NoFault`].
+    pub fn clear(&mut self) -> Result<(), OutOfOrder> {
+        if self.mode() != Mode::Fault {
+            return Err(OutOfOrder::NoFault);
+        }
+        self.asked = Some(Ask::Clear);
+        Ok(())
+    }
+
+    /// Sets Young's modulus [Pa], from the next tick on; a stiffer one when nothing is touched:
+    /// stiffened under the probe the tissue would give energy to the hand.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`]: not between half and twice the one that was opened, or beyond
+    /// what the substeps bear; nothing changes then.
+    pub fn set_modulus(&mut self, youngs_modulus_pa: f32) -> Result<(), BuildError> {
+        let [least_pa, most_pa] = self.modulus_pa;
+        BuildError::within("youngs_modulus_pa", youngs_modulus_pa, least_pa, most_pa)?;
+        self.waiting_pa = (youngs_modulus_pa != self.tissue.params().youngs_modulus_pa).then_some(youngs_modulus_pa);
+        Ok(())
+    }
+
+    /// Young's modulus that waits for the probe to leave, or for the next tick [Pa].
+    #[must_use]
+    pub fn waiting_modulus_pa(&self) -> Option<f32> {
+        self.waiting_pa
+    }
+
+    /// Lowers the maximum force [N], for good.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] if it would rise; nothing changes then.
+    pub fn lower_force(&mut self, max_force_n: f32) -> Result<(), BuildError> {
+        self.cycle.lower_limits(&LoopLimitSettings { max_force_n, ..*self.cycle.limits() })
+    }
+
+    /// Starts anew: tissue at rest, no force, no fault, not armed. Young's modulus stays, and so do
+    /// limits that were lowered.
+    ///
+    /// # Errors
+    /// None that was not one of opening.
+    pub fn reset(&mut self) -> Result<(), BuildError> {
+        let settings = Settings { limits: *self.cycle.limits(), ..self.settings };
+        self.cycle = Cycle::build(&settings, &self.device.spec)?;
+        self.device = CallersDevice::new(self.device.spec);
+        self.tissue.restart();
+        (self.telemetry, self.asked, self.arms) = (None, None, false);
+        Ok(())
+    }
+
+    /// Takes a modulus that waits, when it may.
+    fn settle(&mut self) {
+        let params = *self.tissue.params();
+        let softens = |pa: &mut f32| *pa < params.youngs_modulus_pa;
+        let taken = match self.cycle.in_contact() {
+            true => self.waiting_pa.take_if(softens),
+            false => self.waiting_pa.take(),
+        };
+        if let Some(youngs_modulus_pa) = taken {
+            // its range was checked when it was asked for
+            let _in_range = self.tissue.retune(Params { youngs_modulus_pa, ..params });
+        }
+    }
+}
+
+/// Whether the substeps of a patch bear another modulus [Pa].
+fn bears(patch: &Patch, params: &Params, youngs_modulus_pa: f32) -> Result<bool, BuildError> {
+    let params = Params { youngs_modulus_pa, ..*params };
+    if params.check().is_err() {
+        return Ok(false);
+    }
+    let measured = StableStep::measure(&patch.wide_model(), &params, patch.site_m())?;
+    Ok(measured.is_some_and(|step| step.substeps(TICK_S) <= f64::from(params.substeps)))
+}
+
+/// The device as the loop sees it: positions that the caller brings. The force is taken from the
+/// record of the tick.
+#[derive(Clone, Debug)]
+struct CallersDevice {
+    spec: DeviceSpec,
+    reading: Sensed,
+}
+
+impl CallersDevice {
+    fn new(spec: DeviceSpec) -> Self {
+        let reading = Sensed { position_m: Vector3::zeros(), sequence: 0, status: SensorStatus::Failed };
+        Self { spec, reading }
+    }
+
+    fn read(&mut self, input: &Input) {
+        let sequence = self.reading.sequence.wrapping_add(u32::from(!input.stale));
+        let status = if input.sensor_failed { SensorStatus::Failed } else { SensorStatus::Good };
+        self.reading = Sensed { position_m: input.tip_m, sequence, status };
+    }
+}
+
+impl HapticDevice for CallersDevice {
+    fn limits(&self) -> DeviceSpec {
+        self.spec
+    }
+
+    fn sense(&mut self) -> Sensed {
+        self.reading
+    }
+
+    fn actuate(&mut self, _force_n: Vector3<f32>) {}
+
+    fn release(&mut self) {}
+}

@@ -1,0 +1,100 @@
+//! The machine's C and C++ compilers, for programs on the library of `host-sim/bindings`.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use crate::palpate_command::repository;
+
+/// Language of a program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Language {
+    /// C of 1999.
+    C,
+    /// C++ of 2017.
+    Cpp,
+}
+
+impl Language {
+    /// By the name of a file.
+    #[must_use]
+    pub fn of(file: &Path) -> Self {
+        if file.extension() == Some(OsStr::new("c")) { Self::C } else { Self::Cpp }
+    }
+
+    /// The compiler: `CC` or `CXX`, or the system's.
+    #[must_use]
+    pub fn compiler(self) -> String {
+        let (variable, name) = match self {
+            Self::C => ("CC", "cc"),
+            Self::Cpp => ("CXX", "c++"),
+        };
+        std::env::var(variable).unwrap_or_else(|_| name.into())
+    }
+
+    /// Whether the machine has it; says so where it has not.
+    #[must_use]
+    pub fn is_here(self) -> bool {
+        has(&self.compiler(), "--version", "programs of that language are not tested")
+    }
+}
+
+/// Whether a tool can be started; says what is skipped where it cannot.
+#[must_use]
+pub fn has(tool: &str, asked: &str, skipped: &str) -> bool {
+    let started = Command::new(tool).arg(asked).output().is_ok_and(|output| output.status.success());
+    if !started {
+        println!("skipped: {tool} is not on this machine, so {skipped}");
+    }
+    started
+}
+
+/// The static library, which cargo built beside this test.
+///
+/// # Panics
+/// It is not there.
+#[must_use]
+pub fn library() -> PathBuf {
+    let own = std::env::current_exe().expect("a test knows its own program");
+    let path = own.with_file_name("libpalpate_c.a");
+    assert!(path.exists(), "{} was not built with the tests", path.display());
+    path
+}
+
+/// Compiles a file, with every warning an error: to an object, or with `linked` to a program on the
+/// library. Results are exact, so products and sums stay apart.
+///
+/// # Panics
+/// The compiler refuses it.
+#[must_use]
+pub fn compile(file: &Path, folder: &Path, name: &str, linked: bool, more: &[&str]) -> PathBuf {
+    let (language, made) = (Language::of(file), folder.join(name));
+    let bindings = repository().join("host-sim/bindings");
+    let standard = if language == Language::C { "-std=c99" } else { "-std=c++17" };
+    let mut command = Command::new(language.compiler());
+    command.args([standard, "-O1", "-g", "-Wall", "-Wextra", "-pedantic", "-Werror", "-ffp-contract=off"]);
+    command.arg("-I").arg(bindings.join("include")).arg("-I").arg(bindings.join("examples/adapters/stubs"));
+    command.args(more).arg(file).arg("-o").arg(&made);
+    match linked {
+        true => command.arg(library()).args(["-lpthread", "-ldl", "-lm"]),
+        false => command.arg("-c"),
+    };
+    let output = command.output().expect("the compiler was asked for its version before");
+    assert!(output.status.success(), "{}: {}", file.display(), text(&output.stderr));
+    made
+}
+
+/// Runs a program to its end.
+///
+/// # Panics
+/// It cannot be started, or fails.
+#[must_use]
+pub fn run(command: &mut Command) -> String {
+    let Output { status, stdout, stderr } = command.output().expect("the program was just built");
+    assert!(status.success(), "{command:?}: {status}\n{}{}", text(&stdout), text(&stderr));
+    text(&stdout)
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}

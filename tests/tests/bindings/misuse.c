@@ -1,0 +1,201 @@
+/* Every wrong call that a program can make, checked for its code; then what a session does when things go wrong. Argument: a
+ * patch file. Prints a line for every call that answers otherwise. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "palpate.h"
+
+static int wrong = 0;
+
+#define IS(call, wanted)                                                                               \
+    do {                                                                                               \
+        palpate_code got = (call);                                                                     \
+        if (got != (wanted) || (got && (!strlen(palpate_last_message()) || strchr(palpate_last_message(), '\n')))) { \
+            printf("line %d: %s is %d (%s), not %d\n", __LINE__, #call, got, palpate_last_message(), wanted);        \
+            wrong++;                                                                                   \
+        }                                                                                              \
+    } while (0)
+#define HOLDS(fact)                                           \
+    do {                                                      \
+        if (!(fact)) {                                        \
+            printf("line %d: %s does not hold\n", __LINE__, #fact); \
+            wrong++;                                          \
+        }                                                     \
+    } while (0)
+
+/* So many ticks at a height above the site. */
+static palpate_code ticks(palpate_session s, int count, double height_m, double force_n[3]) {
+    palpate_info info;
+    palpate_code code = palpate_read_info(s, &info, sizeof info);
+    for (int n = 0; n < count && !code; n++) {
+        double tip_m[3];
+        for (int k = 0; k < 3; k++) tip_m[k] = info.site_m[k] + info.axis[k] * height_m;
+        code = palpate_tick(s, tip_m, force_n);
+    }
+    return code;
+}
+
+static palpate_report report_of(palpate_session s) {
+    palpate_report report;
+    memset(&report, 0, sizeof report);
+    IS(palpate_read_report(s, &report, sizeof report), PALPATE_CODE_OK);
+    return report;
+}
+
+static void no_session(palpate_session s) {
+    double three[3] = {1.0, 1.0, 1.0};
+    palpate_report report;
+    palpate_info info;
+    uint64_t hash;
+    IS(palpate_tick(s, three, three), PALPATE_CODE_NO_SESSION);
+    HOLDS(three[0] == 0.0 && three[1] == 0.0 && three[2] == 0.0);
+    IS(palpate_read_report(s, &report, sizeof report), PALPATE_CODE_NO_SESSION);
+    IS(palpate_read_info(s, &info, sizeof info), PALPATE_CODE_NO_SESSION);
+    IS(palpate_read_nodes(s, three, 3), PALPATE_CODE_NO_SESSION);
+    IS(palpate_state_hash(s, &hash), PALPATE_CODE_NO_SESSION);
+    IS(palpate_arm(s), PALPATE_CODE_NO_SESSION);
+    IS(palpate_stop(s), PALPATE_CODE_NO_SESSION);
+    IS(palpate_clear(s), PALPATE_CODE_NO_SESSION);
+    IS(palpate_reset(s), PALPATE_CODE_NO_SESSION);
+    IS(palpate_set_modulus(s, 3500.0), PALPATE_CODE_NO_SESSION);
+    IS(palpate_lower_force(s, 1.0), PALPATE_CODE_NO_SESSION);
+    IS(palpate_close(s), PALPATE_CODE_NO_SESSION);
+}
+
+static void opening(const char *patch) {
+    palpate_session s = 7;
+    const unsigned char junk[64] = {1, 2, 3};
+    IS(palpate_open_scene(NULL, NULL, NULL, &s), PALPATE_CODE_NULL);
+    HOLDS(s == 0);
+    IS(palpate_open_scene("block", NULL, NULL, NULL), PALPATE_CODE_NULL);
+    IS(palpate_open_scene("blok", NULL, NULL, &s), PALPATE_CODE_BAD_SCENE);
+    HOLDS(strstr(palpate_last_message(), "did you mean") != NULL);
+    IS(palpate_open_scene("\xff\xfe", NULL, NULL, &s), PALPATE_CODE_NOT_TEXT);
+    IS(palpate_open_scene("nowhere/scene.toml", NULL, NULL, &s), PALPATE_CODE_CANNOT_READ);
+    IS(palpate_open_scene("block", "nowhere.patch", NULL, &s), PALPATE_CODE_CANNOT_READ);
+    IS(palpate_open_patch(patch, "no device", &s), PALPATE_CODE_BAD_SCENE);
+    IS(palpate_open_patch(NULL, NULL, &s), PALPATE_CODE_NULL);
+    IS(palpate_open_patch("nowhere.patch", NULL, &s), PALPATE_CODE_CANNOT_READ);
+    IS(palpate_open_patch_bytes(junk, sizeof junk, NULL, &s), PALPATE_CODE_BAD_PATCH);
+    IS(palpate_open_patch_bytes(junk, 0, NULL, &s), PALPATE_CODE_BAD_PATCH);
+    IS(palpate_open_patch_bytes(NULL, 64, NULL, &s), PALPATE_CODE_NULL);
+    IS(palpate_open_patch_bytes(junk, (size_t)-1, NULL, &s), PALPATE_CODE_WRONG_SIZE);
+    HOLDS(s == 0);
+}
+
+static void in_a_session(palpate_session s) {
+    double force_n[3] = {9.0, 9.0, 9.0}, few_m[3];
+    palpate_report report;
+    palpate_info info;
+    palpate_input input;
+    uint64_t hash, later;
+    memset(&input, 0, sizeof input);
+
+    IS(palpate_read_report(s, &report, sizeof report), PALPATE_CODE_WRONG_ORDER);
+    IS(palpate_clear(s), PALPATE_CODE_WRONG_ORDER);
+    IS(palpate_read_report(s, NULL, sizeof report), PALPATE_CODE_WRONG_ORDER);
+    IS(palpate_read_report(s, &report, sizeof report - 1), PALPATE_CODE_WRONG_SIZE);
+    IS(palpate_read_info(s, NULL, sizeof info), PALPATE_CODE_NULL);
+    IS(palpate_read_info(s, &info, 0), PALPATE_CODE_WRONG_SIZE);
+    IS(palpate_state_hash(s, NULL), PALPATE_CODE_NULL);
+    IS(palpate_read_info(s, &info, sizeof info), PALPATE_CODE_OK);
+    IS(palpate_read_nodes(s, few_m, 3), PALPATE_CODE_WRONG_SIZE);
+    IS(palpate_read_nodes(s, NULL, 3 * (size_t)info.nodes), PALPATE_CODE_NULL);
+    double *nodes_m = malloc(3 * (size_t)info.nodes * sizeof *nodes_m);
+    IS(palpate_read_nodes(s, nodes_m, 3 * (size_t)info.nodes), PALPATE_CODE_OK);
+    HOLDS(nodes_m[0] != 0.0 || nodes_m[1] != 0.0);
+    free(nodes_m);
+    IS(palpate_set_modulus(s, NAN), PALPATE_CODE_OUT_OF_RANGE);
+    IS(palpate_set_modulus(s, 10.0 * info.youngs_modulus_pa), PALPATE_CODE_OUT_OF_RANGE);
+    IS(palpate_lower_force(s, info.max_force_n * 1.01), PALPATE_CODE_OUT_OF_RANGE);
+    IS(palpate_lower_force(s, -1.0), PALPATE_CODE_OUT_OF_RANGE);
+
+    /* no force before it was asked for */
+    IS(ticks(s, 900, 2e-3, force_n), PALPATE_CODE_OK);
+    IS(ticks(s, 1, 1e-3, force_n), PALPATE_CODE_OK);
+    HOLDS(force_n[0] == 0.0 && force_n[1] == 0.0 && force_n[2] == 0.0);
+    HOLDS(report_of(s).mode == PALPATE_MODE_IDLE);
+
+    /* armed: outside, felt, and stopped */
+    IS(palpate_arm(s), PALPATE_CODE_OK);
+    IS(ticks(s, 800, 1e-3, force_n), PALPATE_CODE_OK);
+    HOLDS(report_of(s).mode == PALPATE_MODE_ACTIVE);
+    IS(palpate_state_hash(s, &hash), PALPATE_CODE_OK);
+    for (int n = 0; n < 300; n++) IS(ticks(s, 1, 1e-3 - 1e-5 * n, force_n), PALPATE_CODE_OK);
+    report = report_of(s);
+    HOLDS(report.contact == 1 && report.force_n[2] == force_n[2] && force_n[2] > 0.005 && report.depth_m > 1.5e-3);
+    IS(palpate_state_hash(s, &later), PALPATE_CODE_OK);
+    HOLDS(hash != later);
+    IS(palpate_set_modulus(s, 1.5 * info.youngs_modulus_pa), PALPATE_CODE_OK);
+    IS(ticks(s, 1, -2e-3, force_n), PALPATE_CODE_OK);
+    HOLDS(report_of(s).waiting_modulus_pa > 0.0 && report_of(s).youngs_modulus_pa == info.youngs_modulus_pa);
+    IS(palpate_set_modulus(s, 0.75 * info.youngs_modulus_pa), PALPATE_CODE_OK);
+    IS(ticks(s, 1, -2e-3, force_n), PALPATE_CODE_OK);
+    HOLDS(report_of(s).waiting_modulus_pa == 0.0 && report_of(s).youngs_modulus_pa < info.youngs_modulus_pa);
+    IS(palpate_stop(s), PALPATE_CODE_OK);
+    IS(ticks(s, 150, -2e-3, force_n), PALPATE_CODE_OK);
+    HOLDS(force_n[2] == 0.0 && report_of(s).mode == PALPATE_MODE_IDLE);
+
+    /* a NULL position is a failed sensor: the fault stays until it is cleared */
+    force_n[2] = 9.0;
+    IS(palpate_tick(s, NULL, force_n), PALPATE_CODE_NULL);
+    HOLDS(force_n[2] == 0.0 && report_of(s).fault == 5 && strcmp(palpate_fault_text(5), "no fault") != 0);
+    IS(palpate_arm(s), PALPATE_CODE_WRONG_ORDER);
+    IS(ticks(s, 1, 2e-3, force_n), PALPATE_CODE_FAULT);
+    IS(palpate_clear(s), PALPATE_CODE_OK);
+    IS(ticks(s, 1, 2e-3, force_n), PALPATE_CODE_FAULT);
+    HOLDS(report_of(s).refused == 1);
+    for (int n = 0; n < 120; n++) IS(ticks(s, 1, 2e-3, force_n), PALPATE_CODE_FAULT);
+    IS(palpate_clear(s), PALPATE_CODE_OK);
+    IS(ticks(s, 3, 2e-3, force_n), PALPATE_CODE_OK);
+    HOLDS(report_of(s).mode == PALPATE_MODE_IDLE && report_of(s).fault == 0);
+
+    /* so are a NULL force, a NULL input, and an input of another size; NaN and nowhere are faults of their own */
+    for (int kind = 0; kind < 6; kind++) {
+        const double nowhere_m[3] = {kind == 4 ? NAN : 5.0, 0.0, 0.0};
+        IS(palpate_reset(s), PALPATE_CODE_OK);
+        IS(ticks(s, 3, 2e-3, force_n), PALPATE_CODE_OK);
+        force_n[0] = 9.0;
+        switch (kind) {
+        case 0: IS(palpate_tick(s, info.site_m, NULL), PALPATE_CODE_NULL); break;
+        case 1: IS(palpate_tick_with(s, NULL, sizeof input, force_n), PALPATE_CODE_NULL); break;
+        case 2: IS(palpate_tick_with(s, &input, sizeof input + 8, force_n), PALPATE_CODE_WRONG_SIZE); break;
+        case 3: input.sensor_failed = 1; IS(palpate_tick_with(s, &input, sizeof input, force_n), PALPATE_CODE_FAULT); break;
+        case 4: IS(palpate_tick(s, nowhere_m, force_n), PALPATE_CODE_FAULT); break;
+        default: /* one jump is a glitch */
+            IS(palpate_tick(s, nowhere_m, force_n), PALPATE_CODE_OK);
+            IS(palpate_tick(s, nowhere_m, force_n), PALPATE_CODE_FAULT);
+            break;
+        }
+        HOLDS(kind == 0 || force_n[0] == 0.0);
+        HOLDS(report_of(s).fault == (kind < 4 ? 5 : kind == 4 ? 1 : 7));
+    }
+
+    /* limits that were lowered stay so */
+    IS(palpate_lower_force(s, 0.5), PALPATE_CODE_OK);
+    IS(palpate_reset(s), PALPATE_CODE_OK);
+    IS(palpate_lower_force(s, 0.6), PALPATE_CODE_OUT_OF_RANGE);
+    IS(palpate_read_info(s, &info, sizeof info), PALPATE_CODE_OK);
+    HOLDS(info.max_force_n == 0.5);
+}
+
+int main(int argc, char **argv) {
+    palpate_session s = 0;
+    if (argc < 2) return 2;
+    HOLDS(palpate_last_message()[0] == 0);
+    opening(argv[1]);
+    no_session(0);
+    no_session((palpate_session)-1);
+    IS(palpate_open_patch(argv[1], NULL, &s), PALPATE_CODE_OK);
+    no_session(s + 1);
+    in_a_session(s);
+    IS(palpate_close(s), PALPATE_CODE_OK);
+    no_session(s);
+    for (int code = -2; code < 40; code++) {
+        HOLDS(strlen(palpate_error_text(code)) && strlen(palpate_mode_text(code)) && strlen(palpate_fault_text(code)));
+    }
+    printf("%d wrong\n", wrong);
+    return wrong != 0;
+}

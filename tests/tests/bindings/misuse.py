@@ -1,0 +1,61 @@
+"""Wrong calls of the Python package give exceptions that say what is wrong, and a session goes on after them."""
+
+import sys
+
+import numpy as np
+import palpate
+
+patch = sys.argv[1]
+
+
+def raises(kind, words, call):
+    try:
+        call()
+    except kind as error:
+        assert words in str(error) and "\n" not in str(error), error
+    else:
+        raise AssertionError(f"{words!r} was not said")
+
+
+raises(palpate.PalpateError, "did you mean", lambda: palpate.Session("blok"))
+raises(palpate.PalpateError, "check the path", lambda: palpate.Session(patch="nowhere.patch"))
+raises(palpate.PalpateError, "is no profile", lambda: palpate.Session(patch=patch, device="q"))
+raises(palpate.PalpateError, "did you mean", lambda: palpate.press("blok"))
+raises(TypeError, "", lambda: palpate.Session(3))
+
+session = palpate.Session(patch=patch)
+up = session.site_m + 2e-3 * session.axis
+assert session.mode == "boot" and session.fault is None and not session.contact and session.depth_m == 0.0
+for wrong in ([1.0, 2.0], [1.0] * 4, np.zeros(0), None, 1.0, np.zeros((1, 3))):
+    raises(ValueError, "tip_m has shape", lambda: session.tick(wrong))
+for wrong in (np.zeros((4, 2)), np.zeros(3), np.zeros((2, 2, 3))):
+    raises(ValueError, "tips_m has shape", lambda: session.run(wrong))
+raises(ValueError, "", lambda: session.tick("up"))
+raises(OverflowError, "", lambda: session.tick(up, late_ticks=-1))
+raises(palpate.PalpateError, "nothing to clear", session.clear)
+raises(palpate.PalpateError, "outside", lambda: setattr(session, "youngs_modulus_pa", 1e9))
+raises(palpate.PalpateError, "outside", lambda: session.lower_force(1e3))
+raises(AttributeError, "", lambda: setattr(session, "mode", "active"))
+
+# arrays of any kind of number and in any order, of no rows, and lists
+assert session.run(np.zeros((0, 3)))["force_n"].shape == (0, 3)
+session.run(np.asfortranarray(np.tile(up, (5, 1))))
+session.tick(list(up)), session.tick(np.array(up, dtype=np.float32)), session.tick(np.repeat(up, 2)[::2])
+assert session.fault is None and session.mode == "idle"
+
+# a fault is zero force and words, until it is cleared
+session.arm()
+session.run(np.tile(up, (800, 1)))
+pressed = session.run(session.site_m + np.outer(2e-3 - 1e-5 * np.arange(400), session.axis))
+assert session.mode == "active" and session.contact and session.force_n[2] > 0.005 and (pressed["mode"] == 4).all()
+assert not session.tick(np.full(3, np.nan)).any()
+assert session.mode == "fault" and "not finite" in session.fault
+raises(palpate.PalpateError, "clear", session.arm)
+session.run(np.tile(up, (120, 1)))
+session.clear()
+session.run(np.tile(up, (3, 1)))
+assert session.fault is None and session.mode == "idle"
+session.lower_force(0.5)
+session.reset()
+assert session.max_force_n == 0.5 and session.mode == "boot"
+print("0 wrong")
