@@ -7,6 +7,7 @@ mod accept;
 mod board;
 #[cfg(feature = "full")]
 mod calibrate;
+mod campaign;
 #[cfg(feature = "full")]
 mod chart;
 mod closed_loop;
@@ -23,6 +24,7 @@ mod fit;
 mod hardware_in_loop;
 mod help;
 mod live;
+mod merge;
 mod mesh;
 mod on_demand;
 mod pack;
@@ -36,11 +38,11 @@ mod progress;
 mod reference;
 mod replay;
 #[cfg(feature = "full")]
+mod scene_list;
+#[cfg(feature = "full")]
 mod score;
 #[cfg(feature = "full")]
 mod stability;
-#[cfg(feature = "full")]
-mod stability_loop;
 mod tools;
 
 use std::path::PathBuf;
@@ -106,6 +108,12 @@ enum Command {
     /// is larger than --tolerance-pct, and says what would do.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Fit(FitArgs),
+    /// Put the shards of a campaign together: the result that one run of all cases writes.
+    ///
+    /// Every command with --shard leaves shards. Fails (exit code 2) where one is missing, there
+    /// twice, damaged, or of another program, seed, scene or other options, and says which to run
+    /// again; nothing is removed. What the command itself checks is checked here, of the whole.
+    Merge(merge::MergeArgs),
     /// Check a mesh or surface file, fill a surface with tets.
     #[command(subcommand)]
     Mesh(mesh::MeshCommand),
@@ -280,6 +288,7 @@ impl Cli {
             Some(Command::Board(command)) => command.run(),
             Some(Command::Calibrate(args)) => args.run(),
             Some(Command::Fit(args)) => args.run(),
+            Some(Command::Merge(args)) => args.run(),
             Some(Command::Mesh(command)) => command.run(),
             Some(Command::Pack(args)) => args.run(),
             Some(Command::Cut(args)) => args.run(),

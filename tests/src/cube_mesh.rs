@@ -1,4 +1,4 @@
-//! A cube as a mesh file.
+//! A cube and a chain of tets as mesh files.
 
 use std::fmt::Write;
 
@@ -29,6 +29,23 @@ pub fn cube(n: usize, side: f64) -> String {
             tet += 1;
             writeln!(text, "{tet} 4 1 1 4 {nodes}").unwrap();
         }
+    }
+    text + "$ENDELM\n"
+}
+
+/// Nodes in a row as Gmsh 1 text, each tet on the last three nodes of the one before.
+///
+/// # Panics
+/// Never: writing to a string does not fail.
+#[must_use]
+pub fn chain(nodes: usize) -> String {
+    let mut text = format!("$NOD\n{nodes}\n");
+    for node in 1..=nodes {
+        writeln!(text, "{node} {node} 0 0").unwrap();
+    }
+    writeln!(text, "$ENDNOD\n$ELM\n{}", nodes - 3).unwrap();
+    for tet in 1..=nodes - 3 {
+        writeln!(text, "{tet} 4 1 1 4 {tet} {} {} {}", tet + 1, tet + 2, tet + 3).unwrap();
     }
     text + "$ENDELM\n"
 }

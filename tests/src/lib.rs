@@ -9,6 +9,7 @@ pub use palpate_board::{exec_log, firmware_image, instruction_mix, thumb};
 pub mod bench;
 #[cfg(unix)]
 pub mod board_on_a_port;
+pub mod c_compiler;
 pub mod crash;
 pub mod cube_mesh;
 pub mod debugger;

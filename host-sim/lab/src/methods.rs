@@ -38,6 +38,8 @@ pub use rest_tet::RestTet;
 pub use rims::{DenseRim, LowRankRim, ModeRim};
 pub use xpbd::Xpbd;
 
+use serde::{Deserialize, Serialize};
+
 use palpate::method::Product;
 use palpate::{ClampFlags, Fault, Model, Params, Spring, Terms, Vector3};
 
@@ -70,7 +72,7 @@ pub trait RunningMethod {
 }
 
 /// Every method of the chart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Method {
     /// Springs of paper 000, eq 11 as printed, with masses and contact.
     Springs,

@@ -1,10 +1,14 @@
 //! `palpate loop`.
 
+use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::PathBuf;
 
 use clap::Args;
 use palpate::Vector3;
+use serde::{Deserialize, Serialize};
 
+use super::campaign::{Campaign, Shards};
 use super::hardware_in_loop::HardwareInLoop;
 use super::progress::Progress;
 use super::{Common, print_warnings};
@@ -13,18 +17,35 @@ use crate::loop_figures;
 use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_loop::closed_loop::hand::{HANDS, Hand};
 use palpate_loop::closed_loop::prepared::{DEPTH_M, Prepared, fits};
-use palpate_loop::closed_loop::report::{Report, Row, Target, report};
+use palpate_loop::closed_loop::report::{Report, Row, Target, pairs, report, rows};
 use palpate_loop::closed_loop::run::Run;
 use palpate_loop::closed_loop::stimulus::{STIMULI, Site, Stimulus};
 use palpate_loop::closed_loop::trace;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
+use palpate_tissue::shard::{checksum, scene_checksum};
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct LoopArgs {
     #[command(flatten)]
     common: Common,
+    #[command(flatten)]
+    runs: RunOptions,
+    /// The hand feels the firmware's image in the emulator, with the scene's patch for a board;
+    /// every tick must be the desktop's to the bit.
+    #[arg(long, conflicts_with_all = ["wall", "shard"])]
+    emulated: bool,
+    /// The firmware's image, with --emulated [default: built with `cargo fw`].
+    #[arg(long, value_name = "FILE", requires = "emulated")]
+    image: Option<PathBuf>,
+    #[command(flatten)]
+    shards: Shards,
+}
+
+/// The runs that are asked for.
+#[derive(Args, Clone, Debug, Serialize, Deserialize)]
+struct RunOptions {
     /// A plain spring of this stiffness in N/m in place of the scene's tissue.
     #[arg(long, allow_negative_numbers = true, value_name = "N/m", conflicts_with = "scene")]
     wall: Option<f64>,
@@ -55,13 +76,31 @@ pub(super) struct LoopArgs {
     /// Hold for 3 s in place of a minute.
     #[arg(long)]
     quick: bool,
-    /// The hand feels the firmware's image in the emulator, with the scene's patch for a board;
-    /// every tick must be the desktop's to the bit.
-    #[arg(long, conflicts_with = "wall")]
+}
+
+/// The settings that decide the runs.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Options {
+    scene: String,
+    #[serde(flatten)]
+    runs: RunOptions,
+    /// Not for shards.
+    #[serde(skip)]
     emulated: bool,
-    /// The firmware's image, with --emulated [default: built with `cargo fw`].
-    #[arg(long, value_name = "FILE", requires = "emulated")]
+    #[serde(skip)]
     image: Option<PathBuf>,
+}
+
+/// Hands and stimuli over a surface.
+pub(super) struct Loop {
+    options: Options,
+    device: DeviceProfile,
+    hands: Vec<Hand>,
+    stimuli: Vec<Stimulus>,
+    name: String,
+    target: Target,
+    board: Option<HardwareInLoop>,
+    inputs: BTreeMap<String, String>,
 }
 
 impl LoopArgs {
@@ -69,10 +108,23 @@ impl LoopArgs {
         if self.emulated && cfg!(not(feature = "full")) {
             return super::on_demand::build_and_run();
         }
-        let device = self.device()?;
-        let hands = one_or_all("--hand", self.hand.as_deref(), &HANDS, Hand::named, |h| h.id)?;
-        let stimuli = one_or_all("--stimulus", self.stimulus.as_deref(), &STIMULI, Stimulus::named, |s| s.id)?;
-        let stimuli: Vec<Stimulus> = stimuli.into_iter().map(|s| if self.quick { s.short() } else { s }).collect();
+        let Self { common, runs, emulated, image, shards } = self.clone();
+        let folder = common.folder("loop");
+        Loop::start(Options { scene: common.scene, runs, emulated, image }, &shards, &folder)
+    }
+}
+
+impl Campaign for Loop {
+    type Options = Options;
+    type Counts = Vec<Row>;
+    const COMMAND: &'static str = "loop";
+
+    fn load(options: Options) -> Result<Self, Error> {
+        let runs = &options.runs;
+        let device = options.device()?;
+        let hands = one_or_all("--hand", runs.hand.as_deref(), &HANDS, Hand::named, |h| h.id)?;
+        let stimuli = one_or_all("--stimulus", runs.stimulus.as_deref(), &STIMULI, Stimulus::named, |s| s.id)?;
+        let stimuli: Vec<Stimulus> = stimuli.into_iter().map(|s| if runs.quick { s.short() } else { s }).collect();
         if device.axes == 1 && stimuli.iter().all(Stimulus::crosses_edges) {
             return Err(TissueError::Usage(format!(
                 "--stimulus {} goes along the surface, where {} has no axis: give another stimulus or device",
@@ -81,39 +133,69 @@ impl LoopArgs {
             ))
             .into());
         }
-        let (name, target, board) = self.target(&device)?;
+        let (name, target, board) = options.target(&device)?;
         if let Some(stimulus) = stimuli.iter().find(|s| board.as_ref().is_some_and(|board| board.cannot_follow(s))) {
             return Err(TissueError::Usage(format!(
                 "--stimulus {} swaps the far field, which a board takes with a patch alone: name another with --stimulus, or leave --emulated out",
                 stimulus.id
             )).into());
         }
-        let make = |hand, stimulus| match &board {
-            Some(board) => Ok::<Run, Error>(board.run(&target.setup(&device, hand, stimulus))?),
-            None => Ok(target.run(&device, hand, stimulus)?),
-        };
-        let site = if board.is_some() { Site::new(Vector3::zeros(), Vector3::z()) } else { target.site() };
-        let folder = OutputFolder::open(&self.common.folder("loop"))?;
-        let progress = Progress::new((hands.len() * stimuli.len()) as u64, "runs");
-        let report = report(&name, &target, &device, &hands, &stimuli, &|hand, stimulus| {
-            let run = make(hand, stimulus)?;
+        let mut inputs = BTreeMap::new();
+        if runs.wall.is_none() {
+            inputs.extend(scene_checksum(&options.scene)?.map(|sum| ("scene".to_owned(), sum)));
+        }
+        if let Ok(profile) = std::fs::read(&runs.device) {
+            inputs.insert("device".to_owned(), checksum(&profile));
+        }
+        Ok(Self { options, device, hands, stimuli, name, target, board, inputs })
+    }
+
+    fn options(&self) -> &Options {
+        &self.options
+    }
+
+    fn cases(&self) -> u64 {
+        self.pairs().len() as u64
+    }
+
+    fn inputs(&self) -> BTreeMap<String, String> {
+        self.inputs.clone()
+    }
+
+    fn run(&self, cases: Range<u64>) -> Result<Vec<Row>, Error> {
+        let pairs: Vec<(Hand, Stimulus)> = self.pairs().into_iter().take(cases.end as usize).skip(cases.start as usize).collect();
+        let progress = Progress::new(pairs.len() as u64, "runs");
+        let rows = rows(&self.target, &self.device, &pairs, &|hand, stimulus| {
+            let run = self.make(hand, stimulus)?;
             progress.inc(1);
             Ok::<Run, Error>(run)
         });
         progress.finish();
-        let report = report?;
+        rows
+    }
+
+    fn add(rows: &mut Vec<Row>, next: Vec<Row>) {
+        rows.extend(next);
+    }
+
+    fn report(&self, folder: OutputFolder, rows: Vec<Row>) -> Result<(), Error> {
+        let Self { device, hands, stimuli, name, .. } = self;
+        let report = report(name, &self.target, device, rows);
+        let site = if self.board.is_some() { Site::new(Vector3::zeros(), Vector3::z()) } else { self.target.site() };
         folder.write_json("summary.json", &report)?;
         folder.write("runs.csv", table(&report.runs)?.as_bytes())?;
         // shown in full: the only run, or the one that shakes most
         let shown = report.runs.iter().max_by(|a, b| a.shake_mn.unwrap_or(0.0).total_cmp(&b.shake_mn.unwrap_or(0.0)));
-        if let Some((row, run)) = shown.map(|row| again(row, &stimuli, make)).transpose()?.flatten() {
+        if let Some((row, run)) =
+            shown.map(|row| again(row, stimuli, |hand, stimulus| self.make(hand, stimulus))).transpose()?.flatten()
+        {
             let below = format!("{name}, {}, {} {}: {}", device.name, row.hand, row.stimulus, row.verdict);
             trace::write(&folder, &run, &site)?;
             loop_figures::draw(&folder, "loop", &below, &run, &site)?;
-            print(&report, &hands, &stimuli);
+            print(&report, hands, stimuli);
             println!("\nshown in full: {} {}", row.hand, row.stimulus);
         }
-        if board.is_some() {
+        if self.board.is_some() {
             println!(
                 "every force was the emulated board's, equal to the desktop's to the last bit, and so was every final state"
             );
@@ -131,17 +213,32 @@ impl LoopArgs {
         let first: Vec<&str> = report.broken.iter().take(3).map(String::as_str).collect();
         Err(TissueError::Check(format!("{}{more}", first.join("; "))).into())
     }
+}
 
+impl Loop {
+    fn pairs(&self) -> Vec<(Hand, Stimulus)> {
+        pairs(&self.device, &self.hands, &self.stimuli)
+    }
+
+    fn make(&self, hand: Hand, stimulus: Stimulus) -> Result<Run, Error> {
+        match &self.board {
+            Some(board) => board.run(&self.target.setup(&self.device, hand, stimulus)),
+            None => Ok(self.target.run(&self.device, hand, stimulus)?),
+        }
+    }
+}
+
+impl Options {
     fn device(&self) -> Result<DeviceProfile, Error> {
-        let mut device = DeviceProfile::load(&self.device)?;
-        device.delay_ticks = self.delay_ticks.unwrap_or(device.delay_ticks);
-        device.amplifier_lag_s = self.lag_s.unwrap_or(device.amplifier_lag_s);
-        device.count_m = self.count_m.unwrap_or(device.count_m);
+        let mut device = DeviceProfile::load(&self.runs.device)?;
+        device.delay_ticks = self.runs.delay_ticks.unwrap_or(device.delay_ticks);
+        device.amplifier_lag_s = self.runs.lag_s.unwrap_or(device.amplifier_lag_s);
+        device.count_m = self.runs.count_m.unwrap_or(device.count_m);
         device.check(&|key| match key {
             "amplifier_lag_s" => "--lag-s: amplifier_lag_s".into(),
             "count_m" => "--count-m: count_m".into(),
             "delay_ticks" => "--delay-ticks: delay_ticks".into(),
-            other => format!("--device {}: {other}", self.device),
+            other => format!("--device {}: {other}", self.runs.device),
         })?;
         Ok(device)
     }
@@ -149,15 +246,15 @@ impl LoopArgs {
     /// Returns the name and the model of what is felt, tissue or wall, and the emulated board that
     /// answers for it, if one does.
     fn target(&self, device: &DeviceProfile) -> Result<(String, Target, Option<HardwareInLoop>), Error> {
-        let Some(n_per_m) = self.wall else {
-            let mut scene = Scene::load(&self.common.scene)?;
+        let Some(n_per_m) = self.runs.wall else {
+            let mut scene = Scene::load(&self.scene)?;
             if self.emulated {
                 scene.refuse_what_boards_lack("a board")?;
             }
             let patch = self.emulated.then(|| HardwareInLoop::patch_for(&scene)).transpose()?;
             scene.solver.patch = patch.clone().or(scene.solver.patch);
             let mut prepared = if self.emulated { Prepared::as_packed(&scene, device)? } else { Prepared::of(&scene, device)? };
-            if let Some(depth_m) = self.depth_m {
+            if let Some(depth_m) = self.runs.depth_m {
                 prepared.press_to(depth_m)?;
             }
             print_warnings(&scene);

@@ -1,11 +1,13 @@
 //! `palpate faults --paths`.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::path::Path;
+use std::ops::Range;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
+use super::campaign::Campaign;
 use super::progress::Progress;
 use crate::error::Error;
 use palpate_loop::closed_loop::paths::{KINDS, PathGround, PathRow, PathTable, paths};
@@ -25,7 +27,7 @@ struct Summary<'a> {
     ticks: u64,
     ticks_with_force: u64,
     /// Runs by the invariant that they broke.
-    invariants_broken: BTreeMap<&'static str, u64>,
+    invariants_broken: BTreeMap<Cow<'static, str>, u64>,
     /// Runs by the number of the fault that ended them, with the tip no faster than 1.5 m/s.
     faults_on_honest_motion: BTreeMap<u8, u64>,
     /// Runs by the number of the fault that ended them, at any speed.
@@ -41,55 +43,92 @@ struct Summary<'a> {
     energy_created_by_hand_mj: f64,
     runs_by_hand_that_create_energy: u64,
     peak_force_n: f32,
-    patches: &'a BTreeMap<&'static str, u64>,
+    patches: &'a BTreeMap<Cow<'static, str>, u64>,
     bad: &'a [String],
     creating: &'a [String],
 }
 
-pub(super) fn run(runs: u64, seed: u64, out: &Path) -> Result<(), Error> {
-    let folder = OutputFolder::open(out)?;
-    let ground = PathGround::load()?;
-    let progress = Progress::new(runs, "paths");
-    let table = paths(&ground, runs, seed, |n| progress.inc(n))?;
-    progress.finish();
-    let total = table.total();
-    folder.write("paths.csv", csv(&table).as_bytes())?;
-    folder.write_json(
-        "summary.json",
-        &Summary {
-            paths: runs,
-            seed,
-            ticks: total.ticks,
-            ticks_with_force: total.ticks_with_force,
-            invariants_broken: total.broken.clone(),
-            faults_on_honest_motion: total.honest_faults.clone(),
-            faults: total.faults.clone(),
-            outside_with_force_m: total.outside_m,
-            outside_with_force_ticks: total.outside_ticks,
-            force_into_tissue_n: total.into_n,
-            chatter_ticks: total.chatter_ticks,
-            energy_created_mj: total.created_j * 1e3,
-            runs_that_create_energy: total.creating,
-            runs_by_hand: total.by_hand,
-            energy_created_by_hand_mj: total.created_by_hand_j * 1e3,
-            runs_by_hand_that_create_energy: total.creating_by_hand,
-            peak_force_n: total.peak_n,
-            patches: &table.patches,
-            bad: &table.examples,
-            creating: &table.creating,
-        },
-    )?;
-    print(&table, &total);
-    println!("\nwrote {}: summary.json, paths.csv", folder.publish()?.display());
-    let honest: u64 = total.honest_faults.values().sum();
-    match total.broke() + honest {
-        0 => Ok(()),
-        _ => Err(TissueError::Check(format!(
-            "{} paths broke an invariant, {honest} of honest motion ended in a fault; the first: {}",
-            total.broke(),
-            table.examples.first().map_or("", String::as_str)
-        ))
-        .into()),
+/// The settings that decide the paths.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Options {
+    pub paths: u64,
+    pub seed: u64,
+}
+
+/// The campaign of paths.
+pub(super) struct Paths {
+    options: Options,
+    ground: PathGround,
+}
+
+impl Campaign for Paths {
+    type Options = Options;
+    type Counts = PathTable;
+    const COMMAND: &'static str = "faults --paths";
+
+    fn load(options: Options) -> Result<Self, Error> {
+        Ok(Self { options, ground: PathGround::load()? })
+    }
+
+    fn options(&self) -> &Options {
+        &self.options
+    }
+
+    fn cases(&self) -> u64 {
+        self.options.paths
+    }
+
+    fn run(&self, cases: Range<u64>) -> Result<PathTable, Error> {
+        let progress = Progress::new(cases.end - cases.start, "paths");
+        let table = paths(&self.ground, cases, self.options.seed, |n| progress.inc(n))?;
+        progress.finish();
+        Ok(table)
+    }
+
+    fn add(table: &mut PathTable, next: PathTable) {
+        table.add(&next);
+    }
+
+    fn report(&self, folder: OutputFolder, table: PathTable) -> Result<(), Error> {
+        let total = table.total();
+        folder.write("paths.csv", csv(&table).as_bytes())?;
+        folder.write_json(
+            "summary.json",
+            &Summary {
+                paths: self.options.paths,
+                seed: self.options.seed,
+                ticks: total.ticks,
+                ticks_with_force: total.ticks_with_force,
+                invariants_broken: total.broken.clone(),
+                faults_on_honest_motion: total.honest_faults.clone(),
+                faults: total.faults.clone(),
+                outside_with_force_m: total.outside_m,
+                outside_with_force_ticks: total.outside_ticks,
+                force_into_tissue_n: total.into_n,
+                chatter_ticks: total.chatter_ticks,
+                energy_created_mj: total.created_j * 1e3,
+                runs_that_create_energy: total.creating,
+                runs_by_hand: total.by_hand,
+                energy_created_by_hand_mj: total.created_by_hand_j * 1e3,
+                runs_by_hand_that_create_energy: total.creating_by_hand,
+                peak_force_n: total.peak_n,
+                patches: &table.patches,
+                bad: &table.examples,
+                creating: &table.creating,
+            },
+        )?;
+        print(&table, &total);
+        println!("\nwrote {}: summary.json, paths.csv", folder.publish()?.display());
+        let honest: u64 = total.honest_faults.values().sum();
+        match total.broke() + honest {
+            0 => Ok(()),
+            _ => Err(TissueError::Check(format!(
+                "{} paths broke an invariant, {honest} of honest motion ended in a fault; the first: {}",
+                total.broke(),
+                table.examples.first().map_or("", String::as_str)
+            ))
+            .into()),
+        }
     }
 }
 

@@ -1,11 +1,13 @@
 //! `palpate faults`.
 
 use std::fmt::Write;
+use std::ops::Range;
 use std::path::PathBuf;
 
 use clap::Args;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
+use super::campaign::{Campaign, Shards};
 use super::fault_paths;
 use super::progress::Progress;
 use crate::error::Error;
@@ -21,21 +23,25 @@ use palpate_tissue::output::OutputFolder;
 /// Farthest that a node may be from its place after normal use [m].
 const DRIFT_M: f32 = 1e-6;
 
+/// Two months on a thousand cores: more is a slip.
+const MOST_CASES: u64 = 100_000_000_000;
+
 #[derive(Args, Clone, Debug)]
 pub(super) struct FaultsArgs {
     /// Runs, spread evenly over the kinds of fault [default: 100000, with --quick 6000].
-    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(100..=100_000_000))]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(100..=MOST_CASES))]
     runs: Option<u64>,
     /// Another draw of hands, motions and moments.
     #[arg(long, value_name = "NUMBER", default_value_t = 1)]
     seed: u64,
-    /// So many seconds of normal use besides, in which nothing may trip.
-    #[arg(long = "soak-s", value_name = "SECONDS", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
+    /// So many seconds of normal use besides, in which nothing may trip. One long run: not with
+    /// --shard.
+    #[arg(conflicts_with = "shard", long = "soak-s", value_name = "SECONDS", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     soak_s: u32,
     /// Instead: so many random paths (from 10) through, along, around and under every shipped
     /// patch, at 1-100 kPa, on every device; leaves paths.csv and summary.json, and exits with 1 if
     /// one breaks an invariant or ends honest motion.
-    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(10..=100_000_000), conflicts_with_all = ["runs", "soak_s"])]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(10..=MOST_CASES), conflicts_with_all = ["runs", "soak_s"])]
     paths: Option<u64>,
     /// Fewer runs, or at most 4000 paths, under a minute.
     #[arg(long)]
@@ -44,6 +50,25 @@ pub(super) struct FaultsArgs {
     /// done.
     #[arg(long, value_name = "FOLDER", default_value = "out/faults")]
     out: PathBuf,
+    #[command(flatten)]
+    shards: Shards,
+}
+
+/// The settings that decide the runs.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Options {
+    runs: u64,
+    seed: u64,
+    /// Not for shards.
+    #[serde(skip)]
+    soak_s: u32,
+}
+
+/// The campaign of faults.
+pub(super) struct Faults {
+    options: Options,
+    device: DeviceProfile,
+    light: LightPatch,
 }
 
 /// `summary.json`.
@@ -75,40 +100,74 @@ struct SoakSummary {
 
 impl FaultsArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
+        let (seed, soak_s) = (self.seed, self.soak_s);
         if let Some(paths) = self.paths {
             let paths = if self.quick { paths.min(fault_paths::QUICK) } else { paths };
-            return fault_paths::run(paths, self.seed, &self.out);
+            return fault_paths::Paths::start(fault_paths::Options { paths, seed }, &self.shards, &self.out);
         }
         let runs = self.runs.unwrap_or(if self.quick { 6_000 } else { 100_000 });
-        let folder = OutputFolder::open(&self.out)?;
-        let device = DeviceProfile::load("touch")?;
-        let light = LightPatch::load()?;
-        let ground = Ground::new(&device, &light);
-        let progress = Progress::new(runs, "runs");
-        let table = campaign(&ground, runs, self.seed, |n| progress.inc(n))?;
+        Faults::start(Options { runs, seed, soak_s }, &self.shards, &self.out)
+    }
+}
+
+impl Campaign for Faults {
+    type Options = Options;
+    type Counts = Table;
+    const COMMAND: &'static str = "faults";
+
+    fn load(options: Options) -> Result<Self, Error> {
+        Ok(Self { options, device: DeviceProfile::load("touch")?, light: LightPatch::load()? })
+    }
+
+    fn options(&self) -> &Options {
+        &self.options
+    }
+
+    fn cases(&self) -> u64 {
+        self.options.runs
+    }
+
+    fn run(&self, cases: Range<u64>) -> Result<Table, Error> {
+        let progress = Progress::new(cases.end - cases.start, "runs");
+        let table = campaign(&Ground::new(&self.device, &self.light), cases, self.options.seed, |n| progress.inc(n))?;
         progress.finish();
-        let soaked = if self.soak_s > 0 {
-            let progress = Progress::new(u64::from(self.soak_s) * 1000, "ticks of normal use");
-            let soaked = soak(&ground, self.soak_s.into(), |n| progress.inc(n))?;
-            progress.finish();
-            Some(soaked)
-        } else {
-            None
-        };
-        let summary = self.summary(runs, &table, soaked.as_ref());
+        Ok(table)
+    }
+
+    fn add(table: &mut Table, next: Table) {
+        table.add(&next);
+    }
+
+    fn report(&self, folder: OutputFolder, table: Table) -> Result<(), Error> {
+        let soaked = self.soak()?;
+        let summary = self.summary(&table, soaked.as_ref());
         folder.write("faults.csv", csv(&table).as_bytes())?;
         folder.write_json("summary.json", &summary)?;
-        self.picture(&folder, runs, &table)?;
+        self.picture(&folder, &table)?;
         print(&table, &summary);
         println!("\nwrote {}: summary.json, faults.csv, faults.svg, faults.png", folder.publish()?.display());
         judge(&table, soaked.as_ref())
     }
+}
 
-    fn summary(&self, runs: u64, table: &Table, soaked: Option<&Soak>) -> Summary {
+impl Faults {
+    /// Normal use, if it was asked for.
+    fn soak(&self) -> Result<Option<Soak>, Error> {
+        if self.options.soak_s == 0 {
+            return Ok(None);
+        }
+        let ticks = u64::from(self.options.soak_s) * 1000;
+        let progress = Progress::new(ticks, "ticks of normal use");
+        let soaked = soak(&Ground::new(&self.device, &self.light), self.options.soak_s.into(), |n| progress.inc(n))?;
+        progress.finish();
+        Ok(Some(soaked))
+    }
+
+    fn summary(&self, table: &Table, soaked: Option<&Soak>) -> Summary {
         let sum = |of: fn(&palpate_loop::closed_loop::campaign::Row) -> u64| table.rows.iter().map(of).sum();
         Summary {
-            runs,
-            seed: self.seed,
+            runs: self.options.runs,
+            seed: self.options.seed,
             kinds: table.rows.len(),
             hands: HANDS.len(),
             injected: sum(|r| r.injected),
@@ -128,20 +187,17 @@ impl FaultsArgs {
         }
     }
 
-    fn picture(&self, folder: &OutputFolder, runs: u64, table: &Table) -> Result<(), Error> {
+    fn picture(&self, folder: &OutputFolder, table: &Table) -> Result<(), Error> {
         let bars: Vec<ReactionBar> = table
             .kinds()
-            .filter(|(_, row)| !row.reaction_ticks.is_empty())
-            .map(|(kind, row)| {
-                let mut ticks = row.reaction_ticks.clone();
-                ticks.sort_unstable();
-                let at = |n: usize| f64::from(ticks.get(n).copied().unwrap_or_default());
-                let ticks = [at(0), at(ticks.len() / 2), at(ticks.len() - 1)];
-                ReactionBar { name: kind.name, ticks, allowed_ticks: allowed(&kind.expected).map(f64::from) }
+            .filter_map(|(kind, row)| {
+                let ticks = row.reaction_span_ticks()?.map(f64::from);
+                Some(ReactionBar { name: kind.name, ticks, allowed_ticks: allowed(&kind.expected).map(f64::from) })
             })
             .collect();
         let below = format!(
-            "{runs} runs in {} hands; bar: fastest to slowest, dot: median, stroke: allowed; no stroke: not certain to be told",
+            "{} runs in {} hands; bar: fastest to slowest, dot: median, stroke: allowed; no stroke: not certain to be told",
+            self.options.runs,
             HANDS.len()
         );
         let title = "From a fault to no force, or to a falling one";

@@ -5,21 +5,26 @@ mod block;
 mod bump;
 mod organ;
 mod report;
+mod scenes;
 mod stages;
 mod store;
-mod trials;
 
 use std::path::PathBuf;
 
 use clap::Args;
+use serde::{Deserialize, Serialize};
 
+pub(super) use self::scenes::FitScenes;
+use super::campaign::{Campaign, Shards};
 use super::{Common, print_warnings};
 use crate::error::Error;
 use palpate_fit::calibrate::{Fit, Settings};
 use palpate_fit::plan::WORST_RATIO;
 use palpate_fit::scene_fit::{PLACES_RANGE, Verdict, check};
 use palpate_tissue::Error as TissueError;
+use palpate_tissue::fit_record::FitRecord;
 use palpate_tissue::scene::{NO_PATCH, Scene};
+use palpate_tissue::trials::Trial;
 
 /// Most nodes that a block is meshed with.
 const MOST_NODES: f64 = 5000.0;
@@ -37,6 +42,20 @@ const LEAST_GAIN: f64 = 0.03;
 pub(super) struct FitArgs {
     #[command(flatten)]
     common: Common,
+    #[command(flatten)]
+    options: FitOptions,
+    /// Instead: fit every scene (.toml) of a folder, each into a folder of its own below --out, and
+    /// put what they came to in one table (fits.csv, summary.json, trials.json in --out/table). A
+    /// scene that cannot be fitted is a row that says why, and the exit code is 1.
+    #[arg(long, value_name = "FOLDER", conflicts_with = "scene")]
+    scenes: Option<PathBuf>,
+    #[command(flatten)]
+    shards: Shards,
+}
+
+/// How a scene is fitted.
+#[derive(Args, Clone, Debug, Serialize, Deserialize)]
+pub(super) struct FitOptions {
     /// Nodes of the patch [default: the scene's of a block, 100 of a piece of an organ].
     #[arg(long, value_name = "COUNT")]
     nodes: Option<usize>,
@@ -55,20 +74,31 @@ pub(super) struct FitArgs {
     /// Coarse finite elements and few rounds: a trial of the command, not a patch to rely on.
     #[arg(long)]
     quick: bool,
-    /// Fit every scene of a folder, and put their trials together: the table that ships.
-    #[arg(long, hide = true, value_name = "FOLDER", conflicts_with = "scene")]
-    trials: Option<PathBuf>,
+}
+
+/// A patch that was written, and what it came to.
+struct Fitted {
+    record: FitRecord,
+    trials: Vec<Trial>,
+    /// Where it misses the tolerance: what would do.
+    missed: Option<TissueError>,
 }
 
 impl FitArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
-        match &self.trials {
-            Some(scenes) => trials::run(self, scenes),
-            None => self.fit_scene(),
+        if let Some(scenes) = self.scenes.clone() {
+            let out = self.common.folder("fit");
+            let options = scenes::Options { fit: self.options.clone(), scenes, out: out.clone() };
+            return FitScenes::start(options, &self.shards, &out);
         }
+        if self.shards.any() {
+            let why = "--shard: one scene is fitted in one piece: leave it out, or give a folder of scenes with --scenes";
+            return Err(TissueError::Usage(why.into()).into());
+        }
+        self.fit_scene()?.missed.map_or(Ok(()), |missed| Err(missed.into()))
     }
 
-    fn fit_scene(&self) -> Result<(), Error> {
+    fn fit_scene(&self) -> Result<Fitted, Error> {
         let scene = self.scene()?;
         match scene.tissue.block_m {
             Some(size_m) => self.fit_block(&scene, size_m),
@@ -91,6 +121,45 @@ impl FitArgs {
     /// The scene, if it can be fitted.
     fn scene(&self) -> Result<Scene, Error> {
         let mut scene = Scene::load(&self.common.scene)?;
+        self.options.check()?;
+        check(&scene)?;
+        // the scene may already name the patch that is about to be fitted
+        scene.solver.patch = Some(NO_PATCH.into());
+        scene.tissue.nodes = self.options.nodes.or(scene.tissue.nodes);
+        Ok(scene)
+    }
+
+    /// How long a patch of so many nodes is fitted.
+    fn settings(&self, nodes: usize, least_gain: f64) -> Settings {
+        let rounds = if self.options.quick { QUICK_ROUNDS } else { ROUNDS };
+        let places = self.options.places.unwrap_or((PLACES_TIMES_NODES / nodes.max(1)).clamp(*PLACES.start(), *PLACES.end()));
+        Settings { places, rounds, least_gain, fit: Fit::GaussNewton }
+    }
+
+    /// Holds the verdict against the error that was asked for; where it misses, says what would do.
+    fn judged(&self, (record, trials): (FitRecord, Vec<Trial>), verdict: &Verdict) -> Fitted {
+        let (asked, nodes) = (self.options.tolerance_pct, record.nodes);
+        let (rms, worst) = (verdict.rms_pct(), verdict.worst_pct());
+        let keeps = rms.max(worst.abs() / WORST_RATIO);
+        if keeps <= asked {
+            return Fitted { record, trials, missed: None };
+        }
+        // the error falls about with the root of the node count
+        let would_do = match nodes as f64 * (keeps / asked).powi(2) {
+            n if n > MOST_NODES => "more nodes than a block is meshed with would (an estimate): ask for".to_owned(),
+            n => format!("try --nodes {:.0} (an estimate), or", (n / 10.0).ceil() * 10.0),
+        };
+        let missed = TissueError::Check(format!(
+            "{rms:.2} % rms and {worst:+.2} % at the worst unseen press, {asked} % rms and {:.1} % were asked for; all is written: {would_do} --tolerance-pct {:.1}",
+            WORST_RATIO * asked,
+            (keeps * 10.0).ceil() / 10.0
+        ));
+        Fitted { record, trials, missed: Some(missed) }
+    }
+}
+
+impl FitOptions {
+    fn check(&self) -> Result<(), Error> {
         if let Some(places) = self.places.filter(|places| !PLACES_RANGE.contains(places)) {
             let (first, last) = (PLACES_RANGE.start(), PLACES_RANGE.end());
             return Err(TissueError::Usage(format!("--places {places}: take {first} to {last}")).into());
@@ -99,37 +168,6 @@ impl FitArgs {
             let why = format!("--tolerance-pct {}: give a percentage above 0, at most 100", self.tolerance_pct);
             return Err(TissueError::Usage(why).into());
         }
-        check(&scene)?;
-        // the scene may already name the patch that is about to be fitted
-        scene.solver.patch = Some(NO_PATCH.into());
-        scene.tissue.nodes = self.nodes.or(scene.tissue.nodes);
-        Ok(scene)
-    }
-
-    /// How long a patch of so many nodes is fitted.
-    fn settings(&self, nodes: usize, least_gain: f64) -> Settings {
-        let rounds = if self.quick { QUICK_ROUNDS } else { ROUNDS };
-        let places = self.places.unwrap_or((PLACES_TIMES_NODES / nodes.max(1)).clamp(*PLACES.start(), *PLACES.end()));
-        Settings { places, rounds, least_gain, fit: Fit::GaussNewton }
-    }
-
-    /// Holds the verdict against the error that was asked for; where it misses, says what would do.
-    fn promise(&self, nodes: usize, verdict: &Verdict) -> Result<(), Error> {
-        let (asked, rms, worst) = (self.tolerance_pct, verdict.rms_pct(), verdict.worst_pct());
-        let keeps = rms.max(worst.abs() / WORST_RATIO);
-        if keeps <= asked {
-            return Ok(());
-        }
-        // the error falls about with the root of the node count
-        let would_do = match nodes as f64 * (keeps / asked).powi(2) {
-            n if n > MOST_NODES => "more nodes than a block is meshed with would (an estimate): ask for".to_owned(),
-            n => format!("try --nodes {:.0} (an estimate), or", (n / 10.0).ceil() * 10.0),
-        };
-        Err(TissueError::Check(format!(
-            "{rms:.2} % rms and {worst:+.2} % at the worst unseen press, {asked} % rms and {:.1} % were asked for; all is written: {would_do} --tolerance-pct {:.1}",
-            WORST_RATIO * asked,
-            (keeps * 10.0).ceil() / 10.0
-        ))
-        .into())
+        Ok(())
     }
 }

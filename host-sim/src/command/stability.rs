@@ -1,20 +1,34 @@
 //! `palpate stability`.
 
+use std::ops::Range;
 use std::path::PathBuf;
 
 use clap::Args;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
+use super::campaign::{Campaign, Shards};
 use super::progress::Progress;
-use super::stability_loop::run_loop;
 use crate::error::Error;
-use palpate_lab::stability::loop_matrix::LoopSummary;
+use palpate_lab::stability::loop_matrix::{self, LoopSummary};
 use palpate_lab::stability::model;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct StabilityArgs {
+    #[command(flatten)]
+    options: Options,
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
+    /// done.
+    #[arg(long, value_name = "FOLDER", default_value = "out/stability")]
+    out: PathBuf,
+    #[command(flatten)]
+    shards: Shards,
+}
+
+/// The settings of both matrices.
+#[derive(Args, Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Options {
     /// The methods alone, without a device in the loop.
     #[arg(long, conflicts_with = "only_loop")]
     model: bool,
@@ -27,10 +41,23 @@ pub(super) struct StabilityArgs {
     /// The loop on every shipped device too, at its own delay.
     #[arg(long, conflicts_with_all = ["quick", "model"])]
     full: bool,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
-    /// done.
-    #[arg(long, value_name = "FOLDER", default_value = "out/stability")]
-    out: PathBuf,
+}
+
+/// Methods and loops.
+pub(super) struct Stability {
+    options: Options,
+    /// Nothing with `--loop`.
+    model: Option<model::Scope>,
+    /// Nothing with `--model`.
+    of_loop: Option<loop_matrix::Scope>,
+}
+
+/// Of some cases.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Counts {
+    model: model::Part,
+    #[serde(rename = "loop")]
+    of_loop: loop_matrix::Part,
 }
 
 /// `summary.json`.
@@ -43,13 +70,73 @@ struct Summary {
 
 impl StabilityArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let folder = OutputFolder::open(&self.out)?;
-        let mut summary = Summary { model: None, of_loop: None };
-        if !self.only_loop {
-            summary.model = Some(self.methods(&folder)?);
+        Stability::start(self.options.clone(), &self.shards, &self.out)
+    }
+}
+
+impl Campaign for Stability {
+    type Options = Options;
+    type Counts = Counts;
+    const COMMAND: &'static str = "stability";
+
+    fn load(options: Options) -> Result<Self, Error> {
+        let model = if options.quick { model::Scope::quick() } else { model::Scope::full() };
+        let of_loop = if options.model { None } else { Some(loop_matrix::Scope::new(options.quick, options.full)?) };
+        Ok(Self { model: (!options.only_loop).then_some(model), of_loop, options })
+    }
+
+    fn options(&self) -> &Options {
+        &self.options
+    }
+
+    fn cases(&self) -> u64 {
+        (self.places() + self.of_loop.as_ref().map_or(0, loop_matrix::Scope::cases)) as u64
+    }
+
+    fn run(&self, cases: Range<u64>) -> Result<Counts, Error> {
+        // methods first, then loops
+        let (first, end, places) = (cases.start as usize, cases.end as usize, self.places());
+        let mut counts = Counts { model: model::Part::default(), of_loop: loop_matrix::Part::default() };
+        if let Some(scope) = &self.model {
+            let cases = first.min(places)..end.min(places);
+            let progress = Progress::new(scope.steps(cases.clone()) as u64, "presses and margins");
+            let part = model::run(scope, cases, &|| progress.inc(1));
+            progress.finish();
+            counts.model = part?;
         }
-        if !self.model {
-            summary.of_loop = Some(run_loop(&folder, self.quick, self.full)?);
+        if let Some(scope) = &self.of_loop {
+            let cases = first.saturating_sub(places)..end.saturating_sub(places);
+            let progress = Progress::new(scope.steps(cases.clone()) as u64, "loops");
+            let part = loop_matrix::Part::measure(scope, cases, &|| progress.inc(1));
+            progress.finish();
+            counts.of_loop = part?;
+        }
+        Ok(counts)
+    }
+
+    fn add(counts: &mut Counts, next: Counts) {
+        counts.model.cells.extend(next.model.cells);
+        counts.model.margins.extend(next.model.margins);
+        counts.of_loop.cells.extend(next.of_loop.cells);
+        counts.of_loop.ceilings.extend(next.of_loop.ceilings);
+    }
+
+    fn report(&self, folder: OutputFolder, counts: Counts) -> Result<(), Error> {
+        let mut summary = Summary { model: None, of_loop: None };
+        if let Some(scope) = self.model.clone() {
+            let matrix = model::Matrix { scope, cells: counts.model.cells, margins: counts.model.margins };
+            let model = model::Summary::of(&matrix);
+            model::write(&folder, &matrix)?;
+            model::draw(&folder, &matrix)?;
+            print_model(&matrix, &model);
+            summary.model = Some(model);
+        }
+        if self.of_loop.is_some() {
+            let of_loop = LoopSummary::of(counts.of_loop);
+            loop_matrix::write(&folder, &of_loop)?;
+            loop_matrix::draw(&folder, &of_loop)?;
+            loop_matrix::print(&of_loop);
+            summary.of_loop = Some(of_loop);
         }
         folder.write_json("summary.json", &summary)?;
         println!("\nwrote {}: summary.json, tables as CSV, pictures as SVG and PNG", folder.publish()?.display());
@@ -64,18 +151,11 @@ impl StabilityArgs {
         }
         summary.of_loop.map_or(Ok(()), |of_loop| Ok(of_loop.check()?))
     }
+}
 
-    fn methods(&self, folder: &OutputFolder) -> Result<model::Summary, Error> {
-        let scope = if self.quick { model::Scope::quick() } else { model::Scope::full() };
-        let progress = Progress::new(scope.steps() as u64, "presses and margins");
-        let matrix = model::run(&scope, &|| progress.inc(1));
-        progress.finish();
-        let matrix = matrix?;
-        let summary = model::Summary::of(&matrix);
-        model::write(folder, &matrix)?;
-        model::draw(folder, &matrix)?;
-        print_model(&matrix, &summary);
-        Ok(summary)
+impl Stability {
+    fn places(&self) -> usize {
+        self.model.as_ref().map_or(0, model::Scope::places)
     }
 }
 

@@ -28,6 +28,7 @@ pub mod recorded_tips;
 pub mod reference_values;
 pub mod scene;
 pub mod session;
+pub mod shard;
 pub mod stable_step;
 pub mod tissue;
 pub mod trace_file;

@@ -265,6 +265,14 @@ impl Scene {
         Ok(scene)
     }
 
+    /// Files that the scene names besides itself: mesh, patch, trace.
+    #[must_use]
+    pub fn files(&self) -> Vec<&Path> {
+        let patch = self.solver.patch.as_deref().filter(|p| p.as_os_str() != NO_PATCH);
+        let trace = if let Drive::Trace { trace, .. } = &self.drive { Some(trace.as_path()) } else { None };
+        self.tissue.mesh.as_deref().into_iter().chain(patch).chain(trace).collect()
+    }
+
     fn resolve_paths(&mut self, folder: &Path) {
         let mut resolve = |path: &mut PathBuf| *path = folder.join(&*path);
         self.tissue.mesh.as_mut().map(&mut resolve);

@@ -1,4 +1,5 @@
-//! The image fits the board's flash, RAM and stack; `unsafe` is in the board's folder alone.
+//! The image fits the board's flash, RAM and stack; `unsafe` is in the board's folder alone,
+//! and where pointers of C are followed.
 
 use std::path::{Path, PathBuf};
 
@@ -58,10 +59,12 @@ fn the_stack_lies_below_the_statics_and_half_of_it_is_free() {
 }
 
 #[test]
-fn unsafe_code_is_the_board_s() {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware/src");
-    let controller = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware/controller/src");
-    let (mut files, mut bad) = (vec![source.clone(), controller], Vec::new());
+fn unsafe_code_is_the_board_s_and_the_boundary_s_to_c() {
+    let folder = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name);
+    let (source, bindings) = (folder("firmware/src"), folder("host-sim/bindings/src"));
+    let others = ["firmware/controller/src", "host-sim/bindings/python/src", "host-sim/loop/src", "host-sim/tissue/src"];
+    let (mut files, mut bad) = (vec![source.clone(), bindings.clone()], Vec::new());
+    files.extend(others.map(folder));
     let (mut read, mut blocks) = (0, 0);
     while let Some(path) = files.pop() {
         if path.is_dir() {
@@ -74,7 +77,14 @@ fn unsafe_code_is_the_board_s() {
             text.lines().filter(|l| l.contains("unsafe {") || l.contains("unsafe impl") || l.contains("unsafe fn")).count();
         let reasons = text.matches("// SAFETY:").count();
         let of_board = path.starts_with(source.join("board"));
-        if uses > 0 && !of_board {
+        let of_boundary = path == bindings.join("ffi.rs");
+        if of_boundary {
+            let blocks = text.matches("unsafe {").count();
+            assert!(blocks > 10 && reasons >= blocks, "{}: {blocks} blocks, {reasons} reasons", path.display());
+            let functions = text.matches("unsafe fn ").count() + text.matches("unsafe extern \"C\" fn ").count();
+            assert_eq!(text.matches("/// # Safety").count(), functions, "{}", path.display());
+        }
+        if uses > 0 && !of_board && !of_boundary {
             bad.push(path.display().to_string());
         }
         if of_board {
@@ -84,6 +94,6 @@ fn unsafe_code_is_the_board_s() {
             assert!(reasons + handlers >= uses, "{}: {uses} uses, {reasons} reasons", path.display());
         }
     }
-    assert_eq!(bad, [""; 0], "unsafe outside of board/");
+    assert_eq!(bad, [""; 0], "unsafe outside of board/ and ffi.rs");
     assert!(read > 25 && blocks > 10, "{read} files, {blocks} blocks: nothing was looked at");
 }

@@ -1,7 +1,6 @@
 //! Mesh and patch files that are no good are refused in one line: what, where, how to mend it.
 
-use std::fmt::Write;
-
+use palpate_tests::cube_mesh::chain;
 use palpate_tests::palpate_command::{Desk, palpate};
 use palpate_tests::press_run::{SMALL_BLOCK, edited};
 
@@ -16,19 +15,6 @@ const POISSON: &str = "poisson_ratio = 0.45";
 /// Two tets on one face.
 const TWO_TETS: &str =
     "$NOD\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n$ENDNOD\n$ELM\n2\n1 4 1 1 4 1 2 3 4\n17 4 1 1 4 2 3 4 5\n$ENDELM\n";
-
-/// Nodes in a row, each tet on the last three nodes of the one before.
-fn chain(nodes: usize) -> String {
-    let mut text = format!("$NOD\n{nodes}\n");
-    for node in 1..=nodes {
-        writeln!(text, "{node} {node} 0 0").unwrap();
-    }
-    writeln!(text, "$ENDNOD\n$ELM\n{}", nodes - 3).unwrap();
-    for tet in 1..=nodes - 3 {
-        writeln!(text, "{tet} 4 1 1 4 {tet} {} {} {}", tet + 1, tet + 2, tet + 3).unwrap();
-    }
-    text + "$ENDELM\n"
-}
 
 /// The small block's press on a mesh file.
 pub(crate) fn mesh_scene(unit: &str, site: &str) -> String {

@@ -7,7 +7,7 @@ use std::path::Path;
 use palpate_tests::palpate_command::repository;
 
 /// Package, its folder, and the packages of the repository that it may depend on.
-const LAYERS: [(&str, &str, &[&str]); 11] = [
+const LAYERS: [(&str, &str, &[&str]); 13] = [
     ("palpate", "core", &[]),
     ("palpate-controller", "firmware/controller", &["palpate"]),
     ("palpate-firmware", "firmware", &["palpate", "palpate-controller"]),
@@ -15,6 +15,8 @@ const LAYERS: [(&str, &str, &[&str]); 11] = [
     ("palpate-tissue", "host-sim/tissue", &["palpate"]),
     ("palpate-fit", "host-sim/fit", &["palpate", "palpate-tissue"]),
     ("palpate-loop", "host-sim/loop", &["palpate", "palpate-tissue"]),
+    ("palpate-bindings", "host-sim/bindings", &["palpate", "palpate-loop", "palpate-tissue"]),
+    ("palpate-python", "host-sim/bindings/python", &["palpate", "palpate-loop", "palpate-tissue"]),
     ("palpate-board", "host-sim/board", &["palpate", "palpate-controller", "palpate-loop", "palpate-tissue"]),
     ("palpate-lab", "host-sim/lab", &["palpate", "palpate-charts", "palpate-fit", "palpate-loop", "palpate-tissue"]),
     (

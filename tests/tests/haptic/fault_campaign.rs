@@ -14,7 +14,7 @@ const RUNS: u64 = 2_000;
 fn run(runs: u64, seed: u64) -> Table {
     let device = DeviceProfile::load("touch").unwrap();
     let light = LightPatch::load().unwrap();
-    campaign(&Ground::new(&device, &light), runs, seed, |_| ()).unwrap()
+    campaign(&Ground::new(&device, &light), 0..runs, seed, |_| ()).unwrap()
 }
 
 #[test]

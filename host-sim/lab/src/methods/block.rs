@@ -26,7 +26,7 @@ pub struct Block {
 }
 
 /// Counts that costs depend on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Size {
     /// Nodes.
     pub nodes: usize,

@@ -21,15 +21,17 @@ mod report;
 pub use climb::{Climb, LoopSetup, TapResult, quiet, walls_n_per_m};
 pub use report::{draw, print, write};
 
+use std::ops::Range;
+
 use palpate::BuildError;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use self::ceiling::Ceiling;
 use crate::error::Error;
 use palpate_loop::closed_loop::controller::{CONTROLLERS, Controller};
 use palpate_loop::closed_loop::device::DeviceProfile;
-use palpate_loop::closed_loop::hand::{HANDS, Hand};
+use palpate_loop::closed_loop::hand::{self, HANDS, Hand};
 use palpate_tissue::Error as TissueError;
 
 /// Where a climb begins [N/m].
@@ -58,14 +60,15 @@ pub fn passive_n_per_m(device: &DeviceProfile) -> f64 {
 }
 
 /// One cell.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Cell {
     /// Name of the device's profile.
     pub device: String,
     /// Its delay [ticks].
     pub delay_ticks: u8,
     /// H0 .. H6.
-    pub hand: &'static str,
+    #[serde(deserialize_with = "hand::id")]
+    pub hand: hand::Id,
     /// Name of the control that keeps the loop quiet.
     pub control: String,
     /// How far it climbs.
@@ -109,11 +112,38 @@ impl Scope {
         Ok(Self { cases, ceilings: ceiling::Scope::new(quick, full)? })
     }
 
-    /// Steps that [`LoopSummary::measure`] reports one by one.
+    /// Cells and ceilings: the numbered cases of [`Part::measure`].
     #[must_use]
-    pub fn steps(&self) -> usize {
-        self.cases.len() * HANDS.len() * CONTROLLERS.len() + self.ceilings.steps()
+    pub fn cases(&self) -> usize {
+        self.cells() + self.ceilings.cases()
     }
+
+    /// Steps that [`Part::measure`] reports one by one.
+    #[must_use]
+    pub fn steps(&self, cases: Range<usize>) -> usize {
+        let [cells, ceilings] = self.split(cases);
+        cells.len() + self.ceilings.steps(ceilings)
+    }
+
+    fn cells(&self) -> usize {
+        self.cases.len() * HANDS.len() * CONTROLLERS.len()
+    }
+
+    /// Numbers among the cells, and among the ceilings.
+    fn split(&self, cases: Range<usize>) -> [Range<usize>; 2] {
+        let cells = self.cells();
+        let beyond = |n: usize| n.saturating_sub(cells);
+        [cases.start.min(cells)..cases.end.min(cells), beyond(cases.start)..beyond(cases.end)]
+    }
+}
+
+/// Results of some of the cases.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Part {
+    /// Cells.
+    pub cells: Vec<Cell>,
+    /// Ceilings, each with the tissue that one hand held.
+    pub ceilings: Vec<Ceiling>,
 }
 
 /// Everything measured.
@@ -131,17 +161,18 @@ pub struct LoopSummary {
     pub broken: Vec<String>,
 }
 
-impl LoopSummary {
-    /// Measures; `done` is called after every step.
+impl Part {
+    /// Measures cases; `done` is called after every step.
     ///
     /// # Errors
     /// A device or a patch that the loop refuses.
-    pub fn measure(scope: &Scope, done: &(impl Fn() + Sync)) -> Result<Self, Error> {
-        let cases: Vec<_> = scope
+    pub fn measure(scope: &Scope, cases: Range<usize>, done: &(impl Fn() + Sync)) -> Result<Self, Error> {
+        let [cells, ceilings] = scope.split(cases);
+        let all = scope
             .cases
             .iter()
-            .flat_map(|(name, device)| CONTROLLERS.iter().flat_map(move |c| HANDS.map(|hand| (name, device, hand, *c))))
-            .collect();
+            .flat_map(|(name, device)| CONTROLLERS.iter().flat_map(move |c| HANDS.map(|hand| (name, device, hand, *c))));
+        let cases: Vec<_> = all.take(cells.end).skip(cells.start).collect();
         let measure = |(name, device, hand, control): &(&String, &DeviceProfile, Hand, Controller)| {
             let case = LoopSetup { device, hand: *hand, control: *control };
             let cell = Cell {
@@ -157,10 +188,18 @@ impl LoopSummary {
             Ok(cell)
         };
         let cells: Vec<Cell> = cases.par_iter().map(measure).collect::<Result<_, BuildError>>()?;
-        let ceilings = scope.ceilings.measure(done)?;
-        let broken = broken(&cells);
+        Ok(Self { cells, ceilings: scope.ceilings.measure(ceilings, done)? })
+    }
+}
+
+impl LoopSummary {
+    /// All cases together.
+    #[must_use]
+    pub fn of(all: Part) -> Self {
+        let broken = broken(&all.cells);
         let stiffest_tried_n_per_m = walls_n_per_m().last().unwrap_or(SOFTEST_N_PER_M);
-        Ok(Self { step: STEP, stiffest_tried_n_per_m, cells, ceilings, broken })
+        let ceilings = ceiling::joined(all.ceilings);
+        Self { step: STEP, stiffest_tried_n_per_m, cells: all.cells, ceilings, broken }
     }
 
     /// The promise.

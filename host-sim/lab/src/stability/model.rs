@@ -25,7 +25,7 @@ pub use built_method::{Build, BuiltMethod, ROWS, Row};
 pub use figures::draw;
 pub use load_case::{CASES, CaseTissue, LoadCase, Promise, QUICK_CASES, Stimulus};
 pub use margin::{Axis, Margin, largest, margin};
-pub use matrix::{Cell, MarginCell, Matrix, Scope, run};
+pub use matrix::{Cell, MarginCell, Matrix, Part, Scope, run};
 pub use press::{Loading, Trace, press};
 pub use promise::promises;
 pub use report::{Summary, write};

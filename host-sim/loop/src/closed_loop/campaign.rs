@@ -16,6 +16,8 @@ pub use run::Bed;
 pub use state::Outcome;
 pub use table::{Row, Table};
 
+use std::ops::Range;
+
 use palpate::{BuildError, Params};
 use rayon::prelude::*;
 
@@ -56,23 +58,29 @@ impl<'a> Ground<'a> {
     }
 }
 
-/// Runs `runs` cases of this seed, half of them on a wall, half on the patch; `done` is called for
-/// every batch.
+/// Runs the cases of these numbers and this seed, half of them on a wall, half on the patch; `done`
+/// is called for every batch. Tables of parts of a range add up to the table of the range.
 ///
 /// # Errors
 /// Propagates build errors of the loop or the patch.
-pub fn campaign(ground: &Ground, runs: u64, seed: u64, done: impl Fn(u64) + Sync) -> Result<Table, BuildError> {
-    let batches: Vec<u64> = (0..runs.div_ceil(BATCH)).collect();
-    let parts: Vec<Result<Table, BuildError>> =
-        batches.par_iter().map(|batch| part(ground, batch * BATCH..runs.min((batch + 1) * BATCH), seed, &done)).collect();
-    let mut table = Table::default();
-    for part in parts {
-        table.add(&part?);
-    }
-    Ok(table)
+pub fn campaign(ground: &Ground, cases: Range<u64>, seed: u64, done: impl Fn(u64) + Sync) -> Result<Table, BuildError> {
+    // added as they come: a table a batch would fill the memory from some 1e8 runs on
+    batches(cases, BATCH).map(|numbers| part(ground, numbers, seed, &done)).try_reduce(Table::default, |mut table, more| {
+        table.add(&more);
+        Ok(table)
+    })
 }
 
-fn part(ground: &Ground, numbers: std::ops::Range<u64>, seed: u64, done: &(impl Fn(u64) + Sync)) -> Result<Table, BuildError> {
+/// Cuts a range into batches, to be worked off in parallel.
+pub(super) fn batches(cases: Range<u64>, length: u64) -> impl ParallelIterator<Item = Range<u64>> {
+    let count = (cases.end - cases.start).div_ceil(length);
+    (0..count).into_par_iter().map(move |batch| {
+        let start = cases.start + batch * length;
+        start..cases.end.min(start + length)
+    })
+}
+
+fn part(ground: &Ground, numbers: Range<u64>, seed: u64, done: &(impl Fn(u64) + Sync)) -> Result<Table, BuildError> {
     let cases: Vec<Case> = numbers.clone().map(|n| Case::draw(n, seed)).collect();
     let mut table = Table::default();
     let mut wall = Wall::new(WALL_N_PER_M, ground.device.force_limit_n, Case::WALL_NORMAL);

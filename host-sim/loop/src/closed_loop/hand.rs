@@ -9,6 +9,8 @@
 
 use palpate::Vector3;
 use palpate_tissue::finger::{FINGER, Impedance};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 
 /// How a hand holds on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,6 +58,18 @@ pub const HANDS: [Hand; 7] = [
     Hand { id: "H5", name: "pad that stiffens", grip: Grip::Pad },
     Hand { id: "H6", name: "grip that changes", grip: Grip::Changing { one: LIGHT, other: FINGER, hz: 4.0 } },
 ];
+
+/// Id of a hand that is known. By this name: serde takes `&'static str` for a text to borrow.
+pub type Id = &'static str;
+
+/// Reads the id of a hand that is known.
+///
+/// # Errors
+/// It is not.
+pub fn id<'de, D: Deserializer<'de>>(from: D) -> Result<Id, D::Error> {
+    let name = String::deserialize(from)?;
+    Hand::named(&name).map(|known| known.id).ok_or_else(|| D::Error::custom(format!("no hand is called {name}")))
+}
 
 impl Hand {
     /// The hand of this id or name.

@@ -17,20 +17,23 @@ pub use route::{Leg, Route};
 pub use run::{PathOutcome, Track};
 pub use table::{PathRow, PathTable};
 
+use std::ops::Range;
+
 use palpate::BuildError;
 use rayon::prelude::*;
+
+use super::campaign::batches;
 
 /// Runs that are handed to a thread at a time.
 const BATCH: u64 = 16;
 
-/// Runs `runs` paths of this seed; `done` is called for every batch.
+/// Runs the paths of these numbers and this seed; `done` is called for every batch. Tables of parts
+/// of a range, added in its order, are the table of the range.
 ///
 /// # Errors
 /// The loop or a patch refuses its settings.
-pub fn paths(ground: &PathGround, runs: u64, seed: u64, done: impl Fn(u64) + Sync) -> Result<PathTable, BuildError> {
-    let batches: Vec<u64> = (0..runs.div_ceil(BATCH)).collect();
-    let part = |batch: &u64| {
-        let numbers = batch * BATCH..runs.min((batch + 1) * BATCH);
+pub fn paths(ground: &PathGround, cases: Range<u64>, seed: u64, done: impl Fn(u64) + Sync) -> Result<PathTable, BuildError> {
+    let part = |numbers: Range<u64>| {
         let mut table = PathTable::default();
         for number in numbers.clone() {
             let case = PathCase::draw(ground, number, seed);
@@ -39,10 +42,8 @@ pub fn paths(ground: &PathGround, runs: u64, seed: u64, done: impl Fn(u64) + Syn
         done(numbers.end - numbers.start);
         Ok(table)
     };
-    let parts: Vec<Result<PathTable, BuildError>> = batches.par_iter().map(part).collect();
-    let mut table = PathTable::default();
-    for part in parts {
-        table.add(&part?);
-    }
-    Ok(table)
+    batches(cases, BATCH).map(part).try_reduce(PathTable::default, |mut table, more| {
+        table.add(&more);
+        Ok(table)
+    })
 }

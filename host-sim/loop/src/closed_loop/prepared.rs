@@ -97,6 +97,15 @@ impl Prepared {
         Self::with(patch, params, deepest_m, device, true)
     }
 
+    /// A patch pressed to its own depth limit at most, with the substeps in `params`.
+    ///
+    /// # Errors
+    /// As [`Self::of_patch`].
+    pub fn of_fitted(patch: Patch, params: &Params, device: &DeviceProfile) -> Result<Self, Error> {
+        let deepest_m = f64::from(patch.model().depth_limit_m);
+        Self::with(patch, params, deepest_m, device, false)
+    }
+
     fn with(
         mut patch: Patch,
         params: &Params,

@@ -1,16 +1,16 @@
 //! Runs of every hand with every stimulus, and what they promise.
 
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use palpate::haptic::cycle::Settings;
 use palpate::{BuildError, ClampFlags, Vector3};
 
 use super::device::DeviceProfile;
-use super::hand::{Grip, Hand};
+use super::hand::{self, Grip, Hand};
 use super::prepared::{DEPTH_M, FORCE_SHARE, Prepared, encoder_ceiling_n_per_m};
 use super::run::{Run, Setup, run};
-use super::stimulus::{Site, Stimulus};
+use super::stimulus::{self, Site, Stimulus};
 use super::surface::{Wall, with_tissue};
 
 /// Energy that a contact may create [J].
@@ -74,12 +74,14 @@ impl Target {
 }
 
 /// A run in numbers.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Row {
     /// Hand.
-    pub hand: &'static str,
+    #[serde(deserialize_with = "hand::id")]
+    pub hand: hand::Id,
     /// Stimulus.
-    pub stimulus: &'static str,
+    #[serde(deserialize_with = "stimulus::id")]
+    pub stimulus: stimulus::Id,
     /// Verdict on anything felt besides the tissue: `quiet`, or what first broke.
     pub verdict: String,
     /// Swing of the handle in the last half second [um].
@@ -176,30 +178,34 @@ pub struct Report {
     pub broken: Vec<String>,
 }
 
-/// Makes every run by `run`.
+/// Every hand with every stimulus that the device has axes for.
+#[must_use]
+pub fn pairs(device: &DeviceProfile, hands: &[Hand], stimuli: &[Stimulus]) -> Vec<(Hand, Stimulus)> {
+    let pairs = hands.iter().flat_map(|h| stimuli.iter().map(move |s| (*h, *s)));
+    // a paddle cannot go along the surface: such a run would show a hold
+    pairs.filter(|(_, s)| device.axes > 1 || !s.crosses_edges()).collect()
+}
+
+/// Makes each of these runs by `run`.
 ///
 /// # Errors
 /// Its first.
-pub fn report<E: Send>(
-    name: &str,
+pub fn rows<E: Send>(
     target: &Target,
     device: &DeviceProfile,
-    hands: &[Hand],
-    stimuli: &[Stimulus],
+    pairs: &[(Hand, Stimulus)],
     run: &(dyn Fn(Hand, Stimulus) -> Result<Run, E> + Sync),
-) -> Result<Report, E> {
+) -> Result<Vec<Row>, E> {
+    let (_, _, slope_n_per_m) = target.rest(device);
+    let count_n = (slope_n_per_m > encoder_ceiling_n_per_m(device)).then_some(slope_n_per_m * device.count_m);
+    pairs.par_iter().map(|(hand, stimulus)| Ok(Row::of(&run(*hand, *stimulus)?, *hand, *stimulus, count_n))).collect()
+}
+
+/// The promise that the runs make together.
+#[must_use]
+pub fn report(name: &str, target: &Target, device: &DeviceProfile, runs: Vec<Row>) -> Report {
     let (depth_m, static_n, slope_n_per_m) = target.rest(device);
     let ceiling = encoder_ceiling_n_per_m(device);
-    let pairs: Vec<(Hand, Stimulus)> = hands.iter().flat_map(|h| stimuli.iter().map(move |s| (*h, *s))).collect();
-    // a paddle cannot go along the surface: such a run would show a hold
-    let pairs: Vec<(Hand, Stimulus)> = pairs.into_iter().filter(|(_, s)| device.axes > 1 || !s.crosses_edges()).collect();
-    let rows: Result<Vec<Row>, E> = pairs
-        .par_iter()
-        .map(|(hand, stimulus)| {
-            let run = run(*hand, *stimulus)?;
-            Ok(Row::of(&run, *hand, *stimulus, (slope_n_per_m > ceiling).then_some(slope_n_per_m * device.count_m)))
-        })
-        .collect();
     let (substeps, tap_error_pct) = match target {
         Target::Wall(_) => (1, None),
         Target::Tissue(tissue, _) => (tissue.params.substeps, Some(tissue.tap_errors.map(|e| e * 100.0))),
@@ -214,11 +220,11 @@ pub fn report<E: Send>(
         count_m: device.count_m,
         substeps,
         tap_error_pct,
-        runs: rows?,
+        runs,
         broken: Vec::new(),
     };
     report.broken = report.promises(target);
-    Ok(report)
+    report
 }
 
 impl Report {

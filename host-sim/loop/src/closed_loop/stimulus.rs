@@ -1,6 +1,8 @@
 //! Stimuli of the hand: twelve, from a tap to an organ swapped under the probe.
 
 use palpate::Vector3;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 
 use super::hand::Aim;
 
@@ -76,6 +78,18 @@ pub const STIMULI: [Stimulus; 15] = [
     Stimulus { id: "S11", name: "stiffness x2, /2", kind: Kind::Stiffness },
     Stimulus { id: "S12", name: "organ swapped", kind: Kind::Swap },
 ];
+
+/// Id of a stimulus that is known. By this name: serde takes `&'static str` for a text to borrow.
+pub type Id = &'static str;
+
+/// Reads the id of a stimulus that is known.
+///
+/// # Errors
+/// It is not.
+pub fn id<'de, D: Deserializer<'de>>(from: D) -> Result<Id, D::Error> {
+    let name = String::deserialize(from)?;
+    Stimulus::named(&name).map(|known| known.id).ok_or_else(|| D::Error::custom(format!("no stimulus is called {name}")))
+}
 
 impl Stimulus {
     /// The stimulus of this id or name.

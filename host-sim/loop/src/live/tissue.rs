@@ -118,6 +118,12 @@ impl LiveTissue {
         self.with_state(|_, state| state.hash()).unwrap_or_default()
     }
 
+    /// At rest at once, as when it was made.
+    pub fn restart(&mut self) {
+        self.resting = false;
+        self.rest();
+    }
+
     fn rest(&mut self) {
         // sizes were checked when it was built
         let _fits = self.with_state(|model, state| state.reset(model));

@@ -18,13 +18,13 @@ use super::bump::Block;
 use super::report::Report;
 use super::stages::Stages;
 use super::store::Store;
-use super::{FitArgs, LEAST_GAIN};
+use super::{FitArgs, Fitted, LEAST_GAIN};
 use crate::error::Error;
 
 impl FitArgs {
-    pub(super) fn fit_block(&self, scene: &Scene, size_m: [f64; 3]) -> Result<(), Error> {
+    pub(super) fn fit_block(&self, scene: &Scene, size_m: [f64; 3]) -> Result<Fitted, Error> {
         check_block(scene, size_m)?;
-        if self.radius_m.is_some() {
+        if self.options.radius_m.is_some() {
             let why = format!(
                 "--radius-m: the scene {} is a block, which is fitted whole: leave it out, or use palpate cut",
                 scene.file
@@ -35,7 +35,7 @@ impl FitArgs {
         let mut plain = scene.clone();
         plain.tissue.inclusion.clear();
         let prepared = prepare(&plain)?;
-        let level = if self.quick { Level::Quick } else { Level::Full };
+        let level = if self.options.quick { Level::Quick } else { Level::Full };
         let presses = Presses::of(&plain, &prepared.tissue, level);
         let path = self.common.folder("fit");
         let folder = OutputFolder::open(&path)?;
@@ -77,11 +77,10 @@ impl FitArgs {
             reused_fit,
             reused_presses,
             places: settings.places,
-            quick: self.quick,
-            tolerance_pct: self.tolerance_pct,
+            quick: self.options.quick,
+            tolerance_pct: self.options.tolerance_pct,
         };
-        report.write(folder)?;
-        self.promise(prepared.tissue.mesh.nodes_m.len(), &judged.verdict)
+        Ok(self.judged(report.write(folder)?, &judged.verdict))
     }
 }
 

@@ -12,11 +12,11 @@ use palpate_tissue::scene::Scene;
 use palpate_tissue::session::packed;
 
 use super::super::progress::Steps;
-use super::FitArgs;
 use super::added_force::{BumpLine, BumpReport};
 use super::report::Report;
 use super::stages::Stages;
 use super::store::{Store, StoredFit};
+use super::{FitArgs, Fitted};
 use crate::error::Error;
 
 /// Places of the fit, the shallow depths at more; and its rounds. More gain little: 160 places
@@ -38,7 +38,7 @@ pub(super) struct Block<'a> {
 }
 
 impl FitArgs {
-    pub(super) fn fit_bump(&self, scene: &Scene, folder: OutputFolder, level: Level, block: &Block) -> Result<(), Error> {
+    pub(super) fn fit_bump(&self, scene: &Scene, folder: OutputFolder, level: Level, block: &Block) -> Result<Fitted, Error> {
         let deepest_m = block.presses.fitted_m.last().copied().unwrap_or_default();
         let path = self.common.folder("fit");
         let store = Store::of(&path, &folder, scene);
@@ -58,7 +58,7 @@ impl FitArgs {
         };
         let bumped = fitting.bumped();
         let stages = Stages { scene, known: &bumped, store: &store, what: "fit of the inclusions" };
-        let rounds = if self.quick { QUICK_ROUNDS } else { ROUNDS };
+        let rounds = if self.options.quick { QUICK_ROUNDS } else { ROUNDS };
         let settings = Settings { places: PLACES, rounds, least_gain: LEAST_GAIN, fit: Fit::GaussNewton };
         let problem = format!("{:x} {settings:?} {bumps:?}", block.fit.problem());
         let (fit, reused_fit) = stages.fit(&settings, &problem, |progress| fitting.fit(scene, &settings, progress))?;
@@ -86,11 +86,10 @@ impl FitArgs {
             reused_fit,
             reused_presses: block.reused_presses + kept.found(),
             places: settings.places,
-            quick: self.quick,
-            tolerance_pct: self.tolerance_pct,
+            quick: self.options.quick,
+            tolerance_pct: self.options.tolerance_pct,
         };
-        report.write(folder)?;
-        self.promise(block.prepared.tissue.mesh.nodes_m.len(), &judged.verdict)
+        Ok(self.judged(report.write(folder)?, &judged.verdict))
     }
 }
 

@@ -7,10 +7,10 @@ use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 
 use super::super::progress::Steps;
-use super::FitArgs;
 use super::report::Report;
 use super::stages::Stages;
 use super::store::Store;
+use super::{FitArgs, Fitted};
 use crate::error::Error;
 
 /// Nodes of a piece if none are given.
@@ -19,9 +19,9 @@ const NODES: usize = 100;
 const LEAST_GAIN: f64 = 0.005;
 
 impl FitArgs {
-    pub(super) fn fit_organ(&self, scene: &Scene) -> Result<(), Error> {
-        let radius_m = self.radius_m.unwrap_or(PIECE_RADII * scene.probe.radius_m);
-        let element_m = element_for(scene, radius_m, self.nodes.unwrap_or(NODES))?;
+    pub(super) fn fit_organ(&self, scene: &Scene) -> Result<Fitted, Error> {
+        let radius_m = self.options.radius_m.unwrap_or(PIECE_RADII * scene.probe.radius_m);
+        let element_m = element_for(scene, radius_m, self.options.nodes.unwrap_or(NODES))?;
         let recipe = Recipe::new(radius_m, element_m, scene.probe.radius_m);
         let prepared = fitted::Prepared::of(scene, &recipe)?;
         let piece = prepared.patch();
@@ -29,7 +29,7 @@ impl FitArgs {
         let path = self.common.folder("fit");
         let folder = OutputFolder::open(&path)?;
         let store = Store::of(&path, &folder, scene);
-        let level = if self.quick { Level::Quick } else { Level::Full };
+        let level = if self.options.quick { Level::Quick } else { Level::Full };
         let kept = Solved::beside(&path);
         let steps = Steps::new("finite elements", 0);
         let presses =
@@ -65,10 +65,9 @@ impl FitArgs {
             reused_fit,
             reused_presses: kept.found(),
             places: settings.places,
-            quick: self.quick,
-            tolerance_pct: self.tolerance_pct,
+            quick: self.options.quick,
+            tolerance_pct: self.options.tolerance_pct,
         };
-        report.write(folder)?;
-        self.promise(nodes, &judged.verdict)
+        Ok(self.judged(report.write(folder)?, &judged.verdict))
     }
 }

@@ -68,8 +68,8 @@ struct Summary<'a> {
 }
 
 impl Report<'_> {
-    /// Writes all files, publishes them, and prints the verdict.
-    pub(super) fn write(&self, folder: OutputFolder) -> Result<(), Error> {
+    /// Writes all files, publishes them, and prints the verdict. Returns the record and the trials.
+    pub(super) fn write(&self, folder: OutputFolder) -> Result<(FitRecord, Vec<Trial>), Error> {
         let patch = self.fit.patch();
         let record = self.record(&patch)?;
         let name = format!("{}-{}.patch", self.scene.name, record.nodes);
@@ -107,7 +107,7 @@ impl Report<'_> {
             file.display()
         );
         println!("press it with patch = \"{}\" under [solver] of the scene", file.display());
-        Ok(())
+        Ok((record, self.trials.to_vec()))
     }
 
     fn record(&self, patch: &[u8]) -> Result<FitRecord, Error> {

@@ -1,23 +1,18 @@
-//! Large files: read fast, or refused before they cost anything.
+//! Large files: read whole, or refused before they cost anything.
 
-use std::fmt::Write;
-use std::time::{Duration, Instant};
+use palpate_tests::cube_mesh::chain;
 
 use crate::mesh_import::write::{FORMATS, Format, write};
 use crate::mesh_import::{block, import_bytes, import_text, message};
 
 #[test]
-fn twenty_thousand_nodes_are_read_in_well_under_a_second() {
+fn twenty_thousand_nodes_are_read_whole() {
     let mesh = block::regular([26; 3]);
-    let limit = Duration::from_secs(if cfg!(debug_assertions) { 5 } else { 1 });
     // Each reader once or twice.
     for format in FORMATS.into_iter().step_by(2) {
         let (name, content) = write(format, &mesh, 7);
-        let start = Instant::now();
-        let imported = import_bytes(name, &content).unwrap();
-        let taken = start.elapsed();
-        eprintln!("{format:?}: {} nodes, {} tets, {taken:?}", imported.report.nodes, imported.report.tets);
-        assert!(taken < limit, "{format:?}: {taken:?}");
+        let report = import_bytes(name, &content).unwrap().report;
+        assert_eq!((report.nodes, report.tets), (mesh.nodes_m.len(), mesh.tets.len()), "{format:?}");
     }
 }
 
@@ -49,7 +44,6 @@ fn an_absurd_count_is_refused_without_allocating_for_it() {
 #[test]
 fn an_absurd_binary_count_is_refused_without_allocating_for_it() {
     let mesh = block::regular([2; 3]);
-    let start = Instant::now();
     for format in FORMATS {
         let (name, content) = write(format, &mesh, 1);
         let counts = [mesh.nodes_m.len(), mesh.tets.len(), mesh.tets.len() + 1, mesh.tets.len() / 2];
@@ -79,20 +73,6 @@ fn an_absurd_binary_count_is_refused_without_allocating_for_it() {
             assert!(import_bytes(name, &damaged).is_err(), "{format:?}");
         }
     }
-    assert!(start.elapsed() < Duration::from_secs(20));
-}
-
-/// A chain of tets, each on the last three nodes of the one before.
-fn chain(nodes: usize) -> String {
-    let mut text = format!("$NOD\n{nodes}\n");
-    for node in 1..=nodes {
-        writeln!(text, "{node} {node} 0 0").unwrap();
-    }
-    writeln!(text, "$ENDNOD\n$ELM\n{}", nodes - 3).unwrap();
-    for tet in 1..=nodes - 3 {
-        writeln!(text, "{tet} 4 1 1 4 {tet} {} {} {}", tet + 1, tet + 2, tet + 3).unwrap();
-    }
-    text + "$ENDELM\n"
 }
 
 #[test]

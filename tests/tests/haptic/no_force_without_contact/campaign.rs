@@ -7,7 +7,7 @@ use palpate_loop::closed_loop::paths::{KINDS, PathCase, PathGround, PathTable, p
 const PATHS: u64 = 2_000;
 
 fn run(ground: &PathGround, runs: u64, seed: u64) -> PathTable {
-    let table = paths(ground, runs, seed, |_| ()).unwrap();
+    let table = paths(ground, 0..runs, seed, |_| ()).unwrap();
     assert_eq!(table.total().runs, runs);
     table
 }

@@ -21,7 +21,7 @@ fn paths_break_no_invariant_under_a_capsule_and_an_ellipsoid() {
     for (n, wish) in [Vector3::new(0.2, 0.9, 0.1), Vector3::new(-0.7, 0.4, 0.5)].into_iter().enumerate() {
         let patches = shipped.patches.iter().map(|patch| patch.with_probe(tips(patch.params.probe.axis, wish)[n]).unwrap());
         let ground = PathGround { patches: patches.collect(), devices: shipped.devices.clone() };
-        let total = paths(&ground, PATHS, 3, |_| ()).unwrap();
+        let total = paths(&ground, 0..PATHS, 3, |_| ()).unwrap();
         let (examples, total) = (total.examples.clone(), total.total());
         println!("{total:?}");
         assert!(total.ticks_with_force > PATHS * 50, "{} ticks with a force", total.ticks_with_force);

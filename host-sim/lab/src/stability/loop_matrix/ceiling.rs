@@ -7,9 +7,11 @@
 //! to either side. Against it stand the slope of the tissue, and what the loop does: the stiffest
 //! tissue whose hold is quiet.
 
+use std::ops::Range;
+
 use palpate::Params;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::climb::{quiet, weakened};
 use super::{DEPTH_M, FORCE_SHARE};
@@ -17,7 +19,7 @@ use crate::error::Error;
 use palpate_loop::closed_loop::controller::Controller;
 use palpate_loop::closed_loop::device::{DeviceProfile, PROFILES};
 use palpate_loop::closed_loop::fidelity;
-use palpate_loop::closed_loop::hand::{HANDS, Hand};
+use palpate_loop::closed_loop::hand::{self, HANDS, Hand};
 use palpate_loop::closed_loop::run::{Setup, run};
 use palpate_loop::closed_loop::stimulus::Stimulus;
 use palpate_loop::closed_loop::surface::{depth_at_m, force_at_n, static_curve, with_tissue};
@@ -43,7 +45,7 @@ const STEP: f64 = 1.25;
 const HOLDING: std::ops::Range<usize> = 1..4;
 
 /// Slope of a tissue under the probe.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Slope {
     /// Young's modulus [Pa].
     pub youngs_modulus_pa: f64,
@@ -56,7 +58,7 @@ pub struct Slope {
 }
 
 /// A device's ceiling.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Ceiling {
     /// Name of its profile.
     pub device: String,
@@ -71,7 +73,26 @@ pub struct Ceiling {
     /// The tabled tissues down to 0.85 of the force limit.
     pub slopes: Vec<Slope>,
     /// The stiffest tissue that each hand held quietly [Pa], zero if it held none.
-    pub held_pa: Vec<(&'static str, f64)>,
+    #[serde(deserialize_with = "held")]
+    pub held_pa: Vec<(hand::Id, f64)>,
+}
+
+fn held<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<(hand::Id, f64)>, D::Error> {
+    #[derive(Deserialize)]
+    struct Held(#[serde(deserialize_with = "hand::id")] hand::Id, f64);
+    Ok(Vec::<Held>::deserialize(from)?.into_iter().map(|Held(hand, pa)| (hand, pa)).collect())
+}
+
+/// Ceilings of one hand each, in the order of devices and hands, as ceilings of all hands.
+pub(super) fn joined(parts: Vec<Ceiling>) -> Vec<Ceiling> {
+    let mut joined: Vec<Ceiling> = Vec::new();
+    for part in parts {
+        match joined.last_mut().filter(|last| last.device == part.device) {
+            Some(last) => last.held_pa.extend(part.held_pa),
+            None => joined.push(part),
+        }
+    }
+    joined
 }
 
 /// Contact stiffness from which one count is felt [N/m].
@@ -107,11 +128,21 @@ impl Scope {
         Ok(Self { devices, climb_pa })
     }
 
-    pub(super) fn steps(&self) -> usize {
-        self.climb_pa.len() + TABLED_PA.len() + self.devices.len() * HOLDING.len()
+    /// Every device in every hand that holds it.
+    pub(super) fn cases(&self) -> usize {
+        self.devices.len() * HOLDING.len()
     }
 
-    pub(super) fn measure(&self, done: &(impl Fn() + Sync)) -> Result<Vec<Ceiling>, Error> {
+    pub(super) fn steps(&self, cases: Range<usize>) -> usize {
+        // the tissues are made ready once, for however many
+        let tissues = if cases.is_empty() { 0 } else { self.climb_pa.len() + TABLED_PA.len() };
+        tissues + cases.len()
+    }
+
+    pub(super) fn measure(&self, cases: Range<usize>, done: &(impl Fn() + Sync)) -> Result<Vec<Ceiling>, Error> {
+        if cases.is_empty() {
+            return Ok(Vec::new());
+        }
         let tissues: Vec<f64> = self.climb_pa.iter().chain(&TABLED_PA).copied().collect();
         let ready: Vec<Ready> = tissues
             .par_iter()
@@ -122,26 +153,22 @@ impl Scope {
             })
             .collect::<Result<_, Error>>()?;
         let (climb, tabled) = ready.split_at(self.climb_pa.len());
-        let pairs: Vec<_> =
-            self.devices.iter().flat_map(|(_, device)| HANDS[HOLDING].iter().map(move |h| (device, *h))).collect();
-        let held: Vec<(&'static str, f64)> = pairs
-            .par_iter()
-            .map(|(device, hand)| {
-                let held_pa = stiffest_held_pa(climb, device, *hand);
-                done();
-                held_pa.map(|e| (hand.id, e))
+        let pairs = self.devices.iter().flat_map(|(name, device)| HANDS[HOLDING].iter().map(move |h| (*name, device, *h)));
+        let pairs: Vec<(&str, &DeviceProfile, Hand)> = pairs.take(cases.end).skip(cases.start).collect();
+        let ceiling = |(name, device, hand): &(&str, &DeviceProfile, Hand)| {
+            let held_pa = stiffest_held_pa(climb, device, *hand);
+            done();
+            Ok(Ceiling {
+                device: (*name).to_owned(),
+                count_m: device.count_m,
+                friction_n: device.friction_n,
+                limit_n: limit_n(device),
+                felt_n_per_m: felt_n_per_m(device),
+                slopes: slopes(tabled, device),
+                held_pa: vec![(hand.id, held_pa?)],
             })
-            .collect::<Result<_, Error>>()?;
-        let of = |((name, device), held): (&(&str, DeviceProfile), &[(&'static str, f64)])| Ceiling {
-            device: (*name).to_owned(),
-            count_m: device.count_m,
-            friction_n: device.friction_n,
-            limit_n: limit_n(device),
-            felt_n_per_m: felt_n_per_m(device),
-            slopes: slopes(tabled, device),
-            held_pa: held.to_vec(),
         };
-        Ok(self.devices.iter().zip(held.chunks(HOLDING.len())).map(of).collect())
+        pairs.par_iter().map(ceiling).collect()
     }
 }
 

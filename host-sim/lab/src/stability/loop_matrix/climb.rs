@@ -3,7 +3,7 @@
 use palpate::haptic::cycle::Renderer;
 use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, ClampFlags, Vector3};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{DEPTH_M, FORCE_SHARE, SOFTEST_N_PER_M, STEP, STIFFEST_N_PER_M};
 use palpate_loop::closed_loop::controller::Controller;
@@ -31,7 +31,7 @@ pub struct LoopSetup<'a> {
 }
 
 /// Result of a tap on one wall.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TapResult {
     /// [`quiet`].
     pub quiet: bool,
@@ -70,7 +70,7 @@ fn judged(run: &Run) -> &[Row] {
 }
 
 /// How far a climb came.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Climb {
     /// Stiffest wall that was stable [N/m]; zero if the softest is unstable.
     pub n_per_m: f64,

@@ -1,5 +1,7 @@
 //! A method on a block with the substeps that it asks for.
 
+use serde::{Deserialize, Serialize};
+
 use palpate::method::Product;
 use palpate::{ClampFlags, Fault, Model, Params, ProbePose, State, Tuned, Vector3, tick_with};
 
@@ -23,7 +25,7 @@ const FIDELITY_DEPTH_M: f64 = 4e-3;
 const NO_LIMIT_M: f64 = BLOCK_M[2];
 
 /// How a method is set up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Build {
     /// With the substeps that it derives or needs; the product with its guard.
     Derived,
@@ -32,7 +34,7 @@ pub enum Build {
 }
 
 /// A row of the matrix.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Row {
     /// Method.
     pub method: Method,

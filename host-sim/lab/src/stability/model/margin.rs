@@ -1,6 +1,8 @@
 //! How much more a method withstands before it fails: one quantity grows until a press or a tap no
 //! longer passes.
 
+use serde::{Deserialize, Serialize};
+
 use super::built_method::BuiltMethod;
 use super::load_case::{PRESS, Stimulus, TAP};
 use super::verdict::Verdict;
@@ -10,7 +12,7 @@ use crate::error::Error;
 const RESOLUTION: f64 = 0.05;
 
 /// Quantity that grows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Axis {
     /// The tick over 1 ms, with masses and foundation as they are: the press and the tap.
     Tick,
@@ -90,7 +92,7 @@ fn both(method: &BuiltMethod) -> Result<Verdict, Error> {
 }
 
 /// The end of what passes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Margin {
     /// Largest value that passes; `None` if neither the standard nor the smallest does.
     pub passes: Option<f64>,

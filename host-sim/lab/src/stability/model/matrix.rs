@@ -1,6 +1,9 @@
 //! Runs every row at every stiffness through every case, and finds the margins.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::built_method::{BuiltMethod, ROWS, Row};
 use super::load_case::{CASES, CaseTissue, LoadCase, QUICK_CASES};
@@ -24,13 +27,14 @@ pub struct Scope {
 }
 
 /// A verdict with its place.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Cell {
     /// Row.
     pub row: Row,
     /// Stiffness [Pa].
     pub youngs_modulus_pa: f64,
     /// Column.
+    #[serde(serialize_with = "name", deserialize_with = "named")]
     pub case: LoadCase,
     /// Substeps of a tick.
     pub substeps: u16,
@@ -39,7 +43,7 @@ pub struct Cell {
 }
 
 /// A margin with its place.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct MarginCell {
     /// Row.
     pub row: Row,
@@ -51,6 +55,25 @@ pub struct MarginCell {
     pub axis: Axis,
     /// How far.
     pub margin: Margin,
+}
+
+fn name<S: Serializer>(case: &LoadCase, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(case.name)
+}
+
+fn named<'de, D: Deserializer<'de>>(from: D) -> Result<LoadCase, D::Error> {
+    let name = String::deserialize(from)?;
+    let known = CASES.into_iter().find(|case| case.name == name);
+    known.ok_or_else(|| serde::de::Error::custom(format!("no column is called {name}")))
+}
+
+/// Results at some of the places, in the scope's order: rows, stiffnesses, columns.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Part {
+    /// Verdicts.
+    pub cells: Vec<Cell>,
+    /// Margins.
+    pub margins: Vec<MarginCell>,
 }
 
 /// Everything that came out, in the scope's order: rows, stiffnesses, columns.
@@ -89,11 +112,22 @@ impl Scope {
         }
     }
 
-    /// Steps that [`run`] reports.
+    /// Places, each a row at a stiffness: the numbered cases of [`run`].
     #[must_use]
-    pub fn steps(&self) -> usize {
-        let places = self.rows.len() * self.moduli_pa.len();
-        places * (self.tissues().len() + self.cases.len()) + self.rows.len() * self.margins_at_pa.len() * Axis::ALL.len()
+    pub fn places(&self) -> usize {
+        self.rows.len() * self.moduli_pa.len()
+    }
+
+    /// Steps that [`run`] reports at these places.
+    #[must_use]
+    pub fn steps(&self, places: Range<usize>) -> usize {
+        let margins = self.at(places.clone()).filter(|(_, pa)| self.margins_at_pa.contains(pa)).count();
+        places.len() * (self.tissues().len() + self.cases.len()) + margins * Axis::ALL.len()
+    }
+
+    fn at(&self, places: Range<usize>) -> impl Iterator<Item = (Row, f64)> {
+        let all = self.rows.iter().flat_map(|row| self.moduli_pa.iter().map(move |pa| (*row, *pa)));
+        all.take(places.end).skip(places.start)
     }
 
     /// The tissues that the columns ask for.
@@ -102,18 +136,14 @@ impl Scope {
     }
 }
 
-/// Runs a scope; `done` is called after every step.
+/// Runs places of a scope; `done` is called after every step.
 ///
 /// # Errors
 /// A method that cannot be built.
-pub fn run(scope: &Scope, done: &(dyn Fn() + Sync)) -> Result<Matrix, Error> {
+pub fn run(scope: &Scope, places: Range<usize>, done: &(dyn Fn() + Sync)) -> Result<Part, Error> {
     let tissues = scope.tissues();
-    let mut places = Vec::new();
-    for &row in &scope.rows {
-        for &youngs_modulus_pa in &scope.moduli_pa {
-            places.extend(tissues.iter().map(|&tissue| (row, youngs_modulus_pa, tissue)));
-        }
-    }
+    let places = scope.at(places).flat_map(|(row, pa)| tissues.iter().map(move |&tissue| (row, pa, tissue)));
+    let places: Vec<(Row, f64, CaseTissue)> = places.collect();
     let set_up = |&(row, youngs_modulus_pa, tissue): &(Row, f64, CaseTissue)| {
         let method = BuiltMethod::new(row, scope.nodes, youngs_modulus_pa, tissue);
         done();
@@ -145,5 +175,5 @@ pub fn run(scope: &Scope, done: &(dyn Fn() + Sync)) -> Result<Matrix, Error> {
     };
     let cells = trials.par_iter().map(try_one).collect::<Result<_, Error>>()?;
     let margins = searches.par_iter().map(search_one).collect::<Result<_, Error>>()?;
-    Ok(Matrix { scope: scope.clone(), cells, margins })
+    Ok(Part { cells, margins })
 }

@@ -1,7 +1,8 @@
 //! Verdict on a press: the worst thing that went wrong, if any.
 
 use palpate::ClampFlags;
-use serde::Serialize;
+use palpate_tissue::shard::exact;
+use serde::{Deserialize, Serialize};
 
 use super::press::{Loading, Trace};
 
@@ -19,7 +20,7 @@ const RETURNED_M: f64 = 5e-5;
 const MOST_DROP: f64 = 0.02;
 
 /// From good to bad.
-#[derive(Clone, Copy, Debug, Eq, Ord, PartialEq, PartialOrd, Serialize)]
+#[derive(Clone, Copy, Debug, Eq, Ord, PartialEq, PartialOrd, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// Nothing went wrong.
@@ -70,29 +71,38 @@ impl Verdict {
 }
 
 /// Numbers of a press.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
     /// The verdict.
     pub verdict: Verdict,
     /// Smallest J in any tick (1).
+    #[serde(with = "exact")]
     pub lowest_j: f64,
     /// Smallest J at the end of the hold (1).
+    #[serde(with = "exact")]
     pub held_j: f64,
     /// Largest displacement left [mm].
+    #[serde(with = "exact")]
     pub residual_mm: f64,
     /// How far the force fell on the way down, as a share of its largest [%].
+    #[serde(with = "exact")]
     pub drop_pct: f64,
     /// Furthest that a node went at the end of the hold [mm].
+    #[serde(with = "exact")]
     pub moved_mm: f64,
     /// Change of the force then [%].
+    #[serde(with = "exact")]
     pub force_change_pct: f64,
     /// Force at the end of the hold [N].
+    #[serde(with = "exact")]
     pub held_n: f64,
     /// Largest force [N].
+    #[serde(with = "exact")]
     pub peak_n: f64,
     /// Where numbers ran away [mm].
     pub diverged_at_mm: Option<f64>,
     /// Inputs that the guard clamped.
+    #[serde(with = "exact::clamp_flags")]
     pub limiters: ClampFlags,
 }
 

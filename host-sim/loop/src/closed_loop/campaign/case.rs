@@ -61,6 +61,8 @@ const MOMENTS: [Moment; 4] = [Moment::Free, Moment::Touch, Moment::Deep, Moment:
 /// One run.
 #[derive(Clone, Debug)]
 pub struct Case {
+    /// Its number in the campaign.
+    pub number: u64,
     /// Index of the planted fault in [`FAULTS`].
     pub fault: usize,
     /// Hand that holds the device.
@@ -98,6 +100,7 @@ impl Case {
             Moment::Release => 25,
         };
         let mut case = Self {
+            number,
             fault,
             hand: HANDS[below(HANDS.len())],
             motion,

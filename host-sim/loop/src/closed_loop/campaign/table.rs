@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use super::case::Case;
 use super::state::Outcome;
 use crate::closed_loop::faulty::FaultType;
@@ -10,8 +12,8 @@ use crate::closed_loop::faulty::list::FAULTS;
 /// Bad runs that are remembered, of each kind.
 const SHOWN: usize = 3;
 
-/// One kind of fault.
-#[derive(Clone, Debug, Default)]
+/// One kind of fault. Counts and maxima alone: rows add up to the same in any order.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Runs.
     pub runs: u64,
@@ -19,8 +21,8 @@ pub struct Row {
     pub injected: u64,
     /// Runs that ended in a fault.
     pub detected: u64,
-    /// Ticks until the reaction, of every run that had one.
-    pub reaction_ticks: Vec<u32>,
+    /// How many runs reacted after so many ticks.
+    pub reaction_ticks: BTreeMap<u32, u64>,
     /// Strongest force after it [N].
     pub peak_n: f32,
     /// Runs that broke an invariant.
@@ -29,12 +31,12 @@ pub struct Row {
     pub wrong: u64,
     /// By number of the fault.
     pub faults: BTreeMap<u8, u64>,
-    /// Some of the bad runs: what they were and what was bad.
-    pub examples: Vec<String>,
+    /// The first of the bad runs: number, what it was and what was bad.
+    pub examples: Vec<(u64, String)>,
 }
 
 /// One row a kind, in the order of [`FAULTS`].
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Table {
     /// The rows.
     pub rows: Vec<Row>,
@@ -53,27 +55,17 @@ impl Table {
         row.runs += 1;
         row.injected += u64::from(outcome.injected);
         row.detected += u64::from(outcome.fault.is_some());
-        row.reaction_ticks.extend(outcome.reaction_ticks);
+        if let Some(ticks) = outcome.reaction_ticks {
+            *row.reaction_ticks.entry(ticks).or_default() += 1;
+        }
         row.peak_n = row.peak_n.max(outcome.peak_n);
         row.broken += u64::from(!outcome.broken.is_empty());
         row.wrong += u64::from(outcome.wrong.is_some());
         if let Some(fault) = outcome.fault {
             *row.faults.entry(fault as u8).or_default() += 1;
         }
-        if (outcome.wrong.is_some() || !outcome.broken.is_empty()) && row.examples.len() < SHOWN {
-            row.examples.push(format!(
-                "{}: {} {} {:?}+{} on the {}: {:?}, {:?}, {:?}, {:?} ticks",
-                case.kind().id,
-                case.hand.id,
-                case.motion.id,
-                case.moment,
-                case.after_ticks,
-                if case.on_patch { "patch" } else { "wall" },
-                outcome.wrong,
-                outcome.broken,
-                outcome.fault,
-                outcome.reaction_ticks,
-            ));
+        if outcome.wrong.is_some() || !outcome.broken.is_empty() {
+            row.show([(case.number, case.described(outcome))]);
         }
     }
 
@@ -83,15 +75,16 @@ impl Table {
             row.runs += more.runs;
             row.injected += more.injected;
             row.detected += more.detected;
-            row.reaction_ticks.extend(&more.reaction_ticks);
+            for (ticks, count) in &more.reaction_ticks {
+                *row.reaction_ticks.entry(*ticks).or_default() += count;
+            }
             row.peak_n = row.peak_n.max(more.peak_n);
             row.broken += more.broken;
             row.wrong += more.wrong;
             for (fault, count) in &more.faults {
                 *row.faults.entry(*fault).or_default() += count;
             }
-            row.examples.extend(more.examples.iter().cloned());
-            row.examples.truncate(SHOWN);
+            row.show(more.examples.iter().cloned());
         }
     }
 
@@ -109,15 +102,53 @@ impl Table {
     /// Some of them.
     #[must_use]
     pub fn examples(&self) -> Vec<&str> {
-        self.rows.iter().flat_map(|r| &r.examples).map(String::as_str).collect()
+        self.rows.iter().flat_map(|r| &r.examples).map(|(_, text)| text.as_str()).collect()
+    }
+}
+
+impl Case {
+    fn described(&self, outcome: &Outcome) -> String {
+        format!(
+            "{}: {} {} {:?}+{} on the {}: {:?}, {:?}, {:?}, {:?} ticks",
+            self.kind().id,
+            self.hand.id,
+            self.motion.id,
+            self.moment,
+            self.after_ticks,
+            if self.on_patch { "patch" } else { "wall" },
+            outcome.wrong,
+            outcome.broken,
+            outcome.fault,
+            outcome.reaction_ticks,
+        )
     }
 }
 
 impl Row {
+    /// Keeps the bad runs of the lowest numbers, whichever came first.
+    fn show(&mut self, examples: impl IntoIterator<Item = (u64, String)>) {
+        self.examples.extend(examples);
+        self.examples.sort();
+        self.examples.truncate(SHOWN);
+    }
+
     /// The latest reaction [ticks].
     #[must_use]
     pub fn latest_ticks(&self) -> Option<u32> {
-        self.reaction_ticks.iter().copied().max()
+        self.reaction_ticks.keys().next_back().copied()
+    }
+
+    /// The earliest, the median and the latest reaction [ticks]; `None` if no run had one.
+    #[must_use]
+    pub fn reaction_span_ticks(&self) -> Option<[u32; 3]> {
+        let (first, _) = self.reaction_ticks.first_key_value()?;
+        let middle = self.reaction_ticks.values().sum::<u64>() / 2;
+        let mut below = 0;
+        let median = self.reaction_ticks.iter().find(|(_, count)| {
+            below += **count;
+            below > middle
+        });
+        Some([*first, *median?.0, self.latest_ticks()?])
     }
 
     /// Returns the faults that the runs ended in, as text: number of the fault and how often.

@@ -1,8 +1,10 @@
 //! The runs of a path campaign, counted by kind of path and by patch.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use palpate::Fault;
+use serde::{Deserialize, Serialize};
 
 use super::case::{KINDS, PathCase};
 use super::ground::PathGround;
@@ -14,7 +16,7 @@ const SHOWN: usize = 40;
 pub const CREATED_J: f64 = 0.01e-3;
 
 /// Runs of one kind.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PathRow {
     /// Runs, and ticks along their paths.
     pub runs: u64,
@@ -31,7 +33,7 @@ pub struct PathRow {
     /// Most ticks in a row in which the force turned round at rest.
     pub chatter_ticks: u32,
     /// Runs that broke an invariant, by its id.
-    pub broken: BTreeMap<&'static str, u64>,
+    pub broken: BTreeMap<Cow<'static, str>, u64>,
     /// Runs ended by a fault, by its number; and those among them with the tip no faster than
     /// honest motion.
     pub faults: BTreeMap<u8, u64>,
@@ -52,12 +54,12 @@ pub struct PathRow {
 }
 
 /// One row for each kind of path.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PathTable {
     /// The rows, in the order of [`KINDS`].
     pub rows: Vec<PathRow>,
     /// Runs on each patch.
-    pub patches: BTreeMap<&'static str, u64>,
+    pub patches: BTreeMap<Cow<'static, str>, u64>,
     /// The first runs that broke an invariant or ended honest motion, as text.
     pub examples: Vec<String>,
     /// The first runs by hand in which a contact created more than is allowed, as text.
@@ -89,7 +91,7 @@ impl PathRow {
         for (mine, theirs) in [(&mut self.faults, &other.faults), (&mut self.honest_faults, &other.honest_faults)] {
             theirs.iter().for_each(|(fault, count)| *mine.entry(*fault).or_default() += count);
         }
-        other.broken.iter().for_each(|(id, count)| *self.broken.entry(id).or_default() += count);
+        other.broken.iter().for_each(|(id, count)| *self.broken.entry(id.clone()).or_default() += count);
     }
 
     /// Runs that broke an invariant, counted once for each invariant.
@@ -120,7 +122,7 @@ impl PathTable {
             ..PathRow::default()
         };
         for (broken, _) in &outcome.broken {
-            row.broken.insert(broken.id, 1);
+            row.broken.insert(broken.id.into(), 1);
         }
         let number = |fault: Fault| BTreeMap::from([(fault as u8, 1)]);
         row.faults = outcome.fault.map(number).unwrap_or_default();
@@ -131,7 +133,7 @@ impl PathTable {
                 examples.push(case.telemetry(ground, outcome));
             }
         }
-        *self.patches.entry(ground.patches[case.patch].name).or_default() += 1;
+        *self.patches.entry(ground.patches[case.patch].name.into()).or_default() += 1;
         if let Some(mine) = self.rows.get_mut(case.kind) {
             mine.add(&row);
         }
@@ -140,7 +142,7 @@ impl PathTable {
     /// Adds another table.
     pub fn add(&mut self, other: &Self) {
         self.rows.iter_mut().zip(&other.rows).for_each(|(mine, theirs)| mine.add(theirs));
-        other.patches.iter().for_each(|(name, count)| *self.patches.entry(name).or_default() += count);
+        other.patches.iter().for_each(|(name, count)| *self.patches.entry(name.clone()).or_default() += count);
         for (mine, theirs) in [(&mut self.examples, &other.examples), (&mut self.creating, &other.creating)] {
             mine.extend(theirs.iter().cloned());
             mine.truncate(SHOWN);

@@ -119,18 +119,9 @@ fn elements_2(bytes: &mut Bytes, mesh: &mut RawMesh) -> Result<(), MeshError> {
             let number = bytes.whole_i32("an element number")?;
             let region = if tags == 0 { 0 } else { bytes.i32("the physical group")?.unsigned_abs() };
             bytes.skip(tags.saturating_sub(1), 4, "the last tag")?;
-            match kind {
-                Element::Tet => {
-                    let mut nodes = [0; 4];
-                    for node in &mut nodes {
-                        *node = bytes.whole_i32("a node number")?;
-                    }
-                    mesh.tets.push(RawTet { number, line: None, nodes, region });
-                }
-                Element::Other(kind, nodes) => {
-                    bytes.skip(nodes, 4, "the nodes of an element")?;
-                    mesh.ignore(kind);
-                }
+            match tet_nodes(bytes, kind, 4, |bytes| bytes.whole_i32("a node number"))? {
+                Ok(nodes) => mesh.tets.push(RawTet { number, line: None, nodes, region }),
+                Err(kind) => mesh.ignore(kind),
             }
         }
     }
@@ -155,6 +146,22 @@ fn element(bytes: &mut Bytes) -> Result<Element, MeshError> {
         (Kind::Other(_), None) => {
             let (what, found, instead) = ("binary Gmsh element type", code.to_string(), "only elements of first order");
             Err(bytes.error(Defect::Encoding { what, found, instead }))
+        }
+    }
+}
+
+/// The nodes of an element: the four of a tetrahedron, or the kind of another one, passed over.
+fn tet_nodes(
+    bytes: &mut Bytes,
+    kind: Element,
+    width: usize,
+    node: impl Fn(&mut Bytes) -> Result<u64, MeshError>,
+) -> Result<Result<[u64; 4], &'static str>, MeshError> {
+    match kind {
+        Element::Tet => Ok(Ok([node(bytes)?, node(bytes)?, node(bytes)?, node(bytes)?])),
+        Element::Other(kind, nodes) => {
+            bytes.skip(nodes, width, "the nodes of an element")?;
+            Ok(Err(kind))
         }
     }
 }
@@ -238,18 +245,9 @@ fn elements_4(bytes: &mut Bytes, mesh: &mut RawMesh, regions: Option<&Regions>) 
         for _ in 0..in_block {
             found += 1;
             let number = bytes.u64("an element number")?;
-            match kind {
-                Element::Tet => {
-                    let mut nodes = [0; 4];
-                    for node in &mut nodes {
-                        *node = bytes.u64("a node number")?;
-                    }
-                    mesh.tets.push(RawTet { number, line: None, nodes, region });
-                }
-                Element::Other(kind, nodes) => {
-                    bytes.skip(nodes, 8, "the nodes of an element")?;
-                    mesh.ignore(kind);
-                }
+            match tet_nodes(bytes, kind, 8, |bytes| bytes.u64("a node number"))? {
+                Ok(nodes) => mesh.tets.push(RawTet { number, line: None, nodes, region }),
+                Err(kind) => mesh.ignore(kind),
             }
         }
     }

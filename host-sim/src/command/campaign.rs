@@ -1,0 +1,147 @@
+//! Commands whose work is numbered cases: run whole, or a shard at a time and merged.
+
+use std::collections::BTreeMap;
+use std::fmt::Debug;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::error::Error;
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::shard::{FILE, Heading, Part, PartError, Shard};
+
+/// The part of the cases that this process runs.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Many machines")]
+pub(super) struct Shards {
+    /// Run only part I of N of the cases, and leave its counts in a folder of its own below --out,
+    /// for `palpate merge`. May be given several times.
+    #[arg(long, value_name = "I/N")]
+    shard: Vec<Shard>,
+}
+
+impl Shards {
+    pub(super) fn any(&self) -> bool {
+        !self.shard.is_empty()
+    }
+}
+
+/// A command whose work is numbered cases.
+pub(super) trait Campaign: Sized {
+    /// All that decides what its cases are.
+    type Options: Serialize + DeserializeOwned;
+    /// The counts that some of the cases leave.
+    type Counts: Serialize + DeserializeOwned + Debug;
+    /// As on the command line.
+    const COMMAND: &'static str;
+
+    /// Reads what the options name.
+    ///
+    /// # Errors
+    /// Bad input.
+    fn load(options: Self::Options) -> Result<Self, Error>;
+
+    /// The campaign of shards that ran elsewhere.
+    ///
+    /// # Errors
+    /// Its input is not there, or no longer what it was.
+    fn of_shards(options: Self::Options, heading: &Heading) -> Result<Self, Error> {
+        let campaign = Self::load(options)?;
+        if campaign.inputs() == heading.inputs && campaign.cases() == heading.cases {
+            return Ok(campaign);
+        }
+        Err(TissueError::Usage(format!(
+            "the input of `palpate {}` is no longer that of the shards: merge where they ran, with the same files, or run them again",
+            Self::COMMAND
+        ))
+        .into())
+    }
+
+    fn options(&self) -> &Self::Options;
+
+    /// Number of its cases.
+    fn cases(&self) -> u64;
+
+    /// Checksums of what was read and does not ship with the program.
+    fn inputs(&self) -> BTreeMap<String, String> {
+        BTreeMap::new()
+    }
+
+    /// Runs the cases of these numbers, each as it would be among others.
+    fn run(&self, cases: Range<u64>) -> Result<Self::Counts, Error>;
+
+    /// Adds the counts of the cases that follow, exactly: no sum of rounded numbers.
+    fn add(counts: &mut Self::Counts, next: Self::Counts);
+
+    /// Writes and publishes the result of all cases, prints it, and judges it.
+    fn report(&self, folder: OutputFolder, counts: Self::Counts) -> Result<(), Error>;
+
+    /// Folder of the result of all cases, under `--out`.
+    fn whole(out: &Path) -> PathBuf {
+        out.to_owned()
+    }
+
+    /// Runs all cases, or the shards that were asked for.
+    fn start(options: Self::Options, shards: &Shards, out: &Path) -> Result<(), Error> {
+        let campaign = Self::load(options)?;
+        if !shards.any() {
+            let folder = OutputFolder::open(&Self::whole(out))?;
+            let counts = campaign.run(0..campaign.cases())?;
+            return campaign.report(folder, counts);
+        }
+        shards.shard.iter().try_for_each(|shard| campaign.run_shard(*shard, out))
+    }
+
+    /// Runs a shard and leaves its counts. What they say of the whole, `merge` judges.
+    fn run_shard(&self, shard: Shard, out: &Path) -> Result<(), Error> {
+        let (total, cases) = (self.cases(), shard.cases(self.cases()));
+        let folder = OutputFolder::open(&out.join(format!("shard-{}-of-{}", shard.number(), shard.of())))?;
+        let heading = Heading::new(Self::COMMAND, self.named_options()?, self.inputs(), total, shard)
+            .map_err(|source| TissueError::Read { path: "the program's own file".into(), source })?;
+        let counts = self.run(cases.clone())?;
+        folder.write(FILE, Part::write(&heading, &counts).map_err(unwritable)?.as_bytes())?;
+        let again: Self::Counts = Part::read(&folder.draft().join(FILE)).map_err(unreadable)?.counts().map_err(unwritable)?;
+        // JSON has no form for some numbers: better told here than a byte amiss after the merge
+        if format!("{again:?}") != format!("{counts:?}") {
+            return Err(unreadable(PartError::Damaged));
+        }
+        let file = folder.publish()?.join(FILE);
+        println!("shard {shard}: cases {} up to {} of {total}, {}", cases.start, cases.end, file.display());
+        Ok(())
+    }
+
+    fn named_options(&self) -> Result<BTreeMap<String, serde_json::Value>, Error> {
+        let value = serde_json::to_value(self.options()).map_err(unwritable)?;
+        Ok(value.as_object().into_iter().flatten().map(|(key, value)| (key.clone(), value.clone())).collect())
+    }
+
+    /// Writes what one run of all cases would have written.
+    fn merge(parts: Vec<Part>, out: &Path) -> Result<(), Error> {
+        let Some(heading) = parts.first().map(|part| part.heading.clone()) else { return Ok(()) };
+        let unread = |why: serde_json::Error| TissueError::Usage(format!("a shard's line cannot be read: {why}: run it again"));
+        let options = serde_json::from_value(heading.options.clone().into_iter().collect()).map_err(unread)?;
+        let campaign = Self::of_shards(options, &heading)?;
+        let folder = OutputFolder::open(out)?;
+        let mut counts: Option<Self::Counts> = None;
+        for part in parts {
+            let next = part.counts().map_err(unread)?;
+            match &mut counts {
+                Some(counts) => Self::add(counts, next),
+                None => counts = Some(next),
+            }
+        }
+        counts.map_or(Ok(()), |counts| campaign.report(folder, counts))
+    }
+}
+
+fn unreadable(why: PartError) -> Error {
+    TissueError::Write { path: PathBuf::from(FILE), source: std::io::Error::other(why) }.into()
+}
+
+fn unwritable(why: serde_json::Error) -> Error {
+    TissueError::Write { path: PathBuf::from(FILE), source: why.into() }.into()
+}

@@ -1,0 +1,262 @@
+//! `palpate fit --scenes`: every scene of a folder fitted and judged, in one table.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::shard::Heading;
+use palpate_tissue::trials::Trial;
+use serde::{Deserialize, Serialize};
+
+use super::super::Common;
+use super::super::campaign::Campaign;
+use super::super::scene_list::{SceneList, ends_all};
+use super::{FitArgs, FitOptions, Fitted};
+use crate::error::Error;
+
+/// The settings that decide the fits.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(in super::super) struct Options {
+    #[serde(flatten)]
+    pub fit: FitOptions,
+    /// Where the scenes lie, and where their fits go: not part of what they are.
+    #[serde(skip)]
+    pub scenes: PathBuf,
+    #[serde(skip)]
+    pub out: PathBuf,
+}
+
+/// Fits of many scenes.
+pub(in super::super) struct FitScenes {
+    options: Options,
+    scenes: SceneList,
+}
+
+/// How the fit of a scene ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Ended {
+    /// Within the tolerance.
+    Kept,
+    /// Beyond it; the patch is there all the same.
+    Missed,
+    /// No patch.
+    Failed,
+}
+
+/// A row of the table.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(in super::super) struct Row {
+    /// Name of the file, without `.toml`.
+    scene: String,
+    ended: Ended,
+    /// Where it missed or failed.
+    why: Option<String>,
+    fit: Option<Fit>,
+    trials: Vec<Trial>,
+}
+
+/// Of a scene with a patch.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Fit {
+    /// From the folder of the scenes' fits.
+    patch: String,
+    patch_crc32: u32,
+    nodes: usize,
+    rms_pct: f64,
+    worst_pct: f64,
+    from_m: f64,
+    to_m: f64,
+    /// How far the finite elements themselves may be off [%].
+    reference_error_pct: Option<f64>,
+}
+
+/// `summary.json`.
+#[derive(Serialize)]
+struct Summary<'a> {
+    scenes: usize,
+    kept: usize,
+    missed: usize,
+    failed: usize,
+    /// Over the scenes that have a patch.
+    largest_rms_pct: Option<f64>,
+    fit: &'a FitOptions,
+    rows: &'a [Row],
+}
+
+/// Below --out: a folder a scene, and the table of all.
+const FITS: &str = "fits";
+const TABLE: &str = "table";
+
+impl Campaign for FitScenes {
+    type Options = Options;
+    type Counts = Vec<Row>;
+    const COMMAND: &'static str = "fit --scenes";
+
+    fn load(options: Options) -> Result<Self, Error> {
+        options.fit.check()?;
+        Ok(Self { scenes: SceneList::of(&options.scenes)?, options })
+    }
+
+    fn of_shards(options: Options, heading: &Heading) -> Result<Self, Error> {
+        Ok(Self { scenes: SceneList::noted(&heading.inputs), options })
+    }
+
+    fn whole(out: &Path) -> PathBuf {
+        out.join(TABLE)
+    }
+
+    fn options(&self) -> &Options {
+        &self.options
+    }
+
+    fn cases(&self) -> u64 {
+        self.scenes.len()
+    }
+
+    fn inputs(&self) -> BTreeMap<String, String> {
+        self.scenes.checksums().clone()
+    }
+
+    fn run(&self, cases: Range<u64>) -> Result<Vec<Row>, Error> {
+        self.scenes.files(cases).map(|(name, file)| self.fit(name, file)).collect()
+    }
+
+    fn add(rows: &mut Vec<Row>, next: Vec<Row>) {
+        rows.extend(next);
+    }
+
+    fn report(&self, folder: OutputFolder, rows: Vec<Row>) -> Result<(), Error> {
+        let count = |ended: Ended| rows.iter().filter(|row| row.ended == ended).count();
+        let [kept, missed, failed] = [Ended::Kept, Ended::Missed, Ended::Failed].map(count);
+        let largest_rms_pct = rows.iter().filter_map(|row| Some(row.fit.as_ref()?.rms_pct)).reduce(f64::max);
+        let summary = Summary { scenes: rows.len(), kept, missed, failed, largest_rms_pct, fit: &self.options.fit, rows: &rows };
+        folder.write("fits.csv", csv(&rows)?.as_bytes())?;
+        folder.write_json("summary.json", &summary)?;
+        // a row a line, as it ships
+        let trials: Vec<String> =
+            rows.iter().flat_map(|row| &row.trials).filter_map(|row| serde_json::to_string(row).ok()).collect();
+        folder.write("trials.json", format!("[\n{}\n]\n", trials.join(",\n")).as_bytes())?;
+        print(&rows);
+        println!("\nwrote {}: fits.csv, summary.json, trials.json", folder.publish()?.display());
+        let Some(first) = rows.iter().find(|row| row.ended != Ended::Kept) else { return Ok(()) };
+        Err(TissueError::Check(format!(
+            "of {} scenes {failed} could not be fitted, {missed} miss the tolerance; the first: {}: {}",
+            rows.len(),
+            first.scene,
+            first.why.as_deref().unwrap_or("-")
+        ))
+        .into())
+    }
+}
+
+impl FitScenes {
+    /// One scene. What is wrong with it stands in its row, and ends no other's fit.
+    fn fit(&self, name: &str, file: String) -> Result<Row, Error> {
+        println!("\n{file}");
+        let out = self.options.out.join(FITS).join(name);
+        let args = FitArgs {
+            common: Common { scene: file, out: Some(out) },
+            options: self.options.fit.clone(),
+            scenes: None,
+            shards: Default::default(),
+        };
+        let row = |ended, why, fit, trials| Row { scene: name.to_owned(), ended, why, fit, trials };
+        let why = |error: &TissueError| match error {
+            TissueError::Check(why) => Some(why.clone()),
+            other => Some(other.to_string()),
+        };
+        Ok(match args.fit_scene() {
+            Ok(Fitted { record, trials, missed }) => {
+                let ended = if missed.is_some() { Ended::Missed } else { Ended::Kept };
+                let fit = Fit {
+                    patch: format!("{name}/{}-{}.patch", record.scene, record.nodes),
+                    patch_crc32: record.patch_crc32,
+                    nodes: record.nodes,
+                    rms_pct: record.judged.rms_pct,
+                    worst_pct: record.judged.worst_pct,
+                    from_m: record.judged.from_m,
+                    to_m: record.judged.to_m,
+                    reference_error_pct: record.reference_error_pct,
+                };
+                row(ended, missed.as_ref().and_then(why), Some(fit), trials)
+            }
+            Err(error) if ends_all(&error) => return Err(error),
+            Err(error) => {
+                println!("could not be fitted: {error}");
+                let reason = if let Error::Tissue(error) = &error { why(error) } else { Some(error.to_string()) };
+                row(Ended::Failed, reason, None, Vec::new())
+            }
+        })
+    }
+}
+
+impl Row {
+    fn ended(&self) -> &'static str {
+        match self.ended {
+            Ended::Kept => "kept",
+            Ended::Missed => "missed",
+            Ended::Failed => "failed",
+        }
+    }
+}
+
+fn csv(rows: &[Row]) -> Result<String, Error> {
+    let write = |e: csv::Error| TissueError::Write { path: "fits.csv".into(), source: std::io::Error::other(e) };
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    let header = [
+        "scene",
+        "ended",
+        "nodes",
+        "rms_pct",
+        "worst_pct",
+        "judged_from_m",
+        "judged_to_m",
+        "finite_elements_error_pct",
+        "patch",
+        "patch_crc32",
+        "why",
+    ];
+    csv.write_record(header).map_err(write)?;
+    for row in rows {
+        let number = |of: fn(&Fit) -> Option<f64>| row.fit.as_ref().and_then(of).map_or(String::new(), |n| n.to_string());
+        let text = |of: fn(&Fit) -> String| row.fit.as_ref().map_or(String::new(), of);
+        csv.write_record([
+            row.scene.clone(),
+            row.ended().to_owned(),
+            text(|fit| fit.nodes.to_string()),
+            number(|fit| Some(fit.rms_pct)),
+            number(|fit| Some(fit.worst_pct)),
+            number(|fit| Some(fit.from_m)),
+            number(|fit| Some(fit.to_m)),
+            number(|fit| fit.reference_error_pct),
+            text(|fit| fit.patch.clone()),
+            text(|fit| format!("{:08x}", fit.patch_crc32)),
+            row.why.clone().unwrap_or_default(),
+        ])
+        .map_err(write)?;
+    }
+    let bytes = csv.into_inner().map_err(|e| TissueError::Write { path: "fits.csv".into(), source: e.into_error() })?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+fn print(rows: &[Row]) {
+    println!("\n{:<24} {:<7} {:>5} {:>7} {:>8} {:>9}  why", "scene", "ended", "nodes", "rms %", "worst %", "elements %");
+    for row in rows {
+        let mut line = format!("{:<24} {:<7}", row.scene, row.ended());
+        let _infallible = match &row.fit {
+            Some(fit) => {
+                let elements = fit.reference_error_pct.map_or("-".into(), |pct| format!("{pct:.2}"));
+                write!(line, " {:>5} {:>7.2} {:>+8.2} {elements:>9}", fit.nodes, fit.rms_pct, fit.worst_pct)
+            }
+            None => write!(line, " {:>5} {:>7} {:>8} {:>9}", "-", "-", "-", "-"),
+        };
+        println!("{line}  {}", row.why.as_deref().unwrap_or(""));
+    }
+    println!(
+        "\nforce errors at places and depths that the fit never saw; elements: how far the finite elements themselves may be off"
+    );
+}

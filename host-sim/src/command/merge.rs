@@ -1,0 +1,64 @@
+//! `palpate merge`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::campaign::Campaign;
+use super::closed_loop::Loop;
+use super::fault_paths::Paths;
+use super::faults::Faults;
+#[cfg(feature = "full")]
+use super::fit::FitScenes;
+#[cfg(feature = "full")]
+use super::stability::Stability;
+use crate::error::Error;
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::shard::{complete, program};
+
+#[derive(Args, Clone, Debug)]
+pub(super) struct MergeArgs {
+    /// Folders of shards, or folders that hold such folders: what --out was with --shard.
+    #[arg(value_name = "FOLDER", required = true)]
+    folders: Vec<PathBuf>,
+    /// Output folder of the whole, made if it is not there; replaces an earlier result in it.
+    #[arg(long, value_name = "FOLDER", default_value = "out/merged")]
+    out: PathBuf,
+}
+
+impl MergeArgs {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let parts = complete(&self.folders)?;
+        let Some(heading) = parts.first().map(|part| &part.heading) else { return Ok(()) };
+        match heading.command.as_str() {
+            Faults::COMMAND | Paths::COMMAND | Loop::COMMAND => {}
+            // built, and asked the same
+            _ if cfg!(not(feature = "full")) => return super::on_demand::build_and_run(),
+            _ => {}
+        }
+        let own = program().map_err(|source| TissueError::Read { path: "the program's own file".into(), source })?;
+        if (heading.version.as_str(), &heading.program) != (env!("CARGO_PKG_VERSION"), &own) {
+            return Err(TissueError::Usage(format!(
+                "the shards are of program {} {}, this is {} {own}: merge with the program that ran them, or run them with this one",
+                heading.version,
+                heading.program,
+                env!("CARGO_PKG_VERSION")
+            ))
+            .into());
+        }
+        let out = &self.out;
+        match heading.command.as_str() {
+            Faults::COMMAND => Faults::merge(parts, out),
+            Paths::COMMAND => Paths::merge(parts, out),
+            Loop::COMMAND => Loop::merge(parts, out),
+            #[cfg(feature = "full")]
+            Stability::COMMAND => Stability::merge(parts, out),
+            #[cfg(feature = "full")]
+            FitScenes::COMMAND => FitScenes::merge(parts, out),
+            other => {
+                Err(TissueError::Usage(format!("this program knows no shards of {other}: merge with the one that ran them"))
+                    .into())
+            }
+        }
+    }
+}

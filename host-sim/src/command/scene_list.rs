@@ -1,0 +1,64 @@
+//! The scenes of a folder, as the numbered cases of a campaign.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::shard::scene_checksum;
+
+/// Every scene file (.toml) of a folder, by name, with its checksum.
+#[derive(Clone, Debug)]
+pub(super) struct SceneList {
+    /// Not known where shards are merged, which need no scene.
+    folder: PathBuf,
+    checksums: BTreeMap<String, String>,
+}
+
+impl SceneList {
+    /// Reads a folder.
+    pub(super) fn of(folder: &Path) -> Result<Self, Error> {
+        let refuse = |source| TissueError::Read { path: folder.to_owned(), source };
+        let mut checksums = BTreeMap::new();
+        for entry in std::fs::read_dir(folder).map_err(refuse)? {
+            let path = entry.map_err(refuse)?.path();
+            if let (Some("toml"), Some(name)) =
+                (path.extension().and_then(|e| e.to_str()), path.file_stem().and_then(|s| s.to_str()))
+            {
+                let checksum = scene_checksum(&path.display().to_string())?.unwrap_or_default();
+                checksums.insert(name.to_owned(), checksum);
+            }
+        }
+        if checksums.is_empty() {
+            let why = format!("--scenes {}: it holds no scene file (.toml): give a folder of scenes", folder.display());
+            return Err(TissueError::Usage(why).into());
+        }
+        Ok(Self { folder: folder.to_owned(), checksums })
+    }
+
+    /// As shards have noted it.
+    pub(super) fn noted(checksums: &BTreeMap<String, String>) -> Self {
+        Self { folder: PathBuf::new(), checksums: checksums.clone() }
+    }
+
+    pub(super) fn checksums(&self) -> &BTreeMap<String, String> {
+        &self.checksums
+    }
+
+    pub(super) fn len(&self) -> u64 {
+        self.checksums.len() as u64
+    }
+
+    /// Name and file of the scenes of these numbers.
+    pub(super) fn files(&self, cases: Range<u64>) -> impl Iterator<Item = (&str, String)> {
+        let (first, count) = (cases.start as usize, (cases.end - cases.start) as usize);
+        let file = |name: &str| self.folder.join(format!("{name}.toml")).display().to_string();
+        self.checksums.keys().skip(first).take(count).map(move |name| (name.as_str(), file(name)))
+    }
+}
+
+/// Whether no later case can do better: the disk, not the scene.
+pub(super) fn ends_all(error: &Error) -> bool {
+    matches!(error, Error::Tissue(TissueError::Write { .. } | TissueError::InUse { .. }))
+}

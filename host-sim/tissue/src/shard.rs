@@ -1,0 +1,117 @@
+//! A campaign of numbered cases in parts: which cases a part holds, the file that it leaves, and
+//! whether files make up the whole.
+//!
+//! ```text
+//! --shard 1/2 ─ Shard::cases ─ run ─ Part (shard.jsonl) ┐
+//! --shard 2/2 ─ Shard::cases ─ run ─ Part (shard.jsonl) ┴ complete ─ palpate merge ─ as one run
+//! ```
+//!
+//! Any scheduler can start the parts: they do not speak with each other.
+
+mod complete;
+pub mod exact;
+mod inputs;
+mod part;
+
+use std::fmt;
+use std::ops::Range;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+pub use complete::complete;
+pub use inputs::scene_checksum;
+pub use part::{FILE, Heading, Part, PartError, checksum, program};
+
+/// Part `number` of `of`, counted from 1; written `7/1000`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(into = "String", try_from = "String")]
+pub struct Shard {
+    number: u64,
+    of: u64,
+}
+
+impl Shard {
+    /// Part `number` of `of`; `None` unless `1 <= number <= of`.
+    #[must_use]
+    pub fn new(number: u64, of: u64) -> Option<Self> {
+        (1..=of).contains(&number).then_some(Self { number, of })
+    }
+
+    /// Its number, from 1.
+    #[must_use]
+    pub fn number(self) -> u64 {
+        self.number
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn of(self) -> u64 {
+        self.of
+    }
+
+    /// Its cases out of `total`: consecutive, and as many as any other's, or one fewer. Empty where
+    /// there are fewer cases than shards.
+    #[must_use]
+    pub fn cases(self, total: u64) -> Range<u64> {
+        let border = |shards: u64| (u128::from(total) * u128::from(shards) / u128::from(self.of)) as u64;
+        border(self.number - 1)..border(self.number)
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.number, self.of)
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
+        let shard = numbers.and_then(|(number, of)| Self::new(number, of));
+        shard.ok_or_else(|| format!("{text} is no shard: give I/N with I from 1 to N, such as 7/1000"))
+    }
+}
+
+impl TryFrom<String> for Shard {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<Shard> for String {
+    fn from(shard: Shard) -> Self {
+        shard.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shards_hold_every_case_once_and_about_equally_many() {
+        for (total, of) in [(0, 3), (1, 4), (10, 3), (1000, 1000), (999, 1000), (u64::MAX, 7)] {
+            let mut next = 0;
+            for number in 1..=of {
+                let cases = Shard::new(number, of).unwrap().cases(total);
+                assert_eq!(cases.start, next, "{number}/{of} of {total}");
+                assert!((total / of..=total.div_ceil(of)).contains(&(cases.end - cases.start)), "{cases:?} of {total}");
+                next = cases.end;
+            }
+            assert_eq!(next, total);
+        }
+    }
+
+    #[test]
+    fn what_is_no_shard_is_refused() {
+        assert_eq!("7/1000".parse::<Shard>().unwrap().to_string(), "7/1000");
+        for text in ["", "0/4", "5/4", "4", "1/0", "-1/4", "1/4/4", "a/b", "1 /4", "1/99999999999999999999"] {
+            assert!(text.parse::<Shard>().is_err(), "{text}");
+        }
+    }
+}

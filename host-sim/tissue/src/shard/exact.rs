@@ -1,0 +1,119 @@
+//! Values in a shard's file that JSON has no form for: numbers that are not finite, and types of
+//! the core.
+
+use palpate::{ClampFlags, Fault};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum Number {
+    Finite(f64),
+    Other(String),
+}
+
+/// Writes a number; one that is not finite as text.
+///
+/// # Errors
+/// Of the serializer.
+pub fn serialize<S: Serializer>(number: &f64, to: S) -> Result<S::Ok, S::Error> {
+    if number.is_finite() { to.serialize_f64(*number) } else { to.collect_str(number) }
+}
+
+/// Reads what [`serialize`] wrote.
+///
+/// # Errors
+/// It is no number.
+pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    match Number::deserialize(from)? {
+        Number::Finite(number) => Ok(number),
+        Number::Other(text) => text.parse().map_err(D::Error::custom),
+    }
+}
+
+/// Clamped inputs, as their byte.
+pub mod clamp_flags {
+    use super::{ClampFlags, Deserialize, Deserializer, Serializer};
+
+    const EACH: [ClampFlags; 8] = [
+        ClampFlags::SPEED,
+        ClampFlags::DEPTH,
+        ClampFlags::FORCE,
+        ClampFlags::BURIED,
+        ClampFlags::SLEW,
+        ClampFlags::HELD,
+        ClampFlags::GAIN,
+        ClampFlags::ENERGY,
+    ];
+
+    /// Writes the byte.
+    ///
+    /// # Errors
+    /// Of the serializer.
+    pub fn serialize<S: Serializer>(flags: &ClampFlags, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_u8(flags.bits())
+    }
+
+    /// Reads the byte.
+    ///
+    /// # Errors
+    /// It is no byte.
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<ClampFlags, D::Error> {
+        let bits = u8::deserialize(from)?;
+        let mut flags = ClampFlags::DEFAULT;
+        EACH.into_iter().filter(|flag| bits & flag.bits() != 0).for_each(|flag| flags.set(flag));
+        Ok(flags)
+    }
+}
+
+/// A result whose error is a fault of the core, as the fault's number.
+pub mod fault {
+    use super::{Deserialize, Deserializer, Error, Fault, Serialize, Serializer};
+
+    /// Writes the number of a fault.
+    ///
+    /// # Errors
+    /// Of the serializer.
+    pub fn serialize<S: Serializer, T: Serialize>(result: &Option<Result<T, Fault>>, to: S) -> Result<S::Ok, S::Error> {
+        result.as_ref().map(|result| result.as_ref().map_err(|fault| *fault as u8)).serialize(to)
+    }
+
+    /// Reads it.
+    ///
+    /// # Errors
+    /// No fault has the number.
+    pub fn deserialize<'de, D, T>(from: D) -> Result<Option<Result<T, Fault>>, D::Error>
+    where
+        D: Deserializer<'de>,
+        T: Deserialize<'de>,
+    {
+        let named = |number: u8| {
+            let fault = Fault::ALL.into_iter().find(|fault| *fault as u8 == number);
+            fault.ok_or_else(|| D::Error::custom(format!("no fault has the number {number}")))
+        };
+        match Option::<Result<T, u8>>::deserialize(from)? {
+            None => Ok(None),
+            Some(Ok(value)) => Ok(Some(Ok(value))),
+            Some(Err(number)) => Ok(Some(Err(named(number)?))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, Serialize, Deserialize)]
+    struct Row(#[serde(with = "super")] f64, #[serde(with = "super::clamp_flags")] ClampFlags);
+
+    #[test]
+    fn every_number_and_flag_is_read_as_it_was() {
+        for number in [0.0, -0.0, 1.0, 0.1 + 0.2, f64::MIN_POSITIVE, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let mut flags = ClampFlags::DEPTH;
+            flags.set(ClampFlags::ENERGY);
+            let row = Row(number, flags);
+            let again: Row = serde_json::from_str(&serde_json::to_string(&row).unwrap()).unwrap();
+            assert_eq!(format!("{row:?}"), format!("{again:?}"));
+        }
+    }
+}

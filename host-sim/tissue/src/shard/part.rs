@@ -1,0 +1,208 @@
+//! The file of a shard: three lines of JSON. The heading says which cases of which campaign these
+//! are, the second line holds what came of them, the third the checksum of both.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::Shard;
+use crate::machine;
+
+/// Its name.
+pub const FILE: &str = "shard.jsonl";
+/// Rises when the lines mean something else.
+const FORM: u32 = 1;
+const CHECKSUM: crc::Crc<u64, crc::Table<16>> = crc::Crc::<u64, crc::Table<16>>::new(&crc::CRC_64_XZ);
+
+/// Names the campaign and the part of its cases that a file holds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Heading {
+    form: u32,
+    /// Version of the program.
+    pub version: String,
+    /// Fingerprint of the program's file: see [`program`].
+    pub program: String,
+    /// Command, as given on the command line.
+    pub command: String,
+    /// Its options, the seed among them, without those that say where and how to run.
+    pub options: BTreeMap<String, Value>,
+    /// Checksum of each file or scene that the cases use.
+    pub inputs: BTreeMap<String, String>,
+    /// Cases of the whole campaign.
+    pub cases: u64,
+    /// The part.
+    pub shard: Shard,
+    /// First case of the part, and the first that is not in it.
+    pub range: [u64; 2],
+    /// Processor that it ran on. Says where to look if bytes differ; shards may differ in it.
+    pub processor: String,
+}
+
+/// A shard's file, read.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Names the campaign and the part of its cases.
+    pub heading: Heading,
+    counts: String,
+}
+
+/// Why a file is no shard's.
+#[derive(Debug, thiserror::Error)]
+pub enum PartError {
+    /// Missing, or not to be read.
+    #[error("cannot be read ({0})")]
+    Unreadable(#[from] io::Error),
+    /// Of another program.
+    #[error("is no shard of this form")]
+    NotAShard,
+    /// Cut short, or changed since.
+    #[error("is cut short or damaged")]
+    Damaged,
+}
+
+impl Heading {
+    /// Of this program on this machine.
+    ///
+    /// # Errors
+    /// The program's own file cannot be read.
+    pub fn new(
+        command: &str,
+        options: BTreeMap<String, Value>,
+        inputs: BTreeMap<String, String>,
+        cases: u64,
+        shard: Shard,
+    ) -> io::Result<Self> {
+        let range = shard.cases(cases);
+        Ok(Self {
+            form: FORM,
+            version: env!("CARGO_PKG_VERSION").into(),
+            program: program()?,
+            command: command.into(),
+            options,
+            inputs,
+            cases,
+            shard,
+            range: [range.start, range.end],
+            processor: machine::processor(),
+        })
+    }
+
+    /// All that shards of a campaign have in common.
+    pub(super) fn campaign(&self) -> String {
+        let Self { form, version, program, command, options, inputs, cases, shard, .. } = self;
+        format!("{form} {version} {program} {command} {options:?} {inputs:?} {cases} {}", shard.of())
+    }
+
+    /// The first difference that keeps a shard apart from the campaign of `other`, as "its X is A,
+    /// not B".
+    #[must_use]
+    pub fn differs(&self, other: &Self) -> Option<String> {
+        let said = |what: &str, own: &dyn std::fmt::Display, theirs: &dyn std::fmt::Display| {
+            Some(format!("its {what} is {own}, not {theirs}"))
+        };
+        if self.version != other.version {
+            return said("version", &self.version, &other.version);
+        }
+        if self.command != other.command {
+            return said("command", &self.command, &other.command);
+        }
+        if let Some((key, own, theirs)) = first_difference(&self.options, &other.options) {
+            let or_none = |value: Option<&Value>| value.map_or("not given".into(), Value::to_string);
+            return said(key, &or_none(own), &or_none(theirs));
+        }
+        if let Some((key, own, theirs)) = first_difference(&self.inputs, &other.inputs) {
+            let or_none = |sum: Option<&String>| sum.cloned().unwrap_or_else(|| "none".into());
+            return said(&format!("{key} (checksum)"), &or_none(own), &or_none(theirs));
+        }
+        if self.cases != other.cases {
+            return said("number of cases", &self.cases, &other.cases);
+        }
+        if self.shard.of() != other.shard.of() {
+            return said("number of shards", &self.shard.of(), &other.shard.of());
+        }
+        if self.program != other.program {
+            return said("program (checksum)", &self.program, &other.program);
+        }
+        None
+    }
+}
+
+type Difference<'a, V> = (&'a str, Option<&'a V>, Option<&'a V>);
+
+fn first_difference<'a, V: PartialEq>(
+    own: &'a BTreeMap<String, V>,
+    theirs: &'a BTreeMap<String, V>,
+) -> Option<Difference<'a, V>> {
+    let keys = own.keys().chain(theirs.keys());
+    keys.map(|key| (key.as_str(), own.get(key), theirs.get(key))).find(|(_, own, theirs)| own != theirs)
+}
+
+impl Part {
+    /// The file of a shard.
+    ///
+    /// # Errors
+    /// Numbers that JSON does not have.
+    pub fn write(heading: &Heading, counts: &impl Serialize) -> serde_json::Result<String> {
+        let lines = format!("{}\n{}\n", serde_json::to_string(heading)?, serde_json::to_string(counts)?);
+        let sum = checksum(lines.as_bytes());
+        Ok(format!("{lines}{{\"crc64\":\"{sum}\"}}\n"))
+    }
+
+    /// Reads a shard's file.
+    ///
+    /// # Errors
+    /// It is missing, of another form, cut short or damaged.
+    pub fn read(path: &Path) -> Result<Self, PartError> {
+        let text = String::from_utf8(std::fs::read(path)?).map_err(|_| PartError::Damaged)?;
+        let (first, rest) = text.split_once('\n').ok_or(PartError::Damaged)?;
+        let form: Value = serde_json::from_str(first).map_err(|_| PartError::Damaged)?;
+        if form.get("form").and_then(Value::as_u64) != Some(FORM.into()) {
+            return Err(PartError::NotAShard);
+        }
+        let (counts, last) = rest.split_once('\n').ok_or(PartError::Damaged)?;
+        let sum = checksum(&text.as_bytes()[..text.len() - last.len()]);
+        if last != format!("{{\"crc64\":\"{sum}\"}}\n") {
+            return Err(PartError::Damaged);
+        }
+        let heading = serde_json::from_str(first).map_err(|_| PartError::NotAShard)?;
+        Ok(Self { heading, counts: counts.to_owned() })
+    }
+
+    /// The counts that the cases left.
+    ///
+    /// # Errors
+    /// They are of another kind.
+    pub fn counts<T: DeserializeOwned>(&self) -> serde_json::Result<T> {
+        serde_json::from_str(&self.counts)
+    }
+}
+
+/// Checksum of bytes, as hexadecimal digits: CRC-64/XZ.
+#[must_use]
+pub fn checksum(bytes: &[u8]) -> String {
+    format!("{:016x}", CHECKSUM.checksum(bytes))
+}
+
+/// Fingerprint of the program that runs: the checksum of its file. Another compiler, profile or
+/// machine may round other bits from the same sources; the same file does not.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn program() -> io::Result<String> {
+    // the file that runs, also if another was put in its place since
+    let running = Path::new("/proc/self/exe");
+    let mut file = if running.exists() { File::open(running)? } else { File::open(std::env::current_exe()?)? };
+    let mut digest = CHECKSUM.digest();
+    let mut buffer = vec![0; 1 << 20];
+    loop {
+        match file.read(&mut buffer)? {
+            0 => return Ok(format!("{:016x}", digest.finalize())),
+            read => digest.update(&buffer[..read]),
+        }
+    }
+}
