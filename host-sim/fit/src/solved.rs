@@ -17,7 +17,7 @@ const FOLDER: &str = ".solved";
 
 /// Code that an answer depends on besides its problem: when a line of it changes, no earlier answer
 /// is found any more.
-const ELEMENTS: [&str; 25] = [
+const ELEMENTS: [&str; 28] = [
     include_str!("far_field/organ_reference.rs"),
     include_str!("reference/assembly.rs"),
     include_str!("reference/body.rs"),
@@ -25,6 +25,8 @@ const ELEMENTS: [&str; 25] = [
     include_str!("reference/conform.rs"),
     include_str!("reference/domain.rs"),
     include_str!("reference/elimination.rs"),
+    include_str!("reference/glued.rs"),
+    include_str!("reference/glued/circle.rs"),
     include_str!("reference/minimise.rs"),
     include_str!("reference/near.rs"),
     include_str!("reference/newton.rs"),
@@ -34,6 +36,7 @@ const ELEMENTS: [&str; 25] = [
     include_str!("reference/shape.rs"),
     include_str!("reference/touch.rs"),
     include_str!("scene_fit/bump.rs"),
+    include_str!("scene_fit/discs.rs"),
     include_str!("../../tissue/src/mesh/surface.rs"),
     include_str!("../../tissue/src/organ.rs"),
     include_str!("../../tissue/src/organ/abdomen.rs"),

@@ -13,7 +13,7 @@ use crate::error::Error;
 use palpate_charts::{self as charts, ConvergencePoint};
 use palpate_fit::calibrate::accuracy::{self, Accuracy, PLACES};
 use palpate_fit::calibrate::reference_map::ReferenceMap;
-use palpate_fit::calibrate::targets::DISC_RADII;
+use palpate_fit::calibrate::targets::{DISC_RADII, GLUED_TOLERANCE};
 use palpate_fit::calibrate::{Calibration, Fit, Round, Settings, Targets, annealing, calibrate};
 use palpate_fit::scene_fit::{Prepared, prepare, top_nodes};
 use palpate_tissue::Error as TissueError;
@@ -120,7 +120,7 @@ impl CalibrateArgs {
                 )
                 .into());
             }
-            targets = targets.with_glued(&answer.glued);
+            targets = targets.with_glued(&answer.glued, GLUED_TOLERANCE);
         }
         let folder = OutputFolder::open(&self.common.folder("calibrate"))?;
         println!(

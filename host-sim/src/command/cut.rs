@@ -287,6 +287,8 @@ fn record(scene: &Scene, session: &Session, errors: &Short, patch_crc32: u32) ->
             lost_places: 0,
             disc_radius_m: JUDGED_RADII * radius_m,
             bump: None,
+            glued: None,
+            surface: None,
         },
         moving: None,
         reference_error_pct: None,

@@ -139,17 +139,37 @@ pub struct Judged {
     pub disc_radius_m: f64,
     /// Error of what the inclusions add to the force, where that was fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bump: Option<JudgedBump>,
+    pub bump: Option<JudgedPart>,
+    /// Error of the stiffness of discs glued to the surface, pressed and sheared, where they were
+    /// fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub glued: Option<JudgedPart>,
+    /// How far the surface is off under the deepest centred press, where that was fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<JudgedSurface>,
 }
 
-/// Errors of the force that inclusions add, of its highest at the depth.
+/// Errors of something that is judged beside the force: what inclusions add to it, of its highest at
+/// the depth; the stiffness of glued discs.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct JudgedBump {
-    /// Root mean square over places and depths [%].
+pub struct JudgedPart {
+    /// Root mean square [%].
     pub rms_pct: f64,
     /// The largest, with its sign [%].
     pub worst_pct: f64,
+}
+
+/// Distance between surfaces at their nodes.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct JudgedSurface {
+    /// Depth of the press [m].
+    pub depth_m: f64,
+    /// Mean over the nodes around the press [m].
+    pub mean_m: f64,
+    /// The largest [m].
+    pub most_m: f64,
 }
 
 fn is_none(count: &usize) -> bool {

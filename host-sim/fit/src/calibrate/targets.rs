@@ -93,8 +93,9 @@ pub struct DiscPresses {
     pub centre: Vec<(f64, f64)>,
     /// Off the centre: a count of places, and the depths at each of them.
     pub aside: Vec<(usize, Vec<(f64, f64)>)>,
-    /// Depths at which the dent at the centre counts; among those of the centre.
-    pub dents_m: Vec<f64>,
+    /// Depths [m] at which the dent at the centre counts, among those of the centre, each with the
+    /// share of the depth that counts as one unit of error (1).
+    pub dents: Vec<(f64, f64)>,
 }
 
 /// Reference solution; a query returns `None` where it has no answer. Places count from the site.
@@ -136,7 +137,7 @@ impl Targets {
         let disc = DiscPresses {
             centre: pressed(&CENTRE_DEPTHS_RADII),
             aside: vec![(places, pressed(&DEPTHS_RADII))],
-            dents_m: DENT_DEPTHS_RADII.iter().map(|depth| depth * radius_m).collect(),
+            dents: DENT_DEPTHS_RADII.iter().map(|depth| (depth * radius_m, DENT_TOLERANCE)).collect(),
         };
         Self::over(reference, surface, centre_m, radius_m, disc_radii, &disc)
     }
@@ -154,16 +155,16 @@ impl Targets {
     ) -> Option<Self> {
         let near: Vec<&(usize, Vector)> =
             surface.iter().filter(|(_, x)| (x - centre_m).norm() <= DENT_RADII * radius_m).collect();
-        let dent = |depth_m: &f64| {
+        let dent = |(depth_m, tolerance): &(f64, f64)| {
             let node = |(n, x): &&(usize, Vector)| {
                 let offset = x - centre_m;
                 reference.displacement_m(*depth_m, [offset.x, offset.y]).map(|u| (*n, Vector::from(u)))
             };
             let nodes = near.iter().map(node).collect::<Option<Vec<_>>>()?;
-            Some(DentTarget { depth_m: *depth_m, nodes, tolerance_m: DENT_TOLERANCE * depth_m })
+            Some(DentTarget { depth_m: *depth_m, nodes, tolerance_m: tolerance * depth_m })
         };
         // without surface nodes to compare there are no dents
-        let dents = disc.dents_m.iter().filter(|_| !surface.is_empty()).map(dent).collect::<Option<Vec<_>>>()?;
+        let dents = disc.dents.iter().filter(|_| !surface.is_empty()).map(dent).collect::<Option<Vec<_>>>()?;
         let at_centre = forces(reference, Vector::zeros(), &disc.centre)?;
         let mut all = vec![PlaceTarget { place_m: centre_m, forces: at_centre, dents }];
         for (places, depths) in &disc.aside {
@@ -208,15 +209,16 @@ impl Targets {
         Some(Self { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii })
     }
 
-    /// Returns the targets with the glued discs of an answer, whose places count from the centre.
+    /// Returns the targets with the glued discs of an answer, whose places count from the centre; a
+    /// force that is `tolerance` (1) off counts as one unit of error.
     #[must_use]
-    pub fn with_glued(mut self, answers: &[GluedAnswer]) -> Self {
+    pub fn with_glued(mut self, answers: &[GluedAnswer], tolerance: f64) -> Self {
         let target = |disc: &GluedAnswer| GluedTarget {
             place_m: self.centre_m + Vector::from(disc.place_m),
             radius_m: disc.radius_m,
             direction: disc.direction.into(),
             stiffness_m: disc.stiffness_over_e_m,
-            tolerance: GLUED_TOLERANCE,
+            tolerance,
         };
         self.glued = answers.iter().map(target).collect();
         self
@@ -241,8 +243,8 @@ impl Targets {
 
 /// A force this far off counts as one unit of error (1).
 const FORCE_TOLERANCE: f64 = 0.005;
-/// A glued disc's force this far off counts as one unit of error (1).
-const GLUED_TOLERANCE: f64 = 0.002;
+/// A glued disc's force this far off counts as one unit of error (1), where there are a few.
+pub const GLUED_TOLERANCE: f64 = 0.002;
 /// A surface node this share of the depth off counts as one unit of error (1).
 const DENT_TOLERANCE: f64 = 0.008;
 

@@ -11,7 +11,7 @@ use super::{FarField, RimSprings, Sizes};
 use crate::calibrate::accuracy::Accuracy;
 use crate::calibrate::places::sunflower;
 use crate::calibrate::reference_map::ReferenceMap;
-use crate::calibrate::targets::Reference;
+use crate::calibrate::targets::{GLUED_TOLERANCE, Reference};
 use crate::calibrate::{Calibration, Round, Settings, Targets, calibrate};
 use crate::solved::Solved;
 use crate::statics::Vector;
@@ -259,7 +259,7 @@ impl Prepared {
         let lacking = || Error::Check("the reference does not know the whole stroke: make it shorter".into());
         let targets = Targets::over_a_stroke(reference, site_m, self.stroke_m, half_width_m, probe_m, settings.places)
             .ok_or_else(lacking)?;
-        let targets = targets.with_glued(&glued_around(reference.glued(), probe_m));
+        let targets = targets.with_glued(&glued_around(reference.glued(), probe_m), GLUED_TOLERANCE);
         calibrate(tissue, &self.material, Some(&self.far.springs), &self.params, &targets, settings, progress)
             .map_err(|cause| unfitted(&cause))
     }
@@ -327,7 +327,7 @@ pub fn fit_tissue(
     let around = targets.places.iter_mut().flat_map(|place| &mut place.forces);
     around.filter(|f| shallow.contains(&f.depth_m)).for_each(|f| f.tolerance /= SHALLOW_WEIGHT);
     let centred = targets.with_centre(reference, &CENTRE_DEPTHS_RADII, CENTRE_WEIGHT);
-    let targets = centred.ok_or_else(lacks)?.with_glued(&glued_around(reference.glued(), radius_m));
+    let targets = centred.ok_or_else(lacks)?.with_glued(&glued_around(reference.glued(), radius_m), GLUED_TOLERANCE);
     calibrate(tissue, material, rim, params, &targets, settings, progress).map_err(|cause| unfitted(&cause))
 }
 

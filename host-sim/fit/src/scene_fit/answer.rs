@@ -1,10 +1,11 @@
 //! The solved presses of a scene as an answer, and how exact it is.
 
+use super::discs::GluedDiscs;
 use super::organ::tissue_of;
 use super::presses::{PressJob, Presses};
 use super::solve::Forces;
 use crate::reference::study::extrapolate;
-use palpate_tissue::answer::{Answer, AnswerProbe, HoldAnswer};
+use palpate_tissue::answer::{Answer, AnswerProbe, GluedAnswer, HoldAnswer};
 use palpate_tissue::error::Error;
 use palpate_tissue::scene::Scene;
 
@@ -22,11 +23,16 @@ pub struct Solved {
     pub nodes: usize,
 }
 
-/// Puts presses together; `found` has what a job gave.
+/// Puts presses and glued discs together; `found` has what a job gave.
 ///
 /// # Errors
 /// A press that is missing.
-pub fn answer(scene: &Scene, presses: &Presses, found: impl Fn(&PressJob) -> Option<Forces>) -> Result<Solved, Error> {
+pub fn answer(
+    scene: &Scene,
+    presses: &Presses,
+    discs: GluedDiscs,
+    found: impl Fn(&PressJob) -> Option<Forces>,
+) -> Result<Solved, Error> {
     let of = |job: &PressJob| found(job).ok_or_else(|| Error::Check(format!("{}: a press is missing: run it again", scene.file)));
     let (mut error, mut nodes) = (0.0_f64, 0);
     let mut centred: Vec<HoldAnswer> = Vec::new();
@@ -63,15 +69,15 @@ pub fn answer(scene: &Scene, presses: &Presses, found: impl Fn(&PressJob) -> Opt
     let (known_aside, unseen_aside) = (aside(&presses.aside)?, aside(&presses.unseen)?);
     let (known, unseen): (Vec<_>, Vec<_>) = centred.into_iter().partition(|h| presses.fitted_m.contains(&h.depth_m));
     Ok(Solved {
-        known: of_holds(scene, known.into_iter().chain(known_aside)),
-        unseen: of_holds(scene, unseen.into_iter().chain(unseen_aside)),
+        known: of_holds(scene, known.into_iter().chain(known_aside), discs.known),
+        unseen: of_holds(scene, unseen.into_iter().chain(unseen_aside), discs.unseen),
         error,
         nodes,
     })
 }
 
-fn of_holds(scene: &Scene, holds: impl Iterator<Item = HoldAnswer>) -> Answer {
+fn of_holds(scene: &Scene, holds: impl Iterator<Item = HoldAnswer>, glued: Vec<GluedAnswer>) -> Answer {
     let tissue = tissue_of(scene);
     let probe = AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m };
-    Answer { tissue, probe, holds: holds.collect(), glued: Vec::new() }
+    Answer { tissue, probe, holds: holds.collect(), glued }
 }

@@ -4,7 +4,7 @@ use palpate::{Params, Probe, ProbeShape};
 
 use super::known::Known;
 use super::presses::{DENTS, Presses};
-use crate::calibrate::targets::{DISC_RADII, DiscPresses};
+use crate::calibrate::targets::{DISC_RADII, DiscPresses, Reference};
 use crate::calibrate::{Calibration, Round, Settings, Targets, calibrate};
 use crate::statics::Vector;
 use palpate_tissue::error::Error;
@@ -31,10 +31,15 @@ const PER_CONTACT: f64 = 0.1875;
 /// fit swings between them.
 const CENTRE: [f64; 9] = [1.0 / 12.0, 0.103, 1.0 / 6.0, 0.21, 1.0 / 3.0, 0.42, 2.0 / 3.0, 0.75, 1.0];
 /// Depths around it, each at places of its own, so many times the number that is asked for.
-const ASIDE: [(f64, f64); 5] = [(1.0 / 12.0, 3.0), (1.0 / 6.0, 2.5), (1.0 / 3.0, 1.75), (2.0 / 3.0, 1.25), (1.0, 1.0)];
+const ASIDE: [(f64, f64); 5] = [(1.0 / 12.0, 3.0), (1.0 / 6.0, 2.5), (1.0 / 3.0, 1.25), (2.0 / 3.0, 0.75), (1.0, 0.6)];
 /// Under a flat end, whose edge makes each equilibrium hard to find from afar, places are pressed
 /// to one depth after the other; to the shallow ones at so many times more.
 const SHALLOW_DEPTHS: usize = 2;
+/// A node of the surface this share of the depth off counts as one unit of error (1), at each depth
+/// of a dent.
+const DENT_TOLERANCES: [f64; 3] = [0.008, 0.008, 0.004];
+/// The force of a glued disc this far off counts as one unit of error (1): they are many.
+const GLUED_TOLERANCE: f64 = 0.006;
 const SHALLOW_PLACES: usize = 2;
 
 /// A scene's patch before the fit.
@@ -126,9 +131,10 @@ impl Prepared {
         let disc = DiscPresses {
             centre: depths(&CENTRE, CENTRE_TOLERANCE),
             aside: aside_of(places, &self.params.probe, &aside),
-            dents_m: DENTS.iter().map(|n| presses.fitted_m[*n]).collect(),
+            dents: DENTS.iter().zip(DENT_TOLERANCES).map(|(n, tolerance)| (presses.fitted_m[*n], tolerance)).collect(),
         };
-        Targets::over(known, &top_nodes(&self.tissue), centre_m, radius_m, DISC_RADII, &disc)
+        let targets = Targets::over(known, &top_nodes(&self.tissue), centre_m, radius_m, DISC_RADII, &disc)?;
+        Some(targets.with_glued(known.glued(), GLUED_TOLERANCE))
     }
 }
 

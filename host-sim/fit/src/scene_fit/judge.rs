@@ -1,5 +1,11 @@
 //! Force error of a patch at places and depths that its fit has not seen.
 
+mod glued;
+mod surface;
+
+pub use glued::GluedVerdict;
+pub use surface::SurfaceVerdict;
+
 use palpate::Params;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -53,6 +59,10 @@ pub struct Verdict {
     pub lost_places: usize,
     /// Radius of the disc [m].
     pub disc_radius_m: f64,
+    /// Surfaces of centred presses, shallow first, where the finite elements have them.
+    pub surfaces: Vec<SurfaceVerdict>,
+    /// Glued discs, where the finite elements have them.
+    pub glued: Option<GluedVerdict>,
 }
 
 impl Verdict {
@@ -121,6 +131,8 @@ impl Judging<'_> {
             disc_places: disc.len(),
             lost_places,
             disc_radius_m: radius_m,
+            surfaces: self.surfaces(&pressed)?,
+            glued: self.glued(&pressed)?,
         })
     }
 

@@ -10,7 +10,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::calibrate::targets::Reference;
 use crate::statics::Vector;
-use palpate_tissue::answer::{Answer, SurfaceGrid};
+use palpate_tissue::answer::{Answer, GluedAnswer, SurfaceGrid};
 use palpate_tissue::scene::Shape;
 
 /// Terms of the polynomial: x^2, y^2, x^4, x^2 y^2, y^4.
@@ -28,6 +28,7 @@ pub struct Known {
     /// Depth [m] and terms, shallow first.
     ratios: Vec<(f64, SVector<f64, TERMS>)>,
     surfaces: Vec<(f64, SurfaceGrid)>,
+    glued: Vec<GluedAnswer>,
     power: f64,
     length_m: f64,
 }
@@ -46,7 +47,8 @@ impl Known {
             return None;
         }
         let surfaces = at_centre().filter_map(|h| Some((h.depth_m, h.surface.clone()?))).collect();
-        let mut known = Self { centred, ratios: Vec::new(), surfaces, power, length_m: answer.probe.radius_m };
+        let mut known =
+            Self { centred, ratios: Vec::new(), surfaces, glued: answer.glued.clone(), power, length_m: answer.probe.radius_m };
         let square = answer.tissue.block_m.is_some_and(|size| size[0] == size[1]) && answer.probe.shape.is_round();
         for n in 0..known.centred.len() {
             let depth_m = known.centred[n].0;
@@ -124,6 +126,10 @@ impl Reference for Known {
 
     fn shallowest_m(&self) -> f64 {
         self.centred.first().map_or(0.0, |c| c.0)
+    }
+
+    fn glued(&self) -> &[GluedAnswer] {
+        &self.glued
     }
 
     fn displacement_m(&self, depth_m: f64, offset_m: [f64; 2]) -> Option<[f64; 3]> {

@@ -161,7 +161,7 @@ impl OrganPresses {
         let disc = DiscPresses {
             centre: CENTRE.iter().map(|share| (share * deepest_m, CENTRE_TOLERANCE)).collect(),
             aside: aside_of(settings.places, &prepared.params.probe, &ASIDE.map(|(share, times)| (share * deepest_m, times))),
-            dents_m: Vec::new(),
+            dents: Vec::new(),
         };
         let targets = Targets::over(&self.known, &[], piece.site_m.into(), radius_m, FITTED_RADII, &disc)
             .ok_or_else(|| Error::Check("the surface ends near the site: take another site, or a smaller probe".into()))?;

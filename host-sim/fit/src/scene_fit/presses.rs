@@ -14,8 +14,9 @@ use crate::calibrate::places::random;
 /// and 0.75, 1.5, 3, 5 mm.
 const FITTED: [f64; 5] = [1.0 / 12.0, 1.0 / 6.0, 1.0 / 3.0, 2.0 / 3.0, 1.0];
 const UNSEEN: [f64; 4] = [1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 5.0 / 6.0];
-/// Dents are fitted at these of the fitted depths.
-pub(super) const DENTS: [usize; 2] = [2, 3];
+/// Dents are fitted at these of the fitted depths, and judged at these of the unseen ones too.
+pub(super) const DENTS: [usize; 3] = [2, 3, 4];
+const DENTS_UNSEEN: [usize; 2] = [2, 3];
 /// Depths at which the ratio to the centre is solved, of the fitted and of the unseen ones.
 const RATIO_FITTED: [usize; 2] = [1, 4];
 const RATIO_UNSEEN: [usize; 2] = [0, 2];
@@ -96,7 +97,8 @@ impl Presses {
             Level::Full => (CENTRE_NODES, WHOLE_NODES),
             Level::Quick => (COARSE_CENTRE_NODES, COARSE_WHOLE_NODES),
         };
-        let surfaces_m: Vec<f64> = DENTS.iter().map(|n| fitted_m[*n]).collect();
+        let unseen = DENTS_UNSEEN.iter().map(|n| unseen_m[*n]);
+        let surfaces_m: Vec<f64> = DENTS.iter().map(|n| fitted_m[*n]).chain(unseen).collect();
         let (shallow_m, deep_m): (Vec<f64>, Vec<f64>) = all_m.iter().partition(|d| **d <= SHALLOW * deepest_m);
         let batches = [shallow_m, deep_m];
         let centre = batches.iter().flat_map(|depths_m| {

@@ -46,6 +46,8 @@ pub(super) fn write(
             lost_places: 0,
             disc_radius_m: DISC_RADII * radius_m,
             bump: None,
+            glued: None,
+            surface: None,
         },
         moving: None,
         reference_error_pct: (*answer == Answer::block()).then_some(REFERENCE_ERROR_PCT),

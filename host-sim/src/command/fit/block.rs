@@ -3,9 +3,10 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use palpate_fit::scene_fit::{
-    Forces, JUDGED_RADII, Judging, Known, Level, Prepared, PressJob, Presses, Solved, Verdict, Watch, answer, check_block,
-    prepare, solve_all,
+    Forces, GluedDiscs, JUDGED_RADII, Judging, Known, Level, Prepared, PressJob, Presses, Solved, Verdict, Watch, answer,
+    check_block, prepare, solve_all,
 };
+use palpate_fit::solved;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::AnswerProbe;
 use palpate_tissue::output::OutputFolder;
@@ -41,11 +42,12 @@ impl FitArgs {
         let folder = OutputFolder::open(&path)?;
         let store = Store::of(&path, &folder, scene);
         self.print_scene(scene, prepared.tissue.mesh.nodes_m.len(), &presses.fitted_m);
-        let (solved, reused_presses) = reference(&plain, &presses, &store)?;
+        let kept = solved::Solved::beside(&path);
+        let (solved, reused_presses) = reference(&plain, &presses, level, &store, &kept)?;
         let known = Known::of(&solved.known)
             .ok_or_else(|| TissueError::Check("the finite elements gave fewer than four depths at the centre".into()))?;
         let settings = self.settings(prepared.tissue.mesh.nodes_m.len(), LEAST_GAIN);
-        let problem = format!("{:?} {presses:?} {settings:?} {:?}", store.pressed(), prepared.material);
+        let problem = format!("{:?} {presses:?} {settings:?} {:?} {:?}", store.pressed(), prepared.material, solved.known.glued);
         let stages = Stages { scene: &plain, known: &known, store: &store, what: "fit" };
         let (fit, reused_fit) =
             stages.fit(&settings, &problem, |progress| prepared.fit(&plain, &presses, &known, &settings, progress))?;
@@ -119,7 +121,13 @@ fn hundredths(pct: f64) -> f64 {
 }
 
 /// Solves what no earlier run has.
-fn reference(scene: &Scene, presses: &Presses, store: &Store) -> Result<(Solved, usize), Error> {
+fn reference(
+    scene: &Scene,
+    presses: &Presses,
+    level: Level,
+    store: &Store,
+    kept: &solved::Solved,
+) -> Result<(Solved, usize), Error> {
     let steps = Steps::new("finite elements", presses.jobs().count());
     let watched = Watched { store, steps: &steps, reused: AtomicUsize::new(0) };
     let found = solve_all(scene, presses, &watched)?;
@@ -128,7 +136,10 @@ fn reference(scene: &Scene, presses: &Presses, store: &Store) -> Result<(Solved,
     if reused > 0 {
         println!("finite elements: {reused} of {} presses as an earlier run left them", found.len());
     }
-    let solved = answer(scene, presses, |job| found.iter().find(|(own, _)| own == job).map(|(_, forces)| forces.clone()))?;
+    let steps = Steps::new("glued discs", 0);
+    let discs = GluedDiscs::solve(scene, level, kept, |done, all| steps.show(done, all, "pressed and sheared"))?;
+    steps.finish();
+    let solved = answer(scene, presses, discs, |job| found.iter().find(|(own, _)| own == job).map(|(_, forces)| forces.clone()))?;
     Ok((solved, reused))
 }
 

@@ -4,9 +4,9 @@ use palpate::Vector3;
 use palpate_charts::{self as charts, ConvergencePoint, Press, Sample};
 use palpate_fit::calibrate::Round;
 use palpate_fit::calibrate::targets::Reference;
-use palpate_fit::scene_fit::{Verdict, tissue_of};
+use palpate_fit::scene_fit::{SurfaceVerdict, Verdict, tissue_of};
 use palpate_tissue::answer::{Answer, AnswerProbe};
-use palpate_tissue::fit_record::{FitRecord, Judged, JudgedBump, Moving, OrganRecord, checksum};
+use palpate_tissue::fit_record::{FitRecord, Judged, JudgedPart, JudgedSurface, Moving, OrganRecord, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
@@ -116,6 +116,8 @@ impl Report<'_> {
             .ok_or_else(|| TissueError::Check("the stored fit is damaged: remove the output folder and fit again".into()))?;
         let depths = || verdict.depths.iter().map(|d| d.depth_mm * 1e-3);
         let reference_error_pct = 100.0 * self.reference_error;
+        // inclusions were fitted on top, and neither was judged with them
+        let plain = self.bump.is_none();
         Ok(FitRecord {
             patch_crc32,
             scene: scene.name.clone(),
@@ -133,7 +135,13 @@ impl Report<'_> {
                 places: verdict.disc_places,
                 lost_places: verdict.lost_places,
                 disc_radius_m: verdict.disc_radius_m,
-                bump: self.bump.map(|bump| JudgedBump { rms_pct: bump.fitted.rms_pct, worst_pct: bump.fitted.worst_pct }),
+                bump: self.bump.map(|bump| JudgedPart { rms_pct: bump.fitted.rms_pct, worst_pct: bump.fitted.worst_pct }),
+                glued: verdict.glued.filter(|_| plain).map(|g| JudgedPart { rms_pct: g.rms_pct, worst_pct: g.worst_pct }),
+                surface: verdict.surfaces.last().filter(|_| plain).map(|s| JudgedSurface {
+                    depth_m: s.depth_mm * 1e-3,
+                    mean_m: s.mean_mm * 1e-3,
+                    most_m: s.most_mm * 1e-3,
+                }),
             },
             moving: self.session.report.moving.map(|m| Moving { speed_m_per_s: m.speed_m_per_s, rms_pct: m.rms_pct }),
             reference_error_pct: Some(reference_error_pct),
@@ -216,6 +224,20 @@ impl Report<'_> {
             v.disc_worst_pct,
             100.0 * self.reference_error
         );
+        let surface = |s: &SurfaceVerdict| {
+            let unseen = if s.fitted_depth { "" } else { "*" };
+            format!("{:.2}{unseen} mm deep {:.3} mm on average, {:.2} at most", s.depth_mm, s.mean_mm, s.most_mm)
+        };
+        if !v.surfaces.is_empty() {
+            println!("surface off at its nodes: {}", v.surfaces.iter().map(surface).collect::<Vec<_>>().join("; "));
+        }
+        if let Some(glued) = &v.glued {
+            let before = self.before.glued.map_or(f64::NAN, |before| before.rms_pct);
+            println!(
+                "glued discs that the fit never saw, pressed and sheared: {:.2} % rms, worst {:+.2} % (uncalibrated {before:.2} % rms)",
+                glued.rms_pct, glued.worst_pct
+            );
+        }
         if let Some(bump) = self.bump {
             bump.print();
         }

@@ -84,8 +84,14 @@ impl Standing {
                         bump.rms_pct, bump.worst_pct
                     )
                 });
+                let glued = judged.glued.map_or(String::new(), |glued| {
+                    format!("; glued discs {:.1} % rms off, {:+.1} % at worst", glued.rms_pct, glued.worst_pct)
+                });
+                let surface = judged.surface.map_or(String::new(), |surface| {
+                    format!("; the surface {:.3} mm off on average {:.2} mm deep", surface.mean_m * 1e3, surface.depth_m * 1e3)
+                });
                 format!(
-                    "calibrated to finite elements over {} places of this scene: {:.1} % rms off, {:+.1} % at worst, at {} places that the fit did not see, {:.2} to {:.2} mm deep{bump}{lost}",
+                    "calibrated to finite elements over {} places of this scene: {:.1} % rms off, {:+.1} % at worst, at {} places that the fit did not see, {:.2} to {:.2} mm deep{bump}{glued}{surface}{lost}",
                     record.fitted_places,
                     judged.rms_pct,
                     judged.worst_pct,

@@ -3,8 +3,11 @@
 use palpate::Vector3;
 use palpate_fit::reference::body::Stiffness;
 use palpate_fit::reference::glued::{Disc, GluedError, glued_stiffness};
+use palpate_fit::scene_fit::{GluedDiscs, Level};
+use palpate_fit::solved::Solved;
 use palpate_tissue::answer::{Answer, GluedAnswer};
 use palpate_tissue::mesh::{BlockSpec, TetMesh, block};
+use palpate_tissue::scene::Scene;
 
 use crate::fem_reference::{RADIUS_M, assert_within};
 
@@ -133,4 +136,27 @@ fn what_cannot_be_glued_is_refused() {
     assert_eq!(loose, Err(GluedError::Loose));
     let rigid = glued_stiffness(&mesh, soft(0.5), &bottom, &disc(0.008), &[Vector3::z()], &[0.4]);
     assert_eq!(rigid, Err(GluedError::Unsound));
+}
+
+#[test]
+#[ignore = "long: minutes of finite elements"]
+fn discs_of_a_fit_are_what_other_meshes_say() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (size_m, poisson_ratio) in [([0.08, 0.08, 0.04], 0.45), ([0.06, 0.06, 0.01], 0.45), ([0.08, 0.05, 0.04], 0.25)] {
+        let mut scene = Scene::parse("block.toml", include_str!("../../../../host-sim/scenes/block.toml")).expect("a scene");
+        (scene.tissue.block_m, scene.tissue.poisson_ratio) = (Some(size_m), poisson_ratio);
+        let kept = Solved::beside(&folder.path().join("out"));
+        let discs = GluedDiscs::solve(&scene, Level::Full, &kept, |_, _| {}).expect("solved");
+        // the law's own discs, of which none was solved, and those of the judgement
+        let some = discs.known.chunks(3).step_by(6).chain(discs.unseen.chunks(3).step_by(2));
+        for disc in some {
+            let own = Disc { place_m: disc[0].place_m.into(), axis: Vector3::z(), radius_m: disc[0].radius_m };
+            let (mesh, bottom) = tissue(size_m, 500, 2.0 * own.radius_m);
+            let ways: Vec<Vector3<f64>> = disc.iter().map(|d| d.direction.into()).collect();
+            let found = glued_stiffness(&mesh, soft(poisson_ratio), &bottom, &own, &ways, &[0.2, 0.1]).expect("solved");
+            for (answer, found_m) in disc.iter().zip(found.limit_m) {
+                assert_within("glued disc", answer.stiffness_over_e_m, found_m, 0.006);
+            }
+        }
+    }
 }

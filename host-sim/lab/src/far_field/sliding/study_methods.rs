@@ -15,6 +15,7 @@ use super::run::Awake;
 use super::trajectory::Trajectory;
 use crate::error::Error;
 use palpate_fit::calibrate::reference_map::ReferenceMap;
+use palpate_fit::calibrate::targets::GLUED_TOLERANCE;
 use palpate_fit::calibrate::{Settings, Targets, calibrate};
 use palpate_fit::far_field::{FarField, Sizes};
 use palpate_fit::statics::{Statics, Vector};
@@ -182,7 +183,7 @@ impl StrokePatch {
         let unknown = || refused(&"the reference does not know the whole stroke: make it shorter");
         // presses alone would leave the rim's part in shear open
         let centred: Vec<_> = reference.glued().iter().filter(|disc| disc.place_m == [0.0; 3]).cloned().collect();
-        let targets = targets.ok_or_else(unknown)?.with_glued(&centred);
+        let targets = targets.ok_or_else(unknown)?.with_glued(&centred, GLUED_TOLERANCE);
         let fit = calibrate(&far.cut.patch, &material, Some(&far.springs), &params, &targets, &recipe.settings, &mut |_| ())
             .map_err(|cause| TissueError::Check(format!("the patch cannot be fitted: {cause}")))?;
         Ok(Self { far, material, multipliers: fit.multipliers, patch: fit.patch, params: fit.params })
