@@ -31,6 +31,14 @@ pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> 
     }
 }
 
+/// Reads a number that was written plainly, where JSON has null for one that is not finite: as NaN.
+///
+/// # Errors
+/// It is neither.
+pub fn or_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(from)?.unwrap_or(f64::NAN))
+}
+
 /// Clamped inputs, as their byte.
 pub mod clamp_flags {
     use super::{ClampFlags, Deserialize, Deserializer, Serializer};
