@@ -82,7 +82,6 @@ struct RunOptions {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Options {
     scene: String,
-    #[serde(flatten)]
     runs: RunOptions,
     /// Not for shards.
     #[serde(skip)]

@@ -139,7 +139,6 @@ fn what_cannot_be_split_and_what_is_no_shard() {
 #[test]
 fn shards_are_merged_by_their_program_and_with_their_scene() {
     let desk = Desk::default();
-    desk.put("scene.toml", SMALL_BLOCK);
     let options = |pairs: &[(&str, Value)]| pairs.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
     let put = |heading: &Heading| {
         std::fs::create_dir_all(desk.folder().join("shards")).unwrap();
@@ -165,11 +164,13 @@ fn shards_are_merged_by_their_program_and_with_their_scene() {
     refused(&desk, &["merge", "shards"], &["shard 1/1", "cannot be read", "run it again"]);
 
     std::fs::remove_dir_all(desk.folder().join("shards")).unwrap();
+    let scene = std::fs::read_to_string(repository().join("host-sim/scenes/coarse-20kpa.toml")).unwrap();
+    desk.put("scene.toml", &scene);
     let of_loop = ["loop", "--scene", "scene.toml", "--quick", "--hand", "H1", "--stimulus", "S4"];
     shards(&desk, &of_loop, &[&["1/1"]]);
-    desk.put("scene.toml", edited(SMALL_BLOCK, "3500.0", "3501.0"));
+    desk.put("scene.toml", edited(&scene, "hold_s = 0.3", "hold_s = 0.4"));
     refused(&desk, &["merge", "shards"], &["the input of `palpate loop` is no longer that of the shards", "the same files"]);
-    desk.put("scene.toml", SMALL_BLOCK);
+    desk.put("scene.toml", scene);
     ends(&desk, 0, &["merge", "shards", "--out", "merged"]);
 }
 
