@@ -1,6 +1,6 @@
 """Cost of running a campaign of faults in shards, measured on this machine:
 
-    python cost_of_shards.py PALPATE [--shards 1000] [--runs 100000] [--minute 20000]
+    python cost_of_shards.py PALPATE [--shards 1000] [--runs 100000] [--pair 10000]
 
 One run of all against its shards merged (bytes compared), the cost of a shard without cases, that
 of the merge, and two shards at once against one after the other. Times are processor times of the
@@ -18,6 +18,9 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+
+
+TURNS = 3
 
 
 def start(command):
@@ -41,11 +44,12 @@ def run(*command):
     return used, time.monotonic() - begun
 
 
+folder = Path.cwd()
 parser = argparse.ArgumentParser()
 parser.add_argument("palpate", type=Path)
 parser.add_argument("--shards", type=int, default=1000)
 parser.add_argument("--runs", type=int, default=100_000)
-parser.add_argument("--minute", type=int, default=20_000, help="runs of a shard that takes about a minute")
+parser.add_argument("--pair", type=int, default=10_000, help="runs of each of two shards at once: about half a minute")
 args = parser.parse_args()
 palpate = args.palpate.resolve()
 found = {"load_average": os.getloadavg(), "shards": args.shards, "runs": args.runs}
@@ -74,16 +78,16 @@ with tempfile.TemporaryDirectory() as work:
     found["empty_shard_cpu_s"] = statistics.median(used for used, _ in empty)
     found["empty_shard_wall_s"] = statistics.median(wall for _, wall in empty)
 
-    # shards of a minute, one after the other and two at once, in turn
-    minute = [palpate, "faults", "--runs", 100 * args.minute, "--out"]
+    # long shards, two after each other and two at once, in turn: what else the machine does meets both
+    pair = [palpate, "faults", "--runs", 100 * args.pair, "--out"]
     alone, at_once = [], []
-    for turn in range(2):
-        for n in (1, 2):
-            alone.append(run(*minute, "alone", "--shard", f"{2 * turn + n}/100")[0])
-        both = [start([*minute, "both", "--shard", f"{2 * turn + n}/100"]) for n in (1, 2)]
+    for turn in range(TURNS):
+        numbers = [2 * turn + 1, 2 * turn + 2]
+        alone += [run(*pair, "alone", "--shard", f"{n}/100")[0] for n in numbers]
+        both = [start([*pair, "both", "--shard", f"{n}/100"]) for n in numbers]
         at_once += [end(process) for process in both]
-    found["minute_shards_alone_cpu_s"] = alone
-    found["minute_shards_at_once_cpu_s"] = at_once
+    found["alone_cpu_s"] = alone
+    found["at_once_cpu_s"] = at_once
     found["efficiency_on_two_cores"] = sum(alone) / sum(at_once)
     found["load_average_after"] = os.getloadavg()
     os.chdir("/")
@@ -92,6 +96,6 @@ overhead_s = found["empty_shard_cpu_s"] + found["merge_cpu_s"] / args.shards
 found["overhead_per_shard_s"] = overhead_s
 found["overhead_of_a_minute_pct"] = 100 * overhead_s / 60
 print(json.dumps(found, indent=1))
-Path(os.environ.get("PWD", "."), "shard-times.json").write_text(
+(folder / "shard-times.json").write_text(
     json.dumps({**found, "cpu_s": [used for used, _ in times], "runs_of_a_shard": args.runs / args.shards})
 )

@@ -82,6 +82,7 @@ struct RunOptions {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Options {
     scene: String,
+    #[serde(flatten)]
     runs: RunOptions,
     /// Not for shards.
     #[serde(skip)]

@@ -20,6 +20,7 @@ use crate::error::Error;
 /// The settings that decide the fits.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(in super::super) struct Options {
+    #[serde(flatten)]
     pub fit: FitOptions,
     /// Where the scenes lie, and where their fits go: not part of what they are.
     #[serde(skip)]

@@ -19,6 +19,7 @@ use crate::error::Error;
 /// The settings that decide the plans.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(in super::super) struct Options {
+    #[serde(flatten)]
     pub plan: PlanOptions,
     pub boards: Vec<String>,
     /// Where the scenes lie, and where their plans go: not part of what they are.

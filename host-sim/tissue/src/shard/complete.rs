@@ -140,8 +140,7 @@ mod tests {
     /// A heading of the campaign of all tests: ten cases in four parts.
     fn heading(number: u64) -> Heading {
         static FIRST: LazyLock<Heading> = LazyLock::new(|| {
-            let options =
-                BTreeMap::from([("seed".to_owned(), json!(1)), ("of_fit".to_owned(), json!({ "quick": false, "places": 20 }))]);
+            let options = BTreeMap::from([("seed".to_owned(), json!(1))]);
             let inputs = BTreeMap::from([("scene.toml".to_owned(), "00aa".to_owned())]);
             Heading::new("faults", options, inputs, 10, Shard::new(1, OF).unwrap()).unwrap()
         });
@@ -266,7 +265,6 @@ mod tests {
     fn a_shard_of_another_seed() {
         Shelf::odd(|h| drop(h.options.insert("seed".into(), json!(2))), "its seed is 2, not 1");
         Shelf::odd(|h| drop(h.options.insert("quick".into(), json!(true))), "its quick is true, not left out");
-        Shelf::odd(|h| h.options.get_mut("of_fit").unwrap()["places"] = json!(30), "its places is 30, not 20");
     }
 
     #[test]

@@ -117,8 +117,7 @@ impl Heading {
         }
         if let Some((key, own, theirs)) = first_difference(&self.options, &other.options) {
             let or_none = |value: Option<&Value>| value.map_or("left out".into(), Value::to_string);
-            let (key, own, theirs) = innermost(key, own, theirs);
-            return said(&key, &or_none(own), &or_none(theirs));
+            return said(key, &or_none(own), &or_none(theirs));
         }
         if let Some((key, own, theirs)) = first_difference(&self.inputs, &other.inputs) {
             let or_none = |sum: Option<&String>| sum.cloned().unwrap_or_else(|| "none".into());
@@ -145,17 +144,6 @@ fn first_difference<'a, V: PartialEq>(
 ) -> Option<Difference<'a, V>> {
     let keys = own.keys().chain(theirs.keys());
     keys.map(|key| (key.as_str(), own.get(key), theirs.get(key))).find(|(_, own, theirs)| own != theirs)
-}
-
-/// The first difference of two values, in groups of options the one option that differs.
-fn innermost<'a>(key: &str, own: Option<&'a Value>, theirs: Option<&'a Value>) -> (String, Option<&'a Value>, Option<&'a Value>) {
-    if let (Some(Value::Object(group)), Some(Value::Object(other))) = (own, theirs) {
-        let mut keys = group.keys().chain(other.keys());
-        if let Some(key) = keys.find(|key| group.get(*key) != other.get(*key)) {
-            return innermost(key, group.get(key), other.get(key));
-        }
-    }
-    (key.to_owned(), own, theirs)
 }
 
 impl Part {
