@@ -14,7 +14,7 @@ pub fn serialize<S: Serializer>(number: &f64, to: S) -> Result<S::Ok, S::Error> 
 }
 
 /// Reads what [`serialize`] wrote. No choice between a number and a text: where a crate of the
-/// build asks serde_json for arbitrary precision, numbers do not get through one.
+/// build asks `serde_json` for arbitrary precision, numbers do not get through one.
 ///
 /// # Errors
 /// It is no number.
