@@ -2,9 +2,9 @@
 
     python schedule.py shard-times.json [--runs 1e10] [--cores 1000]
 
-Each core takes the next shard when it is free; the scheduler starts a shard every so often; a node
-of 32 cores fails now and then and its shards run again. The times of runs are drawn from those that
-cost_of_shards.py measured, the speed of nodes from a spread that is assumed. Prints where the
+Each core takes the next shard when it is free; the scheduler starts a shard every so often; a core
+fails now and then and its shard runs again. The times of runs are drawn from those that
+cost_of_shards.py measured, the speed of nodes of 32 cores from a spread that is assumed. Prints where the
 core-hours go. No cluster was asked.
 """
 
@@ -21,7 +21,7 @@ parser.add_argument("--runs", type=float, default=1e10)
 parser.add_argument("--cores", type=int, default=1000)
 parser.add_argument("--spread", type=float, default=0.03, help="standard deviation of the speed of nodes (1), assumed")
 parser.add_argument("--start-s", type=float, default=0.01, help="time between two starts by the scheduler, assumed")
-parser.add_argument("--fail-h", type=float, default=10_000, help="hours from failure to failure of a node, assumed")
+parser.add_argument("--fail-h", type=float, default=10_000, help="hours from failure to failure of a core, assumed")
 args = parser.parse_args()
 
 with open(args.times) as file:

@@ -110,7 +110,7 @@ impl Campaign for FitScenes {
     }
 
     fn run(&self, cases: Range<u64>) -> Result<Vec<Row>, Error> {
-        self.scenes.files(cases).map(|(name, file)| self.fit(name, file)).collect()
+        self.scenes.files(cases).map(|(name, file)| self.fit(name, &file)).collect()
     }
 
     fn add(rows: &mut Vec<Row>, next: Vec<Row>) {
@@ -143,11 +143,11 @@ impl Campaign for FitScenes {
 
 impl FitScenes {
     /// One scene. What is wrong with it stands in its row, and ends no other's fit.
-    fn fit(&self, name: &str, file: String) -> Result<Row, Error> {
+    fn fit(&self, name: &str, file: &str) -> Result<Row, Error> {
         println!("\n{file}");
         let out = self.options.out.join(FITS).join(name);
         let args = FitArgs {
-            common: Common { scene: file.clone(), out: Some(out) },
+            common: Common { scene: file.to_owned(), out: Some(out) },
             options: self.options.fit.clone(),
             scenes: None,
             shards: Default::default(),
@@ -166,12 +166,12 @@ impl FitScenes {
                     to_m: record.judged.to_m,
                     reference_error_pct: record.reference_error_pct,
                 };
-                row(ended, missed.map(|missed| why(&missed.into(), name, &file)), Some(fit), trials)
+                row(ended, missed.map(|missed| why(&missed.into(), name, file)), Some(fit), trials)
             }
             Err(error) if ends_all(&error) => return Err(error),
             Err(error) => {
                 println!("could not be fitted: {error}");
-                row(Ended::Failed, Some(why(&error, name, &file)), None, Vec::new())
+                row(Ended::Failed, Some(why(&error, name, file)), None, Vec::new())
             }
         })
     }
