@@ -78,7 +78,7 @@ with tempfile.TemporaryDirectory() as work:
     found["empty_shard_cpu_s"] = statistics.median(used for used, _ in empty)
     found["empty_shard_wall_s"] = statistics.median(wall for _, wall in empty)
 
-    # long shards, two after each other and two at once, in turn: what else the machine does meets both
+    # long shards, two after each other and two at once, in turn: other load meets both
     pair = [palpate, "faults", "--runs", 100 * args.pair, "--out"]
     alone, at_once = [], []
     for turn in range(TURNS):

@@ -183,7 +183,7 @@ mod tests {
             files(&[self.0.path().to_owned()]).unwrap().into_iter().map(|f| (f.clone(), std::fs::read(f).unwrap())).collect()
         }
 
-        /// What is said where the folder is refused; nothing in it is touched.
+        /// Line with which the folder is refused; nothing in it is touched.
         #[track_caller]
         fn refused(&self, says: &[&str]) -> String {
             let before = self.content();
