@@ -15,21 +15,26 @@ mod silicone;
 mod stiffening_fit;
 mod uniform;
 
-use serde::Serialize;
+use std::borrow::Cow;
+
+use palpate_tissue::shard::exact::or_null;
+use serde::{Deserialize, Serialize};
 
 use crate::Error;
 pub use prony_fit::{PronyFit, fit as fit_prony};
 
 /// One figure of a row.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
     /// Quantity and unit.
     pub what: String,
     /// Smallest and largest value that is accepted.
     pub accepted: [f64; 2],
-    /// Of the product.
+    /// Of the product; NaN where it has none.
+    #[serde(deserialize_with = "or_null")]
     pub ours: f64,
     /// Of the product without the term.
+    #[serde(deserialize_with = "or_null")]
     pub without_term: f64,
 }
 
@@ -53,16 +58,16 @@ impl Figure {
 }
 
 /// One row of the table "against reality".
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Short name.
-    pub test: &'static str,
+    pub test: Cow<'static, str>,
     /// Data set.
     pub data: String,
     /// Where it comes from.
-    pub source: &'static str,
+    pub source: Cow<'static, str>,
     /// Term that is tested.
-    pub term: &'static str,
+    pub term: Cow<'static, str>,
     /// Quantities that were fitted, and to what.
     pub fitted: String,
     /// Quantities that were predicted.
@@ -80,7 +85,7 @@ impl Row {
 }
 
 /// A curve of a picture.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
     /// Name in the legend and in the CSV.
     pub name: String,
@@ -91,7 +96,7 @@ pub struct Curve {
 }
 
 /// The picture of a data set.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Picture {
     /// File name without ending.
     pub name: String,
@@ -100,13 +105,13 @@ pub struct Picture {
     /// Second line.
     pub below: String,
     /// Quantity and unit of each axis.
-    pub axes: [&'static str; 2],
+    pub axes: [Cow<'static, str>; 2],
     /// Measured, ours, ours without the term.
     pub curves: Vec<Curve>,
 }
 
 /// Result of a test.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Rows of the table.
     pub rows: Vec<Row>,

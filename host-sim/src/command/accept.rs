@@ -1,25 +1,42 @@
 //! `palpate accept`.
 
+use std::ops::Range;
 use std::path::PathBuf;
 
 use clap::Args;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
+use super::campaign::{Campaign, Shards};
 use crate::error::Error;
 use palpate_charts::{self as charts, LineSeries, Lines, Scale, ScaledAxis};
-use palpate_lab::accept::{Outcome, Picture, Row, TESTS};
+use palpate_lab::accept::{Outcome, Picture, Row, TESTS, Test};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct AcceptArgs {
-    /// Run these tests alone [default: all].
-    #[arg(value_name = "TEST", value_parser = TESTS.map(|(name, ..)| name))]
-    tests: Vec<String>,
+    #[command(flatten)]
+    options: Options,
     /// Output folder, made if it is not there; replaces an earlier result in it when the run is
     /// done.
     #[arg(long, value_name = "FOLDER", default_value = "out/accept")]
     out: PathBuf,
+    #[command(flatten)]
+    shards: Shards,
+}
+
+/// The tests that are asked for.
+#[derive(Args, Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Options {
+    /// Run these tests alone [default: all].
+    #[arg(value_name = "TEST", value_parser = TESTS.map(|(name, ..)| name))]
+    tests: Vec<String>,
+}
+
+/// The tests that are run, each a case.
+pub(super) struct Accept {
+    options: Options,
+    tests: Vec<Test>,
 }
 
 /// `summary.json`.
@@ -28,7 +45,8 @@ struct Summary<'a> {
     accepted: bool,
     machine: String,
     build: String,
-    command: Vec<String>,
+    /// As one run of all is asked for, also where shards were merged.
+    command: Vec<&'a str>,
     rows: Vec<RowSummary<'a>>,
 }
 
@@ -41,25 +59,50 @@ struct RowSummary<'a> {
 
 impl AcceptArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let folder = OutputFolder::open(&self.out)?;
-        let mut rows = Vec::new();
-        for (name, what, test) in TESTS {
-            if !self.tests.is_empty() && !self.tests.iter().any(|asked| asked == name) {
-                continue;
-            }
+        Accept::start(self.options.clone(), &self.shards, &self.out)
+    }
+}
+
+impl Campaign for Accept {
+    type Options = Options;
+    type Counts = Vec<Outcome>;
+    const COMMAND: &'static str = "accept";
+
+    fn load(options: Options) -> Result<Self, Error> {
+        let asked = |name: &str| options.tests.is_empty() || options.tests.iter().any(|asked| asked == name);
+        Ok(Self { tests: TESTS.into_iter().filter(|(name, ..)| asked(name)).collect(), options })
+    }
+
+    fn options(&self) -> &Options {
+        &self.options
+    }
+
+    fn cases(&self) -> u64 {
+        self.tests.len() as u64
+    }
+
+    fn run(&self, cases: Range<u64>) -> Result<Vec<Outcome>, Error> {
+        let (first, count) = (cases.start as usize, (cases.end - cases.start) as usize);
+        let run = |(name, what, test): &Test| {
             println!("{name}: against {what}");
-            let Outcome { rows: found, pictures } = test()?;
-            for picture in &pictures {
-                draw(&folder, picture)?;
-            }
-            rows.extend(found);
-        }
+            Ok(test()?)
+        };
+        self.tests.iter().skip(first).take(count).map(run).collect()
+    }
+
+    fn add(outcomes: &mut Vec<Outcome>, next: Vec<Outcome>) {
+        outcomes.extend(next);
+    }
+
+    fn report(&self, folder: OutputFolder, outcomes: Vec<Outcome>) -> Result<(), Error> {
+        outcomes.iter().flat_map(|outcome| &outcome.pictures).try_for_each(|picture| draw(&folder, picture))?;
+        let rows: Vec<Row> = outcomes.into_iter().flat_map(|outcome| outcome.rows).collect();
         rows.iter().for_each(print);
         let summary = Summary {
             accepted: rows.iter().all(Row::accepted),
             machine: palpate_tissue::machine::processor(),
             build: palpate_tissue::machine::build(),
-            command: std::env::args().collect(),
+            command: ["palpate", Self::COMMAND].into_iter().chain(self.options.tests.iter().map(String::as_str)).collect(),
             rows: rows.iter().map(|row| RowSummary { accepted: row.accepted(), row }).collect(),
         };
         folder.write_json("summary.json", &summary)?;
@@ -143,7 +186,7 @@ fn draw(folder: &OutputFolder, picture: &Picture) -> Result<(), Error> {
         .map(|curve| LineSeries { name: &curve.name, points: curve.points.clone(), joined: true, marked: curve.measured })
         .collect();
     let axis = |title| ScaledAxis { title, scale: Scale::Linear };
-    let [x, y] = picture.axes.map(axis);
+    let [x, y] = picture.axes.each_ref().map(|title| axis(title));
     let lines = Lines { title: &picture.title, below: &picture.below, x, y, series: &series, levels: &[] };
     Ok(charts::lines(folder.draft(), &picture.name, &lines)?)
 }

@@ -122,13 +122,15 @@ pub(super) trait Campaign: Sized {
     /// Writes what one run of all cases would have written.
     fn merge(parts: Vec<Part>, out: &Path) -> Result<(), Error> {
         let Some(heading) = parts.first().map(|part| part.heading.clone()) else { return Ok(()) };
-        let unread = |why: serde_json::Error| TissueError::Usage(format!("a shard's line cannot be read: {why}: run it again"));
-        let options = serde_json::from_value(heading.options.clone().into_iter().collect()).map_err(unread)?;
+        let unread = |shard: Shard| {
+            move |why| TissueError::Usage(format!("shard {shard} of {} cannot be read: {why}: run it again", Self::COMMAND))
+        };
+        let options = serde_json::from_value(heading.options.clone().into_iter().collect()).map_err(unread(heading.shard))?;
         let campaign = Self::of_shards(options, &heading)?;
         let folder = OutputFolder::open(out)?;
         let mut counts: Option<Self::Counts> = None;
         for part in parts {
-            let next = part.counts().map_err(unread)?;
+            let next = part.counts().map_err(unread(part.heading.shard))?;
             match &mut counts {
                 Some(counts) => Self::add(counts, next),
                 None => counts = Some(next),

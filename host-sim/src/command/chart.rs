@@ -1,15 +1,19 @@
 //! `palpate chart`.
 
+use std::ops::Range;
 use std::path::PathBuf;
 
 use clap::Args;
+use serde::{Deserialize, Serialize};
 
+use super::campaign::{Campaign, Shards};
 use super::progress::Steps;
 use crate::error::Error;
 use palpate_lab::chart::{
     MovingPoint, Reference, Run, Scope, Summary, Task, TermErrors, draw, measure, term_errors, write, write_term_errors,
 };
 use palpate_lab::methods::{Block, Method};
+use palpate_tissue::machine;
 use palpate_tissue::output::OutputFolder;
 
 /// Nodes and Young's modulus [Pa] of the block on which the terms are measured.
@@ -19,6 +23,19 @@ const TERMS_PA: f64 = 20e3;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct ChartArgs {
+    #[command(flatten)]
+    options: Options,
+    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
+    /// done.
+    #[arg(long, value_name = "FOLDER", default_value = "out/chart")]
+    out: PathBuf,
+    #[command(flatten)]
+    shards: Shards,
+}
+
+/// The settings that decide the rows.
+#[derive(Args, Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Options {
     /// Only the two smallest meshes at 3.5 kPa: under a minute.
     #[arg(long)]
     quick: bool,
@@ -30,48 +47,135 @@ pub(super) struct ChartArgs {
     /// terms, and their errors say what that costs.
     #[arg(long)]
     terms: bool,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
-    /// done.
-    #[arg(long, value_name = "FOLDER", default_value = "out/chart")]
-    out: PathBuf,
+    /// Processor that the ticks are timed on. Times of two kinds do not belong on one chart: shards
+    /// of another are refused.
+    #[arg(skip = machine::processor())]
+    processor: String,
+}
+
+/// Every method at the same press.
+pub(super) struct Chart {
+    options: Options,
+    scope: Scope,
+}
+
+/// Rows of some cases. Times of a tick are carried as they were read.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Rows {
+    runs: Vec<Run>,
+    terms: Vec<TermErrors>,
 }
 
 impl ChartArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let folder = OutputFolder::open(&self.out)?;
-        let scope = if self.quick { Scope::quick(self.moving) } else { Scope::full(self.moving) };
-        let runs = run_all(&scope)?;
-        let summary = Summary::of(&runs);
+        Chart::start(self.options.clone(), &self.shards, &self.out)
+    }
+}
+
+impl Campaign for Chart {
+    type Options = Options;
+    type Counts = Rows;
+    const COMMAND: &'static str = "chart";
+
+    fn load(options: Options) -> Result<Self, Error> {
+        let scope = if options.quick { Scope::quick(options.moving) } else { Scope::full(options.moving) };
+        Ok(Self { scope, options })
+    }
+
+    fn options(&self) -> &Options {
+        &self.options
+    }
+
+    fn cases(&self) -> u64 {
+        let of_terms = if self.options.terms { Method::ALL.len() } else { 0 };
+        (self.groups().count() + of_terms) as u64
+    }
+
+    fn run(&self, cases: Range<u64>) -> Result<Rows, Error> {
+        // groups of rows first, then terms
+        let (first, end, groups) = (cases.start as usize, cases.end as usize, self.groups().count());
+        let runs = self.measure(first.min(groups)..end.min(groups))?;
+        let terms = self.terms(first.saturating_sub(groups)..end.saturating_sub(groups))?;
+        Ok(Rows { runs, terms })
+    }
+
+    fn add(rows: &mut Rows, next: Rows) {
+        rows.runs.extend(next.runs);
+        rows.terms.extend(next.terms);
+    }
+
+    fn report(&self, folder: OutputFolder, Rows { runs, terms }: Rows) -> Result<(), Error> {
+        let summary = Summary::of(&runs, &self.options.processor);
         write(&folder, &runs, &summary)?;
-        draw(&folder, &runs)?;
+        draw(&folder, &runs, &self.options.processor)?;
         print_table(&runs);
         print_fronts(&summary);
-        if self.terms {
-            let errors = terms(if self.quick { QUICK_NODES } else { NODES })?;
-            write_term_errors(&folder, &errors)?;
-            print_terms(&errors);
+        if self.options.terms {
+            write_term_errors(&folder, &terms)?;
+            print_terms(&terms);
         }
         println!("\nwrote {}: summary.json, chart.csv, pictures as SVG and PNG", folder.publish()?.display());
         Ok(())
     }
 }
 
-/// Every method in tissue with terms, on the block of 20 kPa.
-fn terms(nodes: usize) -> Result<Vec<TermErrors>, Error> {
-    let steps = Steps::new("terms", Method::ALL.len());
-    let mut found = Vec::new();
-    for (n, method) in Method::ALL.into_iter().enumerate() {
-        steps.show(n, Method::ALL.len(), method.name());
-        let block = match method {
-            Method::Calibrated => Block::calibrated(nodes, TERMS_PA),
-            _ => Some(Block::standard(nodes, TERMS_PA)?),
-        };
-        if let Some(block) = block {
-            found.extend(term_errors(method, &block)?);
-        }
+impl Chart {
+    /// Rows that share a method, a mesh and a stiffness, and with them the search for the substeps:
+    /// each group is a case.
+    fn groups(&self) -> impl Iterator<Item = &[Task]> {
+        let key = |task: &Task| (task.method, task.nodes, task.youngs_modulus_pa);
+        self.scope.tasks.chunk_by(move |a, b| key(a) == key(b))
     }
-    steps.finish();
-    Ok(found)
+
+    fn measure(&self, groups: Range<usize>) -> Result<Vec<Run>, Error> {
+        let chosen: Vec<&[Task]> = self.groups().skip(groups.start).take(groups.len()).collect();
+        let total: usize = chosen.iter().map(|tasks| tasks.len()).sum();
+        let reference = Reference::block();
+        let steps = Steps::new("chart", total);
+        let mut block: Option<Block> = None;
+        let mut runs = Vec::with_capacity(total);
+        let mut done = 0;
+        for tasks in chosen {
+            let Some(&task) = tasks.first() else { continue };
+            steps.show(done, total, &format!("{} {} nodes", task.method.name(), task.nodes));
+            done += tasks.len();
+            if task.method == Method::Calibrated {
+                // its patch brings its own mesh
+                if let Some(own) = Block::calibrated(task.nodes, task.youngs_modulus_pa) {
+                    runs.extend(measure(tasks, &own, &reference, self.scope.moving)?);
+                }
+                continue;
+            }
+            let same =
+                |b: &Block| b.size().nodes == task.nodes && f64::from(b.params.youngs_modulus_pa) == task.youngs_modulus_pa;
+            let block = match block.take().filter(same) {
+                Some(kept) => block.insert(kept),
+                None => block.insert(Block::standard(task.nodes, task.youngs_modulus_pa)?),
+            };
+            runs.extend(measure(tasks, block, &reference, self.scope.moving)?);
+        }
+        steps.finish();
+        Ok(runs)
+    }
+
+    /// Methods of these numbers in tissue with terms, on the block of 20 kPa.
+    fn terms(&self, methods: Range<usize>) -> Result<Vec<TermErrors>, Error> {
+        let nodes = if self.options.quick { QUICK_NODES } else { NODES };
+        let steps = Steps::new("terms", methods.len());
+        let mut found = Vec::new();
+        for (n, method) in Method::ALL.into_iter().skip(methods.start).take(methods.len()).enumerate() {
+            steps.show(n, methods.len(), method.name());
+            let block = match method {
+                Method::Calibrated => Block::calibrated(nodes, TERMS_PA),
+                _ => Some(Block::standard(nodes, TERMS_PA)?),
+            };
+            if let Some(block) = block {
+                found.extend(term_errors(method, &block)?);
+            }
+        }
+        steps.finish();
+        Ok(found)
+    }
 }
 
 fn print_terms(errors: &[TermErrors]) {
@@ -83,38 +187,8 @@ fn print_terms(errors: &[TermErrors]) {
     for row in errors {
         let ([one, ten], has) = (row.held_pct.map(said), if row.has_terms { "with" } else { "none" });
         let (deep, sideways) = (said(row.stiffening_pct), said(row.sideways_pct));
-        println!("{:<22} {:>5} {has:>6} {one:>12} {ten:>12} {deep:>14} {sideways:>12}", row.method, row.nodes);
+        println!("{:<22} {:>5} {has:>6} {one:>12} {ten:>12} {deep:>14} {sideways:>12}", row.method.name(), row.nodes);
     }
-}
-
-fn run_all(scope: &Scope) -> Result<Vec<Run>, Error> {
-    let reference = Reference::block();
-    let steps = Steps::new("chart", scope.tasks.len());
-    let mut block: Option<Block> = None;
-    let mut runs = Vec::with_capacity(scope.tasks.len());
-    let same_but_split =
-        |a: &Task, b: &Task| (a.method, a.nodes, a.youngs_modulus_pa) == (b.method, b.nodes, b.youngs_modulus_pa);
-    let mut done = 0;
-    for tasks in scope.tasks.chunk_by(same_but_split) {
-        let Some(&task) = tasks.first() else { continue };
-        steps.show(done, scope.tasks.len(), &format!("{} {} nodes", task.method.name(), task.nodes));
-        done += tasks.len();
-        if task.method == Method::Calibrated {
-            // its patch brings its own mesh
-            if let Some(own) = Block::calibrated(task.nodes, task.youngs_modulus_pa) {
-                runs.extend(measure(tasks, &own, &reference, scope.moving)?);
-            }
-            continue;
-        }
-        let same = |b: &Block| b.size().nodes == task.nodes && f64::from(b.params.youngs_modulus_pa) == task.youngs_modulus_pa;
-        let block = match block.take().filter(same) {
-            Some(kept) => block.insert(kept),
-            None => block.insert(Block::standard(task.nodes, task.youngs_modulus_pa)?),
-        };
-        runs.extend(measure(tasks, block, &reference, scope.moving)?);
-    }
-    steps.finish();
-    Ok(runs)
 }
 
 fn print_table(runs: &[Run]) {

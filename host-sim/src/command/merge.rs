@@ -4,12 +4,18 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+#[cfg(feature = "full")]
+use super::accept::Accept;
 use super::campaign::Campaign;
+#[cfg(feature = "full")]
+use super::chart::Chart;
 use super::closed_loop::Loop;
 use super::fault_paths::Paths;
 use super::faults::Faults;
 #[cfg(feature = "full")]
 use super::fit::FitScenes;
+#[cfg(feature = "full")]
+use super::plan::PlanScenes;
 #[cfg(feature = "full")]
 use super::stability::Stability;
 use crate::error::Error;
@@ -55,6 +61,12 @@ impl MergeArgs {
             Stability::COMMAND => Stability::merge(parts, out),
             #[cfg(feature = "full")]
             FitScenes::COMMAND => FitScenes::merge(parts, out),
+            #[cfg(feature = "full")]
+            PlanScenes::COMMAND => PlanScenes::merge(parts, out),
+            #[cfg(feature = "full")]
+            Chart::COMMAND => Chart::merge(parts, out),
+            #[cfg(feature = "full")]
+            Accept::COMMAND => Accept::merge(parts, out),
             other => {
                 Err(TissueError::Usage(format!("this program knows no shards of {other}: merge with the one that ran them"))
                     .into())

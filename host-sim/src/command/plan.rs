@@ -1,15 +1,22 @@
 //! `palpate plan`.
 
 mod report;
+mod scenes;
 mod worth;
 
-use clap::Args;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
+use serde::{Deserialize, Serialize};
+
+pub(super) use self::scenes::PlanScenes;
 use super::Common;
+use super::campaign::{Campaign, Shards};
 use super::pack::machine;
 use super::progress::Status;
 use crate::error::Error;
-use palpate_fit::plan::{Bench, Known, Supply, search};
+use palpate_fit::plan::{Bench, Known, Outcome, Supply, search};
+use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::Machine;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
@@ -18,14 +25,29 @@ use palpate_tissue::scene::Scene;
 pub(super) struct PlanArgs {
     #[command(flatten)]
     common: Common,
+    #[command(flatten)]
+    options: PlanOptions,
+    /// Board whose budget a tick of the model must meet: m4f-168 (Cortex-M4F, 168 MHz), m7-480
+    /// (Cortex-M7, 480 MHz) or desktop. With --scenes it may be given several times.
+    #[arg(long, value_name = "BOARD", default_value = "m4f-168")]
+    board: Vec<String>,
+    /// Instead: plan every scene (.toml) of a folder for every board that is given, each into a
+    /// folder of its own below --out, and put what was found in one table (plans.csv and
+    /// summary.json in --out/table). A scene that cannot be planned is a row that says why, and the
+    /// exit code is 1.
+    #[arg(long, value_name = "FOLDER", conflicts_with = "scene")]
+    scenes: Option<PathBuf>,
+    #[command(flatten)]
+    shards: Shards,
+}
+
+/// How a model is searched for.
+#[derive(Args, Clone, Debug, Serialize, Deserialize)]
+pub(super) struct PlanOptions {
     /// Force error that is bearable [%]: root mean square over places and depths; single places may
     /// be 2.5 times as far off.
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
     tolerance_pct: f64,
-    /// Board whose budget a tick of the model must meet: m4f-168 (Cortex-M4F, 168 MHz), m7-480
-    /// (Cortex-M7, 480 MHz) or desktop.
-    #[arg(long, value_name = "BOARD", default_value = "m4f-168")]
-    board: String,
     /// Fewer and smaller candidates: under a minute for a block.
     #[arg(long)]
     quick: bool,
@@ -33,14 +55,45 @@ pub(super) struct PlanArgs {
 
 impl PlanArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let machine = machine(&self.board)?;
+        let out = self.common.folder("plan");
+        let boards = self.board.clone();
+        if let Some(scenes) = self.scenes.clone() {
+            let options = scenes::Options { plan: self.options.clone(), boards, scenes, out: out.clone() };
+            return PlanScenes::start(options, &self.shards, &out);
+        }
+        if self.shards.any() {
+            let why = "--shard: one scene is planned in one piece, by a search whose steps follow from each other: leave it out, or give a folder of scenes with --scenes";
+            return Err(TissueError::Usage(why.into()).into());
+        }
+        let [board] = &boards[..] else {
+            let why = format!("--board {}: one scene is planned for one board: give one, or --scenes", boards.join(" --board "));
+            return Err(TissueError::Usage(why).into());
+        };
+        let board = machine(board)?;
+        let (outcome, _) = self.options.plan(&self.common.scene, board, &out)?;
+        Ok(outcome.check(board, self.options.tolerance_pct).map(|_| ())?)
+    }
+}
+
+impl PlanOptions {
+    fn check(&self) -> Result<(), Error> {
+        if self.tolerance_pct > 0.0 && self.tolerance_pct <= 100.0 {
+            return Ok(());
+        }
+        let why = format!("--tolerance-pct {}: give a percentage above 0, at most 100", self.tolerance_pct);
+        Err(TissueError::Usage(why).into())
+    }
+
+    /// Plans one scene for one board and writes what was found into the folder `out`; returns the
+    /// name of its patch file as well.
+    fn plan(&self, scene: &str, machine: &'static Machine, out: &Path) -> Result<(Outcome, Option<String>), Error> {
         let asked = self.tolerance_pct;
-        let scene = Scene::load(&self.common.scene)?;
+        let scene = Scene::load(scene)?;
         scene.refuse_stiffening()?;
         if machine.is_board() {
             scene.refuse_what_boards_lack(machine.name)?;
         }
-        let mut folder = OutputFolder::open(&self.common.folder("plan"))?;
+        let mut folder = OutputFolder::open(out)?;
         // an earlier plan's patch must not be taken for this one's
         folder.drop_earlier(&format!("{}-{}.patch", scene.name, machine.name));
         let status = Status::start();
@@ -57,8 +110,8 @@ impl PlanArgs {
         };
         let outcome = search(&bench, &mut Supply::of(&scene, machine, self.quick))?;
         status.clear();
-        report::write(folder, &bench, &outcome)?;
-        Ok(outcome.check(machine, asked).map(|_| ())?)
+        let patch = report::write(folder, &bench, &outcome)?;
+        Ok((outcome, patch))
     }
 }
 

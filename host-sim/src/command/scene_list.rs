@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::shard::scene_checksum;
@@ -56,6 +58,38 @@ impl SceneList {
         let file = |name: &str| self.folder.join(format!("{name}.toml")).display().to_string();
         self.checksums.keys().skip(first).take(count).map(move |name| (name.as_str(), file(name)))
     }
+}
+
+/// How the work on a scene ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Ended {
+    /// Within the tolerance.
+    Kept,
+    /// Beyond it.
+    Missed,
+    /// Without a result.
+    Failed,
+}
+
+impl Ended {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Kept => "kept",
+            Self::Missed => "missed",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// Why a scene missed or failed, in a line of its row. Its file is named as it is in the folder:
+/// a shard may see the folder in another place.
+pub(super) fn why(error: &Error, name: &str, file: &str) -> String {
+    let why = match error {
+        Error::Tissue(TissueError::Check(why)) => why.clone(),
+        other => other.to_string(),
+    };
+    why.replace(file, &format!("{name}.toml"))
 }
 
 /// Whether no later case can do better: the disk, not the scene.

@@ -14,4 +14,5 @@ mod press_writes_the_contract;
 mod readme_commands_run;
 mod replay_is_bit_exact;
 mod results_are_never_mixed;
+mod shards_make_one_run;
 mod surfaces_become_tets;

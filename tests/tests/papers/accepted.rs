@@ -43,10 +43,10 @@ fn rows_are_accepted(chosen: impl Fn(&str) -> bool) {
 fn a_row_that_holds_without_its_term_shows_nothing() {
     let figure = |ours, without_term| Figure { what: String::new(), accepted: [0.4, 0.5], ours, without_term };
     let row = |figures: &[Figure]| Row {
-        test: "T0",
+        test: "T0".into(),
         data: String::new(),
-        source: "",
-        term: "",
+        source: "".into(),
+        term: "".into(),
         fitted: String::new(),
         predicted: String::new(),
         figures: figures.to_vec(),

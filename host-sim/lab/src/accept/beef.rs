@@ -124,10 +124,10 @@ impl Beef {
         let terms =
             format!("shares {g:.3} and {h:.3} at {tau_s:.2} and {slow_s:.2} s, with the loading, to the medians of the sirloin");
         Row {
-            test: "T1",
+            test: "T1".into(),
             data: format!("beef, {}, {} tests", cut.name, cut.tests),
-            source: SOURCE,
-            term: "relaxation",
+            source: SOURCE.into(),
+            term: "relaxation".into(),
             fitted: if predicted { format!("nothing of this cut ({terms})") } else { terms },
             predicted: if predicted {
                 "force left at five times of a hold, on the patch".into()
@@ -157,7 +157,7 @@ impl Beef {
                 self.ramp_s,
                 self.peak_n
             ),
-            axes: ["time since the end of the loading [s]", "force over that at the end of the loading (1)"],
+            axes: ["time since the end of the loading [s]", "force over that at the end of the loading (1)"].map(Into::into),
             curves: vec![
                 measured("measured, median", &cut.median),
                 measured("10 % of tests below", &cut.low),

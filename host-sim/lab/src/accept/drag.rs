@@ -118,10 +118,10 @@ fn ball() -> Result<(Row, Picture), Error> {
         without_term: slides(SHOWN_M, &shares(without_n, friction)),
     });
     let row = Row {
-        test: "T5",
+        test: "T5".into(),
         data: format!("closed forms, ball of {} mm, 1, 2 and 4 mm deep", RADIUS_M * 1e3),
-        source: SOURCE,
-        term: "friction",
+        source: SOURCE.into(),
+        term: "friction".into(),
         fitted: "nothing".into(),
         predicted: "worst of the depths; drags to 5 mm, in full slip the tilt of the pushes counted".into(),
         figures: partial.into_iter().chain(full).collect(),
@@ -142,7 +142,7 @@ fn ball() -> Result<(Row, Picture), Error> {
             "pressed without friction; a full slide bears {:.3} for the tilt of the pushes",
             tilted(SHOWN_M / RADIUS_M)
         ),
-        axes: ["length of the drag over that at which all slips (1)", "force along the surface over mu N (1)"],
+        axes: ["length of the drag over that at which all slips (1)", "force along the surface over mu N (1)"].map(Into::into),
         curves,
     };
     Ok((row, picture))

@@ -124,10 +124,10 @@ impl Liver {
 
     fn row(&self, region: &Region, found: &StiffeningFit, ours: &[f64], without: &[f64]) -> Row {
         Row {
-            test: "T2",
+            test: "T2".into(),
             data: format!("pig liver, {}, {} sites", region.name, region.sites),
-            source: SOURCE,
-            term: "stiffening",
+            source: SOURCE.into(),
+            term: "stiffening".into(),
             fitted: format!("to every second depth: {}", found.told()),
             predicted: "force at the five depths between, on the patch".into(),
             figures: vec![
@@ -157,7 +157,7 @@ impl Liver {
             name: format!("liver_{}", region.name.replace(' ', "_")),
             title: format!("pig liver, {}: every second depth fitted, the others predicted", region.name),
             below: format!("{} sites; ball of {} mm; {}", region.sites, self.ball_radius_m * 1e3, found.told()),
-            axes: ["depth since contact was declared [mm]", "force [N]"],
+            axes: ["depth since contact was declared [mm]", "force [N]"].map(Into::into),
             curves: vec![
                 curve("measured, median", &region.force_n, true),
                 curve("ours", ours, false),

@@ -111,10 +111,10 @@ fn compare(params: &Params, depth_m: f64, elastic_n: &[f64], ours_n: &[f64]) -> 
         without_term: of(elastic_n),
     };
     let row = Row {
-        test: "T4",
+        test: "T4".into(),
         data: format!("closed forms, ball of {} mm, {} mm deep", RADIUS_M * 1e3, depth_m * 1e3),
-        source: SOURCE,
-        term: "relaxation",
+        source: SOURCE.into(),
+        term: "relaxation".into(),
         fitted: format!("the half-space's modulus, to the elastic patch: {fitted:.3} of its own"),
         predicted: "loading of 1 s, hold of 2 s, way out of 2 s, and where contact ends".into(),
         figures: vec![
@@ -138,7 +138,7 @@ fn compare(params: &Params, depth_m: f64, elastic_n: &[f64], ours_n: &[f64]) -> 
             lifts_off_m * 1e3,
             lost_m(&depths_m, elastic_n).max(0.0) * 1e3
         ),
-        axes: ["time [s]", "force [N]"],
+        axes: ["time [s]", "force [N]"].map(Into::into),
         curves: vec![
             curve("Lee and Radok, Ting (Hertz)", &|n| hertz.at(n), true, 10 * EVERY),
             curve("ours", &|n| ours_n[n], false, EVERY),

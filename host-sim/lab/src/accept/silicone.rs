@@ -92,10 +92,10 @@ pub(super) fn run() -> Result<Outcome, Error> {
     });
     let (low, high) = fits.iter().fold((f64::MAX, 0.0_f64), |(low, high), fit| (low.min(fit.b), high.max(fit.b)));
     let row = Row {
-        test: "T3",
+        test: "T3".into(),
         data: format!("silicone, {} phantoms, squeezed to 65 %", fits.len()),
-        source: SOURCE,
-        term: "stiffening",
+        source: SOURCE.into(),
+        term: "stiffening".into(),
         fitted: format!("modulus and b ({low:.2} to {high:.2}) of each, to its eight stresses"),
         predicted: "nothing: that two numbers describe a curve, by the patch's law in uniform deformation".into(),
         figures: figures.into(),
@@ -115,7 +115,7 @@ pub(super) fn run() -> Result<Outcome, Error> {
             name: format!("silicone_{}", phantom.name),
             title: format!("silicone {}: stress of a squeezed cylinder", phantom.name),
             below: format!("mean of ten; E = {:.2} kPa, b = {:.2}", fit.youngs_modulus_pa * 1e-3, fit.b),
-            axes: ["engineering strain (1)", "engineering stress [kPa]"],
+            axes: ["engineering strain (1)", "engineering stress [kPa]"].map(Into::into),
             curves: vec![
                 curve("measured", phantom.stress_pa.clone(), true),
                 curve("ours", times(&ours(fit.b)), false),

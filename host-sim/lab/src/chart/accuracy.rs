@@ -1,6 +1,7 @@
 //! Force and shape at rest in the holds, against the reference.
 
 use palpate::{Fault, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::reference::Reference;
 use super::survive::{CLEAR_M, positions};
@@ -29,7 +30,7 @@ const IN_A_ROW: usize = 4;
 const MOST_MEANS: usize = 40;
 
 /// How wrong a method is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Accuracy {
     /// Force at each of [`DEPTHS_M`] [N].
     pub force_n: [f64; 4],

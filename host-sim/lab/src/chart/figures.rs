@@ -19,17 +19,16 @@ const ERROR_WORDS: [(&str, &str); 3] = [
     ("force while the probe moves", "RMS force error in ramps of 40, 100, 200 and a tap of 500 mm/s [% of the peak]"),
 ];
 
-/// Draws them; the names of those that were written, without ending. A quantity without a reference
-/// has no picture.
+/// Draws them, of rows whose times were taken on `processor`; the names of those that were written,
+/// without ending. A quantity without a reference has no picture.
 ///
 /// # Errors
 /// A picture cannot be drawn or written.
-pub fn draw(folder: &OutputFolder, runs: &[Run]) -> Result<Vec<String>, Error> {
+pub fn draw(folder: &OutputFolder, runs: &[Run], processor: &str) -> Result<Vec<String>, Error> {
     let mut moduli: Vec<f64> = runs.iter().map(|r| r.task.youngs_modulus_pa).collect();
     moduli.dedup();
     let below = format!(
-        "80 x 80 x 40 mm block, hemisphere R = 8 mm, substeps to survive 8 mm; {}; {}",
-        palpate_tissue::machine::processor(),
+        "80 x 80 x 40 mm block, hemisphere R = 8 mm, substeps to survive 8 mm; {processor}; {}",
         palpate_tissue::machine::build()
     );
     let below = match runs.iter().any(|r| r.task.refinement > 1) {

@@ -3,6 +3,7 @@
 
 use palpate::Fault;
 use palpate_tissue::moving::{Ramp, RampError, TruthError};
+use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::methods::{Block, Method};
@@ -11,7 +12,7 @@ use crate::methods::{Block, Method};
 pub const SPEEDS_MM_PER_S: [u32; 4] = [40, 100, 200, 500];
 
 /// Errors of one method while the probe moves.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Moving(pub [RampError; SPEEDS_MM_PER_S.len()]);
 
 impl Moving {

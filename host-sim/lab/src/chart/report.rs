@@ -99,9 +99,9 @@ pub const ERRORS: [(&str, Quantity); 3] = [
 ];
 
 impl Summary {
-    /// Draws the fronts.
+    /// Draws the fronts of rows whose times were taken on this processor.
     #[must_use]
-    pub fn of(runs: &[Run]) -> Self {
+    pub fn of(runs: &[Run], processor: &str) -> Self {
         let mut moduli: Vec<f64> = runs.iter().map(|r| r.task.youngs_modulus_pa).collect();
         moduli.dedup();
         let mut fronts = Vec::new();
@@ -122,7 +122,7 @@ impl Summary {
         }
         Self {
             scene: "block 80 x 80 x 40 mm, nu 0.45, hemisphere R = 8 mm, pressed to 8 mm",
-            machine: palpate_tissue::machine::processor(),
+            machine: processor.to_owned(),
             build: palpate_tissue::machine::build(),
             terms: [
                 "contact: the same foundation points and law for all but implicit and compliance, which have unilateral contact at the nodes",

@@ -2,6 +2,8 @@
 
 use super::accuracy::Accuracy;
 use palpate::Fault;
+use palpate_tissue::shard::exact;
+use serde::{Deserialize, Serialize};
 
 use super::cycles::m4f_cycles;
 use super::moving::Moving;
@@ -13,7 +15,7 @@ use crate::error::Error;
 use crate::methods::{Block, Size};
 
 /// Row of the chart: its task, the counts of its mesh and its outcome.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Run {
     /// Task that was run.
     pub task: Task,
@@ -24,7 +26,7 @@ pub struct Run {
 }
 
 /// Measured values of a row.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// Substeps of a tick.
     pub substeps: u16,
@@ -34,10 +36,12 @@ pub struct Measured {
     pub accuracy: Accuracy,
     /// Errors while the probe moves, where they were asked for and a truth is known; the fault of a
     /// method that diverges in a ramp or a tap.
+    #[serde(with = "exact::fault")]
     pub moving: Option<Result<Moving, Fault>>,
     /// Time of a tick.
     pub time: TickTime,
     /// Estimated cycles of a tick on a Cortex-M4F.
+    #[serde(with = "exact")]
     pub m4f_cycles: f64,
 }
 

@@ -1,9 +1,11 @@
 //! Scope of the chart: methods, sizes, stiffnesses.
 
+use serde::{Deserialize, Serialize};
+
 use crate::methods::Method;
 
 /// One row of the chart, to be measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Task {
     /// Method.
     pub method: Method,

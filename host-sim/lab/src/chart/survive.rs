@@ -5,6 +5,8 @@
 //! diverge can stay inside out.
 
 use palpate::Vector3;
+use palpate_tissue::shard::exact;
+use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::methods::{Block, DEEPEST_M, Method, RunningMethod};
@@ -26,7 +28,7 @@ const STILL_FORCE: f64 = 0.05;
 const RETURNED_M: f64 = 2.5e-4;
 
 /// Why a press was not survived.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error, Serialize, Deserialize)]
 pub enum Failure {
     /// Not finite, or faster than any tissue.
     #[error("diverges at {depth_mm:.1} mm")]
@@ -38,25 +40,29 @@ pub enum Failure {
     #[error("does not come to rest: {moved_mm:.2} mm and {force_pct:.0} % of the force in 20 ms")]
     Restless {
         /// Furthest that a node went [mm].
+        #[serde(with = "exact")]
         moved_mm: f64,
         /// Change of the force [%].
+        #[serde(with = "exact")]
         force_pct: f64,
     },
     /// Deformed after the release.
     #[error("does not return: {left_mm:.2} mm left after the release")]
     Deformed {
         /// Largest displacement [mm].
+        #[serde(with = "exact")]
         left_mm: f64,
     },
 }
 
 /// A press that was tried.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PressResult {
     /// Why it failed, if so.
     pub failure: Option<Failure>,
     /// Smallest tet volume over its rest volume at the end of the hold; NaN if that was not
     /// reached.
+    #[serde(with = "exact")]
     pub min_j: f64,
 }
 

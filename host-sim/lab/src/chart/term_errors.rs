@@ -5,7 +5,7 @@
 //! function of the preset `beef` times the elastic truth, by finite elements of the Fung-Demiray
 //! law, by Coulomb's law times the push that is found.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::reference::Reference;
 use super::survive::{CLEAR_M, Survival, least_substeps};
@@ -38,10 +38,10 @@ const SLIDE_M_PER_S: f64 = 0.02;
 const AVERAGED_M: f64 = 3e-3;
 
 /// Force errors of a method [%]; `None` where it diverges.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TermErrors {
-    /// Name of the method.
-    pub method: &'static str,
+    /// Method.
+    pub method: Method,
     /// Nodes.
     pub nodes: usize,
     /// Whether it runs with the terms.
@@ -83,7 +83,7 @@ pub fn term_errors(method: Method, block: &Block) -> Result<Option<TermErrors>, 
     let sideways = method.run(&rubbing, substeps, |running| slide(&rubbing, running))?.flatten();
     let error_pct = |found: f64, wanted: f64| 100.0 * (found / wanted - 1.0);
     Ok(Some(TermErrors {
-        method: method.name(),
+        method,
         nodes: block.size().nodes,
         has_terms: ours,
         substeps: [substeps, stiffer],
@@ -105,7 +105,7 @@ pub fn write_term_errors(folder: &OutputFolder, errors: &[TermErrors]) -> Result
         let [one, ten] = row.held_pct;
         let cells = [one, ten, row.stiffening_pct, row.sideways_pct].map(|pct| pct.map_or(String::new(), |p| format!("{p:.2}")));
         let [elastic, stiffening] = row.substeps;
-        text += &format!("{},{},{},{elastic},{stiffening},{}\n", row.method, row.nodes, row.has_terms, cells.join(","));
+        text += &format!("{},{},{},{elastic},{stiffening},{}\n", row.method.name(), row.nodes, row.has_terms, cells.join(","));
     }
     Ok(folder.write("terms.csv", text.as_bytes())?)
 }

@@ -6,6 +6,7 @@
 //! shared machine wanders, the ratio of neighbours does not.
 
 use palpate::Fault;
+use serde::{Deserialize, Serialize};
 
 use super::survive::CLEAR_M;
 use crate::error::Error;
@@ -25,7 +26,7 @@ const LONG_ENOUGH_S: f64 = 0.1;
 const SETTLE_TICKS: usize = 60;
 
 /// Time of a tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TickTime {
     /// In the fastest batch [us].
     pub min_us: f64,
@@ -34,7 +35,8 @@ pub struct TickTime {
     /// Over that of plain springs with one substep on the same mesh: median of neighbouring
     /// batches.
     pub times_springs: f64,
-    /// Floating-point operations in solves of the last tick.
+    /// Floating-point operations in solves of the last tick of batch [`LEAST_BATCHES`]: counted
+    /// there, they do not hang on how many more batches this machine has time for.
     pub solver_flops: f64,
 }
 
@@ -55,10 +57,14 @@ fn in_turn(block: &Block, running: &mut dyn RunningMethod, springs: &mut dyn Run
     let begun = thread_time();
     let mut batches_us = Vec::new();
     let mut ratios = Vec::new();
+    let mut solver_flops = 0.0;
     while batches_us.len() < LEAST_BATCHES || (thread_time() - begun).as_secs_f64() < LONG_ENOUGH_S {
         let (plain_us, own_us) = (batch_us(block, springs)?, batch_us(block, running)?);
         batches_us.push(own_us);
         ratios.push(own_us / plain_us);
+        if batches_us.len() == LEAST_BATCHES {
+            solver_flops = running.solver_flops();
+        }
     }
     batches_us.sort_by(f64::total_cmp);
     ratios.sort_by(f64::total_cmp);
@@ -66,7 +72,7 @@ fn in_turn(block: &Block, running: &mut dyn RunningMethod, springs: &mut dyn Run
         min_us: batches_us[0],
         median_us: batches_us[batches_us.len() / 2],
         times_springs: ratios[ratios.len() / 2],
-        solver_flops: running.solver_flops(),
+        solver_flops,
     })
 }
 

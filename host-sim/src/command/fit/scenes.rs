@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::Common;
 use super::super::campaign::Campaign;
-use super::super::scene_list::{SceneList, ends_all};
+use super::super::scene_list::{Ended, SceneList, ends_all, why};
 use super::{FitArgs, FitOptions, Fitted};
 use crate::error::Error;
 
@@ -33,18 +33,6 @@ pub(in super::super) struct Options {
 pub(in super::super) struct FitScenes {
     options: Options,
     scenes: SceneList,
-}
-
-/// How the fit of a scene ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum Ended {
-    /// Within the tolerance.
-    Kept,
-    /// Beyond it; the patch is there all the same.
-    Missed,
-    /// No patch.
-    Failed,
 }
 
 /// A row of the table.
@@ -122,7 +110,7 @@ impl Campaign for FitScenes {
     }
 
     fn run(&self, cases: Range<u64>) -> Result<Vec<Row>, Error> {
-        self.scenes.files(cases).map(|(name, file)| self.fit(name, file)).collect()
+        self.scenes.files(cases).map(|(name, file)| self.fit(name, &file)).collect()
     }
 
     fn add(rows: &mut Vec<Row>, next: Vec<Row>) {
@@ -155,20 +143,16 @@ impl Campaign for FitScenes {
 
 impl FitScenes {
     /// One scene. What is wrong with it stands in its row, and ends no other's fit.
-    fn fit(&self, name: &str, file: String) -> Result<Row, Error> {
+    fn fit(&self, name: &str, file: &str) -> Result<Row, Error> {
         println!("\n{file}");
         let out = self.options.out.join(FITS).join(name);
         let args = FitArgs {
-            common: Common { scene: file, out: Some(out) },
+            common: Common { scene: file.to_owned(), out: Some(out) },
             options: self.options.fit.clone(),
             scenes: None,
             shards: Default::default(),
         };
         let row = |ended, why, fit, trials| Row { scene: name.to_owned(), ended, why, fit, trials };
-        let why = |error: &TissueError| match error {
-            TissueError::Check(why) => Some(why.clone()),
-            other => Some(other.to_string()),
-        };
         Ok(match args.fit_scene() {
             Ok(Fitted { record, trials, missed }) => {
                 let ended = if missed.is_some() { Ended::Missed } else { Ended::Kept };
@@ -182,25 +166,14 @@ impl FitScenes {
                     to_m: record.judged.to_m,
                     reference_error_pct: record.reference_error_pct,
                 };
-                row(ended, missed.as_ref().and_then(why), Some(fit), trials)
+                row(ended, missed.map(|missed| why(&missed.into(), name, file)), Some(fit), trials)
             }
             Err(error) if ends_all(&error) => return Err(error),
             Err(error) => {
                 println!("could not be fitted: {error}");
-                let reason = if let Error::Tissue(error) = &error { why(error) } else { Some(error.to_string()) };
-                row(Ended::Failed, reason, None, Vec::new())
+                row(Ended::Failed, Some(why(&error, name, file)), None, Vec::new())
             }
         })
-    }
-}
-
-impl Row {
-    fn ended(&self) -> &'static str {
-        match self.ended {
-            Ended::Kept => "kept",
-            Ended::Missed => "missed",
-            Ended::Failed => "failed",
-        }
     }
 }
 
@@ -226,7 +199,7 @@ fn csv(rows: &[Row]) -> Result<String, Error> {
         let text = |of: fn(&Fit) -> String| row.fit.as_ref().map_or(String::new(), of);
         csv.write_record([
             row.scene.clone(),
-            row.ended().to_owned(),
+            row.ended.name().to_owned(),
             text(|fit| fit.nodes.to_string()),
             number(|fit| Some(fit.rms_pct)),
             number(|fit| Some(fit.worst_pct)),
@@ -246,7 +219,7 @@ fn csv(rows: &[Row]) -> Result<String, Error> {
 fn print(rows: &[Row]) {
     println!("\n{:<24} {:<7} {:>5} {:>7} {:>8} {:>9}  why", "scene", "ended", "nodes", "rms %", "worst %", "elements %");
     for row in rows {
-        let mut line = format!("{:<24} {:<7}", row.scene, row.ended());
+        let mut line = format!("{:<24} {:<7}", row.scene, row.ended.name());
         let _infallible = match &row.fit {
             Some(fit) => {
                 let elements = fit.reference_error_pct.map_or("-".into(), |pct| format!("{pct:.2}"));

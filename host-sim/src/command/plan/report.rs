@@ -50,7 +50,8 @@ struct Summary<'a> {
     machine: String,
 }
 
-pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), Error> {
+/// Writes and prints it; returns the name of the patch file, if a model was found.
+pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<Option<String>, Error> {
     let (scene, machine) = (bench.scene, bench.machine);
     let mut patch = None;
     if let Some(session) = outcome.chosen.as_ref().and_then(|t| t.session.as_ref()) {
@@ -117,7 +118,7 @@ pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome) -> R
         out.display(),
         summary.patch.as_ref().map_or_else(String::new, |name| format!("{name}, "))
     );
-    Ok(())
+    Ok(summary.patch)
 }
 
 /// Returns the name of the group of trials that a trial belongs to in a chart.

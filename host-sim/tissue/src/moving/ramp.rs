@@ -1,7 +1,7 @@
 //! Force error of one ramp against its stored truth.
 
 use palpate::{Fault, Params, ProbePose, Vector3, tick};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::error::TruthError;
 use super::table::Table;
@@ -33,7 +33,7 @@ pub struct Ramp {
 }
 
 /// Force errors of a ramp to 4 mm, and of the hold after it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RampError {
     /// Speed [mm/s].
     pub speed_mm_per_s: u32,

@@ -5,30 +5,29 @@ use palpate::{ClampFlags, Fault};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-#[derive(Serialize, Deserialize)]
-#[serde(untagged)]
-enum Number {
-    Finite(f64),
-    Other(String),
-}
-
-/// Writes a number; one that is not finite as text.
+/// Writes a number as text, whether it is finite or not: the shortest that reads as the same bits.
 ///
 /// # Errors
 /// Of the serializer.
 pub fn serialize<S: Serializer>(number: &f64, to: S) -> Result<S::Ok, S::Error> {
-    if number.is_finite() { to.serialize_f64(*number) } else { to.collect_str(number) }
+    to.collect_str(&format_args!("{number:e}"))
 }
 
-/// Reads what [`serialize`] wrote.
+/// Reads what [`serialize`] wrote. No choice between a number and a text: where a crate of the
+/// build asks `serde_json` for arbitrary precision, numbers do not get through one.
 ///
 /// # Errors
 /// It is no number.
 pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
-    match Number::deserialize(from)? {
-        Number::Finite(number) => Ok(number),
-        Number::Other(text) => text.parse().map_err(D::Error::custom),
-    }
+    String::deserialize(from)?.parse().map_err(D::Error::custom)
+}
+
+/// Reads a number that was written plainly, where JSON has null for one that is not finite: as NaN.
+///
+/// # Errors
+/// It is neither.
+pub fn or_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
 /// Clamped inputs, as their byte.
@@ -108,7 +107,7 @@ mod tests {
 
     #[test]
     fn every_number_and_flag_is_read_as_it_was() {
-        for number in [0.0, -0.0, 1.0, 0.1 + 0.2, f64::MIN_POSITIVE, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for number in [0.0, -0.0, 1.0, 0.1 + 0.2, 1e300, f64::MIN_POSITIVE, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let mut flags = ClampFlags::DEPTH;
             flags.set(ClampFlags::ENERGY);
             let row = Row(number, flags);

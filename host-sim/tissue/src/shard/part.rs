@@ -22,7 +22,8 @@ const CHECKSUM: crc::Crc<u64, crc::Table<16>> = crc::Crc::<u64, crc::Table<16>>:
 /// Names the campaign and the part of its cases that a file holds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Heading {
-    form: u32,
+    /// Form of the lines: rises when they mean something else.
+    pub form: u32,
     /// Version of the program.
     pub version: String,
     /// Fingerprint of the program's file: see [`program`].
@@ -63,6 +64,9 @@ pub enum PartError {
     /// Cut short, or changed since.
     #[error("is cut short or damaged")]
     Damaged,
+    /// Cut from its campaign by another rule: it may leave a gap, or overlap its neighbours.
+    #[error("holds other cases than its number says")]
+    OtherCases,
 }
 
 impl Heading {
@@ -112,7 +116,7 @@ impl Heading {
             return said("command", &self.command, &other.command);
         }
         if let Some((key, own, theirs)) = first_difference(&self.options, &other.options) {
-            let or_none = |value: Option<&Value>| value.map_or("not given".into(), Value::to_string);
+            let or_none = |value: Option<&Value>| value.map_or("left out".into(), Value::to_string);
             return said(key, &or_none(own), &or_none(theirs));
         }
         if let Some((key, own, theirs)) = first_difference(&self.inputs, &other.inputs) {
@@ -169,7 +173,11 @@ impl Part {
         if last != format!("{{\"crc64\":\"{sum}\"}}\n") {
             return Err(PartError::Damaged);
         }
-        let heading = serde_json::from_str(first).map_err(|_| PartError::NotAShard)?;
+        let heading: Heading = serde_json::from_str(first).map_err(|_| PartError::NotAShard)?;
+        let cases = heading.shard.cases(heading.cases);
+        if heading.range != [cases.start, cases.end] {
+            return Err(PartError::OtherCases);
+        }
         Ok(Self { heading, counts: counts.to_owned() })
     }
 

@@ -69,10 +69,10 @@ pub(super) fn flat() -> Result<Row, Error> {
         })
     };
     Ok(Row {
-        test: "T5",
+        test: "T5".into(),
         data: format!("Coulomb, flat end of 8 mm, shipped patch of {NODES} nodes"),
-        source: "Coulomb's law",
-        term: "friction",
+        source: "Coulomb's law".into(),
+        term: "friction".into(),
         fitted: "nothing".into(),
         predicted: "force along the surface over the push, 3 mm from where it was pressed".into(),
         figures: FRICTION.par_iter().map(figure).collect::<Result<_, Error>>()?,
@@ -112,10 +112,10 @@ pub(super) fn glued() -> Result<Row, Error> {
         })
     };
     Ok(Row {
-        test: "T5",
+        test: "T5".into(),
         data: "finite elements, disc of 8 mm, shipped patches".into(),
-        source: "host-sim/tissue/references/block.json (glued disc, own finite elements)",
-        term: "friction",
+        source: "host-sim/tissue/references/block.json (glued disc, own finite elements)".into(),
+        term: "friction".into(),
         fitted: "nothing of friction (the patches to frictionless presses)".into(),
         predicted: "stiffness along the surface, mean of three headings".into(),
         figures: STUCK_NODES.par_iter().map(figure).collect::<Result<_, Error>>()?,
@@ -158,10 +158,10 @@ pub(super) fn held() -> Result<Row, Error> {
         })
     };
     Ok(Row {
-        test: "T5",
+        test: "T5".into(),
         data: format!("hold, ball of 8 mm, 2 mm deep, {NODES} nodes"),
-        source: "a place that is held does not move",
-        term: "friction",
+        source: "a place that is held does not move".into(),
+        term: "friction".into(),
         fitted: "nothing".into(),
         predicted: "way of a probe pulled aside with 0.9 of what friction bears".into(),
         figures: FRICTION.par_iter().map(figure).collect::<Result<_, Error>>()?,
