@@ -1,11 +1,14 @@
 //! `palpate chart`.
 
+mod peer_report;
+
 use std::path::PathBuf;
 
 use clap::Args;
 
 use super::progress::Steps;
 use crate::error::Error;
+use palpate_lab::chart::peers::{Peers, StandardPress};
 use palpate_lab::chart::{
     MovingPoint, Reference, Run, Scope, Summary, Task, TermErrors, draw, measure, term_errors, write, write_term_errors,
 };
@@ -30,6 +33,14 @@ pub(super) struct ChartArgs {
     /// terms, and their errors say what that costs.
     #[arg(long)]
     terms: bool,
+    /// Also draw and compare what engines of other people did at this press: the peers.csv that
+    /// host-sim/lab/peers/run.py wrote.
+    #[arg(long, value_name = "FILE")]
+    with: Option<PathBuf>,
+    /// Only write press.json, what engines of other people must know to do the same press; see
+    /// host-sim/lab/peers.
+    #[arg(long, conflicts_with_all = ["quick", "moving", "terms", "with"])]
+    press: bool,
     /// Output folder, made if it is not there; replaces an earlier result in it when the run is
     /// done.
     #[arg(long, value_name = "FOLDER", default_value = "out/chart")]
@@ -39,6 +50,12 @@ pub(super) struct ChartArgs {
 impl ChartArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let folder = OutputFolder::open(&self.out)?;
+        if self.press {
+            StandardPress::new()?.write(&folder)?;
+            println!("wrote {}: press.json", folder.publish()?.display());
+            return Ok(());
+        }
+        let peers = self.with.as_deref().map(Peers::load).transpose()?;
         let scope = if self.quick { Scope::quick(self.moving) } else { Scope::full(self.moving) };
         let runs = run_all(&scope)?;
         let summary = Summary::of(&runs);
@@ -46,6 +63,9 @@ impl ChartArgs {
         draw(&folder, &runs)?;
         print_table(&runs);
         print_fronts(&summary);
+        if let Some(peers) = &peers {
+            peer_report::add(&folder, peers, &runs, self.moving)?;
+        }
         if self.terms {
             let errors = terms(if self.quick { QUICK_NODES } else { NODES })?;
             write_term_errors(&folder, &errors)?;
