@@ -91,13 +91,14 @@ class Engine:
         return None
 
 
-MESHES = ["grid-245", "patch-130", "grid-726", "patch-410", "grid-2025"]
+MESHES = ["patch-130", "grid-245", "patch-410", "grid-726"]
 
 
 def settings(youngs_modulus_pa):
-    """Material and integrator (the stable neo-Hookean law takes the implicit one alone), Rayleigh damping, contact."""
-    laws = (("flex StVK, explicit", 0, "euler"), ("flex StVK, implicit", 0, "discrete"), ("flex stable NH, implicit", 1, "discrete"))
+    """Material and integrator (the stable neo-Hookean law takes the implicit one alone), and the time constant of the
+    contact: how far a node sinks into the probe, which makes up for coarse meshes as our foundation does. A damping of
+    2 ms in place of 0.5 ms, and contacts of 2 ms, were tried on two meshes and won nowhere."""
+    laws = (("flex StVK explicit", 0, "euler"), ("flex StVK implicit", 0, "discrete"), ("flex NH implicit", 1, "discrete"))
     for model, material, integrator in laws:
-        for damping_s in (0.0005, 0.002):
-            for time_s in (0.002, 0.004):
-                yield model, {"integrator": integrator, "material": material, "damping_s": damping_s, "solref": [time_s, 1.0]}
+        for time_s in (0.004, 0.01, 0.02, 0.04):
+            yield model, {"integrator": integrator, "material": material, "damping_s": 0.0005, "solref": [time_s, 1.0]}

@@ -1,4 +1,5 @@
-"""Newton on Warp's CPU device: stable neo-Hookean tets on particles, a sphere on a kinematic body.
+"""Newton on Warp's CPU device: stable neo-Hookean tets on particles, a sphere on a heavy body whose
+place and speed are given before every step.
 
 Two solvers: semi-implicit (explicit forces, symplectic Euler), whose contact pushes the body, and vertex block descent
 (VBD, implicit), whose contact force is its own penalty law at the end of the step, added up here.
@@ -35,7 +36,9 @@ class Engine:
             builder.add_particle(pos=wp.vec3(*x), vel=wp.vec3(0.0, 0.0, 0.0), mass=0.0 if fixed else float(m), radius=1e-6)
         for tet in mesh.tets:
             builder.add_tetrahedron(*(int(n) for n in tet), k_mu=mu, k_lambda=lam, k_damp=settings["damping"])
-        body = builder.add_body(xform=wp.transform(wp.vec3(0.0, 0.0, self.radius + 0.02), wp.quat_identity()), is_kinematic=True, mass=1.0)
+        start = wp.transform(wp.vec3(0.0, 0.0, self.radius + 0.02), wp.quat_identity())
+        # VBD wants a body with a joint; with one, the other solver keeps the body's force to itself
+        body = builder.add_body(xform=start, is_kinematic=True, mass=1.0) if self.vbd else builder.add_link(xform=start, mass=1e3)
         ke = settings["contact_n_per_m"]
         cfg = newton.ModelBuilder.ShapeConfig(density=0.0, ke=ke, kd=settings["contact_damping"], kf=0.0, mu=0.0, ka=0.0)
         builder.add_shape_sphere(body, radius=self.radius, cfg=cfg)
@@ -88,15 +91,16 @@ class Engine:
         return None
 
 
-MESHES = ["grid-245", "patch-130", "grid-726", "patch-410", "grid-2025"]
+MESHES = ["patch-130", "grid-245", "patch-410", "grid-726"]
 
 
 def settings(youngs_modulus_pa):
-    """Constants of the law, damping of the tets, stiffness of the contact; iterations of VBD."""
-    for constants in ("smith", "lame"):
-        for damping in (1e-3, 1.0):
-            for contact in (100.0, 500.0):
-                yield "semi-implicit stable NH", {"solver": "semi", "constants": constants, "damping": damping, "contact_n_per_m": contact, "contact_damping": 0.0}
-    for constants in ("smith", "lame"):
-        for iterations in (2, 5, 10):
-            yield "VBD stable NH", {"solver": "vbd", "constants": constants, "damping": 1e-3, "contact_n_per_m": 500.0, "contact_damping": 0.0, "iterations": iterations}
+    """Stiffness of the contact, which makes up for coarse meshes as our foundation does; iterations of VBD. The
+    constants of the law are those that are right at small strain."""
+    for contact in (30.0, 60.0, 100.0, 300.0):
+        contact *= youngs_modulus_pa / 3500.0
+        yield "NH semi-implicit", {"solver": "semi", "constants": "smith", "damping": 1e-3, "contact_n_per_m": contact, "contact_damping": 0.0}
+    for iterations in (2, 5):
+        for contact in (30.0, 60.0, 100.0, 300.0):
+            contact *= youngs_modulus_pa / 3500.0
+            yield "NH VBD", {"solver": "vbd", "constants": "smith", "damping": 1e-3, "contact_n_per_m": contact, "contact_damping": 0.0, "iterations": iterations}

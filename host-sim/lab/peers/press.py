@@ -67,6 +67,14 @@ def go(engine, depth_m):
     return force
 
 
+def sound(engine, depth_m):
+    """A force of zero may hide that no node is anywhere any more, or far from the block."""
+    x = engine.positions()
+    if not np.isfinite(x).all() or np.abs(x).max() > 1.0:
+        raise Diverged(f"diverges at {depth_m * 1e3:.1f} mm")
+    return x
+
+
 def survive(press, engine):
     """None if the deepest press is survived, else why not."""
     s = press.all["survival"]
@@ -78,9 +86,9 @@ def survive(press, engine):
             go(engine, n * step - s["clear_m"])
         for _ in range(s["wait_ticks"] - s["still_ticks"]):
             go(engine, s["deepest_m"])
-        before = engine.positions()
+        before = sound(engine, s["deepest_m"])
         forces = [go(engine, s["deepest_m"]) for _ in range(s["still_ticks"])]
-        held = engine.positions()
+        held = sound(engine, s["deepest_m"])
         moved = np.linalg.norm(held - before, axis=1).max()
         change = (max(forces) - min(forces)) / max(abs(max(forces)), 1e-30)
         if not (moved <= s["still_m"] and change <= s["still_force_share"]):
@@ -109,7 +117,9 @@ def held_forces(press, engine):
             for k in range(1, ramp + 1):
                 go(engine, depth + (target - depth) * k / ramp)
             depth = target
-            found.append(settled(engine, depth, h))
+            force = settled(engine, depth, h)
+            sound(engine, depth)
+            found.append(force)
     except Diverged:
         pass
     return found
@@ -140,6 +150,7 @@ def moving_error_pct(ramp, engine):
     truths = np.array(ramp["judged_force_over_e_m2"])
     touch = next(n for n, d in enumerate(ramp["depths_m"]) if d > 1e-12)
     forces = np.array([go(engine, d) for d in ramp["depths_m"]])
+    sound(engine, ramp["depths_m"][-1])
     own = forces[touch : touch + len(truths)] / ramp["youngs_modulus_pa"]
     return math.sqrt(np.mean((own - truths) ** 2)) / truths.max() * 100.0
 

@@ -12,7 +12,7 @@ import time
 
 import press as P
 
-MOST_TICK_S = 0.03
+MOST_TICK_S = 0.02
 
 
 class TooSlow(Exception):
