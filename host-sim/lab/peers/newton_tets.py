@@ -50,7 +50,7 @@ class Engine:
         self.model.particle_grid = None
         self.ke = ke
         if self.vbd:
-            self.solver = newton.solvers.SolverVBD(self.model, iterations=settings["iterations"])
+            self.solver = newton.solvers.SolverVBD(self.model, iterations=settings["iterations"], integrate_with_external_rigid_solver=True)
         else:
             self.solver = newton.solvers.SolverSemiImplicit(self.model, enable_tri_contact=False)
         self.states = [self.model.state(), self.model.state()]
@@ -72,6 +72,10 @@ class Engine:
             q, qd = now.body_q.numpy(), now.body_qd.numpy()
             q[0, :3] = (0.0, 0.0, tip + self.radius)
             qd[0] = (0.0, 0.0, speed, 0.0, 0.0, 0.0)
+            if self.vbd:
+                # the body's motion is ours: VBD reads it at both ends of the step
+                q_after, qd_after = after.body_q.numpy(), after.body_qd.numpy()
+                q_after[:], qd_after[:] = q, qd
             self.pipeline.collide(now, self.contacts)
             self.solver.step(now, after, self.control, self.contacts, self.step_s)
             self.states = now, after = after, now
@@ -95,12 +99,13 @@ MESHES = ["patch-130", "grid-245", "patch-410", "grid-726"]
 
 
 def settings(youngs_modulus_pa):
-    """Stiffness of the contact, which makes up for coarse meshes as our foundation does; iterations of VBD. The
+    """Stiffness of the contact, which makes up for coarse meshes as our foundation does; VBD with 2
+    iterations (5 cost 2.5 times as much and gave the same errors). The
     constants of the law are those that are right at small strain."""
     for contact in (30.0, 60.0, 100.0, 300.0):
         contact *= youngs_modulus_pa / 3500.0
         yield "NH semi-implicit", {"solver": "semi", "constants": "smith", "damping": 1e-3, "contact_n_per_m": contact, "contact_damping": 0.0}
-    for iterations in (2, 5):
+    for iterations in (2,):
         for contact in (30.0, 60.0, 100.0, 300.0):
             contact *= youngs_modulus_pa / 3500.0
             yield "NH VBD", {"solver": "vbd", "constants": "smith", "damping": 1e-3, "contact_n_per_m": contact, "contact_damping": 0.0, "iterations": iterations}

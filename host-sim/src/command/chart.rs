@@ -49,13 +49,13 @@ pub(super) struct ChartArgs {
 
 impl ChartArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
+        let peers = self.with.as_deref().map(Peers::load).transpose()?;
         let folder = OutputFolder::open(&self.out)?;
         if self.press {
             StandardPress::new()?.write(&folder)?;
             println!("wrote {}: press.json", folder.publish()?.display());
             return Ok(());
         }
-        let peers = self.with.as_deref().map(Peers::load).transpose()?;
         let scope = if self.quick { Scope::quick(self.moving) } else { Scope::full(self.moving) };
         let runs = run_all(&scope)?;
         let summary = Summary::of(&runs);

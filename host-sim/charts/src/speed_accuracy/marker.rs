@@ -43,15 +43,15 @@ const LOOKS: [Look; 14] = [
 /// are crosses and bright shapes that no method has.
 const FURTHER: [Look; 11] = [
     Look { color: RGBColor(0x5b, 0xa3, 0xe0), shape: Marker::Square },
-    Look { color: RGBColor(0xd6, 0x2a, 0x2a), shape: Marker::Cross },
-    Look { color: RGBColor(0xf0, 0x7c, 0x1d), shape: Marker::Cross },
     Look { color: RGBColor(0x96, 0x4b, 0x20), shape: Marker::Cross },
-    Look { color: RGBColor(0x2c, 0x8f, 0x3f), shape: Marker::Plus },
+    Look { color: RGBColor(0xd6, 0x2a, 0x2a), shape: Marker::Cross },
+    Look { color: RGBColor(0xf0, 0x8c, 0x1d), shape: Marker::Cross },
+    Look { color: RGBColor(0x17, 0x7a, 0x35), shape: Marker::Plus },
     Look { color: RGBColor(0x86, 0xb8, 0x1b), shape: Marker::Plus },
-    Look { color: RGBColor(0x12, 0x9d, 0x8f), shape: Marker::Plus },
     Look { color: RGBColor(0xc0, 0x2a, 0x9c), shape: Marker::Up },
-    Look { color: RGBColor(0x7d, 0x3f, 0xc4), shape: Marker::Down },
-    Look { color: RGBColor(0xd9, 0xa4, 0x00), shape: Marker::Diamond },
+    Look { color: RGBColor(0x6a, 0x35, 0xb5), shape: Marker::Down },
+    Look { color: RGBColor(0xb0, 0x8a, 0xe0), shape: Marker::Down },
+    Look { color: RGBColor(0xd9, 0xa4, 0x00), shape: Marker::Down },
     Look { color: RGBColor(0x7a, 0x7a, 0x7a), shape: Marker::Disc },
 ];
 

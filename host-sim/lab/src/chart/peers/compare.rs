@@ -40,8 +40,7 @@ pub struct Factors {
 pub fn same_meshes(peers: &[Peer], reference: &Reference, moving: bool) -> Result<Vec<Run>, Error> {
     let mut runs = Vec::new();
     for cells in GRIDS {
-        let mut moduli: Vec<f64> =
-            peers.iter().filter(|p| p.mesh == grid_name(cells)).map(|p| p.youngs_modulus_pa).collect();
+        let mut moduli: Vec<f64> = peers.iter().filter(|p| p.mesh == grid_name(cells)).map(|p| p.youngs_modulus_pa).collect();
         moduli.sort_by(f64::total_cmp);
         moduli.dedup();
         for youngs_modulus_pa in moduli {
@@ -70,8 +69,7 @@ pub fn compare<'a>(peers: &'a [Peer], runs: &[Run], on_grids: &[Run]) -> Vec<Com
         }
         let held = factors(&ours, peer, peer.held_rms_pct, |m| m.accuracy.rms_pct());
         let moved = ours.iter().any(|m| m.moving_rms_pct().is_some());
-        let moving =
-            peer.moving_rms_pct().filter(|_| moved).map(|pct| factors(&ours, peer, pct, |m| m.moving_rms_pct()));
+        let moving = peer.moving_rms_pct().filter(|_| moved).map(|pct| factors(&ours, peer, pct, |m| m.moving_rms_pct()));
         let on_mesh = |run: &&Run| run.task.nodes == peer.nodes && run.task.youngs_modulus_pa == peer.youngs_modulus_pa;
         let of_patch = |run: &&Run| run.task.method == Method::Calibrated && run.task.refinement == 1;
         let same = match peer.mesh.split_once('-') {
@@ -144,4 +142,34 @@ pub fn write_compared(folder: &OutputFolder, compared: &[Compared]) -> Result<()
         );
     }
     Ok(folder.write("peers.csv", text.as_bytes())?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_least_factor_is_none_where_one_is_missing() {
+        let peer = Peer {
+            engine: "engine".into(),
+            version: "1".into(),
+            model: "model".into(),
+            mesh: "grid-245".into(),
+            nodes: 245,
+            tets: 720,
+            youngs_modulus_pa: 3500.0,
+            substeps: 1,
+            survives: "yes".into(),
+            tick_min_us: 100.0,
+            tick_median_us: 100.0,
+            held_rms_pct: 10.0,
+            moving_pct: [None; 4],
+            force_read: "contact".into(),
+        };
+        let row = |cheaper, nearer, moving| Compared { peer: &peer, held: Factors { cheaper, nearer }, moving, same_mesh: None };
+        let moving = Some(Factors { cheaper: Some(7.0), nearer: Some(8.0) });
+        let rows = [row(Some(3.0), Some(5.0), moving), row(Some(2.0), None, None)];
+        assert_eq!(least(&rows), [Some(2.0), None, Some(7.0), Some(8.0)]);
+        assert_eq!(least(&[]), [None; 4]);
+    }
 }

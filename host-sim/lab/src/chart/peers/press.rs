@@ -8,7 +8,8 @@ use palpate_tissue::output::OutputFolder;
 use serde::Serialize;
 
 use super::grid::{GRIDS, grid, grid_name};
-use crate::chart::{Reference, accuracy, moving, survive, timing};
+use crate::chart::reference::Reference;
+use crate::chart::{accuracy, moving, survive, timing};
 use crate::error::Error;
 use crate::methods::{BLOCK_M, Block, DEEPEST_M, RADIUS_M};
 
@@ -191,12 +192,7 @@ impl StandardPress {
 pub fn meshes() -> Vec<PeerMesh> {
     let of = |name: String, block: Block| {
         let Block { tissue, .. } = block;
-        PeerMesh {
-            name,
-            nodes_m: tissue.mesh.nodes_m,
-            tets: tissue.mesh.tets,
-            fixed: tissue.anchors,
-        }
+        PeerMesh { name, nodes_m: tissue.mesh.nodes_m, tets: tissue.mesh.tets, fixed: tissue.anchors }
     };
     let patches = PATCHES.iter().filter_map(|&nodes| Some(of(format!("patch-{nodes}"), Block::calibrated(nodes, MODULI_PA[0])?)));
     let grids = GRIDS.iter().map(|&cells| of(grid_name(cells), on_grid(cells, MODULI_PA[0])));
