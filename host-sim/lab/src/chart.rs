@@ -11,6 +11,7 @@ mod cycles;
 mod figures;
 mod front;
 mod moving;
+pub mod peers;
 mod reference;
 mod report;
 mod run;

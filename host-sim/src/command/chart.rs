@@ -1,5 +1,7 @@
 //! `palpate chart`.
 
+mod peer_report;
+
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -9,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::campaign::{Campaign, Shards};
 use super::progress::Steps;
 use crate::error::Error;
+use palpate_lab::chart::peers::{Peers, StandardPress};
 use palpate_lab::chart::{
     MovingPoint, Reference, Run, Scope, Summary, Task, TermErrors, draw, measure, term_errors, write, write_term_errors,
 };
@@ -25,6 +28,10 @@ const TERMS_PA: f64 = 20e3;
 pub(super) struct ChartArgs {
     #[command(flatten)]
     options: Options,
+    /// Only write press.json, what engines of other people must know to do the same press; see
+    /// host-sim/lab/peers.
+    #[arg(long, conflicts_with_all = ["quick", "moving", "terms", "with", "shard"])]
+    press: bool,
     /// Output folder, made if it is not there; replaces an earlier result in it when the run is
     /// done.
     #[arg(long, value_name = "FOLDER", default_value = "out/chart")]
@@ -47,6 +54,10 @@ pub(super) struct Options {
     /// terms, and their errors say what that costs.
     #[arg(long)]
     terms: bool,
+    /// Also draw and compare what engines of other people did at this press: the peers.csv that
+    /// host-sim/lab/peers/run.py wrote.
+    #[arg(long, value_name = "FILE", conflicts_with = "shard")]
+    with: Option<PathBuf>,
     /// Processor that the ticks are timed on. Times of two kinds do not belong on one chart: shards
     /// of another are refused.
     #[arg(skip = machine::processor())]
@@ -57,6 +68,7 @@ pub(super) struct Options {
 pub(super) struct Chart {
     options: Options,
     scope: Scope,
+    peers: Option<Peers>,
 }
 
 /// Rows of some cases. Times of a tick are carried as they were read.
@@ -68,6 +80,12 @@ pub(super) struct Rows {
 
 impl ChartArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
+        if self.press {
+            let folder = OutputFolder::open(&self.out)?;
+            StandardPress::new()?.write(&folder)?;
+            println!("wrote {}: press.json", folder.publish()?.display());
+            return Ok(());
+        }
         Chart::start(self.options.clone(), &self.shards, &self.out)
     }
 }
@@ -79,7 +97,8 @@ impl Campaign for Chart {
 
     fn load(options: Options) -> Result<Self, Error> {
         let scope = if options.quick { Scope::quick(options.moving) } else { Scope::full(options.moving) };
-        Ok(Self { scope, options })
+        let peers = options.with.as_deref().map(Peers::load).transpose()?;
+        Ok(Self { options, scope, peers })
     }
 
     fn options(&self) -> &Options {
@@ -110,6 +129,9 @@ impl Campaign for Chart {
         draw(&folder, &runs, &self.options.processor)?;
         print_table(&runs);
         print_fronts(&summary);
+        if let Some(peers) = &self.peers {
+            peer_report::add(&folder, peers, &runs, self.options.moving)?;
+        }
         if self.options.terms {
             write_term_errors(&folder, &terms)?;
             print_terms(&terms);

@@ -6,3 +6,4 @@ mod equilibrium;
 mod linear;
 mod material;
 mod meshless;
+mod peers;

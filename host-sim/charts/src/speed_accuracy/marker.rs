@@ -18,6 +18,8 @@ pub enum Marker {
     Up,
     Down,
     Star,
+    Plus,
+    Cross,
 }
 
 const LOOKS: [Look; 14] = [
@@ -37,9 +39,25 @@ const LOOKS: [Look; 14] = [
     Look { color: RGBColor(0x7a, 0x52, 0x36), shape: Marker::Up },
 ];
 
-/// The look of the method at this place in the legend.
+/// Further series, behind the methods: ours once more, then engines of other people, whose points
+/// are crosses and bright shapes that no method has.
+const FURTHER: [Look; 11] = [
+    Look { color: RGBColor(0x5b, 0xa3, 0xe0), shape: Marker::Square },
+    Look { color: RGBColor(0x96, 0x4b, 0x20), shape: Marker::Cross },
+    Look { color: RGBColor(0xd6, 0x2a, 0x2a), shape: Marker::Cross },
+    Look { color: RGBColor(0xf0, 0x8c, 0x1d), shape: Marker::Cross },
+    Look { color: RGBColor(0x17, 0x7a, 0x35), shape: Marker::Plus },
+    Look { color: RGBColor(0x86, 0xb8, 0x1b), shape: Marker::Plus },
+    Look { color: RGBColor(0xc0, 0x2a, 0x9c), shape: Marker::Up },
+    Look { color: RGBColor(0x6a, 0x35, 0xb5), shape: Marker::Down },
+    Look { color: RGBColor(0xb0, 0x8a, 0xe0), shape: Marker::Down },
+    Look { color: RGBColor(0xd9, 0xa4, 0x00), shape: Marker::Down },
+    Look { color: RGBColor(0x7a, 0x7a, 0x7a), shape: Marker::Disc },
+];
+
+/// The look of the series at this place in the legend.
 pub fn look(index: usize) -> Look {
-    LOOKS[index % LOOKS.len()]
+    LOOKS.iter().chain(FURTHER.iter().cycle()).nth(index).copied().unwrap_or(LOOKS[0])
 }
 
 /// For any few series side by side: neighbours differ in hue, lightness and shape.
@@ -66,10 +84,13 @@ pub fn radius_px(nodes: usize) -> f64 {
 
 /// Corners on the canvas.
 pub fn outline(shape: Marker, (x, y): (i32, i32), radius: i32) -> Vec<(i32, i32)> {
+    if let Marker::Plus | Marker::Cross = shape {
+        return bars(matches!(shape, Marker::Cross), (x, y), f64::from(radius.max(0)));
+    }
     // (corners, first angle in turns from the right, size that makes areas look alike, inner radius
     // of a star)
     let (corners, first, size, inner) = match shape {
-        Marker::Disc => (32, 0.0, 1.0, 1.0),
+        Marker::Disc | Marker::Plus | Marker::Cross => (32, 0.0, 1.0, 1.0),
         Marker::Square => (4, 0.125, 1.25, 1.0),
         Marker::Diamond => (4, 0.0, 1.3, 1.0),
         Marker::Up => (3, 0.25, 1.4, 1.0),
@@ -83,4 +104,16 @@ pub fn outline(shape: Marker, (x, y): (i32, i32), radius: i32) -> Vec<(i32, i32)
             (x + (r * angle.cos()).round() as i32, y - (r * angle.sin()).round() as i32)
         })
         .collect()
+}
+
+/// Two bars across each other, upright or turned by an eighth.
+fn bars(turned: bool, (x, y): (i32, i32), radius: f64) -> Vec<(i32, i32)> {
+    let (long, half) = (1.45 * radius, 0.45 * radius);
+    let quarter = [(half, long), (half, half), (long, half)];
+    let angle = if turned { std::f64::consts::FRAC_PI_4 } else { 0.0 };
+    let corner = |turns: usize, (a, b): (f64, f64)| {
+        let (sin, cos) = (angle - turns as f64 * std::f64::consts::FRAC_PI_2).sin_cos();
+        (x + (a * cos - b * sin).round() as i32, y - (a * sin + b * cos).round() as i32)
+    };
+    (0..4).flat_map(|turns| quarter.map(|at| corner(turns, at))).collect()
 }

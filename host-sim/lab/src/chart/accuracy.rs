@@ -18,16 +18,16 @@ const SURFACE_RADIUS_M: f64 = 0.020;
 /// Spacing of the points at which surfaces are compared [m].
 const SPACING_M: f64 = 0.001;
 /// Speed between the holds [m/s].
-const SPEED_M_PER_S: f64 = 0.04;
+pub(super) const SPEED_M_PER_S: f64 = 0.04;
 /// Forces are averaged over this many ticks.
-const AVERAGED_TICKS: usize = 50;
+pub(super) const AVERAGED_TICKS: usize = 50;
 /// A hold ends when one such mean after the other differs by less than this share from the last:
 /// the mass floor lets the last percent take its time.
-const SETTLED: f64 = 5e-4;
+pub(super) const SETTLED: f64 = 5e-4;
 /// So many times in a row: a slow swing stands still at its ends.
-const IN_A_ROW: usize = 4;
+pub(super) const IN_A_ROW: usize = 4;
 /// It ends at the latest after as many means.
-const MOST_MEANS: usize = 40;
+pub(super) const MOST_MEANS: usize = 40;
 
 /// How wrong a method is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

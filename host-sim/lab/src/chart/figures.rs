@@ -8,12 +8,12 @@ use palpate_charts::{MethodPoint, MethodPoints, SpeedAccuracy, speed_accuracy};
 use palpate_tissue::output::OutputFolder;
 
 /// Words of a cost: axis, budget, its name.
-const COST_WORDS: [(&str, f64, &str); 2] = [
+pub(super) const COST_WORDS: [(&str, f64, &str); 2] = [
     ("time of a 1 ms tick on one desktop core [µs]", 1000.0, "1 ms"),
     ("cycles of a 1 ms tick on a Cortex-M4F [thousands, estimated]", 168.0, "1 ms at 168 MHz"),
 ];
 /// Words of an error: title, axis.
-const ERROR_WORDS: [(&str, &str); 3] = [
+pub(super) const ERROR_WORDS: [(&str, &str); 3] = [
     ("force", "RMS force error at 1, 2, 4 and 8 mm [%]"),
     ("shape of the surface", "mean surface error, r < 20 mm, at 2 and 4 mm [mm]"),
     ("force while the probe moves", "RMS force error in ramps of 40, 100, 200 and a tap of 500 mm/s [% of the peak]"),
@@ -116,7 +116,7 @@ fn methods(runs: &[Run], modulus_pa: f64, of: impl Fn(&Measured) -> Option<(f64,
     Method::ALL.map(points).into()
 }
 
-fn front_of(methods: &[MethodPoints]) -> Vec<(usize, usize)> {
+pub(super) fn front_of(methods: &[MethodPoints]) -> Vec<(usize, usize)> {
     let places: Vec<(usize, usize)> =
         methods.iter().enumerate().flat_map(|(m, method)| (0..method.points.len()).map(move |p| (m, p))).collect();
     let at = |&(m, p): &(usize, usize)| {

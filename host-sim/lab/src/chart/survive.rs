@@ -14,18 +14,18 @@ use crate::methods::{Block, DEEPEST_M, Method, RunningMethod};
 /// Most substeps that are tried: a method that needs more is far beyond a millisecond.
 pub const MOST_SUBSTEPS: u16 = 64;
 /// Speed of the press [m/s].
-const SPEED_M_PER_S: f64 = 0.1;
+pub(super) const SPEED_M_PER_S: f64 = 0.1;
 /// Where the tip starts and ends above the surface [m].
 pub const CLEAR_M: f64 = 5e-4;
 /// Ticks in the hold and after the release.
-const WAIT_TICKS: usize = 400;
+pub(super) const WAIT_TICKS: usize = 400;
 /// Ticks over which it must stand still.
-const STILL_TICKS: usize = 20;
+pub(super) const STILL_TICKS: usize = 20;
 /// How far a node may go in that time [m], and how much the force may change.
-const STILL_M: f64 = 5e-5;
-const STILL_FORCE: f64 = 0.05;
+pub(super) const STILL_M: f64 = 5e-5;
+pub(super) const STILL_FORCE: f64 = 0.05;
 /// Largest displacement that may be left after the release [m].
-const RETURNED_M: f64 = 2.5e-4;
+pub(super) const RETURNED_M: f64 = 2.5e-4;
 
 /// Why a press was not survived.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error, Serialize, Deserialize)]

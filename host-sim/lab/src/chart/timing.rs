@@ -14,16 +14,18 @@ use crate::methods::{Block, Method, RunningMethod};
 use palpate_tissue::clock::thread_time;
 
 /// Depth about which the tip moves [m].
-const DEPTH_M: f64 = 0.004;
+pub(super) const DEPTH_M: f64 = 0.004;
 /// How far it goes in a tick [m]: 20 mm/s.
-const STEP_M: f64 = 2e-5;
+pub(super) const STEP_M: f64 = 2e-5;
 /// Ticks of a batch: half down, half up.
-const BATCH_TICKS: usize = 10;
+pub(super) const BATCH_TICKS: usize = 10;
+/// Way of each tick to that depth [m].
+pub(super) const APPROACH_M: f64 = 1e-4;
 /// Batches at least, and CPU time after which no more are begun [s].
-const LEAST_BATCHES: usize = 15;
-const LONG_ENOUGH_S: f64 = 0.1;
+pub(super) const LEAST_BATCHES: usize = 15;
+pub(super) const LONG_ENOUGH_S: f64 = 0.1;
 /// Ticks in which the press comes to rest before the clock starts.
-const SETTLE_TICKS: usize = 60;
+pub(super) const SETTLE_TICKS: usize = 60;
 
 /// Time of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -77,9 +79,9 @@ fn in_turn(block: &Block, running: &mut dyn RunningMethod, springs: &mut dyn Run
 }
 
 fn settle(block: &Block, running: &mut dyn RunningMethod) -> Result<(), Fault> {
-    let down = ((DEPTH_M + CLEAR_M) / 1e-4).ceil() as usize;
+    let down = ((DEPTH_M + CLEAR_M) / APPROACH_M).ceil() as usize;
     for n in 0..=down + SETTLE_TICKS {
-        running.tick(block.tip_m((n as f64 * 1e-4 - CLEAR_M).min(DEPTH_M)))?;
+        running.tick(block.tip_m((n as f64 * APPROACH_M - CLEAR_M).min(DEPTH_M)))?;
     }
     Ok(())
 }

@@ -78,6 +78,38 @@ impl Ramp {
         Ok(ramps)
     }
 
+    /// Depths of the tip at the end of each millisecond [m], in the order in which [`Self::judge`]
+    /// goes through them.
+    #[must_use]
+    pub fn depths_m(&self) -> Vec<f64> {
+        (-LEAD_TICKS..=self.ticks() + HOLD_TICKS).map(|n| self.depth_m(n)).collect()
+    }
+
+    /// True force over Young's modulus at each tick that is judged [m^2]: those that follow the
+    /// touch of the rest surface.
+    #[must_use]
+    pub fn judged_force_over_e_m2(&self) -> Vec<f64> {
+        (1..=self.judged_ticks()).map(|n| self.table.force_over_e_m2(f64::from(n) * 1e-3)[2]).collect()
+    }
+
+    /// Ticks from the touch to the stop.
+    fn ticks(&self) -> i32 {
+        (DEPTH_M / self.step_m()).round() as i32
+    }
+
+    fn judged_ticks(&self) -> i32 {
+        self.ticks() + if self.speed_mm_per_s >= TAP_MM_PER_S { AFTER_TAP_TICKS } else { 0 }
+    }
+
+    /// Way in a tick [m].
+    fn step_m(&self) -> f64 {
+        f64::from(self.speed_mm_per_s) * 1e-6
+    }
+
+    fn depth_m(&self, tick: i32) -> f64 {
+        (self.step_m() * f64::from(tick)).min(DEPTH_M)
+    }
+
     /// Moves a probe as the truth did. `tick` takes the depth of the tip at the end of each
     /// millisecond [m] and returns the force on the probe along the press [N].
     ///
@@ -85,11 +117,10 @@ impl Ramp {
     /// The first error of `tick`.
     pub fn judge<E>(&self, mut tick: impl FnMut(f64) -> Result<f64, E>) -> Result<RampError, E> {
         let true_m2 = |t_s: f64| self.table.force_over_e_m2(t_s)[2];
-        let step_m = f64::from(self.speed_mm_per_s) * 1e-6;
-        let ramp = (DEPTH_M / step_m).round() as i32;
+        let step_m = self.step_m();
         let mut force_m2 = Vec::new();
-        for n in -LEAD_TICKS..=ramp + HOLD_TICKS {
-            let force_n = tick((step_m * f64::from(n)).min(DEPTH_M))?;
+        for n in -LEAD_TICKS..=self.ticks() + HOLD_TICKS {
+            let force_n = tick(self.depth_m(n))?;
             if n >= 0 {
                 force_m2.push(force_n / self.truth.youngs_modulus_pa);
             }
@@ -102,7 +133,7 @@ impl Ramp {
             at(before) * (1.0 - share) + at(before + 1.0) * share
         };
         let at_pct = AT_M.map(|depth_m| (own_m2(depth_m / step_m) / true_m2(depth_m / step_m * 1e-3) - 1.0) * 100.0);
-        let judged = ramp + if self.speed_mm_per_s >= TAP_MM_PER_S { AFTER_TAP_TICKS } else { 0 };
+        let judged = self.judged_ticks();
         let ticks = || (1..=judged).map(|n| (force_m2[n as usize], true_m2(f64::from(n) * 1e-3)));
         let mean_square = ticks().map(|(own, wanted)| (own - wanted).powi(2)).sum::<f64>() / f64::from(judged);
         let largest = ticks().map(|(_, wanted)| wanted).fold(0.0, f64::max);

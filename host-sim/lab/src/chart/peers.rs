@@ -1,0 +1,17 @@
+//! Engines of other people at the press of the chart.
+//!
+//! They run elsewhere, in scripts of `host-sim/lab/peers`: `press` is what those are given, `grid`
+//! the meshes that they may take besides ours, `table` what they give back, `compare` and
+//! `picture` set it beside ours.
+
+mod compare;
+mod grid;
+mod picture;
+mod press;
+mod table;
+
+pub use compare::{Compared, Factors, compare, least, same_meshes, write_compared};
+pub use grid::{GRIDS, grid, grid_name};
+pub use picture::draw_peers;
+pub use press::{MODULI_PA, PeerMesh, StandardPress, meshes, on_grid};
+pub use table::{Peer, PeerError, Peers, columns};

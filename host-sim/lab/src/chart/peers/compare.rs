@@ -1,0 +1,175 @@
+//! Ours beside theirs: how much cheaper at their error, how much nearer at their cost.
+
+use palpate_tissue::output::OutputFolder;
+
+use super::press::on_grid;
+use super::{GRIDS, Peer, grid_name};
+use crate::chart::run::Measured;
+use crate::chart::{Reference, Run, Task, measure};
+use crate::error::Error;
+use crate::methods::Method;
+
+/// What a row of theirs stands against; factors above 1 are in our favour, `None` where ours has
+/// nothing as right, or nothing as cheap.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Compared<'a> {
+    /// Their row.
+    pub peer: &'a Peer,
+    /// Held force.
+    pub held: Factors,
+    /// Force while the probe moves, where both have one.
+    pub moving: Option<Factors>,
+    /// Ours on the same mesh: tick [us], held and moving error [%].
+    pub same_mesh: Option<[Option<f64>; 3]>,
+}
+
+/// Factors between a row of theirs and the best of ours.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Factors {
+    /// Their cost over that of our cheapest model that is no further off (1).
+    pub cheaper: Option<f64>,
+    /// Their error over that of our most accurate model that costs no more (1).
+    pub nearer: Option<f64>,
+}
+
+/// Runs ours on their grids of these names, uncalibrated: the same meshes, as far as such a mesh
+/// can be had.
+///
+/// # Errors
+/// A method that cannot be built.
+pub fn same_meshes(peers: &[Peer], reference: &Reference, moving: bool) -> Result<Vec<Run>, Error> {
+    let mut runs = Vec::new();
+    for cells in GRIDS {
+        let mut moduli: Vec<f64> = peers.iter().filter(|p| p.mesh == grid_name(cells)).map(|p| p.youngs_modulus_pa).collect();
+        moduli.sort_by(f64::total_cmp);
+        moduli.dedup();
+        for youngs_modulus_pa in moduli {
+            let block = on_grid(cells, youngs_modulus_pa);
+            let task = Task { method: Method::Palpate, nodes: block.size().nodes, youngs_modulus_pa, refinement: 1 };
+            runs.extend(measure(&[task], &block, reference, moving)?);
+        }
+    }
+    Ok(runs)
+}
+
+/// Sets every row of theirs beside ours of the same stiffness; none where ours was not run at it.
+#[must_use]
+pub fn compare<'a>(peers: &'a [Peer], runs: &[Run], on_grids: &[Run]) -> Vec<Compared<'a>> {
+    let of_peer = |peer: &'a Peer| {
+        let ours: Vec<&Measured> = runs
+            .iter()
+            .filter(|run| {
+                matches!(run.task.method, Method::Palpate | Method::Calibrated)
+                    && run.task.youngs_modulus_pa == peer.youngs_modulus_pa
+            })
+            .filter_map(Run::survived)
+            .collect();
+        if ours.is_empty() {
+            return None;
+        }
+        let held = factors(&ours, peer, peer.held_rms_pct, |m| m.accuracy.rms_pct());
+        let moved = ours.iter().any(|m| m.moving_rms_pct().is_some());
+        let moving = peer.moving_rms_pct().filter(|_| moved).map(|pct| factors(&ours, peer, pct, |m| m.moving_rms_pct()));
+        let on_mesh = |run: &&Run| run.task.nodes == peer.nodes && run.task.youngs_modulus_pa == peer.youngs_modulus_pa;
+        let of_patch = |run: &&Run| run.task.method == Method::Calibrated && run.task.refinement == 1;
+        let same = match peer.mesh.split_once('-') {
+            Some(("grid", _)) => on_grids.iter().find(on_mesh),
+            Some(("patch", _)) => runs.iter().filter(of_patch).find(on_mesh),
+            _ => None,
+        };
+        let same_mesh = same.and_then(Run::survived).map(|m| [Some(m.time.min_us), m.accuracy.rms_pct(), m.moving_rms_pct()]);
+        Some(Compared { peer, held, moving, same_mesh })
+    };
+    peers.iter().filter_map(of_peer).collect()
+}
+
+fn factors(ours: &[&Measured], peer: &Peer, error_pct: f64, error: impl Fn(&Measured) -> Option<f64>) -> Factors {
+    let least = |values: &mut dyn Iterator<Item = f64>| values.reduce(f64::min);
+    let as_right = |m: &&&Measured| error(m).is_some_and(|e| e <= error_pct);
+    let as_cheap = |m: &&&Measured| m.time.min_us <= peer.tick_min_us;
+    let cost_us = least(&mut ours.iter().filter(as_right).map(|m| m.time.min_us));
+    let own_pct = least(&mut ours.iter().filter(as_cheap).filter_map(|m| error(m)));
+    Factors { cheaper: cost_us.map(|us| peer.tick_min_us / us), nearer: own_pct.map(|pct| error_pct / pct) }
+}
+
+/// The smallest factors over all rows: cheaper and nearer held, cheaper and nearer moving. `None`
+/// where there is no row, or one to which ours has no answer.
+#[must_use]
+pub fn least(compared: &[Compared]) -> [Option<f64>; 4] {
+    let over = |of: &dyn Fn(&Compared) -> Option<Option<f64>>| {
+        let factors: Option<Vec<f64>> = compared.iter().filter_map(of).collect();
+        factors.and_then(|factors| factors.into_iter().reduce(f64::min))
+    };
+    [
+        over(&|c| Some(c.held.cheaper)),
+        over(&|c| Some(c.held.nearer)),
+        over(&|c| c.moving.map(|m| m.cheaper)),
+        over(&|c| c.moving.map(|m| m.nearer)),
+    ]
+}
+
+/// Writes `peers.csv`.
+///
+/// # Errors
+/// The folder cannot be written.
+pub fn write_compared(folder: &OutputFolder, compared: &[Compared]) -> Result<(), Error> {
+    let mut text = String::from(
+        "engine,version,model,mesh,nodes,tets,youngs_modulus_pa,substeps,survives_8mm,tick_min_us,tick_median_us,held_rms_pct,moving_rms_pct,ours_cheaper_held,ours_nearer_held,ours_cheaper_moving,ours_nearer_moving,ours_same_mesh_tick_min_us,ours_same_mesh_held_rms_pct,ours_same_mesh_moving_rms_pct\n",
+    );
+    let cell = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.2}"));
+    for Compared { peer, held, moving, same_mesh } in compared {
+        let moving = moving.unwrap_or_default();
+        let [us, held_pct, moving_pct] = same_mesh.unwrap_or_default().map(cell);
+        text += &format!(
+            "{},{},\"{}\",{},{},{},{},{},\"{}\",{:.2},{:.2},{:.2},{},{},{},{},{},{us},{held_pct},{moving_pct}\n",
+            peer.engine,
+            peer.version,
+            peer.model,
+            peer.mesh,
+            peer.nodes,
+            peer.tets,
+            peer.youngs_modulus_pa,
+            peer.substeps,
+            peer.survives,
+            peer.tick_min_us,
+            peer.tick_median_us,
+            peer.held_rms_pct,
+            cell(peer.moving_rms_pct()),
+            cell(held.cheaper),
+            cell(held.nearer),
+            cell(moving.cheaper),
+            cell(moving.nearer),
+        );
+    }
+    Ok(folder.write("peers.csv", text.as_bytes())?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_least_factor_is_none_where_one_is_missing() {
+        let peer = Peer {
+            engine: "engine".into(),
+            version: "1".into(),
+            model: "model".into(),
+            mesh: "grid-245".into(),
+            nodes: 245,
+            tets: 720,
+            youngs_modulus_pa: 3500.0,
+            substeps: 1,
+            survives: "yes".into(),
+            tick_min_us: 100.0,
+            tick_median_us: 100.0,
+            held_rms_pct: 10.0,
+            moving_pct: [None; 4],
+            force_read: "contact".into(),
+        };
+        let row = |cheaper, nearer, moving| Compared { peer: &peer, held: Factors { cheaper, nearer }, moving, same_mesh: None };
+        let moving = Some(Factors { cheaper: Some(7.0), nearer: Some(8.0) });
+        let rows = [row(Some(3.0), Some(5.0), moving), row(Some(2.0), None, None)];
+        assert_eq!(least(&rows), [Some(2.0), None, Some(7.0), Some(8.0)]);
+        assert_eq!(least(&[]), [None; 4]);
+    }
+}

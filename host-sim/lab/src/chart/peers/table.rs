@@ -1,0 +1,384 @@
+//! The table of what other engines did: `peers.csv`, refused unless it is whole and of this press.
+
+use std::path::{Path, PathBuf};
+
+use super::press::StandardPress;
+use crate::chart::{DEPTHS_M, Reference, moving};
+use crate::error::Error;
+use palpate_tissue::Error as TissueError;
+
+/// Version of the files.
+const VERSION: &str = "1";
+/// Columns before those of the forces and errors, and the one behind them.
+const FIRST: [&str; 12] = [
+    "engine",
+    "version",
+    "model",
+    "settings",
+    "mesh",
+    "nodes",
+    "tets",
+    "youngs_modulus_pa",
+    "substeps",
+    "survives_8mm",
+    "tick_min_us",
+    "tick_median_us",
+];
+const LAST: &str = "force_read";
+/// Largest difference between a held error that is given and what its forces make [%].
+const SAME_PCT: f64 = 0.05;
+
+/// Why a table of peers is not taken.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PeerError {
+    /// No version of these tables in the first lines.
+    #[error("{file}: is no table of peers of version {VERSION}: write it with host-sim/lab/peers/run.py")]
+    Version {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Another press.
+    #[error(
+        "{file}: was measured at press {found}, this chart's is {wanted}: give run.py the press.json of `palpate chart --press`, and measure again"
+    )]
+    Scene {
+        /// The file.
+        file: PathBuf,
+        /// Hash in the file.
+        found: String,
+        /// Hash of the press of this program.
+        wanted: String,
+    },
+    /// Columns that are missing, foreign or in another order.
+    #[error("{file}: column {at} is {found}, not {wanted}: write it with host-sim/lab/peers/run.py")]
+    Column {
+        /// The file.
+        file: PathBuf,
+        /// Number of the column, from 1.
+        at: usize,
+        /// Name there, in quotes, or that there is none.
+        found: String,
+        /// Name that belongs there, in quotes, or that none does.
+        wanted: String,
+    },
+    /// A row that cannot be read.
+    #[error("{file}: line {line}: {column} is {found:?}, not {wanted}: measure that row again")]
+    Value {
+        /// The file.
+        file: PathBuf,
+        /// Line.
+        line: u64,
+        /// Column.
+        column: String,
+        /// Value there.
+        found: String,
+        /// What it has to be.
+        wanted: String,
+    },
+    /// Neither text nor a table.
+    #[error("{file}: {cause}: write it with host-sim/lab/peers/run.py")]
+    Table {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it.
+        cause: String,
+    },
+    /// No rows.
+    #[error("{file}: has no rows: let host-sim/lab/peers/run.py finish one engine")]
+    Empty {
+        /// The file.
+        file: PathBuf,
+    },
+}
+
+/// Row of the table: an engine with one setting on one mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Peer {
+    /// Engine and its version.
+    pub engine: String,
+    /// Version of the engine.
+    pub version: String,
+    /// Model of the tissue and kind of step.
+    pub model: String,
+    /// Name of the mesh, as in press.json.
+    pub mesh: String,
+    /// Nodes.
+    pub nodes: usize,
+    /// Tets.
+    pub tets: usize,
+    /// Young's modulus [Pa].
+    pub youngs_modulus_pa: f64,
+    /// Steps in a millisecond.
+    pub substeps: u16,
+    /// "yes", or how the deepest press fails.
+    pub survives: String,
+    /// Processor time of a tick in the fastest batch [us].
+    pub tick_min_us: f64,
+    /// In the middle one [us].
+    pub tick_median_us: f64,
+    /// Root of the mean square of the force errors in the holds that were reached [%].
+    pub held_rms_pct: f64,
+    /// Error in each ramp and the tap, of the largest force in it [%]; `None` where it diverged.
+    pub moving_pct: [Option<f64>; moving::SPEEDS_MM_PER_S.len()],
+    /// Where the force is taken from.
+    pub force_read: String,
+}
+
+impl Peer {
+    /// Engine and model.
+    #[must_use]
+    pub fn name(&self) -> String {
+        format!("{} {}", self.engine, self.model)
+    }
+
+    /// Root of the mean square over the ramps and the tap [%], where it survived all of them.
+    #[must_use]
+    pub fn moving_rms_pct(&self) -> Option<f64> {
+        let mut sum = 0.0;
+        for pct in self.moving_pct {
+            sum += pct?.powi(2);
+        }
+        Some((sum / self.moving_pct.len() as f64).sqrt())
+    }
+
+    /// Whether it survived the deepest press.
+    #[must_use]
+    pub fn survived(&self) -> bool {
+        self.survives == "yes"
+    }
+}
+
+/// A table, as its first lines describe it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Peers {
+    /// Processor on which it was measured.
+    pub machine: String,
+    /// Day.
+    pub date: String,
+    /// Rows.
+    pub rows: Vec<Peer>,
+}
+
+impl Peers {
+    /// Reads a table of the shipped press.
+    ///
+    /// # Errors
+    /// [`PeerError`]: the first thing that is wrong; or a file that cannot be read.
+    pub fn load(file: &Path) -> Result<Self, Error> {
+        let text = std::fs::read_to_string(file).map_err(|source| TissueError::Read { path: file.into(), source })?;
+        let hash = StandardPress::new()?.hash()?;
+        Self::parse(file, &text, &hash).map_err(|wrong| TissueError::Usage(wrong.to_string()).into())
+    }
+
+    /// Reads the text of a table; `file` names it in errors, `hash` is the press that it must be
+    /// of.
+    ///
+    /// # Errors
+    /// The first thing that is wrong.
+    pub fn parse(file: &Path, text: &str, hash: &str) -> Result<Self, PeerError> {
+        let said = |key: &str| {
+            let lines = text.lines().take_while(|line| line.starts_with('#'));
+            lines
+                .filter_map(|line| line.trim_start_matches('#').split_once('='))
+                .find_map(|(name, value)| (name.trim() == key).then(|| value.trim().to_owned()))
+        };
+        if said("peers").as_deref() != Some(VERSION) {
+            return Err(PeerError::Version { file: file.into() });
+        }
+        let found = said("scene").unwrap_or_else(|| "unnamed".into());
+        if found != hash {
+            return Err(PeerError::Scene { file: file.into(), found, wanted: hash.into() });
+        }
+        let wrong = |cause: csv::Error| PeerError::Table { file: file.into(), cause: cause.to_string() };
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
+        let columns = columns();
+        let header = reader.headers().map_err(wrong)?.clone();
+        for at in 0..header.len().max(columns.len()) {
+            let (found, wanted) = (header.get(at), columns.get(at).map(String::as_str));
+            if found != wanted {
+                let quoted = |name: Option<&str>| name.map_or("none".into(), |name| format!("{name:?}"));
+                return Err(PeerError::Column { file: file.into(), at: at + 1, found: quoted(found), wanted: quoted(wanted) });
+            }
+        }
+        let mut rows = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(wrong)?;
+            rows.push(
+                Cells { file, line: record.position().map_or(0, csv::Position::line), columns: &columns, record: &record }
+                    .peer()?,
+            );
+        }
+        if rows.is_empty() {
+            return Err(PeerError::Empty { file: file.into() });
+        }
+        let or_unnamed = |key| said(key).unwrap_or_else(|| "not named".into());
+        Ok(Self { machine: or_unnamed("machine"), date: or_unnamed("date"), rows })
+    }
+}
+
+/// Names of all columns, in order.
+#[must_use]
+pub fn columns() -> Vec<String> {
+    let mut names = FIRST.map(String::from).to_vec();
+    names.extend(DEPTHS_M.map(|d| format!("force_{}mm_n", d * 1e3)));
+    names.push("held_rms_pct".into());
+    names.extend(moving::SPEEDS_MM_PER_S.map(|v| format!("moving_{v}_mm_per_s_pct")));
+    names.push(LAST.into());
+    names
+}
+
+struct Cells<'a> {
+    file: &'a Path,
+    line: u64,
+    columns: &'a [String],
+    record: &'a csv::StringRecord,
+}
+
+impl Cells<'_> {
+    fn text(&self, column: &str) -> &str {
+        let at = self.columns.iter().position(|name| name == column);
+        at.and_then(|at| self.record.get(at)).unwrap_or_default().trim()
+    }
+
+    fn wrong(&self, column: &str, wanted: &str) -> PeerError {
+        PeerError::Value {
+            file: self.file.into(),
+            line: self.line,
+            column: column.into(),
+            found: self.text(column).into(),
+            wanted: wanted.into(),
+        }
+    }
+
+    fn word(&self, column: &str) -> Result<String, PeerError> {
+        match self.text(column) {
+            "" => Err(self.wrong(column, "a name")),
+            word => Ok(word.into()),
+        }
+    }
+
+    fn positive(&self, column: &str) -> Result<f64, PeerError> {
+        let value = self.text(column).parse().ok().filter(|v: &f64| v.is_finite() && *v > 0.0);
+        value.ok_or_else(|| self.wrong(column, "a finite number above 0"))
+    }
+
+    /// A value that may be missing.
+    fn perhaps(&self, column: &str) -> Result<Option<f64>, PeerError> {
+        if self.text(column).is_empty() { Ok(None) } else { self.positive(column).map(Some) }
+    }
+
+    fn count(&self, column: &str) -> Result<usize, PeerError> {
+        self.text(column).parse().ok().filter(|n| *n > 0).ok_or_else(|| self.wrong(column, "a whole number above 0"))
+    }
+
+    fn peer(&self) -> Result<Peer, PeerError> {
+        let youngs_modulus_pa = self.positive("youngs_modulus_pa")?;
+        let held_rms_pct = self.positive("held_rms_pct")?;
+        let of_forces = self.held_rms_pct(youngs_modulus_pa)?;
+        if (held_rms_pct - of_forces).abs() > SAME_PCT {
+            return Err(self.wrong("held_rms_pct", &format!("the {of_forces:.2} that its forces make against the reference")));
+        }
+        let mut moving_pct = [None; moving::SPEEDS_MM_PER_S.len()];
+        for (pct, speed) in moving_pct.iter_mut().zip(moving::SPEEDS_MM_PER_S) {
+            *pct = self.perhaps(&format!("moving_{speed}_mm_per_s_pct"))?;
+        }
+        let substeps = self.count("substeps")?;
+        Ok(Peer {
+            engine: self.word("engine")?,
+            version: self.word("version")?,
+            model: self.word("model")?,
+            mesh: self.word("mesh")?,
+            nodes: self.count("nodes")?,
+            tets: self.count("tets")?,
+            youngs_modulus_pa,
+            substeps: u16::try_from(substeps).map_err(|_| self.wrong("substeps", "at most 65535"))?,
+            survives: self.word("survives_8mm")?,
+            tick_min_us: self.positive("tick_min_us")?,
+            tick_median_us: self.positive("tick_median_us")?,
+            held_rms_pct,
+            moving_pct,
+            force_read: self.word(LAST)?,
+        })
+    }
+
+    /// Judges the forces of the row anew.
+    fn held_rms_pct(&self, youngs_modulus_pa: f64) -> Result<f64, PeerError> {
+        let reference = Reference::block();
+        let mut squares = Vec::new();
+        for depth_m in DEPTHS_M {
+            let column = format!("force_{}mm_n", depth_m * 1e3);
+            let text = self.text(&column);
+            if text.is_empty() {
+                continue;
+            }
+            // a force may have the wrong sign, and is then only very wrong
+            let force_n = text.parse().ok().filter(|v: &f64| v.is_finite());
+            let force_n = force_n.ok_or_else(|| self.wrong(&column, "a finite number"))?;
+            let truth_m2 = reference.force_over_e_m2(depth_m);
+            squares.extend(truth_m2.map(|truth| ((force_n / youngs_modulus_pa / truth - 1.0) * 100.0).powi(2)));
+        }
+        if squares.is_empty() {
+            return Err(self.wrong("force_1mm_n", "the force of a hold"));
+        }
+        Ok((squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HASH: &str = "0123456789abcdef";
+
+    /// A table of one row whose forces are the reference's but for a factor.
+    fn table(times: f64) -> String {
+        let reference = Reference::block();
+        let force = |d: &f64| format!("{:.8}", reference.force_over_e_m2(*d).unwrap() * 3500.0 * times);
+        let forces: Vec<String> = DEPTHS_M.iter().map(force).collect();
+        let head = format!("# peers = 1\n# scene = {HASH}\n# machine = a machine\n# date = today\n{}\n", columns().join(","));
+        let first = "engine,1.0,model,none,grid-245,245,720,3500,2,yes,100.0,110.0";
+        format!("{head}{first},{},{:.3},3,4,5,6,contact\n", forces.join(","), (times - 1.0).abs() * 100.0)
+    }
+
+    fn parse(text: &str) -> Result<Peers, PeerError> {
+        Peers::parse(Path::new("peers.csv"), text, HASH)
+    }
+
+    #[track_caller]
+    fn refused(text: &str, says: &[&str]) {
+        let why = parse(text).unwrap_err().to_string();
+        assert!(!why.contains('\n') && why.starts_with("peers.csv: "), "{why}");
+        says.iter().for_each(|words| assert!(why.contains(words), "not a word of `{words}`: {why}"));
+    }
+
+    #[test]
+    fn a_table_is_read() {
+        let peers = parse(&table(1.25)).unwrap();
+        assert_eq!((peers.machine.as_str(), peers.date.as_str(), peers.rows.len()), ("a machine", "today", 1));
+        let row = &peers.rows[0];
+        assert_eq!((row.name().as_str(), row.nodes, row.substeps, row.survived()), ("engine model", 245, 2, true));
+        assert!((row.held_rms_pct - 25.0).abs() < 1e-3);
+        assert!((row.moving_rms_pct().unwrap() - (86.0_f64 / 4.0).sqrt()).abs() < 1e-9);
+        let part = table(1.25).replace(",3,4,5,6,", ",3,,5,6,");
+        assert_eq!(parse(&part).unwrap().rows[0].moving_rms_pct(), None);
+    }
+
+    #[test]
+    fn a_damaged_or_foreign_table_is_refused() {
+        let whole = table(1.25);
+        refused(&whole.replace("# peers = 1\n", ""), &["no table of peers", "run.py"]);
+        refused(&whole.replace(HASH, "fedcba9876543210"), &["fedcba9876543210", HASH, "press.json"]);
+        refused(&whole.replace(&format!("# scene = {HASH}\n"), ""), &["unnamed", HASH]);
+        refused(&whole.replace("engine,version,", "engine,"), &["column 2", "\"model\"", "\"version\""]);
+        refused(&whole.replace("engine,version,", "version,engine,"), &["column 1", "\"version\"", "\"engine\""]);
+        refused(&whole.replace("force_read\n", "force_read,colour\n"), &["column 22", "\"colour\"", "not none"]);
+        refused(&whole.replace(",110.0,", ",NaN,"), &["line 6", "tick_median_us", "\"NaN\"", "finite"]);
+        refused(&whole.replace(",100.0,", ",-100.0,"), &["line 6", "tick_min_us", "above 0"]);
+        refused(&whole.replace(",3,4,5,6,", ",inf,4,5,6,"), &["line 6", "moving_40_mm_per_s_pct", "\"inf\""]);
+        refused(&whole.replace(",25.000,", ",2.500,"), &["line 6", "held_rms_pct", "25.00"]);
+        refused(&whole.replace(",contact\n", "\n"), &["record 1", "run.py"]);
+        refused(&whole.replace(",245,720,", ",245,0,"), &["line 6", "tets", "whole number"]);
+        let (head, _) = whole.trim_end().rsplit_once('\n').unwrap();
+        refused(head, &["no rows"]);
+    }
+}

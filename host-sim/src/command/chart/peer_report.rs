@@ -1,0 +1,43 @@
+//! `palpate chart --with`: engines of other people beside ours.
+
+use crate::error::Error;
+use palpate_lab::chart::peers::{Compared, Factors, Peers, compare, draw_peers, least, same_meshes, write_compared};
+use palpate_lab::chart::{Reference, Run};
+use palpate_tissue::output::OutputFolder;
+
+/// Runs ours on their meshes, writes `peers.csv` and the pictures, prints the comparison.
+pub fn add(folder: &OutputFolder, peers: &Peers, runs: &[Run], moving: bool) -> Result<(), Error> {
+    let on_grids = same_meshes(&peers.rows, &Reference::block(), moving)?;
+    let compared = compare(&peers.rows, runs, &on_grids);
+    write_compared(folder, &compared)?;
+    draw_peers(folder, peers, runs, &on_grids)?;
+    print_compared(peers, &compared);
+    Ok(())
+}
+
+fn print_compared(peers: &Peers, compared: &[Compared]) {
+    println!(
+        "\nengines of other people ({}, {}); cheaper: their tick over that of our cheapest as right; nearer: their error over that of our best as cheap",
+        peers.machine, peers.date
+    );
+    println!(
+        "{:<34} {:<10} {:>4} {:>5} {:>9} {:>7} {:>8} | {:>13} {:>13} | {:>22}",
+        "engine", "mesh", "kPa", "steps", "us/tick", "held %", "moving %", "held x cheap", "moving", "ours, same mesh us % %"
+    );
+    let or_none = |v: Option<f64>| v.map_or("none".into(), |v| if v < 10.0 { format!("{v:.1}") } else { format!("{v:.0}") });
+    let or_dash = |v: Option<f64>| v.map_or("-".into(), |v| format!("{v:.1}"));
+    let both = |f: Factors| format!("{} / {}", or_none(f.cheaper), or_none(f.nearer));
+    for row in compared {
+        let p = row.peer;
+        let (kpa, moving) = (p.youngs_modulus_pa * 1e-3, p.moving_rms_pct());
+        print!("{:<34} {:<10} {kpa:>4} {:>5} {:>9.1}", p.name(), p.mesh, p.substeps, p.tick_min_us);
+        print!(" {:>7.1} {:>8} | {:>13}", p.held_rms_pct, or_dash(moving), both(row.held));
+        let same = row.same_mesh.map_or("-".into(), |ours| ours.map(or_dash).join(" "));
+        print!(" {:>13} | {same:>22}", row.moving.map_or("-".into(), both));
+        println!("{}", if p.survived() { String::new() } else { format!("  {}", p.survives) });
+    }
+    let [held_cost, held_error, moving_cost, moving_error] = least(compared).map(or_none);
+    println!(
+        "over all rows, at least: held {held_cost} times cheaper, {held_error} times nearer; moving {moving_cost} and {moving_error} (none: a row to which ours has no answer)"
+    );
+}
