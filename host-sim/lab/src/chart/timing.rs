@@ -37,7 +37,7 @@ pub struct TickTime {
     /// Over that of plain springs with one substep on the same mesh: median of neighbouring
     /// batches.
     pub times_springs: f64,
-    /// Floating-point operations in solves of the last tick of batch [`LEAST_BATCHES`]: counted
+    /// Floating-point operations in solves of the last tick of batch `LEAST_BATCHES`: counted
     /// there, they do not hang on how many more batches this machine has time for.
     pub solver_flops: f64,
 }
