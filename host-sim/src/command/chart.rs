@@ -13,6 +13,7 @@ use palpate_lab::chart::{
     MovingPoint, Reference, Run, Scope, Summary, Task, TermErrors, draw, measure, term_errors, write, write_term_errors,
 };
 use palpate_lab::methods::{Block, Method};
+use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
 /// Nodes and Young's modulus [Pa] of the block on which the terms are measured.
@@ -33,6 +34,12 @@ pub(super) struct ChartArgs {
     /// terms, and their errors say what that costs.
     #[arg(long)]
     terms: bool,
+    /// Only this Young's modulus, of those of the chart [kPa].
+    #[arg(long, value_name = "KPA")]
+    kpa: Option<f64>,
+    /// Only these numbers of nodes, of those of the chart.
+    #[arg(long, value_name = "N", value_delimiter = ',')]
+    nodes: Vec<usize>,
     /// Also draw and compare what engines of other people did at this press: the peers.csv that
     /// host-sim/lab/peers/run.py wrote.
     #[arg(long, value_name = "FILE")]
@@ -50,13 +57,18 @@ pub(super) struct ChartArgs {
 impl ChartArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let peers = self.with.as_deref().map(Peers::load).transpose()?;
+        let mut scope = if self.quick { Scope::quick(self.moving) } else { Scope::full(self.moving) };
+        scope.tasks.retain(|task| self.wants(task));
+        if scope.tasks.is_empty() {
+            let why = "--kpa and --nodes leave no row: give moduli and numbers of nodes that the chart has, 3.5 and 57 for one";
+            return Err(TissueError::Usage(why.into()).into());
+        }
         let folder = OutputFolder::open(&self.out)?;
         if self.press {
             StandardPress::new()?.write(&folder)?;
             println!("wrote {}: press.json", folder.publish()?.display());
             return Ok(());
         }
-        let scope = if self.quick { Scope::quick(self.moving) } else { Scope::full(self.moving) };
         let runs = run_all(&scope)?;
         let summary = Summary::of(&runs);
         write(&folder, &runs, &summary)?;
@@ -73,6 +85,13 @@ impl ChartArgs {
         }
         println!("\nwrote {}: summary.json, chart.csv, pictures as SVG and PNG", folder.publish()?.display());
         Ok(())
+    }
+}
+
+impl ChartArgs {
+    fn wants(&self, task: &Task) -> bool {
+        let modulus = self.kpa.is_none_or(|kpa| (task.youngs_modulus_pa * 1e-3 - kpa).abs() < 1e-9);
+        modulus && (self.nodes.is_empty() || self.nodes.contains(&task.nodes))
     }
 }
 

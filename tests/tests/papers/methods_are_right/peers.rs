@@ -25,7 +25,7 @@ fn table(hash: &str) -> String {
 #[test]
 fn ours_stands_beside_theirs() {
     let desk = Desk::default();
-    desk.put("peers.csv", &table(&StandardPress::new().unwrap().hash().unwrap()));
+    desk.put("peers.csv", table(&StandardPress::new().unwrap().hash().unwrap()));
     let peers = Peers::load(&desk.folder().join("peers.csv")).unwrap();
     let task = Task { method: Method::Palpate, nodes: 57, youngs_modulus_pa: 3500.0, refinement: 1 };
     let reference = Reference::block();
