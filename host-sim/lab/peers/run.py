@@ -3,8 +3,8 @@
     run.py press.json peers.csv [--only ENGINE] [--mesh NAME]... [--kpa 3.5]... [--again | --write]
 
 An engine that is not installed is skipped with one sentence. Every row that was tried goes to peers.csv.all beside the
-result, one JSON a line, as soon as it is there; --again measures the rows that are kept anew, times included, without
-searching.
+result, one JSON a line, as soon as it is there. --again takes the time of the rows that are kept anew, to stand beside
+a chart of the same minutes.
 """
 
 import argparse
@@ -92,7 +92,10 @@ def main():
                     again = args.again and any(key == (r["engine"], r["model"], r["settings"], r["mesh"], r["youngs_modulus_pa"]) for r in wanted)
                     if (args.again and not again) or (not args.again and key in done):
                         continue
-                    found = search.row(press, module, model, settings, press.meshes[mesh], youngs_modulus_pa)
+                    if again:
+                        found = search.timed_again(press, module, settings, press.meshes[mesh], done[key])
+                    else:
+                        found = search.row(press, module, model, settings, press.meshes[mesh], youngs_modulus_pa)
                     found = found or dict(zip(("engine", "model", "settings", "mesh", "youngs_modulus_pa"), key))
                     found["scene"] = press.hash
                     done[key] = found

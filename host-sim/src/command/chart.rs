@@ -16,6 +16,7 @@ use palpate_lab::chart::{
     MovingPoint, Reference, Run, Scope, Summary, Task, TermErrors, draw, measure, term_errors, write, write_term_errors,
 };
 use palpate_lab::methods::{Block, Method};
+use palpate_tissue::Error as TissueError;
 use palpate_tissue::machine;
 use palpate_tissue::output::OutputFolder;
 
@@ -30,7 +31,7 @@ pub(super) struct ChartArgs {
     options: Options,
     /// Only write press.json, what engines of other people must know to do the same press; see
     /// host-sim/lab/peers.
-    #[arg(long, conflicts_with_all = ["quick", "moving", "terms", "with", "shard"])]
+    #[arg(long, conflicts_with_all = ["quick", "moving", "terms", "kpa", "nodes", "with", "shard"])]
     press: bool,
     /// Output folder, made if it is not there; replaces an earlier result in it when the run is
     /// done.
@@ -54,6 +55,12 @@ pub(super) struct Options {
     /// terms, and their errors say what that costs.
     #[arg(long)]
     terms: bool,
+    /// Only this Young's modulus, of those of the chart [kPa].
+    #[arg(long, value_name = "KPA")]
+    kpa: Option<f64>,
+    /// Only these numbers of nodes, of those of the chart.
+    #[arg(long, value_name = "N", value_delimiter = ',')]
+    nodes: Vec<usize>,
     /// Also draw and compare what engines of other people did at this press: the peers.csv that
     /// host-sim/lab/peers/run.py wrote.
     #[arg(long, value_name = "FILE", conflicts_with = "shard")]
@@ -96,7 +103,12 @@ impl Campaign for Chart {
     const COMMAND: &'static str = "chart";
 
     fn load(options: Options) -> Result<Self, Error> {
-        let scope = if options.quick { Scope::quick(options.moving) } else { Scope::full(options.moving) };
+        let mut scope = if options.quick { Scope::quick(options.moving) } else { Scope::full(options.moving) };
+        scope.tasks.retain(|task| options.wants(task));
+        if scope.tasks.is_empty() {
+            let why = "--kpa and --nodes leave no row: give moduli and numbers of nodes that the chart has, 3.5 and 57 for one";
+            return Err(TissueError::Usage(why.into()).into());
+        }
         let peers = options.with.as_deref().map(Peers::load).transpose()?;
         Ok(Self { options, scope, peers })
     }
@@ -138,6 +150,14 @@ impl Campaign for Chart {
         }
         println!("\nwrote {}: summary.json, chart.csv, pictures as SVG and PNG", folder.publish()?.display());
         Ok(())
+    }
+}
+
+impl Options {
+    /// Whether a row is among those that were asked for.
+    fn wants(&self, task: &Task) -> bool {
+        let modulus = self.kpa.is_none_or(|kpa| (task.youngs_modulus_pa * 1e-3 - kpa).abs() < 1e-9);
+        modulus && (self.nodes.is_empty() || self.nodes.contains(&task.nodes))
     }
 }
 
