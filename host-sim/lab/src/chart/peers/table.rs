@@ -371,7 +371,7 @@ mod tests {
         refused(&whole.replace(&format!("# scene = {HASH}\n"), ""), &["unnamed", HASH]);
         refused(&whole.replace("engine,version,", "engine,"), &["column 2", "\"model\"", "\"version\""]);
         refused(&whole.replace("engine,version,", "version,engine,"), &["column 1", "\"version\"", "\"engine\""]);
-        refused(&whole.replace("force_read\n", "force_read,colour\n"), &["column 22", "\"colour\"", "not none"]);
+        refused(&whole.replace("force_read\n", "force_read,colour\n"), &["column 23", "\"colour\"", "not none"]);
         refused(&whole.replace(",110.0,", ",NaN,"), &["line 6", "tick_median_us", "\"NaN\"", "finite"]);
         refused(&whole.replace(",100.0,", ",-100.0,"), &["line 6", "tick_min_us", "above 0"]);
         refused(&whole.replace(",3,4,5,6,", ",inf,4,5,6,"), &["line 6", "moving_40_mm_per_s_pct", "\"inf\""]);
