@@ -149,8 +149,8 @@ pub struct Judged {
     pub surface: Option<JudgedSurface>,
 }
 
-/// Errors of something that is judged beside the force: what inclusions add to it, of its highest at
-/// the depth; the stiffness of glued discs.
+/// Errors of something that is judged beside the force: the part that inclusions add to it, over
+/// its highest at the depth, or the stiffness of glued discs.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct JudgedPart {

@@ -8,14 +8,14 @@ const TERMS: usize = 5;
 /// Directions of a disc.
 const DIRECTIONS: usize = 3;
 
-/// Stiffness K over E [m] of a disc of radius a at a place (x, y), all over the probe's radius, along
-/// each direction. On a half-space K / a is a constant; the block's depth and sides change it by a
-/// fifth, smoothly.
+/// Stiffness K over E [m] of a disc of radius a at a place (x, y), all over the probe's radius,
+/// along each direction. On a half-space K / a is a constant; the block's depth and sides change
+/// it by a fifth, smoothly.
 pub struct Law([SVector<f64, TERMS>; DIRECTIONS]);
 
 impl Law {
-    /// Least squares through discs (x, y, a) and their stiffness along each direction; `None` if one
-    /// is not positive or they do not tell the terms apart.
+    /// Least squares through discs (x, y, a) and their stiffness along each direction; `None` if
+    /// one is not positive or they do not tell the terms apart.
     pub fn through(discs: &[[f64; 3]], stiffness: &[[f64; DIRECTIONS]]) -> Option<Self> {
         let mut normal = SMatrix::<f64, TERMS, TERMS>::zeros();
         let mut right = [SVector::<f64, TERMS>::zeros(); DIRECTIONS];

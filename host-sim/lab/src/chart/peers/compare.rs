@@ -9,7 +9,7 @@ use crate::chart::{Reference, Run, Task, measure};
 use crate::error::Error;
 use crate::methods::Method;
 
-/// What a row of theirs stands against; factors above 1 are in our favour, `None` where ours has
+/// Factors between a row of theirs and the best of ours; factors above 1 are in our favour, `None` where ours has
 /// nothing as right, or nothing as cheap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compared<'a> {

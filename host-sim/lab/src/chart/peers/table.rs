@@ -72,7 +72,7 @@ pub enum PeerError {
         column: String,
         /// Value there.
         found: String,
-        /// What it has to be.
+        /// Rule that the value breaks.
         wanted: String,
     },
     /// Neither text nor a table.
@@ -80,7 +80,7 @@ pub enum PeerError {
     Table {
         /// The file.
         file: PathBuf,
-        /// What is wrong with it.
+        /// Cause, in words.
         cause: String,
     },
     /// No rows.
