@@ -75,7 +75,7 @@ MESHES = ["patch-130", "grid-245", "patch-410", "grid-726"]
 
 def settings(youngs_modulus_pa):
     """Law and solver, and the stiffness of the contact, which makes up for coarse meshes as our foundation does."""
-    common = {"length_unit": 0.1, "skin_m": 1e-4, "damping_ratio": 0.1, "pgs_iterations": 3}
+    common = {"length_unit": 0.1, "skin_m": 1e-4, "damping_ratio": 0.1, "pgs_iterations": 3, "dense_dofs": 3000}
     for contact in (1.0, 2.0, 4.0, 8.0):
         yield "FEM NH", {"neo_hookean": 1, "fem": 1, "cg_iterations": 20, "contact_stiffening": contact, **common}
     yield "FEM corotational", {"neo_hookean": 0, "fem": 1, "cg_iterations": 20, "contact_stiffening": 2.0, **common}

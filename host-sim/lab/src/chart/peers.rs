@@ -10,7 +10,7 @@ mod picture;
 mod press;
 mod table;
 
-pub use compare::{Compared, Factors, compare, least, same_meshes, write_compared};
+pub use compare::{Compared, Factors, RAMPS_MM_PER_S, compare, least, same_meshes, write_compared};
 pub use grid::{GRIDS, grid, grid_name};
 pub use picture::draw_peers;
 pub use press::{MODULI_PA, PeerMesh, StandardPress, meshes, on_grid};

@@ -1,7 +1,9 @@
 //! `palpate chart --with`: engines of other people beside ours.
 
 use crate::error::Error;
-use palpate_lab::chart::peers::{Compared, Factors, Peers, compare, draw_peers, least, same_meshes, write_compared};
+use palpate_lab::chart::peers::{
+    Compared, Factors, Peers, RAMPS_MM_PER_S, compare, draw_peers, least, same_meshes, write_compared,
+};
 use palpate_lab::chart::{Reference, Run};
 use palpate_tissue::output::OutputFolder;
 
@@ -36,8 +38,13 @@ fn print_compared(peers: &Peers, compared: &[Compared]) {
         print!(" {:>13} | {same:>22}", row.moving.map_or("-".into(), both));
         println!("{}", if p.survived() { String::new() } else { format!("  {}", p.survives) });
     }
-    let [held_cost, held_error, moving_cost, moving_error] = least(compared).map(or_none);
-    println!(
-        "over all rows, at least: held {held_cost} times cheaper, {held_error} times nearer; moving {moving_cost} and {moving_error} (none: a row to which ours has no answer)"
-    );
+    println!("over all rows, ours is at least (none: a row to which ours has no answer)");
+    let say = |what: &str, f: Factors| {
+        println!("  {what:<22} {:>5} times cheaper as right, {:>5} times nearer as cheap", or_none(f.cheaper), or_none(f.nearer));
+    };
+    say("held", least(compared, |row| Some(row.held)));
+    say("moving, all four", least(compared, |row| row.moving));
+    for (n, speed) in RAMPS_MM_PER_S.into_iter().enumerate() {
+        say(&format!("ramp of {speed} mm/s"), least(compared, |row| row.ramps[n]));
+    }
 }

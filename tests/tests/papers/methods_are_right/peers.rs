@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use palpate_lab::chart::peers::{Peers, StandardPress, columns, compare, draw_peers, least, same_meshes};
 use palpate_lab::chart::{DEPTHS_M, Reference, Task, measure};
 use palpate_lab::methods::{Block, Method};
-use palpate_tests::palpate_command::{Desk, palpate};
+use palpate_tests::palpate_command::{Desk, palpate, repository};
 use palpate_tissue::output::OutputFolder;
 
 /// A table of two made-up engines of this press, 25 and 60 % too stiff.
@@ -44,7 +44,7 @@ fn ours_stands_beside_theirs() {
         assert_eq!(row.moving, None);
     }
     assert!(alpha.same_mesh.is_some() && beta.same_mesh.is_none());
-    assert_eq!(least(&rows)[1], alpha.held.nearer);
+    assert_eq!(least(&rows, |row| Some(row.held)).nearer, alpha.held.nearer);
     assert!(compare(&peers.rows, &[], &on_grids).is_empty());
 
     let folder = OutputFolder::open(&desk.folder().join("out")).unwrap();
@@ -92,4 +92,11 @@ fn press_json_is_the_press() {
     }
     let names: Vec<_> = press["meshes"].as_array().unwrap().iter().map(|mesh| mesh["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["patch-130", "patch-410", "patch-1020", "grid-245", "grid-726", "grid-2025"]);
+}
+
+#[test]
+fn the_table_that_ships_is_of_this_press() {
+    let peers = Peers::load(&repository().join("host-sim/lab/peers/peers.csv")).unwrap();
+    let engines: std::collections::BTreeSet<_> = peers.rows.iter().map(|row| row.engine.as_str()).collect();
+    assert_eq!(engines.into_iter().collect::<Vec<_>>(), ["MuJoCo", "Newton", "pypbd", "rapier3d"]);
 }

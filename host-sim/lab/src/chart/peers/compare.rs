@@ -4,13 +4,18 @@ use palpate_tissue::output::OutputFolder;
 
 use super::press::on_grid;
 use super::{GRIDS, Peer, grid_name};
+use crate::chart::moving::SPEEDS_MM_PER_S;
 use crate::chart::run::Measured;
 use crate::chart::{Reference, Run, Task, measure};
 use crate::error::Error;
 use crate::methods::Method;
 
-/// Factors between a row of theirs and the best of ours; factors above 1 are in our favour, `None` where ours has
-/// nothing as right, or nothing as cheap.
+/// Speeds of ramps that are compared alone as well [mm/s]; what all have in common is led by the
+/// tap.
+pub const RAMPS_MM_PER_S: [u32; 2] = [40, 200];
+
+/// Factors between a row of theirs and the best of ours, above 1 in our favour; `None` where ours
+/// has nothing as right, or nothing as cheap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compared<'a> {
     /// Their row.
@@ -19,6 +24,8 @@ pub struct Compared<'a> {
     pub held: Factors,
     /// Force while the probe moves, where both have one.
     pub moving: Option<Factors>,
+    /// Each of the ramps of 40 and 200 mm/s alone.
+    pub ramps: [Option<Factors>; RAMPS_MM_PER_S.len()],
     /// Ours on the same mesh: tick [us], held and moving error [%].
     pub same_mesh: Option<[Option<f64>; 3]>,
 }
@@ -72,13 +79,18 @@ pub fn compare<'a>(peers: &'a [Peer], runs: &[Run], on_grids: &[Run]) -> Vec<Com
         let moving = peer.moving_rms_pct().filter(|_| moved).map(|pct| factors(&ours, peer, pct, |m| m.moving_rms_pct()));
         let on_mesh = |run: &&Run| run.task.nodes == peer.nodes && run.task.youngs_modulus_pa == peer.youngs_modulus_pa;
         let of_patch = |run: &&Run| run.task.method == Method::Calibrated && run.task.refinement == 1;
+        let ramps = RAMPS_MM_PER_S.map(|speed| {
+            let at = SPEEDS_MM_PER_S.iter().position(|v| *v == speed)?;
+            let own = |m: &Measured| Some(m.moving?.ok()?.0.get(at)?.rms_pct);
+            peer.moving_pct[at].filter(|_| moved).map(|pct| factors(&ours, peer, pct, own))
+        });
         let same = match peer.mesh.split_once('-') {
             Some(("grid", _)) => on_grids.iter().find(on_mesh),
             Some(("patch", _)) => runs.iter().filter(of_patch).find(on_mesh),
             _ => None,
         };
         let same_mesh = same.and_then(Run::survived).map(|m| [Some(m.time.min_us), m.accuracy.rms_pct(), m.moving_rms_pct()]);
-        Some(Compared { peer, held, moving, same_mesh })
+        Some(Compared { peer, held, moving, ramps, same_mesh })
     };
     peers.iter().filter_map(of_peer).collect()
 }
@@ -92,20 +104,15 @@ fn factors(ours: &[&Measured], peer: &Peer, error_pct: f64, error: impl Fn(&Meas
     Factors { cheaper: cost_us.map(|us| peer.tick_min_us / us), nearer: own_pct.map(|pct| error_pct / pct) }
 }
 
-/// The smallest factors over all rows: cheaper and nearer held, cheaper and nearer moving. `None`
-/// where there is no row, or one to which ours has no answer.
+/// The smallest factors over all rows: cheaper and nearer; `None` where there is no row, or one to
+/// which ours has no answer. `of` picks the quantity.
 #[must_use]
-pub fn least(compared: &[Compared]) -> [Option<f64>; 4] {
-    let over = |of: &dyn Fn(&Compared) -> Option<Option<f64>>| {
-        let factors: Option<Vec<f64>> = compared.iter().filter_map(of).collect();
-        factors.and_then(|factors| factors.into_iter().reduce(f64::min))
+pub fn least(compared: &[Compared], of: impl Fn(&Compared) -> Option<Factors>) -> Factors {
+    let over = |factor: fn(Factors) -> Option<f64>| {
+        let all: Option<Vec<f64>> = compared.iter().filter_map(&of).map(factor).collect();
+        all.and_then(|all| all.into_iter().reduce(f64::min))
     };
-    [
-        over(&|c| Some(c.held.cheaper)),
-        over(&|c| Some(c.held.nearer)),
-        over(&|c| c.moving.map(|m| m.cheaper)),
-        over(&|c| c.moving.map(|m| m.nearer)),
-    ]
+    Factors { cheaper: over(|f| f.cheaper), nearer: over(|f| f.nearer) }
 }
 
 /// Writes `peers.csv`.
@@ -114,14 +121,15 @@ pub fn least(compared: &[Compared]) -> [Option<f64>; 4] {
 /// The folder cannot be written.
 pub fn write_compared(folder: &OutputFolder, compared: &[Compared]) -> Result<(), Error> {
     let mut text = String::from(
-        "engine,version,model,mesh,nodes,tets,youngs_modulus_pa,substeps,survives_8mm,tick_min_us,tick_median_us,held_rms_pct,moving_rms_pct,ours_cheaper_held,ours_nearer_held,ours_cheaper_moving,ours_nearer_moving,ours_same_mesh_tick_min_us,ours_same_mesh_held_rms_pct,ours_same_mesh_moving_rms_pct\n",
+        "engine,version,model,mesh,nodes,tets,youngs_modulus_pa,substeps,survives_8mm,tick_min_us,tick_median_us,held_rms_pct,moving_rms_pct,ours_cheaper_held,ours_nearer_held,ours_cheaper_moving,ours_nearer_moving,ours_cheaper_40_mm_per_s,ours_nearer_40_mm_per_s,ours_cheaper_200_mm_per_s,ours_nearer_200_mm_per_s,ours_same_mesh_tick_min_us,ours_same_mesh_held_rms_pct,ours_same_mesh_moving_rms_pct\n",
     );
     let cell = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.2}"));
-    for Compared { peer, held, moving, same_mesh } in compared {
+    for Compared { peer, held, moving, ramps, same_mesh } in compared {
+        let alone = ramps.map(Option::unwrap_or_default).map(|f| format!("{},{}", cell(f.cheaper), cell(f.nearer))).join(",");
         let moving = moving.unwrap_or_default();
         let [us, held_pct, moving_pct] = same_mesh.unwrap_or_default().map(cell);
         text += &format!(
-            "{},{},\"{}\",{},{},{},{},{},\"{}\",{:.2},{:.2},{:.2},{},{},{},{},{},{us},{held_pct},{moving_pct}\n",
+            "{},{},\"{}\",{},{},{},{},{},\"{}\",{:.2},{:.2},{:.2},{},{},{},{},{},{alone},{us},{held_pct},{moving_pct}\n",
             peer.engine,
             peer.version,
             peer.model,
@@ -166,10 +174,14 @@ mod tests {
             moving_pct: [None; 4],
             force_read: "contact".into(),
         };
-        let row = |cheaper, nearer, moving| Compared { peer: &peer, held: Factors { cheaper, nearer }, moving, same_mesh: None };
+        let row = |cheaper, nearer, moving| {
+            let held = Factors { cheaper, nearer };
+            Compared { peer: &peer, held, moving, ramps: [None; 2], same_mesh: None }
+        };
         let moving = Some(Factors { cheaper: Some(7.0), nearer: Some(8.0) });
         let rows = [row(Some(3.0), Some(5.0), moving), row(Some(2.0), None, None)];
-        assert_eq!(least(&rows), [Some(2.0), None, Some(7.0), Some(8.0)]);
-        assert_eq!(least(&[]), [None; 4]);
+        assert_eq!(least(&rows, |row| Some(row.held)), Factors { cheaper: Some(2.0), nearer: None });
+        assert_eq!(least(&rows, |row| row.moving), Factors { cheaper: Some(7.0), nearer: Some(8.0) });
+        assert_eq!(least(&rows, |row| row.ramps[0]), Factors::default());
     }
 }
