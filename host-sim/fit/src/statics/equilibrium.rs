@@ -14,7 +14,7 @@ const ON_AN_EDGE: f64 = 1e-3;
 /// A factor is used again while each step with it leaves at most this share of the imbalance.
 const STILL_GOOD: f64 = 0.25;
 /// A factor made at most this far away [m] from the balance serves its derivatives.
-const NEAR_M: f64 = 2e-5;
+const NEAR_M: f64 = 2e-6;
 /// Shares of the diagonal that are added when the tangent is not positive.
 const SHIFTS: [f64; 6] = [0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0];
 /// The tip's way is cut in at most this many pieces.
