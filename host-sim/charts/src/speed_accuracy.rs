@@ -24,8 +24,6 @@ use super::tick_time::plain;
 use super::{ChartError, check};
 use marker::{Look, look, outline, radius_px};
 
-/// Width of the column right of the plot [px].
-const COLUMN_PX: f64 = 232.0;
 /// The front is drawn in this grey.
 const FRONT: plotters::style::RGBColor = plotters::style::RGBColor(0xb9, 0xc0, 0xc7);
 
@@ -111,7 +109,7 @@ impl Picture for Drawing<'_> {
         title(area, data.title, data.below)?;
         let x_points = round_points(&self.x, 10);
         let y_points = round_points(&self.y, 10);
-        let mut chart = builder(area).margin_right(px(COLUMN_PX)).build_cartesian_2d(
+        let mut chart = builder(area).margin_right(key::room(area, data)?).build_cartesian_2d(
             self.x.clone().log_scale().with_key_points(x_points),
             self.y.clone().log_scale().with_key_points(y_points),
         )?;

@@ -1,5 +1,6 @@
 //! The column beside the plot: methods, sizes, the front by name.
 
+use plotters::drawing::DrawingAreaErrorKind;
 use plotters::element::{PathElement, Polygon};
 use plotters::prelude::DrawingBackend;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -9,10 +10,27 @@ use super::marker::{Marker, look, outline, radius_px};
 use super::{FRONT, SpeedAccuracy, label};
 use crate::canvas::Area;
 use crate::canvas::Drawn;
+use crate::layout::width;
 use crate::style::{DEPTH, INK, MUTED, TICK_PX, heading, line, px, text};
 
 /// Height of a line [px].
 const LINE_PX: f64 = 20.0;
+/// Least width of the column [px]: the signs of the sizes need it.
+const LEAST_PX: f64 = 232.0;
+/// Width of a sign and the gap behind it [px].
+const SIGN_PX: f64 = 34.0;
+/// Free width on both sides of the column together [px].
+const MARGINS_PX: f64 = 28.0;
+
+/// Width that the column takes: as much as its longest name needs [canvas units].
+pub fn room<DB: DrawingBackend>(area: &Area<DB>, data: &SpeedAccuracy) -> Result<i32, DrawingAreaErrorKind<DB::ErrorType>> {
+    let style = text(TICK_PX, INK, (HPos::Left, VPos::Center));
+    let mut room = px(LEAST_PX);
+    for method in data.methods.iter().filter(|m| !m.points.is_empty()) {
+        room = room.max(width(area, method.name, &style)? + px(SIGN_PX + MARGINS_PX));
+    }
+    Ok(room)
+}
 
 /// Draws the column with its upper left corner there.
 pub fn draw<DB: DrawingBackend>(area: &Area<DB>, data: &SpeedAccuracy, left: i32, top: i32) -> Drawn<DB> {
@@ -27,7 +45,7 @@ pub fn draw<DB: DrawingBackend>(area: &Area<DB>, data: &SpeedAccuracy, left: i32
         let look = look(index);
         area.draw(&PathElement::new([(left, y), (left + px(26.0), y)], line(look.color, 1.2)))?;
         area.draw(&Polygon::new(outline(look.shape, (left + px(13.0), y), px(5.5)), look.color.filled()))?;
-        say(method.name, 34.0, y, INK)?;
+        say(method.name, SIGN_PX, y, INK)?;
         y += px(LINE_PX);
     }
     y += px(0.6 * LINE_PX);
@@ -52,7 +70,7 @@ pub fn draw<DB: DrawingBackend>(area: &Area<DB>, data: &SpeedAccuracy, left: i32
     }
     y += px(0.6 * LINE_PX);
     area.draw(&PathElement::new([(left, y), (left + px(26.0), y)], line(FRONT, 6.0)))?;
-    area.draw_text("the front", &heading(TICK_PX, INK), (left + px(34.0), y - px(9.0)))?;
+    area.draw_text("the front", &heading(TICK_PX, INK), (left + px(SIGN_PX), y - px(9.0)))?;
     y += px(LINE_PX);
     let bottom = area.dim_in_pixel().1.cast_signed() - px(LINE_PX);
     for &(m, p) in data.front {
