@@ -55,6 +55,7 @@ pub fn add(into: &mut Row, r: &Row) {
 }
 
 /// `into -= r`.
+#[cfg_attr(armv7em_fp, expect(dead_code, reason = "in assembly there"))]
 #[inline(always)]
 pub fn subtract(into: &mut Row, r: &Row) {
     for (a, b) in into.iter_mut().zip(r) {
@@ -76,6 +77,7 @@ pub fn sqrt(x: f32) -> f32 {
 }
 
 /// `W` numbers that take every operation elementwise.
+#[cfg_attr(armv7em_fp, expect(dead_code, reason = "in assembly there"))]
 pub trait Lanes<const W: usize>:
     Scalar
     + Copy

@@ -8,7 +8,7 @@ mod terms;
 use nalgebra::Vector3;
 
 use crate::fault::BuildError;
-use crate::inertia::{Gains, NEIGHBOUR, NodeStep};
+use crate::inertia::{FIELDS, Gains, NEIGHBOUR, NodeStep};
 use crate::model::{Model, Spring};
 use crate::smooth;
 pub use probe::{Probe, ProbeShape};
@@ -176,6 +176,8 @@ pub struct Tuned<'a> {
     pub(crate) remembers: bool,
     /// Some node has added mass relative to its neighbours.
     pub(crate) relative_mass: bool,
+    /// Some smooth field moves.
+    pub(crate) fields: bool,
     /// Gains of the smooth fields.
     pub(crate) gains: Gains,
     /// Inertia of every node, shape \[nodes\].
@@ -296,9 +298,9 @@ impl Params {
         let node_step = node_step.get_mut(..need).ok_or(BuildError::TooLarge { item: "nodes", need, have })?;
         self.weigh(model, node_step);
         if node_step.iter().any(|node| node.added > 0.0) {
-            smooth::find(model, node_step, after_round);
+            smooth::find(model, node_step, self.fields(), after_round);
         }
-        let gains = smooth::gains(model, node_step);
+        let gains = self.gains(model, node_step);
         Ok(self.derive(node_step, gains))
     }
 
@@ -309,8 +311,23 @@ impl Params {
     pub fn retune(&self, model: &Model, tuned: &mut Tuned<'_>) {
         let node_step = core::mem::take(&mut tuned.node_step);
         self.weigh(model, node_step);
-        let gains = smooth::gains(model, node_step);
+        let gains = self.gains(model, node_step);
         *tuned = self.derive(node_step, gains);
+    }
+
+    /// How many smooth fields the mass matrix is inverted on.
+    fn fields(&self) -> usize {
+        if self.terms.relative_mass { FIELDS } else { 1 }
+    }
+
+    /// Gains of the smooth fields under masses as [`Self::weigh`] left them. Where no sum over
+    /// neighbours is taken, no mass between them is left for the tick.
+    fn gains(&self, model: &Model, node_step: &mut [NodeStep]) -> Gains {
+        let gains = smooth::gains(model, node_step, self.terms.relative_mass);
+        if !self.terms.relative_mass {
+            node_step.iter_mut().for_each(|node| node.added = 0.0);
+        }
+        gains
     }
 
     /// The masses of a model that was checked.
@@ -328,7 +345,8 @@ impl Params {
         for node in node_step.iter_mut() {
             (node.step, node.added) = (0.0, 0.0);
         }
-        if self.terms.relative_mass {
+        let between = self.terms.relative_mass || self.terms.smooth_mass;
+        if between {
             each_end(model, node_step, |spring, node, _| node.added += spring.k);
         }
         // rim springs hold nodes to the ground, not to each other: their part of the floor stays
@@ -355,7 +373,7 @@ impl Params {
                 false => (lumped + added, 0.0),
             };
         }
-        if self.terms.relative_mass {
+        if between {
             each_end(model, node_step, |spring, node, other| node.step += spring.k * (node.added + other.added));
         }
         for node in node_step.iter_mut() {
@@ -403,6 +421,7 @@ impl Params {
             friction,
             along: 2.0 * (1.0 - self.poisson_ratio) / (2.0 - self.poisson_ratio),
             relative_mass: node_step.iter().any(|node| node.added > 0.0),
+            fields: gains.iter().any(|gain| *gain > 0.0),
             gains,
             node_step,
         }

@@ -57,8 +57,9 @@ struct Header {
     max_speed_m_per_s: f32,
     max_sink_m_per_s: f32,
     max_force_n: f32,
-    /// Bit 0 volume, 1 compensation, 2 rim, 3 relative mass; and of what follows the arrays, in
-    /// this order: 4 relaxation, shares and times, 5 friction, 6 stiffening. The others are zero.
+    /// Bit 0 volume, 1 compensation, 2 rim, 3 relative mass, 7 smooth mass; and of what follows the
+    /// arrays, in this order: 4 relaxation, shares and times, 5 friction, 6 stiffening. The others
+    /// are zero.
     terms: u32,
     /// Places that the constants were fitted over; 0 if they come from formulas alone.
     fitted_places: u32,
@@ -73,6 +74,7 @@ type Tip = [f32; 5];
 const RELAXES: u32 = 1 << 4;
 const RUBS: u32 = 1 << 5;
 const STIFFENS: u32 = 1 << 6;
+const SMOOTH_MASS: u32 = 1 << 7;
 /// Where the checksummed part begins: after magic, version and checksum.
 const CHECKED_FROM: usize = 16;
 
@@ -133,7 +135,7 @@ impl<'a> PatchFile<'a> {
         if found != header.crc {
             return Err(BuildError::Checksum { expected: header.crc, found });
         }
-        if header.terms & !(15 | RELAXES | RUBS | STIFFENS) != 0 {
+        if header.terms & !(15 | RELAXES | RUBS | STIFFENS | SMOOTH_MASS) != 0 {
             return Err(BuildError::NotAPatch);
         }
         if header.reserved != 0 {
@@ -211,6 +213,7 @@ impl<'a> PatchFile<'a> {
                 compensation: header.terms & 2 != 0,
                 rim: header.terms & 4 != 0,
                 relative_mass: header.terms & 8 != 0,
+                smooth_mass: header.terms & SMOOTH_MASS != 0,
                 stiffening: true,
                 relaxation: true,
                 friction: true,
@@ -283,7 +286,8 @@ impl<'a> PatchFile<'a> {
                 | u32::from(params.terms.relative_mass) << 3
                 | if relaxes { RELAXES } else { 0 }
                 | if rubs { RUBS } else { 0 }
-                | if stiffens { STIFFENS } else { 0 },
+                | if stiffens { STIFFENS } else { 0 }
+                | if params.terms.smooth_mass { SMOOTH_MASS } else { 0 },
             fitted_places: self.fitted_places,
         };
         let mut digest = CRC.digest();

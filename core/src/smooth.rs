@@ -12,6 +12,10 @@
 //! sum stays symmetric and positive for *any* field: one that has not converged costs accuracy
 //! alone.
 //!
+//! A board that has no time for the sum over neighbours takes the smoothest field beside the
+//! diagonal alone ([`crate::Terms::smooth_mass`]): `a = D^-1 f + phi gain (phi . f)`, with the gain
+//! `(1 / l - 1) / (phi . D phi)`.
+//!
 //! Contact is implicit in a node's own mass ([`crate::stages::force::foundation`]): what pushes a
 //! pressed node reaches it divided by `1 + K b`. Such a node takes that share of a field's motion
 //! too, or what it gives to the field and what it takes would differ, and patches of 410 nodes rang
@@ -22,7 +26,7 @@
 //! * in: the masses of [`crate::Params::build`]
 //! * out: `NodeStep::smooth` and the gains
 //! * cost: nothing within the tick; 128 passes of the springs when a patch is started, two when its
-//!   modulus changes
+//!   modulus changes; a quarter of the passes where there is one field
 //! * may fail: never; a field that is not finite is left out
 
 use crate::inertia::{FIELDS, Gains, NEIGHBOUR, NodeStep};
@@ -35,13 +39,16 @@ const ROUNDS: usize = 32;
 /// diagonal mass.
 const LEAST: f32 = 0.01;
 
-/// Finds the fields of these masses; `after_round` is called after every round.
-pub(crate) fn find(model: &Model, node_step: &mut [NodeStep], after_round: &mut dyn FnMut()) {
+/// Finds so many fields of these masses, the smoothest first, and leaves the others zero; `after_round` is called after every round.
+pub(crate) fn find(model: &Model, node_step: &mut [NodeStep], fields: usize, after_round: &mut dyn FnMut()) {
     for (node, rest) in node_step.iter_mut().zip(model.nodes) {
         let [x, y, z] = rest.rest_m;
         node.smooth = if node.step > 0.0 { [1.0, x, y, z] } else { [0.0; FIELDS] };
     }
-    for field in 0..FIELDS {
+    for field in fields..FIELDS {
+        node_step.iter_mut().for_each(|node| node.smooth[field] = 0.0);
+    }
+    for field in 0..fields {
         // the mean place is taken off x, y, z first: what all have in common would hide them
         clear_of_earlier(node_step, field);
         for _ in 0..ROUNDS {
@@ -54,8 +61,9 @@ pub(crate) fn find(model: &Model, node_step: &mut [NodeStep], after_round: &mut 
     }
 }
 
-/// Gains of the fields that [`find`] left, under the masses of now.
-pub(crate) fn gains(model: &Model, node_step: &[NodeStep]) -> Gains {
+/// Gains of the fields that [`find`] left, under the masses of now: beside the two terms of the
+/// series, or beside the diagonal alone.
+pub(crate) fn gains(model: &Model, node_step: &[NodeStep], series: bool) -> Gains {
     let mut between = [0.0; FIELDS];
     for spring in model.springs {
         let Some((a, b, mass)) = ends(spring, node_step) else { continue };
@@ -67,8 +75,9 @@ pub(crate) fn gains(model: &Model, node_step: &[NodeStep]) -> Gains {
         let all = product(node_step, field, field);
         let l = 1.0 - 2.0 * between[field] / all;
         let l = if l < LEAST { LEAST } else { l };
-        let gain = (1.0 - l) * (1.0 - 2.0 * l) / (l * all);
-        if l < 0.5 && gain.is_finite() { gain } else { 0.0 }
+        let (lacks, below) = if series { ((1.0 - l) * (1.0 - 2.0 * l), 0.5) } else { (1.0 - l, 1.0) };
+        let gain = lacks / (l * all);
+        if l < below && gain.is_finite() { gain } else { 0.0 }
     })
 }
 

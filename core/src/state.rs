@@ -14,12 +14,13 @@ use crate::stages::force::friction::{Bristle, Rubbed};
 #[cfg_attr(not(target_os = "none"), repr(C, align(16)))]
 #[cfg_attr(target_os = "none", repr(C), derive(bytemuck::Pod, bytemuck::Zeroable))]
 pub struct Node {
-    pub(crate) x: Row,
     pub(crate) v: Row,
-    pub(crate) f: Row,
     /// Between the passes of one stage: the foundation's push over E [N/Pa], later the node's
     /// acceleration times the substep [m/s].
     pub(crate) pass: Row,
+    // force, place and pressure side by side: the board loads them in one instruction
+    pub(crate) f: Row,
+    pub(crate) x: Row,
     /// Six times the volume of the node's tets [m^3], then its pressure over E (1).
     pub(crate) p: f32,
     /// Slope of the foundation at this node over E [m]; zero outside `foundation`.
@@ -30,7 +31,7 @@ pub struct Node {
 
 impl Node {
     /// At the origin, at rest: what memory is reserved with.
-    pub const ZERO: Self = Self { x: [0.0; ROW], v: [0.0; ROW], f: [0.0; ROW], pass: [0.0; ROW], p: 0.0, slope: 0.0, free: 1.0 };
+    pub const ZERO: Self = Self { v: [0.0; ROW], pass: [0.0; ROW], f: [0.0; ROW], x: [0.0; ROW], p: 0.0, slope: 0.0, free: 1.0 };
 
     /// Position [m].
     #[must_use]

@@ -82,7 +82,8 @@ impl<'a> Oracle<'a> {
             let blocks = rim_nodes_at[n].iter().map(|&r| &model.rim_nodes[r].block_m);
             blocks.map(|b| f64::from(b[0] + b[1] + b[2]) / 3.0).sum()
         };
-        let relative = |n: usize| params.terms.relative_mass && around[n] > 0.0;
+        let between = params.terms.relative_mass || params.terms.smooth_mass;
+        let relative = |n: usize| between && around[n] > 0.0;
         let grounded_kg: Vec<f64> = (0..model.nodes.len())
             .map(|n| match (relative(n), params.terms.rim) {
                 (false, _) => added_kg[n],
@@ -91,14 +92,17 @@ impl<'a> Oracle<'a> {
             })
             .collect();
         let half = |n: u16| 0.5 * (added_kg[usize::from(n)] - grounded_kg[usize::from(n)]) / around[usize::from(n)];
-        let between_kg: Vec<f64> = match params.terms.relative_mass {
+        let between_kg: Vec<f64> = match between {
             true => model.springs.iter().map(|s| f64::from(s.k) * (half(s.i) + half(s.j))).collect(),
             false => vec![0.0; model.springs.len()],
         };
         let mass_kg: Vec<f64> = (0..model.nodes.len())
             .map(|n| own_kg[n] + grounded_kg[n] + springs_at[n].iter().map(|&s| between_kg[s]).sum::<f64>())
             .collect();
-        let fields = fields(&model, &mass_kg, &between_kg, &anchored);
+        let series = params.terms.relative_mass;
+        let fields = fields(&model, &mass_kg, &between_kg, &anchored, series);
+        // no sum over neighbours beside the one field
+        let between_kg = if series { between_kg } else { vec![0.0; between_kg.len()] };
         Self { model, params, mass_kg, between_kg, fields, anchored, springs_at, tets_at, rim_nodes_at, rim_edges_at }
     }
 

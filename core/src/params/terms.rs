@@ -12,6 +12,9 @@ pub struct Terms {
     /// The mass floor acts on the motion of neighbours relative to each other. Off, it acts on each
     /// node by itself.
     pub relative_mass: bool,
+    /// Where that is off: the mass floor leaves out the smoothest motion of the whole, on one field
+    /// and without a sum over neighbours. For boards that have no time for it.
+    pub smooth_mass: bool,
     /// Tissue stiffens by [`super::Params::stiffening_b`]. With zero there the term costs nothing.
     pub stiffening: bool,
     /// Forces fade by [`super::Params::relaxation`]. Without shares there the term costs nothing.
@@ -21,12 +24,13 @@ pub struct Terms {
 }
 
 impl Terms {
-    /// Every term.
+    /// Every term, each in its best form.
     pub const ALL: Self = Self {
         volume: true,
         compensation: true,
         rim: true,
         relative_mass: true,
+        smooth_mass: false,
         stiffening: true,
         relaxation: true,
         friction: true,
@@ -37,6 +41,7 @@ impl Terms {
         compensation: false,
         rim: false,
         relative_mass: false,
+        smooth_mass: false,
         stiffening: false,
         relaxation: false,
         friction: false,

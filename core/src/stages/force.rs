@@ -5,6 +5,8 @@
 //! * cost: see the terms
 //! * may fail: never; a divergence is seen by `integrate`
 
+#[cfg(armv7em_fp)]
+mod armv7em;
 pub mod compensation;
 pub mod foundation;
 pub mod friction;

@@ -13,12 +13,14 @@
 //! approximate matrix is a mass matrix too and adds no energy; 1 for a node between fixed ones,
 //! which sets the longest stable step; 3 for smooth motion, which therefore feels a third of the
 //! floor. What that factor lacks to `1 / l` on the smoothest fields is added
-//! (`core/src/smooth.rs`), so that they feel the matrix itself. Statics see no mass at all.
+//! (`core/src/smooth.rs`), so that they feel the matrix itself. Where a board has no time for the
+//! sum over neighbours, the smoothest field is added to the diagonal alone (`Terms::smooth_mass`).
+//! Statics see no mass at all.
 //!
 //! * in: `node.f`
 //! * out: `node.v`, `node.x`
-//! * cost (M4F, estimated): about 60 cycles per node; with relative masses about 70 more per spring
-//!   and 90 per node
+//! * cost (M4F, estimated): about 60 cycles per node, with one field 90; with relative masses about
+//!   70 more per spring and 90 per node
 //! * may fail: [`Fault::Diverged`], when a node is not finite or faster than [`FASTEST_M_PER_S`]
 
 use crate::fault::Fault;
@@ -41,19 +43,44 @@ pub const FASTEST_M_PER_S: f32 = 100.0;
 // board
 #[cfg_attr(any(feature = "stage-cost", target_os = "none"), inline(never))]
 pub fn advance(model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
-    match tuned.relative_mass {
-        true => {
+    match (tuned.relative_mass, tuned.fields) {
+        (true, _) => {
             let moved = accelerate(model, tuned, state);
-            drift::<true>(tuned, state, &moved)
+            drift::<true, true>(tuned, state, &moved)
         }
-        false => drift::<false>(tuned, state, &[[0.0; ROW]; FIELDS]),
+        (false, true) => {
+            let moved = smoothest(tuned, state);
+            drift::<false, true>(tuned, state, &moved)
+        }
+        (false, false) => drift::<false, false>(tuned, state, &[[0.0; ROW]; FIELDS]),
     }
 }
 
+/// Velocity of the smoothest field alone.
+fn smoothest(tuned: &Tuned, state: &State) -> [Row; FIELDS] {
+    let mut moved = [[0.0; ROW]; FIELDS];
+    let [sum, ..] = &mut moved;
+    for (node, inertia) in state.nodes.iter().zip(tuned.node_step.iter()) {
+        let [smooth, ..] = inertia.smooth;
+        for (sum, f) in sum.iter_mut().zip(node.f) {
+            *sum += f * smooth;
+        }
+    }
+    let [gain, ..] = tuned.gains;
+    for part in sum {
+        *part *= gain;
+    }
+    moved
+}
+
 /// Moves the nodes; if `ACCELERATED`, their velocities are the new ones but for what the smooth
-/// fields add, a velocity a field.
+/// fields add, a velocity a field; if not, the first of these moves, if any.
 #[inline(always)]
-fn drift<const ACCELERATED: bool>(tuned: &Tuned, state: &mut State, moved: &[Row; FIELDS]) -> Result<u16, Fault> {
+fn drift<const ACCELERATED: bool, const FIELDS_MOVE: bool>(
+    tuned: &Tuned,
+    state: &mut State,
+    moved: &[Row; FIELDS],
+) -> Result<u16, Fault> {
     let (keep, dt) = (tuned.keep, tuned.substep_s);
     let mut active = 0;
     for (node, inertia) in state.nodes.iter_mut().zip(tuned.node_step.iter()) {
@@ -67,17 +94,16 @@ fn drift<const ACCELERATED: bool>(tuned: &Tuned, state: &mut State, moved: &[Row
         active += 1;
         let mut square = 0.0;
         let free = node.free;
-        if ACCELERATED {
+        if FIELDS_MOVE {
             node.free = 1.0;
         }
         #[expect(clippy::needless_range_loop, reason = "one axis of several rows")]
         for k in 0..ROW {
-            let v = match ACCELERATED {
-                true => {
-                    let [p, q, r, s] = inertia.smooth;
-                    node.v[k] + free * ((moved[0][k] * p + moved[1][k] * q) + (moved[2][k] * r + moved[3][k] * s))
-                }
-                false => node.v[k] * keep + node.f[k] * step,
+            let [p, q, r, s] = inertia.smooth;
+            let v = match (ACCELERATED, FIELDS_MOVE) {
+                (true, _) => node.v[k] + free * ((moved[0][k] * p + moved[1][k] * q) + (moved[2][k] * r + moved[3][k] * s)),
+                (false, true) => node.v[k] * keep + node.f[k] * step + free * (moved[0][k] * p),
+                (false, false) => node.v[k] * keep + node.f[k] * step,
             };
             node.v[k] = v;
             node.x[k] += v * dt;

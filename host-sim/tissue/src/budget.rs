@@ -15,13 +15,15 @@ pub struct Machine {
     /// Name of the units: "cycles" or "ns".
     pub unit: &'static str,
     spring: f64,
-    /// Part of a spring's cost that is compensation: on the M4F nine instructions of its loop, a
-    /// cycle each. A tet's barrier is not counted.
+    /// Part of a spring's cost that is compensation: on the M4F none, one loop serves with and
+    /// without. A tet's barrier is not counted.
     compensation: f64,
     /// Part of a spring's cost where the mass floor is relative to neighbours.
     neighbour: f64,
     /// Part of a node's cost there: its share of the smooth fields.
     smooth: f64,
+    /// Part of a node's cost where one field alone is taken.
+    field: f64,
     tet: f64,
     node: f64,
     /// A node whose forces fade, and each term of its relaxation.
@@ -46,8 +48,8 @@ pub struct Machine {
     pub load: f64,
     /// Memory; `None` where there is plenty.
     room: Option<Room>,
-    /// The mass floor may be relative to neighbours here. The M4F has no time for it, and at 3.5
-    /// kPa its patches hardly have a floored node.
+    /// The mass floor may be relative to neighbours here. The M4F has time for one smooth field
+    /// only, and at 3.5 kPa its patches hardly have a floored node.
     relative_mass: bool,
     /// Least dashpot of the foundation ([`Params::contact_damping`]). Large elements give back less
     /// than they took only with a whole one.
@@ -76,11 +78,12 @@ const TRIANGLE_BYTES: usize = 2;
 const M4F_168: Machine = Machine {
     name: "m4f-168",
     unit: "cycles",
-    spring: 95.0,
-    compensation: 9.0,
+    spring: 80.0,
+    compensation: 0.0,
     neighbour: 70.0,
     smooth: 110.0,
-    tet: 291.0,
+    field: 34.0,
+    tet: 215.0,
     node: 130.0,
     relaxing: [50.0, 30.0],
     rubbed: 240.0,
@@ -107,6 +110,7 @@ pub const MACHINES: [Machine; 3] = [
         compensation: 0.2,
         neighbour: 1.6,
         smooth: 1.5,
+        field: 0.5,
         tet: 4.0,
         node: 4.0,
         relaxing: [0.6, 0.5],
@@ -199,8 +203,9 @@ impl Machine {
     #[must_use]
     pub fn adapt(&self, params: &Params) -> Params {
         let relative_mass = params.terms.relative_mass && self.relative_mass;
+        let smooth_mass = params.terms.smooth_mass || params.terms.relative_mass && !self.relative_mass;
         let contact_damping = params.contact_damping.max(self.contact_damping);
-        Params { terms: Terms { relative_mass, ..params.terms }, contact_damping, ..*params }
+        Params { terms: Terms { relative_mass, smooth_mass, ..params.terms }, contact_damping, ..*params }
     }
 
     /// Cost of so many rim springs in a substep.
@@ -219,7 +224,7 @@ impl Machine {
     /// Cost of a tick of the tissue and the probe of `params`, in the form that this machine runs.
     #[must_use]
     pub fn cost_with(&self, model: &Model, params: &Params, touched: usize, substeps: u16) -> Cost {
-        let terms = Terms { relative_mass: self.relative_mass, ..Terms::ALL };
+        let terms = Terms { relative_mass: self.relative_mass, smooth_mass: !self.relative_mass, ..Terms::ALL };
         self.cost_of(&Counts::of(model, touched), &Params { terms, ..*params }, substeps)
     }
 
@@ -229,11 +234,16 @@ impl Machine {
         let terms = params.terms;
         let of = |count: usize, each: f64| count as f64 * each;
         let on = |term: bool| if term { 1.0 } else { 0.0 };
+        let inertia = match (terms.relative_mass, terms.smooth_mass) {
+            (true, _) => self.smooth,
+            (false, true) => self.field,
+            (false, false) => 0.0,
+        };
         let step = of(
             counts.springs,
             self.spring - on(!terms.compensation) * self.compensation + on(terms.relative_mass) * self.neighbour,
         ) + on(terms.volume) * of(counts.tets, self.tet)
-            + of(counts.nodes, self.node + on(terms.relative_mass) * self.smooth)
+            + of(counts.nodes, self.node + inertia)
             + on(terms.rim) * self.rim(counts.rim_nodes, counts.rim_edges)
             + of(counts.touched, self.touched + of(counts.points.saturating_sub(4), self.extra_point));
         let step = step + self.added(counts, params);

@@ -223,6 +223,7 @@ fn fitted(scene: &Scene, packed: &Params) -> Params {
         compensation: own.terms.compensation && packed.terms.compensation,
         rim: own.terms.rim && packed.terms.rim,
         relative_mass: own.terms.relative_mass && packed.terms.relative_mass,
+        smooth_mass: packed.terms.smooth_mass,
         // no fit knows of these: they are the scene's tissue and probe
         stiffening: own.terms.stiffening,
         relaxation: own.terms.relaxation,

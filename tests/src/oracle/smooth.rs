@@ -18,9 +18,10 @@ const ROUNDS: usize = 32;
 const LEAST: f64 = 0.01;
 
 /// Returns the fields of a mass matrix, given by its diagonal and the masses between the ends of
-/// springs; an empty list where all of these are zero.
+/// springs; an empty list where all of these are zero. Beside the two terms of the `series` there
+/// are four, beside the diagonal alone there is one.
 #[must_use]
-pub fn fields(model: &Model, mass_kg: &[f64], between_kg: &[f64], anchored: &[bool]) -> Vec<Field> {
+pub fn fields(model: &Model, mass_kg: &[f64], between_kg: &[f64], anchored: &[bool], series: bool) -> Vec<Field> {
     if between_kg.iter().all(|kg| *kg == 0.0) {
         return Vec::new();
     }
@@ -37,7 +38,7 @@ pub fn fields(model: &Model, mass_kg: &[f64], between_kg: &[f64], anchored: &[bo
         sum
     };
     let mut shapes: Vec<Vec<f64>> = Vec::new();
-    for seed in 0..4 {
+    for seed in 0..if series { 4 } else { 1 } {
         let start = |n: usize| if seed == 0 { 1.0 } else { f64::from(model.nodes[n].rest_m[seed - 1]) };
         let mut shape: Vec<f64> = nodes.clone().map(|n| if anchored[n] { 0.0 } else { start(n) }).collect();
         let clear = |shape: &mut Vec<f64>| {
@@ -58,7 +59,8 @@ pub fn fields(model: &Model, mass_kg: &[f64], between_kg: &[f64], anchored: &[bo
         let all = dot(&shape, &shape);
         let between: f64 = spread(&shape).iter().zip(&shape).map(|(a, b)| a * b).sum();
         let l = (1.0 - between / all).max(LEAST);
-        (l < 0.5).then(|| Field { per_kg: (1.0 / l - (3.0 - 2.0 * l)) / all, shape })
+        let (has, below) = if series { (3.0 - 2.0 * l, 0.5) } else { (1.0, 1.0) };
+        (l < below).then(|| Field { per_kg: (1.0 / l - has) / all, shape })
     });
     gained.collect()
 }

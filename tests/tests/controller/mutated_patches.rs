@@ -189,7 +189,8 @@ fn run(name: &str, shape: Option<ProbeShape>, mutants: usize, seed: u64) -> Seen
                 assert_eq!(file.params.tick_s, 1e-3);
                 let touched =
                     palpate_tissue::budget::triangles_in_reach(&file.model, file.site_m.into(), file.params.probe.reach_m());
-                let terms = Terms { relative_mass: file.params.terms.relative_mass, ..Terms::ALL };
+                let Terms { relative_mass, smooth_mass, .. } = file.params.terms;
+                let terms = Terms { relative_mass, smooth_mass, ..Terms::ALL };
                 let cost = machine.cost_of(
                     &Counts::of(&file.model, touched),
                     &palpate::Params { terms, ..file.params },

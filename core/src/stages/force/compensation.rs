@@ -15,12 +15,13 @@ use crate::lanes::Lanes;
 pub const BARRIER_BELOW: f32 = 0.4;
 /// One over it: the barrier grows linearly, a growth with `1 / J` would make the step too long for
 /// it just when a tap needs it.
-const BARRIER_SLOPE: f32 = 1.0 / BARRIER_BELOW;
+pub(super) const BARRIER_SLOPE: f32 = 1.0 / BARRIER_BELOW;
 
 /// Extra force per length over E of a spring shorter than `onset` times its rest length: `chi k
 /// (1 - onset l0 / l)`, zero otherwise.
 ///
 /// `stretch` is `k l0 / l`. Energy: `chi k / 2 (l - onset l0)^2`.
+#[cfg_attr(armv7em_fp, expect(dead_code, reason = "in assembly there"))]
 #[inline(always)]
 pub(crate) fn of_spring<L: Lanes<W>, const W: usize>(k: L, stretch: L, onset: L, chi: L) -> L {
     chi * (k - onset * stretch).negative_part()
@@ -28,6 +29,7 @@ pub(crate) fn of_spring<L: Lanes<W>, const W: usize>(k: L, stretch: L, onset: L,
 
 /// Extra pressure over E (divided by 6, as the tet gradients are) of a tet at `j` of its rest
 /// volume: `3 mu / 6 (1 - j / 0.4)`, zero above 0.4.
+#[cfg_attr(armv7em_fp, expect(dead_code, reason = "in assembly there"))]
 #[inline(always)]
 pub(crate) fn of_tet<L: Lanes<W>, const W: usize>(j: L, barrier: L) -> L {
     if !j.any_below(BARRIER_BELOW) {

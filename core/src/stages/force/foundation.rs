@@ -248,7 +248,7 @@ fn settle<const RELAXING: bool, const RUBBING: bool>(
                     state.rubbed.most += tuned.friction * push;
                 }
                 node.slope = 0.0;
-                if tuned.relative_mass {
+                if tuned.fields {
                     node.free = free;
                 }
                 if RELAXING {

@@ -7,7 +7,7 @@
 //!
 //! * in: positions
 //! * out: adds to `node.f`
-//! * cost (M4F, estimated from exact instruction counts): about 90 cycles per spring;
+//! * cost (M4F, estimated from exact instruction counts): about 80 cycles per spring;
 //!   `palpate-tests`' `board_cost` prints it
 //! * may fail: never; a spring of length zero gives a non-finite force, which `integrate` turns
 //!   into a fault
@@ -17,9 +17,12 @@ mod groups;
 #[cfg(not(target_os = "none"))]
 mod stiffened;
 
+#[cfg(not(armv7em_fp))]
 use nalgebra::Vector3;
 
+#[cfg(not(armv7em_fp))]
 use super::compensation;
+#[cfg(not(armv7em_fp))]
 use crate::lanes::{Lanes, row, vector};
 use crate::model::Model;
 use crate::params::Tuned;
@@ -55,7 +58,15 @@ pub(super) fn store(model: &Model, tuned: &Tuned, state: &mut State) {
     }
 }
 
-#[cfg(target_os = "none")]
+#[cfg(armv7em_fp)]
+#[inline(always)]
+fn run<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {
+    // no spring is shorter than nothing
+    let onset = if COMPENSATED { tuned.onset } else { 0.0 };
+    super::armv7em::springs(model, nodes, onset, tuned.compensation);
+}
+
+#[cfg(all(target_os = "none", not(armv7em_fp)))]
 #[inline(always)]
 fn run<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {
     by_rows::<COMPENSATED>(model, tuned, nodes);
@@ -71,6 +82,7 @@ fn run<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]
 
 /// Springs of one node at a time, that node's sum in registers: least loads and stores, for the
 /// board.
+#[cfg(not(armv7em_fp))]
 #[cfg_attr(not(any(target_os = "none", test)), expect(dead_code, reason = "the desktop runs it in tests only"))]
 pub(crate) fn by_rows<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {
     let mut springs = model.springs;
@@ -93,6 +105,7 @@ pub(crate) fn by_rows<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nod
 }
 
 /// Spring force over E divided by the length [N/Pa/m], positive when it pulls (000 eq 4).
+#[cfg(not(armv7em_fp))]
 #[inline(always)]
 fn force_per_length<L: Lanes<W>, const W: usize, const COMPENSATED: bool>(d: Vector3<L>, k: L, k_rest: L, tuned: &Tuned) -> L {
     let stretch = k_rest / (d.x * d.x + d.y * d.y + d.z * d.z).root();

@@ -12,12 +12,14 @@ use palpate::{BuildError, PatchFile};
 pub const COST: &str = "cycles per tick of the patch";
 
 /// Cycles of a Cortex-M4F per item and substep.
-const SPRING: f32 = 95.0;
+const SPRING: f32 = 80.0;
 /// A spring's part of the mass floor where that is relative to neighbours.
 const NEIGHBOUR: f32 = 70.0;
 /// A node's share of the smooth fields there.
 const SMOOTH: f32 = 110.0;
-const TET: f32 = 291.0;
+/// One field alone, without the sum over neighbours.
+const FIELD: f32 = 34.0;
+const TET: f32 = 215.0;
 const NODE: f32 = 130.0;
 /// A node whose forces fade, and each term of its relaxation.
 const RELAXING: f32 = 50.0;
@@ -68,9 +70,11 @@ pub fn cycles(file: &PatchFile<'_>, touched: usize) -> f32 {
     let model = &file.model;
     let of = |count: usize, each: f32| count as f32 * each;
     let points = model.points_per_triangle().saturating_sub(4);
-    let (spring, node) = match file.params.terms.relative_mass {
-        true => (SPRING + NEIGHBOUR, NODE + SMOOTH),
-        false => (SPRING, NODE),
+    let terms = &file.params.terms;
+    let (spring, node) = match (terms.relative_mass, terms.smooth_mass) {
+        (true, _) => (SPRING + NEIGHBOUR, NODE + SMOOTH),
+        (false, true) => (SPRING, NODE + FIELD),
+        (false, false) => (SPRING, NODE),
     };
     let terms = file.params.relaxation.iter().filter(|term| term.share > 0.0).count();
     let node = node + if terms > 0 { RELAXING + of(terms, TERM) } else { 0.0 };

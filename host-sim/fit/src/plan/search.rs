@@ -193,6 +193,7 @@ impl Ladder<'_> {
                 compensation: a.compensation && b.compensation,
                 rim: a.rim && b.rim,
                 relative_mass: a.relative_mass && b.relative_mass,
+                smooth_mass: a.smooth_mass || b.smooth_mass,
                 stiffening: a.stiffening && b.stiffening,
                 relaxation: a.relaxation && b.relaxation,
                 friction: a.friction && b.friction,
