@@ -8,7 +8,7 @@ mod terms;
 use nalgebra::Vector3;
 
 use crate::fault::BuildError;
-use crate::inertia::{FIELDS, Gains, NEIGHBOUR, NodeStep};
+use crate::inertia::{Gains, NEIGHBOUR, NodeStep};
 use crate::model::{Model, Spring};
 use crate::smooth;
 pub use probe::{Probe, ProbeShape};
@@ -298,7 +298,7 @@ impl Params {
         let node_step = node_step.get_mut(..need).ok_or(BuildError::TooLarge { item: "nodes", need, have })?;
         self.weigh(model, node_step);
         if node_step.iter().any(|node| node.added > 0.0) {
-            smooth::find(model, node_step, self.fields(), after_round);
+            smooth::find(model, node_step, self.terms.relative_mass, after_round);
         }
         let gains = self.gains(model, node_step);
         Ok(self.derive(node_step, gains))
@@ -313,11 +313,6 @@ impl Params {
         self.weigh(model, node_step);
         let gains = self.gains(model, node_step);
         *tuned = self.derive(node_step, gains);
-    }
-
-    /// How many smooth fields the mass matrix is inverted on.
-    fn fields(&self) -> usize {
-        if self.terms.relative_mass { FIELDS } else { 1 }
     }
 
     /// Gains of the smooth fields under masses as [`Self::weigh`] left them. Where no sum over

@@ -25,8 +25,8 @@
 //!
 //! * in: the masses of [`crate::Params::build`]
 //! * out: `NodeStep::smooth` and the gains
-//! * cost: nothing within the tick; 128 passes of the springs when a patch is started, two when its
-//!   modulus changes; a quarter of the passes where there is one field
+//! * cost: nothing within the tick; 128 passes of the springs when a patch is started, five
+//!   when its modulus changes; a quarter of them with one field
 //! * may fail: never; a field that is not finite is left out
 
 use crate::inertia::{FIELDS, Gains, NEIGHBOUR, NodeStep};
@@ -39,16 +39,18 @@ const ROUNDS: usize = 32;
 /// diagonal mass.
 const LEAST: f32 = 0.01;
 
-/// Finds so many fields of these masses, the smoothest first, and leaves the others zero; `after_round` is called after every round.
-pub(crate) fn find(model: &Model, node_step: &mut [NodeStep], fields: usize, after_round: &mut dyn FnMut()) {
+/// Finds the fields of these masses and leaves those that are not used zero; `after_round` is
+/// called after every round.
+pub(crate) fn find(model: &Model, node_step: &mut [NodeStep], series: bool, after_round: &mut dyn FnMut()) {
     for (node, rest) in node_step.iter_mut().zip(model.nodes) {
         let [x, y, z] = rest.rest_m;
-        node.smooth = if node.step > 0.0 { [1.0, x, y, z] } else { [0.0; FIELDS] };
+        node.smooth = match (node.step > 0.0, series) {
+            (true, true) => [1.0, x, y, z],
+            (true, false) => [1.0, 0.0, 0.0, 0.0],
+            (false, _) => [0.0; FIELDS],
+        };
     }
-    for field in fields..FIELDS {
-        node_step.iter_mut().for_each(|node| node.smooth[field] = 0.0);
-    }
-    for field in 0..fields {
+    for field in 0..count(series) {
         // the mean place is taken off x, y, z first: what all have in common would hide them
         clear_of_earlier(node_step, field);
         for _ in 0..ROUNDS {
@@ -61,27 +63,37 @@ pub(crate) fn find(model: &Model, node_step: &mut [NodeStep], fields: usize, aft
     }
 }
 
-/// Gains of the fields that [`find`] left, under the masses of now: beside the two terms of the
-/// series, or beside the diagonal alone.
+/// How many fields there are beside the two terms of the series, and beside the diagonal alone.
+const fn count(series: bool) -> usize {
+    if series { FIELDS } else { 1 }
+}
+
+/// Gains of the fields that [`find`] left, under the masses of now.
 pub(crate) fn gains(model: &Model, node_step: &[NodeStep], series: bool) -> Gains {
-    let mut between = [0.0; FIELDS];
+    let mut gains = [0.0; FIELDS];
+    for (field, gain) in gains.iter_mut().enumerate().take(count(series)) {
+        *gain = gain_of(model, node_step, field, series);
+    }
+    gains
+}
+
+#[inline(never)]
+fn gain_of(model: &Model, node_step: &[NodeStep], field: usize, series: bool) -> f32 {
+    let mut between = 0.0;
     for spring in model.springs {
         let Some((a, b, mass)) = ends(spring, node_step) else { continue };
-        for (sum, (a, b)) in between.iter_mut().zip(a.smooth.iter().zip(b.smooth)) {
-            *sum += mass * a * b;
-        }
+        between += mass * a.smooth[field] * b.smooth[field];
     }
-    core::array::from_fn(|field| {
-        let all = product(node_step, field, field);
-        let l = 1.0 - 2.0 * between[field] / all;
-        let l = if l < LEAST { LEAST } else { l };
-        let (lacks, below) = if series { ((1.0 - l) * (1.0 - 2.0 * l), 0.5) } else { (1.0 - l, 1.0) };
-        let gain = lacks / (l * all);
-        if l < below && gain.is_finite() { gain } else { 0.0 }
-    })
+    let all = product(node_step, field, field);
+    let l = 1.0 - 2.0 * between / all;
+    let l = if l < LEAST { LEAST } else { l };
+    let (lacks, below) = if series { ((1.0 - l) * (1.0 - 2.0 * l), 0.5) } else { (1.0 - l, 1.0) };
+    let gain = lacks / (l * all);
+    if l < below && gain.is_finite() { gain } else { 0.0 }
 }
 
 /// Both ends of a spring and the mass between them, as a share of `E dt`.
+#[inline(never)]
 fn ends<'a>(spring: &Spring, node_step: &'a [NodeStep]) -> Option<(&'a NodeStep, &'a NodeStep, f32)> {
     let (a, b) = (node_step.get(usize::from(spring.i))?, node_step.get(usize::from(spring.j))?);
     Some((a, b, spring.k * (a.added + b.added) * (1.0 / NEIGHBOUR)))

@@ -20,10 +20,10 @@ const RAM_FOR_PATCH: usize = 112 * 1024;
 #[repr(C, align(4))]
 pub struct WordAligned<Bytes: ?Sized>(pub Bytes);
 
-/// Everything that the tick writes, and what it reads besides the flash: 512 nodes and 1024 surface
-/// triangles, 128 nodes where the tissue relaxes, 48 of them under a probe that rubs. The largest
-/// patch that a board has the time for has 121.
-pub type Memory = palpate::Memory<512, 1024, 128, 48>;
+/// Everything that the tick writes, and what it reads besides the flash: 480 nodes and 1024 surface
+/// triangles, 160 nodes where the tissue relaxes, 48 of them under a probe that rubs. The largest
+/// patch that a board has the time for has 141.
+pub type Memory = palpate::Memory<480, 1024, 160, 48>;
 
 #[cfg(target_os = "none")]
 const _: () = assert!(size_of::<Memory>() <= RAM_FOR_PATCH, "the patch's state must leave room for the stacks");

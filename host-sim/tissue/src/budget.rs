@@ -68,7 +68,7 @@ struct Room {
 }
 
 /// The least of the boards: 1 MB of flash, 128 KB of RAM.
-const LEAST_BOARD: Room = Room { nodes: 512, triangles: 1024, flash_bytes: 7 * 128 * 1024 };
+const LEAST_BOARD: Room = Room { nodes: 480, triangles: 1024, flash_bytes: 7 * 128 * 1024 };
 /// State of a node and of a surface triangle on the board [bytes]: position, velocity, force,
 /// push, pressure, slope, share in contact, inertia with its smooth fields and the memory of the
 /// check at the start; candidate.

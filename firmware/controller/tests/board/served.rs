@@ -82,7 +82,7 @@ fn a_report_tells_the_state_and_a_modulus_out_of_range_is_refused() {
             decoded(frame, |message| match message {
                 FromBoard::Record(_) => "record",
                 FromBoard::State { stack_used_bytes, nodes, bad_frames, .. } => {
-                    assert_eq!((stack_used_bytes, nodes, bad_frames), (4321, 57, 0));
+                    assert_eq!((stack_used_bytes, nodes, bad_frames), (4321, 65, 0));
                     "state"
                 }
                 FromBoard::Refused(Refusal::ModulusOutOfRange) => "refused",
@@ -130,7 +130,7 @@ fn opening_a_large_patch_feeds_the_watchdog_while_the_outputs_are_off() {
             _ => None,
         })
     });
-    assert_eq!(taken, Some(121));
+    assert_eq!(taken, Some(141));
     assert!(board.fed >= 10 + 2 * 128, "fed {} times", board.fed);
     // pins that never went off: nothing vouches for the outputs, so the watchdog has to act
     let mut stuck = haptic_loop(Arming::OnRequest);
@@ -154,5 +154,5 @@ fn a_patch_that_is_refused_after_another_modulus_is_refused_once() {
             other => told.push(format!("{other:?}")),
         });
     }
-    assert_eq!(told, ["PatchTaken(57)", "Refused(PatchVersion)", "Refused(NoPatch)"]);
+    assert_eq!(told, ["PatchTaken(65)", "Refused(PatchVersion)", "Refused(NoPatch)"]);
 }
