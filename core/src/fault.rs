@@ -189,11 +189,13 @@ pub enum Fault {
     UnitMismatch = 16,
     /// The emergency stop was pressed, its wire is open, or the over-current trip acted.
     EmergencyStop = 17,
+    /// At the first touches after arming the force drove the probe on in place of holding it.
+    WrongSign = 18,
 }
 
 impl Fault {
     /// Every fault, by number.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::PoseNotFinite,
         Self::Diverged,
         Self::ForceNotFinite,
@@ -211,6 +213,7 @@ impl Fault {
         Self::TipApart,
         Self::UnitMismatch,
         Self::EmergencyStop,
+        Self::WrongSign,
     ];
 
     /// In words.
@@ -223,7 +226,7 @@ impl Fault {
             Self::SizeMismatch => "state, parameters and model differ in size",
             Self::SensorFault => "the device's sensor cannot be trusted",
             Self::PoseStale => "no new pose came, or too few",
-            Self::OutOfWorkspace => "the pose was outside the workspace",
+            Self::OutOfWorkspace => "the pose was outside the workspace: check its unit and frame",
             Self::OverSpeed => "the probe moved too fast under force",
             Self::ForceImplausible => "the model's force was implausible",
             Self::EnergyCreated => "the loop created energy",
@@ -233,6 +236,7 @@ impl Fault {
             Self::Runaway => "the probe ran away against the force",
             Self::TipApart => "a force acted on a probe that was not at the tissue",
             Self::UnitMismatch => "the encoder's steps do not fit the profile: check the unit of the readings and count_m",
+            Self::WrongSign => "the force pushed the probe along its motion at the first touch: check the signs of encoders and motors",
             Self::EmergencyStop => "the emergency stop or the over-current trip acted",
         }
     }

@@ -7,7 +7,7 @@
 //!                counts                            contact
 //! mode: decides whether force output is enabled
 //! passivity: energy given to the hand, always watched
-//! unit, runaway, stillness: is the encoder or a sign wrong
+//! unit, sign, runaway, stillness: is the encoder or a sign wrong
 //! ```
 //!
 //! [`cycle::Cycle::tick`] is that line. Everything here allocates nothing, cannot panic, and on any
@@ -24,6 +24,7 @@ pub mod limits;
 pub mod mode;
 pub mod passivity;
 pub mod runaway;
+pub mod sign;
 pub mod stillness;
 pub mod toggle;
 pub mod unit;
