@@ -2,10 +2,11 @@
 //!
 //! A unit that is too large shows within a few counts. Readings lie on a grid of counts, so a hand
 //! that moves evenly takes steps that differ by one or two of them, whatever its speed; of readings
-//! ten times too long every step, and every difference between two, is ten counts or none. Eight
-//! steps that are longer than five counts of the profile and differ from the one before by more
-//! than five, without one that fits, are a fault: at 60 m/s^2 a hand does not come to that many on
-//! any count of 10 um and more. A hand that trembles while the loop arms is enough.
+//! ten times too long every step, and every difference between two, is ten counts or none. So steps
+//! that are longer than five counts of the profile *and* differ from the one before by more than
+//! five are counted until one fits. A hand that speeds up evenly takes some as well, but by the
+//! time that it is as fast as a hand becomes there are no more of them: eight beyond that are a
+//! fault. A hand that trembles while the loop arms is enough for it.
 //!
 //! A unit that is too small shows at rest alone, for a driver that filters or interpolates has
 //! short steps as well: eight motions from rest to rest that are each shorter than a fifth of a
@@ -22,14 +23,20 @@
 
 use nalgebra::Vector3;
 
+use super::between;
 use crate::fault::Fault;
 
 /// Equal readings in a row that are a rest.
 const REST: u8 = 3;
 /// Steps this many times longer or shorter than a count do not fit the profile (1).
 const FACTOR: f32 = 5.0;
-/// Steps that are too long, or motions that are too short, without one that fits, that are a fault.
+/// Steps that are too long, beyond those of a hand that speeds up, or motions that are too short,
+/// without one that fits, that are a fault.
 const MOST: u8 = 8;
+/// A hand becomes no faster in one go [m per tick of 1 ms].
+const FASTEST_M: f32 = 1.5e-3;
+/// Most steps that are awaited, however fine the encoder.
+const PATIENCE: f32 = 200.0;
 
 /// Watches the steps of the readings.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +44,8 @@ pub struct UnitWatch {
     /// Square of the shortest and longest step that fits [m^2].
     shortest_m2: f32,
     longest_m2: f32,
+    /// Steps that are too long to be a fault.
+    most_long: u8,
     /// Equal readings in a row.
     equal: u8,
     /// The last step [m].
@@ -60,6 +69,7 @@ impl UnitWatch {
         let mut watch = Self {
             shortest_m2: shortest_m * shortest_m,
             longest_m2: longest_m * longest_m,
+            most_long: MOST + between(FASTEST_M / longest_m, 0.0, PATIENCE) as u8,
             equal: 0,
             step_m: Vector3::zeros(),
             gone_m: Vector3::zeros(),
@@ -101,7 +111,7 @@ impl UnitWatch {
                 self.short += 1;
             }
         }
-        match self.long == MOST || self.short == MOST {
+        match self.long == self.most_long || self.short == MOST {
             true => Err(Fault::UnitMismatch),
             false => Ok(()),
         }
@@ -204,13 +214,40 @@ mod tests {
         assert_eq!(motions(&mut watch, 1, [1.0, 0.0]), Ok(()));
         assert_eq!(motions(&mut watch, 30, [10.0, 0.0]), Ok(()), "one fitted");
         watch.reset();
-        assert_eq!(motions(&mut watch, 7, [10.0, 0.0]), Ok(()));
+        assert_eq!(motions(&mut watch, 12, [10.0, 0.0]), Ok(()));
         watch.reset();
-        assert_eq!(motions(&mut watch, 7, [10.0, 0.0]), Ok(()), "counted anew");
+        assert_eq!(motions(&mut watch, 12, [10.0, 0.0]), Ok(()), "counted anew");
         assert_eq!(motions(&mut watch, 1, [10.0, 0.0]), Err(Fault::UnitMismatch));
         let mut ideal = UnitWatch::build(0.0);
         ideal.reset();
         assert_eq!(motions(&mut ideal, 30, [10.0, 0.0]), Ok(()), "no count to compare with");
+    }
+
+    #[test]
+    fn a_hand_that_speeds_up_evenly_is_no_fault_on_any_encoder_and_a_grid_of_ten_counts_is() {
+        for count_m in [10e-6, 20e-6, 55e-6, 60e-6] {
+            for m_per_s2 in [20.0_f32, 60.0, 200.0] {
+                for ratio in [1.0, 10.0] {
+                    let mut watch = UnitWatch::build(count_m);
+                    let mut last_m = 0.0;
+                    // to 1.5 m/s and on at that speed; a tenth of it where it reads ten times that
+                    let found = (1..2_000_u16).find(|&n| {
+                        let (t_s, m_per_s) = (1e-3 * f32::from(n), 1.503 / ratio);
+                        let speeds_s = m_per_s / (m_per_s2 / ratio);
+                        let gone_m = if t_s < speeds_s {
+                            0.5 * m_per_s2 / ratio * t_s * t_s
+                        } else {
+                            m_per_s * (t_s - 0.5 * speeds_s)
+                        };
+                        let read_m = libm::floorf(gone_m / count_m) * count_m * ratio;
+                        let displacement_m = Vector3::new(read_m - last_m, 0.0, 0.0);
+                        last_m = read_m;
+                        watch.judge(&displacement_m, false).is_err()
+                    });
+                    assert_eq!(found.is_some(), ratio > 1.0, "{count_m} m, {m_per_s2} m/s^2, {ratio}: {found:?}");
+                }
+            }
+        }
     }
 
     #[test]

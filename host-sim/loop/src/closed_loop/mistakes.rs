@@ -23,6 +23,8 @@ pub const TOUCHES: usize = 3;
 const PRESSED_TICKS: u32 = 600;
 const BACK_M_PER_S: f64 = 0.1;
 const PAUSE_TICKS: u32 = 100;
+/// Time constant with which it brakes before it goes back [s].
+const BRAKE_S: f64 = 0.02;
 /// A hand at rest trembles by so much [m] at so many radians per second.
 const TREMOR: (f64, f64) = (80e-6, 56.5);
 
@@ -170,11 +172,12 @@ pub fn first_touches(
             plant.step(&trajectory.aim(t_s), forced || touches);
         }
         // the hand takes the probe back, whatever pulls at it
-        let from_m = plant.at_m();
+        let (from_m, drift_m) = (plant.at_m(), plant.velocity_m_per_s() * BRAKE_S);
         let ticks = ((start_m - from_m).norm() / (BACK_M_PER_S * TICK_S)).ceil() as u32;
         for n in 1..=ticks + PAUSE_TICKS {
             let share = f64::from(n.min(ticks)) / f64::from(ticks.max(1));
-            plant.put(from_m + (start_m - from_m) * share);
+            let braked = 1.0 - (-f64::from(n) * TICK_S / BRAKE_S).exp();
+            plant.put(from_m + (start_m - from_m) * share + drift_m * braked);
             let telemetry = tick(&mut plant, None);
             if telemetry.mode == Mode::Fault {
                 outcome.fault = telemetry.fault;
