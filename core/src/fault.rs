@@ -226,7 +226,7 @@ impl Fault {
             Self::SizeMismatch => "state, parameters and model differ in size",
             Self::SensorFault => "the device's sensor cannot be trusted",
             Self::PoseStale => "no new pose came, or too few",
-            Self::OutOfWorkspace => "the pose was outside the workspace: check its unit and frame",
+            Self::OutOfWorkspace => "the pose was outside the workspace",
             Self::OverSpeed => "the probe moved too fast under force",
             Self::ForceImplausible => "the model's force was implausible",
             Self::EnergyCreated => "the loop created energy",
@@ -235,16 +235,28 @@ impl Fault {
             Self::SupplyLow => "the supply was too low",
             Self::Runaway => "the probe ran away against the force",
             Self::TipApart => "a force acted on a probe that was not at the tissue",
-            Self::UnitMismatch => "the encoder's steps do not fit the profile: check the unit of the readings and count_m",
-            Self::WrongSign => "the force pushed the probe along its motion at the first touch: check the signs of encoders and motors",
+            Self::UnitMismatch => "the encoder's steps do not fit the profile",
+            Self::WrongSign => "the force drove the probe on at the first touch",
             Self::EmergencyStop => "the emergency stop or the over-current trip acted",
+        }
+    }
+
+    /// How to mend what causes it, where the set-up of the device is what does.
+    #[must_use]
+    pub fn remedy(self) -> Option<&'static str> {
+        match self {
+            Self::OutOfWorkspace => Some("check the unit and the frame of the readings, and the profile's workspace"),
+            Self::Runaway | Self::WrongSign => Some("check the signs of encoders and motors, axis by axis"),
+            Self::UnitMismatch => Some("check the unit of the readings and count_m"),
+            _ => None,
         }
     }
 }
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "fault {}: {}", *self as u8, self.text())
+        write!(f, "fault {}: {}", *self as u8, self.text())?;
+        self.remedy().map_or(Ok(()), |remedy| write!(f, ": {remedy}"))
     }
 }
 

@@ -53,6 +53,15 @@ pub(crate) fn between(x: f32, low: f32, high: f32) -> f32 {
     }
 }
 
+/// Name of a value, the smallest and the largest that it may have.
+pub(crate) type Range = (&'static str, f32, f32);
+
+/// Names the first value outside its range. The ranges are data: as code they would cost the board
+/// some 400 bytes more.
+pub(crate) fn each_within<const N: usize>(ranges: &'static [Range; N], values: [f32; N]) -> Result<(), BuildError> {
+    ranges.iter().zip(values).try_for_each(|(&(parameter, min, max), value)| BuildError::within(parameter, value, min, max))
+}
+
 /// Names the first value outside its range: (name, value, smallest, largest).
 pub(crate) fn within(ranges: &[(&'static str, f32, f32, f32)]) -> Result<(), BuildError> {
     ranges.iter().try_for_each(|&(parameter, value, min, max)| BuildError::within(parameter, value, min, max))

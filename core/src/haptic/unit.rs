@@ -92,7 +92,8 @@ impl UnitWatch {
         self.step_m = *displacement_m;
         let (square, change) = (displacement_m.dot(displacement_m), change_m.dot(&change_m));
         if square > 0.0 {
-            if self.long != PASSED && change > 0.0 {
+            // less than that is rounding, or a filter
+            if self.long != PASSED && change >= self.shortest_m2 {
                 let fits = square <= self.longest_m2 || change <= self.longest_m2;
                 self.long = if fits { PASSED } else { self.long + 1 };
             }
@@ -234,11 +235,8 @@ mod tests {
                     let found = (1..2_000_u16).find(|&n| {
                         let (t_s, m_per_s) = (1e-3 * f32::from(n), 1.503 / ratio);
                         let speeds_s = m_per_s / (m_per_s2 / ratio);
-                        let gone_m = if t_s < speeds_s {
-                            0.5 * m_per_s2 / ratio * t_s * t_s
-                        } else {
-                            m_per_s * (t_s - 0.5 * speeds_s)
-                        };
+                        let gone_m =
+                            if t_s < speeds_s { 0.5 * m_per_s2 / ratio * t_s * t_s } else { m_per_s * (t_s - 0.5 * speeds_s) };
                         let read_m = libm::floorf(gone_m / count_m) * count_m * ratio;
                         let displacement_m = Vector3::new(read_m - last_m, 0.0, 0.0);
                         last_m = read_m;
