@@ -189,11 +189,13 @@ pub enum Fault {
     UnitMismatch = 16,
     /// The emergency stop was pressed, its wire is open, or the over-current trip acted.
     EmergencyStop = 17,
+    /// At the first touches after arming the force drove the probe on in place of holding it.
+    WrongSign = 18,
 }
 
 impl Fault {
     /// Every fault, by number.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::PoseNotFinite,
         Self::Diverged,
         Self::ForceNotFinite,
@@ -211,6 +213,7 @@ impl Fault {
         Self::TipApart,
         Self::UnitMismatch,
         Self::EmergencyStop,
+        Self::WrongSign,
     ];
 
     /// In words.
@@ -232,15 +235,28 @@ impl Fault {
             Self::SupplyLow => "the supply was too low",
             Self::Runaway => "the probe ran away against the force",
             Self::TipApart => "a force acted on a probe that was not at the tissue",
-            Self::UnitMismatch => "the encoder's steps do not fit the profile: check the unit of the readings and count_m",
+            Self::UnitMismatch => "the encoder's steps do not fit the profile",
+            Self::WrongSign => "the force drove the probe on at the first touch",
             Self::EmergencyStop => "the emergency stop or the over-current trip acted",
+        }
+    }
+
+    /// How to mend what causes it, where the set-up of the device is what does.
+    #[must_use]
+    pub fn remedy(self) -> Option<&'static str> {
+        match self {
+            Self::OutOfWorkspace => Some("check the unit and the frame of the readings, and the profile's workspace"),
+            Self::Runaway | Self::WrongSign => Some("check the signs of encoders and motors, axis by axis"),
+            Self::UnitMismatch => Some("check the unit of the readings and count_m"),
+            _ => None,
         }
     }
 }
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "fault {}: {}", *self as u8, self.text())
+        write!(f, "fault {}: {}", *self as u8, self.text())?;
+        self.remedy().map_or(Ok(()), |remedy| write!(f, ": {remedy}"))
     }
 }
 

@@ -7,7 +7,7 @@
 //!                counts                            contact
 //! mode: decides whether force output is enabled
 //! passivity: energy given to the hand, always watched
-//! unit, runaway, stillness: is the encoder or a sign wrong
+//! unit, sign, runaway, stillness: is the encoder or a sign wrong
 //! ```
 //!
 //! [`cycle::Cycle::tick`] is that line. Everything here allocates nothing, cannot panic, and on any
@@ -24,6 +24,7 @@ pub mod limits;
 pub mod mode;
 pub mod passivity;
 pub mod runaway;
+pub mod sign;
 pub mod stillness;
 pub mod toggle;
 pub mod unit;
@@ -50,6 +51,15 @@ pub(crate) fn between(x: f32, low: f32, high: f32) -> f32 {
     } else {
         x
     }
+}
+
+/// Name of a value, the smallest and the largest that it may have.
+pub(crate) type Range = (&'static str, f32, f32);
+
+/// Names the first value outside its range. The ranges are data: as code they would cost the board
+/// some 400 bytes more.
+pub(crate) fn each_within<const N: usize>(ranges: &'static [Range; N], values: [f32; N]) -> Result<(), BuildError> {
+    ranges.iter().zip(values).try_for_each(|(&(parameter, min, max), value)| BuildError::within(parameter, value, min, max))
 }
 
 /// Names the first value outside its range: (name, value, smallest, largest).

@@ -31,6 +31,7 @@ use super::limits::{ForceLimiter, LoopLimitSettings, LoopLimits, PoseGate};
 use super::mode::{Event, Machine, Mode};
 use super::passivity::PassivityObserver;
 use super::runaway::Runaway;
+use super::sign::SignWatch;
 use super::stillness::Stillness;
 use super::toggle::Toggle;
 use super::unit::UnitWatch;
@@ -99,6 +100,7 @@ pub struct Cycle {
     stillness: Stillness,
     toggle: Toggle,
     unit: UnitWatch,
+    sign: SignWatch,
     apart: Apart,
     machine: Machine,
     ticks: u32,
@@ -136,6 +138,7 @@ impl Cycle {
             stillness: Stillness::build(settings.tick_s),
             toggle: Toggle::new(device.count_m),
             unit: UnitWatch::build(device.count_m),
+            sign: SignWatch::default(),
             apart: Apart::new(device.count_m),
             machine: Machine::BOOT,
             ticks: 0,
@@ -247,6 +250,8 @@ impl Cycle {
             late => self.limits.ticks_per_s() / f32::from(late.saturating_add(1)),
         };
         self.runaway.judge(&displacement_m, per_s, &output.normal, &self.limiter.last_n())?;
+        let inward_m_per_s = -self.damping.velocity_m_per_s().dot(&output.normal);
+        self.sign.judge(inward_m_per_s, self.observer.energy().given_j, self.touched)?;
         let (force_n, shortened) = ForceLimiter::shorten(&self.limits, &output.force_n);
         if shortened {
             record.limiters.set(ClampFlags::FORCE);
@@ -290,6 +295,7 @@ impl Cycle {
         if followed && matches!(event, Event::ArmAsked | Event::Cleared) {
             renderer.reset();
             self.toggle.reset();
+            self.sign = SignWatch::default();
             self.touched = false;
         }
         followed
@@ -319,7 +325,7 @@ impl Cycle {
 
     /// Whether the force is to be scaled down for the rest of this contact.
     fn strained(&self) -> bool {
-        self.limiter.strained(&self.limits) || self.observer.gain() < 1.0 || self.stillness.gain() < 1.0
+        self.limiter.strained(&self.limits) || self.observer.gain() < 1.0 || self.stillness.gain() * self.sign.gain() < 1.0
     }
 
     /// Follows an event; false if the mode does not know it.

@@ -25,7 +25,7 @@
 
 use nalgebra::Vector3;
 
-use super::{between, within};
+use super::{Range, between, each_within, within};
 use crate::fault::BuildError;
 use crate::lanes::sqrt;
 use crate::stages::output::Output;
@@ -54,6 +54,9 @@ pub struct DampingSettings {
     pub velocity_share: f32,
 }
 
+static RANGES: [Range; 3] =
+    [("damping.tau_s", 0.0, 0.05), ("damping.constant_n_s_per_m", 0.0, MOST_N_S_PER_M), ("damping.velocity_share", 1e-3, 1.0)];
+
 impl DampingSettings {
     /// Share of a 30 Hz low-pass at 1 kHz (1).
     pub const SHARE_30_HZ: f32 = 0.1718;
@@ -76,11 +79,7 @@ impl DampingSettings {
     /// # Errors
     /// [`BuildError::OutOfRange`] names it.
     pub fn check(&self) -> Result<(), BuildError> {
-        within(&[
-            ("damping.tau_s", self.tau_s, 0.0, 0.05),
-            ("damping.constant_n_s_per_m", self.constant_n_s_per_m, 0.0, MOST_N_S_PER_M),
-            ("damping.velocity_share", self.velocity_share, 1e-3, 1.0),
-        ])
+        each_within(&RANGES, [self.tau_s, self.constant_n_s_per_m, self.velocity_share])
     }
 }
 

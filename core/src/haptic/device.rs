@@ -7,7 +7,7 @@
 
 use nalgebra::Vector3;
 
-use super::within;
+use super::{Range, each_within};
 use crate::fault::BuildError;
 
 /// Limits and resolution of a device. Data of a device profile, constant while it runs.
@@ -28,6 +28,22 @@ pub struct DeviceSpec {
     pub lag_s: f32,
 }
 
+/// What a device may declare; the sides of the workspace are in the order x, y, z.
+static RANGES: [Range; 10] = [
+    ("device.max_force_n", 0.01, DeviceSpec::MOST_FORCE_N),
+    ("device.count_m", 0.0, 1e-3),
+    ("device.delay_ticks", 0.0, DeviceSpec::MOST_DELAY_TICKS as f32),
+    ("device.lag_s", 0.0, 0.02),
+    (LOW, -2.0, 2.0),
+    (LOW, -2.0, 2.0),
+    (LOW, -2.0, 2.0),
+    (SIZE, 1e-3, 2.0),
+    (SIZE, 1e-3, 2.0),
+    (SIZE, 1e-3, 2.0),
+];
+const LOW: &str = "device.workspace_low_m";
+const SIZE: &str = "device.workspace size in m";
+
 impl DeviceSpec {
     /// Most [`DeviceSpec::delay_ticks`] that are kept account of.
     pub const MOST_DELAY_TICKS: u8 = 7;
@@ -45,19 +61,11 @@ impl DeviceSpec {
     /// # Errors
     /// [`BuildError::OutOfRange`] names the first that no device has; NaN is out of every range.
     pub fn check(&self) -> Result<(), BuildError> {
-        let size_m = self.workspace_high_m - self.workspace_low_m;
-        within(&[
-            ("device.max_force_n", self.max_force_n, 0.01, Self::MOST_FORCE_N),
-            ("device.count_m", self.count_m, 0.0, 1e-3),
-            ("device.delay_ticks", f32::from(self.delay_ticks), 0.0, f32::from(Self::MOST_DELAY_TICKS)),
-            ("device.lag_s", self.lag_s, 0.0, 0.02),
-            ("device.workspace_low_m[0]", self.workspace_low_m.x, -2.0, 2.0),
-            ("device.workspace_low_m[1]", self.workspace_low_m.y, -2.0, 2.0),
-            ("device.workspace_low_m[2]", self.workspace_low_m.z, -2.0, 2.0),
-            ("device.workspace size x in m", size_m.x, 1e-3, 2.0),
-            ("device.workspace size y in m", size_m.y, 1e-3, 2.0),
-            ("device.workspace size z in m", size_m.z, 1e-3, 2.0),
-        ])
+        let (low_m, size_m) = (self.workspace_low_m, self.workspace_high_m - self.workspace_low_m);
+        let sides = [low_m.x, low_m.y, low_m.z, size_m.x, size_m.y, size_m.z];
+        let [a, b, c, d, e, f] = sides;
+        let delay_ticks = f32::from(self.delay_ticks);
+        each_within(&RANGES, [self.max_force_n, self.count_m, delay_ticks, self.lag_s, a, b, c, d, e, f])
     }
 }
 

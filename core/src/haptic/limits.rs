@@ -41,9 +41,20 @@ pub struct LoopLimitSettings {
     pub saturated_ticks: u16,
 }
 
-/// Lower bound of every limit: smaller squares underflow, and a zero force would then exceed the
-/// limit.
-const LEAST: f32 = 1e-6;
+/// Lower bound of a limit: smaller squares underflow, and a zero force would then exceed it.
+const SMALL: f32 = 1e-6;
+/// Names and lower bounds.
+static LEAST: [(&str, f32); 9] = [
+    ("limits.max_force_n", SMALL),
+    ("limits.max_slew_n_per_s", SMALL),
+    ("limits.max_speed_m_per_s", SMALL),
+    ("limits.odd_poses", 1.0),
+    ("limits.max_age_ticks", 1.0),
+    ("limits.workspace_margin", 0.0),
+    ("limits.implausible_ratio", 1.0),
+    ("limits.implausible_ticks", 1.0),
+    ("limits.saturated_ticks", 1.0),
+];
 
 impl LoopLimitSettings {
     /// A desktop stylus of 3.3 N, and the default: 3 N, 500 N/s, 1.5 m/s twice in a row, poses two
@@ -72,21 +83,26 @@ impl LoopLimitSettings {
         saturated_ticks: 1_000,
     };
 
-    /// Every limit within (0, that of `highest`]: NaN, zero, negative and infinite ones are
-    /// refused.
+    /// Every limit, in the order of [`LEAST`].
+    fn numbers(&self) -> [f32; 9] {
+        [
+            self.max_force_n,
+            self.max_slew_n_per_s,
+            self.max_speed_m_per_s,
+            f32::from(self.odd_poses),
+            f32::from(self.max_age_ticks),
+            self.workspace_margin,
+            self.implausible_ratio,
+            f32::from(self.implausible_ticks),
+            f32::from(self.saturated_ticks),
+        ]
+    }
+
+    /// Every limit between the least and that of `highest`: NaN, zero, negative and infinite ones
+    /// are refused.
     fn check_below(&self, highest: &Self) -> Result<(), BuildError> {
-        let least = LEAST;
-        within(&[
-            ("limits.max_force_n", self.max_force_n, least, highest.max_force_n),
-            ("limits.max_slew_n_per_s", self.max_slew_n_per_s, least, highest.max_slew_n_per_s),
-            ("limits.max_speed_m_per_s", self.max_speed_m_per_s, least, highest.max_speed_m_per_s),
-            ("limits.odd_poses", f32::from(self.odd_poses), 1.0, f32::from(highest.odd_poses)),
-            ("limits.max_age_ticks", f32::from(self.max_age_ticks), 1.0, f32::from(highest.max_age_ticks)),
-            ("limits.workspace_margin", self.workspace_margin, 0.0, highest.workspace_margin),
-            ("limits.implausible_ratio", self.implausible_ratio, 1.0, highest.implausible_ratio),
-            ("limits.implausible_ticks", f32::from(self.implausible_ticks), 1.0, f32::from(highest.implausible_ticks)),
-            ("limits.saturated_ticks", f32::from(self.saturated_ticks), 1.0, f32::from(highest.saturated_ticks)),
-        ])
+        let bounds = LEAST.iter().zip(highest.numbers());
+        bounds.zip(self.numbers()).try_for_each(|((&(limit, min), max), value)| BuildError::within(limit, value, min, max))
     }
 }
 

@@ -19,7 +19,7 @@
 use nalgebra::Vector3;
 
 use super::device::DeviceSpec;
-use super::{between, within};
+use super::{Range, between, each_within};
 use crate::fault::{BuildError, Fault};
 
 /// Forces on their way to the actuators.
@@ -39,6 +39,11 @@ pub struct PassivitySettings {
     pub alarms: u16,
 }
 
+static RANGES: [Range; 2] = [
+    ("passivity.alarm_j", 1e-6, PassivitySettings::HIGHEST.alarm_j),
+    ("passivity.alarms", 1.0, PassivitySettings::HIGHEST.alarms as f32),
+];
+
 impl PassivitySettings {
     /// Half a millijoule: three times what 3 N and counts of 55 um can fake. Five contacts.
     pub const DEFAULT: Self = Self { alarm_j: 0.5e-3, alarms: 5 };
@@ -50,10 +55,7 @@ impl PassivitySettings {
     /// # Errors
     /// [`BuildError::OutOfRange`] names it.
     pub fn check(&self) -> Result<(), BuildError> {
-        within(&[
-            ("passivity.alarm_j", self.alarm_j, 1e-6, Self::HIGHEST.alarm_j),
-            ("passivity.alarms", f32::from(self.alarms), 1.0, f32::from(Self::HIGHEST.alarms)),
-        ])
+        each_within(&RANGES, [self.alarm_j, f32::from(self.alarms)])
     }
 }
 

@@ -1,66 +1,83 @@
 //! Compares the encoder's steps with the profile: a unit or a scale that is wrong by ten or more.
 //!
-//! A hand that starts from rest cannot skip counts: at 60 m/s^2 it crosses the first count of 55 um
-//! at 0.08 m/s, and the first new reading is one or two counts away. A hand at rest trembles by a
-//! count or two. So if the first step of every motion is longer than five counts of the profile, or
-//! if whole motions are shorter than a fifth of a count, eight times in a row without one that
-//! fits, the readings are in another unit than the profile, or the profile's count is not the
-//! encoder's. The first motion that fits ends the watch until the next fault: levers and gears make
-//! counts at the probe differ by a factor of two or three, not ten.
+//! A unit that is too large shows within a few counts. Readings lie on a grid of counts, so a hand
+//! that moves evenly takes steps that differ by one or two of them, whatever its speed; of readings
+//! ten times too long every step, and every difference between two, is ten counts or none. So steps
+//! that are longer than five counts of the profile *and* differ from the one before by more than
+//! five are counted until one fits. A hand that speeds up evenly takes some as well, but by the
+//! time that it is as fast as a hand becomes there are no more of them: eight beyond that are a
+//! fault. A hand that trembles while the loop arms is enough for it.
 //!
-//! Not judged: a device whose profile says no count (an ideal sensor), and a driver that
-//! interpolates or filters so that readings never rest or begin with a part of a step. A unit that
-//! is wrong by 1000 leaves the workspace or lands here. A mirrored axis does not show in the length
-//! of a step.
+//! A unit that is too small shows at rest alone, for a driver that filters or interpolates has
+//! short steps as well: eight motions from rest to rest that are each shorter than a fifth of a
+//! count. The first step out of a rest that fits ends that watch: levers and gears make counts at
+//! the probe differ by a factor of two or three, not ten.
+//!
+//! Not judged: a device whose profile says no count (an ideal sensor). A unit that is wrong by 1000
+//! leaves the workspace or lands here. A mirrored axis does not show in the length of a step.
 //!
 //! * in: displacement between two readings [m]
 //! * out: nothing
-//! * cost: 30 instructions of a Cortex-M4F until a motion fits, 5 after it, estimated
+//! * cost: 45 instructions of a Cortex-M4F until steps fit, 5 after it, estimated
 //! * may fail: [`Fault::UnitMismatch`]
 
 use nalgebra::Vector3;
 
+use super::between;
 use crate::fault::Fault;
 
 /// Equal readings in a row that are a rest.
 const REST: u8 = 3;
 /// Steps this many times longer or shorter than a count do not fit the profile (1).
 const FACTOR: f32 = 5.0;
-/// Motions in a row that do not fit, without one that does, that are a fault.
-const MOTIONS: u8 = 8;
+/// Steps that are too long, beyond those of a hand that speeds up, or motions that are too short,
+/// without one that fits, that are a fault.
+const MOST: u8 = 8;
+/// A hand becomes no faster in one go [m per tick of 1 ms].
+const FASTEST_M: f32 = 1.5e-3;
+/// Most steps that are awaited, however fine the encoder.
+const PATIENCE: f32 = 200.0;
 
-/// Watches motions from rest to rest.
+/// Watches the steps of the readings.
 #[derive(Clone, Copy, Debug)]
 pub struct UnitWatch {
     /// Square of the shortest and longest step that fits [m^2].
     shortest_m2: f32,
     longest_m2: f32,
-    /// A motion fitted, or there is nothing to compare with.
-    passed: bool,
+    /// Steps that are too long to be a fault.
+    most_long: u8,
     /// Equal readings in a row.
     equal: u8,
+    /// The last step [m].
+    step_m: Vector3<f32>,
     /// Displacement since the last rest [m].
     gone_m: Vector3<f32>,
-    /// The first step after the last rest was too long.
-    coarse: bool,
-    /// Motions that were too long and too short.
-    bad: [u8; 2],
+    /// Steps that were too long; [`u8::MAX`] once one was not, or there is nothing to compare with.
+    long: u8,
+    /// Motions that were too short; likewise.
+    short: u8,
 }
+
+/// Nothing is counted any more.
+const PASSED: u8 = u8::MAX;
 
 impl UnitWatch {
     /// For an encoder with this count [m]; zero if the profile says none.
     #[must_use]
     pub fn build(count_m: f32) -> Self {
         let (shortest_m, longest_m) = (count_m / FACTOR, count_m * FACTOR);
-        Self {
+        let mut watch = Self {
             shortest_m2: shortest_m * shortest_m,
             longest_m2: longest_m * longest_m,
-            passed: count_m <= 0.0,
+            most_long: MOST + between(FASTEST_M / longest_m, 0.0, PATIENCE) as u8,
             equal: 0,
+            step_m: Vector3::zeros(),
             gone_m: Vector3::zeros(),
-            coarse: false,
-            bad: [0; 2],
-        }
+            long: 0,
+            short: 0,
+        };
+        watch.reset();
+        watch
     }
 
     /// One reading, `displacement_m` from the one before; `held` if it is that one again.
@@ -68,33 +85,34 @@ impl UnitWatch {
     /// # Errors
     /// [`Fault::UnitMismatch`].
     pub fn judge(&mut self, displacement_m: &Vector3<f32>, held: bool) -> Result<(), Fault> {
-        if self.passed || held {
+        if held || self.long & self.short == PASSED {
             return Ok(());
         }
-        let square = displacement_m.dot(displacement_m);
+        let change_m = displacement_m - self.step_m;
+        self.step_m = *displacement_m;
+        let (square, change) = (displacement_m.dot(displacement_m), change_m.dot(&change_m));
         if square > 0.0 {
+            // less than that is rounding, or a filter
+            if self.long != PASSED && change >= self.shortest_m2 {
+                let fits = square <= self.longest_m2 || change <= self.longest_m2;
+                self.long = if fits { PASSED } else { self.long + 1 };
+            }
             if self.equal >= REST {
-                self.coarse = square > self.longest_m2;
-                self.passed = !self.coarse && square >= self.shortest_m2;
+                if square >= self.shortest_m2 && square <= self.longest_m2 {
+                    self.short = PASSED;
+                }
                 self.gone_m = Vector3::zeros();
             }
             self.equal = 0;
             self.gone_m += displacement_m;
-            return Ok(());
+        } else {
+            self.equal = self.equal.saturating_add(1);
+            let gone_m2 = self.gone_m.dot(&self.gone_m);
+            if self.equal == REST && self.short != PASSED && gone_m2 > 0.0 && gone_m2 < self.shortest_m2 {
+                self.short += 1;
+            }
         }
-        self.equal = self.equal.saturating_add(1);
-        if self.equal != REST {
-            return Ok(());
-        }
-        let gone_m2 = self.gone_m.dot(&self.gone_m);
-        let [coarse, fine] = &mut self.bad;
-        if self.coarse {
-            *coarse = coarse.saturating_add(1);
-        } else if gone_m2 > 0.0 && gone_m2 < self.shortest_m2 {
-            *fine = fine.saturating_add(1);
-        }
-        (self.coarse, self.gone_m) = (false, Vector3::zeros());
-        match *coarse >= MOTIONS || *fine >= MOTIONS {
+        match self.long == self.most_long || self.short == MOST {
             true => Err(Fault::UnitMismatch),
             false => Ok(()),
         }
@@ -102,9 +120,9 @@ impl UnitWatch {
 
     /// Judges anew.
     pub fn reset(&mut self) {
-        self.passed = self.longest_m2 <= 0.0;
-        (self.equal, self.coarse, self.bad) = (0, false, [0; 2]);
-        self.gone_m = Vector3::zeros();
+        let counted = if self.longest_m2 > 0.0 { 0 } else { PASSED };
+        (self.equal, self.long, self.short) = (0, counted, counted);
+        (self.step_m, self.gone_m) = (Vector3::zeros(), Vector3::zeros());
     }
 }
 
@@ -197,13 +215,37 @@ mod tests {
         assert_eq!(motions(&mut watch, 1, [1.0, 0.0]), Ok(()));
         assert_eq!(motions(&mut watch, 30, [10.0, 0.0]), Ok(()), "one fitted");
         watch.reset();
-        assert_eq!(motions(&mut watch, 7, [10.0, 0.0]), Ok(()));
+        assert_eq!(motions(&mut watch, 12, [10.0, 0.0]), Ok(()));
         watch.reset();
-        assert_eq!(motions(&mut watch, 7, [10.0, 0.0]), Ok(()), "counted anew");
+        assert_eq!(motions(&mut watch, 12, [10.0, 0.0]), Ok(()), "counted anew");
         assert_eq!(motions(&mut watch, 1, [10.0, 0.0]), Err(Fault::UnitMismatch));
         let mut ideal = UnitWatch::build(0.0);
         ideal.reset();
         assert_eq!(motions(&mut ideal, 30, [10.0, 0.0]), Ok(()), "no count to compare with");
+    }
+
+    #[test]
+    fn a_hand_that_speeds_up_evenly_is_no_fault_on_any_encoder_and_a_grid_of_ten_counts_is() {
+        for count_m in [10e-6, 20e-6, 55e-6, 60e-6] {
+            for m_per_s2 in [20.0_f32, 60.0, 200.0] {
+                for ratio in [1.0, 10.0] {
+                    let mut watch = UnitWatch::build(count_m);
+                    let mut last_m = 0.0;
+                    // to 1.5 m/s and on at that speed; a tenth of it where it reads ten times that
+                    let found = (1..2_000_u16).find(|&n| {
+                        let (t_s, m_per_s) = (1e-3 * f32::from(n), 1.503 / ratio);
+                        let speeds_s = m_per_s / (m_per_s2 / ratio);
+                        let gone_m =
+                            if t_s < speeds_s { 0.5 * m_per_s2 / ratio * t_s * t_s } else { m_per_s * (t_s - 0.5 * speeds_s) };
+                        let read_m = libm::floorf(gone_m / count_m) * count_m * ratio;
+                        let displacement_m = Vector3::new(read_m - last_m, 0.0, 0.0);
+                        last_m = read_m;
+                        watch.judge(&displacement_m, false).is_err()
+                    });
+                    assert_eq!(found.is_some(), ratio > 1.0, "{count_m} m, {m_per_s2} m/s^2, {ratio}: {found:?}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -15,6 +15,7 @@ pub mod device;
 pub mod faulty;
 pub mod fidelity;
 pub mod hand;
+pub mod mistakes;
 pub mod paths;
 pub mod plant;
 pub mod prepared;

@@ -5,7 +5,7 @@ use crate::haptic::damping::DampingSettings;
 use crate::haptic::device::DeviceSpec;
 use crate::haptic::limits::LoopLimitSettings;
 use crate::haptic::passivity::PassivitySettings;
-use crate::haptic::within;
+use crate::haptic::{Range, each_within};
 
 /// When a force may begin, and how it ends without haste.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +28,17 @@ pub struct ArmingSettings {
     pub ramp_ticks: u16,
 }
 
+static RANGES: [Range; 8] = [
+    ("arming.weak_n", f32::MIN_POSITIVE, 0.5),
+    ("arming.slow_m_per_s", f32::MIN_POSITIVE, 0.5),
+    ("arming.calm_ticks", 4.0, 10_000.0),
+    ("arming.ramp_in_per_tick", 1e-5, 0.02),
+    ("arming.relief_per_tick", 1e-5, 0.02),
+    ("arming.least_relief", 0.0, 0.9),
+    ("arming.silence_ticks", 1.0, 20.0),
+    ("arming.ramp_ticks", 1.0, 125.0),
+];
+
 impl ArmingSettings {
     /// Weaker than 0.2 N and slower than 0.5 m/s for 100 ticks, full gain after 500 ticks outside;
     /// a silent host is lost after 20 ticks and any force gone 120 later.
@@ -47,16 +58,10 @@ impl ArmingSettings {
     /// # Errors
     /// [`BuildError::OutOfRange`] names it.
     pub fn check(&self) -> Result<(), BuildError> {
-        within(&[
-            ("arming.weak_n", self.weak_n, f32::MIN_POSITIVE, 0.5),
-            ("arming.slow_m_per_s", self.slow_m_per_s, f32::MIN_POSITIVE, 0.5),
-            ("arming.calm_ticks", f32::from(self.calm_ticks), 4.0, 10_000.0),
-            ("arming.ramp_in_per_tick", self.ramp_in_per_tick, 1e-5, 0.02),
-            ("arming.relief_per_tick", self.relief_per_tick, 1e-5, 0.02),
-            ("arming.least_relief", self.least_relief, 0.0, 0.9),
-            ("arming.silence_ticks", f32::from(self.silence_ticks), 1.0, 20.0),
-            ("arming.ramp_ticks", f32::from(self.ramp_ticks), 1.0, 125.0),
-        ])
+        let ticks = [self.calm_ticks, self.silence_ticks, self.ramp_ticks].map(f32::from);
+        let [calm, silence, ramp] = ticks;
+        let (ramp_in, relief) = (self.ramp_in_per_tick, self.relief_per_tick);
+        each_within(&RANGES, [self.weak_n, self.slow_m_per_s, calm, ramp_in, relief, self.least_relief, silence, ramp])
     }
 }
 

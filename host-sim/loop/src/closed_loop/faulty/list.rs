@@ -17,12 +17,19 @@ const NAN_FORCE: &[Fault] = &[Fault::ForceNotFinite];
 /// acts.
 const LONG_FORCE: &[Fault] = &[Fault::ForceImplausible, Fault::TipApart];
 const NODE: &[Fault] = &[Fault::Diverged, Fault::ForceNotFinite];
-const AWAY: &[Fault] = &[Fault::Runaway];
+const AWAY: &[Fault] = &[Fault::Runaway, Fault::WrongSign];
 /// A light handle is too fast before it is far.
-const AWAY_FAST: &[Fault] = &[Fault::Runaway, Fault::OverSpeed];
+const AWAY_FAST: &[Fault] = &[Fault::Runaway, Fault::OverSpeed, Fault::WrongSign];
 /// Faults that a wrong sign or a stuck reading may end in, if it can be detected.
-const WRONG_WAY: &[Fault] =
-    &[Fault::Runaway, Fault::OverSpeed, Fault::SensorFault, Fault::OutOfWorkspace, Fault::EnergyCreated, Fault::TipApart];
+const WRONG_WAY: &[Fault] = &[
+    Fault::Runaway,
+    Fault::OverSpeed,
+    Fault::SensorFault,
+    Fault::OutOfWorkspace,
+    Fault::EnergyCreated,
+    Fault::TipApart,
+    Fault::WrongSign,
+];
 
 const fn with(
     id: &'static str,

@@ -1,0 +1,170 @@
+//! Compares the first touch with the site: a force that drives the probe on in place of holding it.
+//!
+//! With the wrong sign of a motor or an encoder the tissue pulls, and what it should take from the
+//! hand it gives: the square of the inward speed grows in proportion to the work of the force, by
+//! two over the mass that moves. A hand that yields to tissue never does that, for its own pull
+//! weakens on the way to where it wants to be. So at every doubling of the work that the force
+//! should have taken, from 0.1 mJ on, the square of the speed is compared with the one before: four
+//! times in a row a tenth more and as much as that work gives to between 25 g and 2 kg, and the
+//! force is off until the probe has left. The next contact that does so is
+//! [`Fault::WrongSign`].
+//!
+//! One contact that takes 1.6 mJ and shows nothing of that kind ends the watch until the next
+//! arming. A hand that speeds up on purpose while it first touches may lose the force of that
+//! touch; twice in a row none did. Not seen: a hand that is stiffer than the tissue holds against
+//! a wrong sign without speeding up, and what it feels is then bounded by the force limit alone. An
+//! axis along the surface has no force at the first touch that could show its sign. A frame in
+//! which encoders and motors are mirrored alike takes and gives what it should.
+//!
+//! * in: low-passed speed into the tissue [m/s], energy given to the hand since the touch [J]
+//! * out: gain (0 or 1) on the force
+//! * cost: 40 instructions of a Cortex-M4F in the first contact, 3 after it, estimated
+//! * may fail: [`Fault::WrongSign`]
+
+use crate::fault::Fault;
+
+/// Work at which the speed is first kept [J].
+const FIRST_J: f32 = 0.1e-3;
+/// Doublings of the work, one after the other, that have to bring speed.
+const DOUBLINGS: u8 = 4;
+/// Least growth of the square of the speed in each (1).
+const GROWTH: f32 = 1.1;
+/// Least and largest growth of that square per work [1/kg]: two over 2 kg and over 25 g.
+const PER_WORK: [f32; 2] = [1.0, 80.0];
+/// A contact that took so much and showed nothing has the right sign [J].
+const PROOF_J: f32 = FIRST_J * 16.0;
+/// Such contacts, one after the other, that are a fault.
+const CONTACTS: u8 = 2;
+
+/// Watches the first contact.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SignWatch {
+    /// A contact showed the right sign.
+    proven: bool,
+    /// Contacts in a row in which the force drove the probe on.
+    driven: u8,
+    /// Work that the force should have taken, and the signed square of the speed then [J, m^2/s^2].
+    taken_j: f32,
+    square: f32,
+    /// Doublings in a row that brought speed.
+    doublings: u8,
+    /// The force is off.
+    off: bool,
+}
+
+impl SignWatch {
+    /// One cycle; `inward_m_per_s` is the low-passed speed against the contact's normal, `given_j`
+    /// the energy given to the hand since the touch, negative while the tissue holds some.
+    ///
+    /// # Errors
+    /// [`Fault::WrongSign`].
+    pub fn judge(&mut self, inward_m_per_s: f32, given_j: f32, touched: bool) -> Result<(), Fault> {
+        if self.proven {
+            return Ok(());
+        }
+        if !touched {
+            let proven = self.taken_j >= PROOF_J && !self.off;
+            *self = Self { proven, driven: self.driven, ..Self::default() };
+            return Ok(());
+        }
+        let taken_j = -given_j;
+        if !(taken_j >= FIRST_J && taken_j >= 2.0 * self.taken_j) {
+            return Ok(());
+        }
+        let square = inward_m_per_s * inward_m_per_s.abs();
+        let (gained, work_j) = (square - self.square, taken_j - self.taken_j);
+        let driven = gained >= (GROWTH - 1.0) * self.square.abs()
+            && gained >= PER_WORK[0] * work_j
+            && gained <= PER_WORK[1] * work_j
+            && self.taken_j > 0.0;
+        (self.taken_j, self.square) = (taken_j, square);
+        self.doublings = if driven { self.doublings + 1 } else { 0 };
+        if self.doublings == DOUBLINGS {
+            self.off = true;
+            self.driven += 1;
+        }
+        match self.driven >= CONTACTS {
+            true => Err(Fault::WrongSign),
+            false => Ok(()),
+        }
+    }
+
+    /// Gain on the force (1).
+    #[must_use]
+    pub fn gain(&self) -> f32 {
+        if self.off { 0.0 } else { 1.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Work in steps that double it, with this growth of the square of the speed per work after the
+    /// first, from `from_m_per_s` on; the answer, and whether the force is off.
+    fn contact(watch: &mut SignWatch, from_m_per_s: f32, per_work: &[f32]) -> (Result<(), Fault>, bool) {
+        let (mut taken_j, mut square) = (FIRST_J, from_m_per_s * from_m_per_s);
+        let mut answer = watch.judge(from_m_per_s, -taken_j, true);
+        for growth in per_work {
+            square += growth * taken_j;
+            taken_j *= 2.0;
+            answer = answer.and(watch.judge(square.max(0.0).sqrt(), -taken_j * 1.0001, true));
+        }
+        (answer, watch.gain() == 0.0)
+    }
+
+    fn leave(watch: &mut SignWatch) {
+        assert_eq!(watch.judge(0.0, 0.0, false), Ok(()));
+        assert_eq!(watch.gain(), 1.0, "the next contact has its force");
+    }
+
+    #[test]
+    fn a_force_that_gives_its_work_as_speed_is_off_at_once_and_a_fault_in_the_next_contact() {
+        // from 33 g to 1 kg, at rest and at a walk
+        for (mass_kg, from_m_per_s) in [(0.033, 0.0), (0.05, 0.05), (0.3, 0.03), (1.0, 0.0), (1.0, 0.04)] {
+            let mut watch = SignWatch::default();
+            let growth = [2.0 / mass_kg; 4];
+            assert_eq!(contact(&mut watch, from_m_per_s, &growth[..3]), (Ok(()), false), "{mass_kg} kg: three doublings");
+            leave(&mut watch);
+            assert_eq!(contact(&mut watch, from_m_per_s, &growth), (Ok(()), true), "{mass_kg} kg");
+            leave(&mut watch);
+            assert_eq!(contact(&mut watch, from_m_per_s, &growth).0, Err(Fault::WrongSign), "{mass_kg} kg");
+        }
+    }
+
+    #[test]
+    fn a_hand_that_yields_goes_on_evenly_or_speeds_up_by_itself_is_none() {
+        for growth in [[-20.0; 4], [0.0; 4], [0.5; 4], [200.0; 4], [30.0, 30.0, 30.0, -1.0], [30.0, 0.0, 30.0, 30.0]] {
+            let mut watch = SignWatch::default();
+            for _ in 0..3 {
+                assert_eq!(contact(&mut watch, 0.2, &growth), (Ok(()), false), "{growth:?}");
+                watch.judge(0.0, 0.0, false).unwrap();
+                watch.proven = false;
+            }
+        }
+        // fast enough that what the work could give is less than a tenth
+        assert_eq!(contact(&mut SignWatch::default(), 1.0, &[20.0; 4]), (Ok(()), false));
+    }
+
+    #[test]
+    fn one_contact_that_took_enough_ends_the_watch_and_a_light_one_does_not() {
+        let driven = [30.0; 4];
+        let mut watch = SignWatch::default();
+        assert_eq!(contact(&mut watch, 0.2, &[-10.0; 3]), (Ok(()), false));
+        leave(&mut watch);
+        assert_eq!(contact(&mut watch, 0.05, &driven), (Ok(()), true), "0.8 mJ prove nothing");
+        leave(&mut watch);
+        assert_eq!(contact(&mut watch, 0.2, &[-10.0; 4]), (Ok(()), false));
+        leave(&mut watch);
+        assert_eq!(contact(&mut watch, 0.05, &driven), (Ok(()), false), "1.6 mJ do");
+    }
+
+    #[test]
+    fn an_energy_that_is_no_number_changes_nothing() {
+        let mut watch = SignWatch::default();
+        for given_j in [f32::NAN, f32::INFINITY, 0.0, 1.0] {
+            assert_eq!(watch.judge(0.1, given_j, true), Ok(()));
+            assert_eq!((watch.gain(), watch.taken_j), (1.0, 0.0), "{given_j}");
+        }
+    }
+}
