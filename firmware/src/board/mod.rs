@@ -5,7 +5,7 @@
 //!   every millisecond, and arms the watchdog;
 //! * `feed_watchdog()`, without which the board calls [`stop`] after some periods, above every
 //!   interrupt;
-//! * `NAME`, board and version of the image, and `CLOCK_HZ`, counts of the clock in a second;
+//! * `NAME`, board and version of the image, and `clock_hz()`, counts of the clock in a second;
 //! * `clock_counts() -> u32`, free running and wrapping, and `counts_to_ns`;
 //!   `since_period_counts()`, the same since the tick timer's last edge;
 //! * `write_outputs(outputs)`, `outputs()` to read them back from the pins, and `outputs_off()`,
@@ -43,7 +43,7 @@ include!(concat!(env!("OUT_DIR"), "/built_day.rs"));
 #[derive(Clone, Copy)]
 pub enum Duty {
     /// A scripted hand presses, in real time.
-    #[cfg_attr(feature = "nucleo-h743zi", expect(dead_code, reason = "a board with sensors needs no scripted hand"))]
+    #[cfg_attr(feature = "stm32", expect(dead_code, reason = "a board with sensors needs no scripted hand"))]
     Script(Script),
     /// A host is on the link.
     Serve(Pace),
@@ -58,32 +58,30 @@ mod stack;
 pub use resets::count_millisecond;
 pub use stack::{STACK_BYTES, stack_used_bytes};
 
-#[cfg(feature = "nucleo-h743zi")]
+#[cfg(feature = "stm32")]
 #[expect(unsafe_code, reason = "interrupt entry and registers shared with fault handlers are the board's to touch")]
-mod nucleo_h743zi;
-#[cfg(feature = "nucleo-h743zi")]
-pub use nucleo_h743zi::{
-    CLOCK_HZ, NAME, ProfileMemory, after_crash, barred, budget, clock_counts, counts_to_ns, duty, emergency_stop, exit,
-    feed_watchdog, healthy, idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense,
-    since_period_counts, start_executors, start_tick_timer, supply_low, write_outputs,
-};
-
-#[cfg(not(any(feature = "mps2", feature = "nucleo-h743zi")))]
-compile_error!("name a board: --features mps2 or --features nucleo-h743zi");
+mod stm32;
+#[cfg(feature = "stm32")]
+use stm32 as family;
 
 #[cfg(feature = "mps2")]
 #[expect(unsafe_code, reason = "registers, vector table and interrupt entry are the board's to touch")]
 mod mps2;
 #[cfg(feature = "mps2")]
-pub use mps2::{
-    CLOCK_HZ, NAME, ProfileMemory, after_crash, barred, budget, clock_counts, counts_to_ns, duty, emergency_stop, exit,
+use mps2 as family;
+
+#[cfg(not(any(feature = "mps2", feature = "stm32")))]
+compile_error!("name a board: --features mps2, nucleo-h743zi, nucleo-f446re or nucleo-g474re");
+
+pub use family::{
+    NAME, ProfileMemory, after_crash, barred, budget, clock_counts, clock_hz, counts_to_ns, duty, emergency_stop, exit,
     feed_watchdog, healthy, idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense,
     since_period_counts, start_executors, start_tick_timer, supply_low, write_outputs,
 };
 
 /// Image and clock, for hosts. The build script knows the day.
 fn about() -> About {
-    About { name: NAME, built_day: BUILT_DAY, clock_hz: CLOCK_HZ }
+    About { name: NAME, built_day: BUILT_DAY, clock_hz: clock_hz() }
 }
 
 /// Releases the force, then prints the reason and leaves the rest to the board: the watchdog's

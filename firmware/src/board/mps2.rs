@@ -35,7 +35,7 @@ pub use profile::ProfileMemory;
 /// Board and version, for hosts.
 pub const NAME: &str = concat!("mps2 ", env!("CARGO_PKG_VERSION"));
 /// Main clock of the FPGA images [Hz]; timer 0 and the free-running counter both run on it.
-pub const CLOCK_HZ: u32 = 25_000_000;
+const CLOCK_HZ: u32 = 25_000_000;
 const TICK_HZ: u32 = 1_000;
 
 // CMSDK APB timer 0
@@ -189,6 +189,11 @@ pub fn clock_counts() -> u32 {
 fn now() -> u32 {
     // SAFETY: a read-only register without side effects.
     unsafe { COUNTER.read_volatile() }
+}
+
+/// Counts of [`clock_counts`] in a second.
+pub fn clock_hz() -> u32 {
+    CLOCK_HZ
 }
 
 /// A span of [`clock_counts`] in nanoseconds; saturates at 4.3 s.
