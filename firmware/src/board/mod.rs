@@ -25,6 +25,8 @@
 //!   lock-step link's read;
 //! * `sense()`, what the board's own sensors say, if it has any;
 //! * `idle(duty)`, until the next interrupt;
+//! * for the self-test `CLOCK_KIND`, in words what the clock counts, `chip_id()`, the chip as it
+//!   names itself, `led(on)`, and `after_report(passed)`, which ends an emulated run;
 //! * `print(line)`, plain text for the last words of a run;
 //! * the handlers of `HardFault` and of interrupts nobody claimed, both ending in [`stop`].
 //!
@@ -47,6 +49,9 @@ pub enum Duty {
     Script(Script),
     /// A host is on the link.
     Serve(Pace),
+    /// The board is tested, without motors and without a host.
+    #[cfg(feature = "self-test")]
+    SelfTest,
 }
 
 #[expect(unsafe_code, reason = "memory that outlives a reset is no plain static")]
@@ -74,13 +79,24 @@ use mps2 as family;
 compile_error!("name a board: --features mps2, nucleo-h743zi, nucleo-f446re or nucleo-g474re");
 
 pub use family::{
-    NAME, ProfileMemory, after_crash, barred, budget, clock_counts, clock_hz, counts_to_ns, duty, emergency_stop, exit,
-    feed_watchdog, healthy, idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense,
-    since_period_counts, start_executors, start_tick_timer, supply_low, write_outputs,
+    NAME, ProfileMemory, after_crash, barred, budget, clock_counts, clock_hz, counts_to_ns, emergency_stop, exit, feed_watchdog,
+    healthy, idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense, since_period_counts,
+    start_executors, start_tick_timer, supply_low, write_outputs,
 };
 
+#[cfg(feature = "self-test")]
+pub use family::{CLOCK_KIND, after_report, chip_id, led};
+
+/// The task of the image.
+pub fn duty() -> Duty {
+    #[cfg(feature = "self-test")]
+    return Duty::SelfTest;
+    #[cfg(not(feature = "self-test"))]
+    family::duty()
+}
+
 /// Image and clock, for hosts. The build script knows the day.
-fn about() -> About {
+pub fn about() -> About {
     About { name: NAME, built_day: BUILT_DAY, clock_hz: clock_hz() }
 }
 

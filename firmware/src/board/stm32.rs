@@ -82,6 +82,9 @@ pub trait Stm32Board {
     fn clocks() -> Config;
     /// Core clock [Hz].
     fn clock_hz() -> u32;
+    /// The chip as its debug unit names it.
+    #[cfg(feature = "self-test")]
+    fn chip_id() -> u32;
     /// Claims the pins of encoders, magnitudes, link and stop circuit, and starts what drives them;
     /// sets up the single pins.
     fn wire(peripherals: Peripherals);
@@ -112,6 +115,7 @@ pub struct BoardPins {
     /// TIM1 channels 1 to 3.
     pub magnitudes: [Pin; 3],
     /// A light-emitting diode of the board.
+    #[cfg_attr(not(feature = "self-test"), expect(dead_code, reason = "the self-test's light"))]
     pub led: Pin,
 }
 
@@ -261,7 +265,28 @@ pub fn budget() -> Budget {
     Budget { cycles: Budget::M4F_168.cycles / 168e6 * clock_hz() as f32 }
 }
 
+/// In words what [`clock_counts`] counts.
+#[cfg(feature = "self-test")]
+pub const CLOCK_KIND: &str = "cycles of the core (DWT)";
+
+/// The chip as its debug unit names it: revision above, device below.
+#[cfg(feature = "self-test")]
+pub fn chip_id() -> u32 {
+    This::chip_id()
+}
+
+/// The board's light.
+#[cfg(feature = "self-test")]
+pub fn led(on: bool) {
+    This::PINS.led.set(on);
+}
+
+/// The next report follows.
+#[cfg(feature = "self-test")]
+pub fn after_report(_: bool) {}
+
 /// Serves a host.
+#[cfg_attr(feature = "self-test", expect(dead_code, reason = "the self-test serves none"))]
 pub fn duty() -> Duty {
     Duty::Serve(Pace::Timed)
 }

@@ -68,6 +68,11 @@ impl Stm32Board for This {
         180_000_000
     }
 
+    #[cfg(feature = "self-test")]
+    fn chip_id() -> u32 {
+        DBGMCU.idcode().read().0
+    }
+
     fn wire(p: Peripherals) {
         output(p.PC8);
         input(p.PC9);

@@ -60,6 +60,11 @@ impl Stm32Board for This {
         170_000_000
     }
 
+    #[cfg(feature = "self-test")]
+    fn chip_id() -> u32 {
+        DBGMCU.idcode().read().0
+    }
+
     fn wire(p: Peripherals) {
         output(p.PC8);
         input(p.PC9);

@@ -79,6 +79,11 @@ impl Stm32Board for This {
         if is_fast() { 480_000_000 } else { 400_000_000 }
     }
 
+    #[cfg(feature = "self-test")]
+    fn chip_id() -> u32 {
+        DBGMCU.idc().read().0
+    }
+
     fn wire(p: Peripherals) {
         output(p.PF12);
         input(p.PF13);
