@@ -15,10 +15,12 @@ pub struct Memories {
     flash: Region,
     /// For stack and statics.
     ram: Region,
-    /// Memory for code that the core reads without waiting.
+    /// Memory for code that the core reads without waiting; of no bytes if that is the RAM itself.
     fast_code: Option<Region>,
     /// Memory for what is large and seldom read.
     large: Option<Region>,
+    /// The chip's own loader looks for a block behind the vectors.
+    boot_block: bool,
 }
 
 /// The emulated MPS2 boards offer 4 MB of each. Declaring what the least of the boards has (1 MB of
@@ -28,6 +30,7 @@ pub const MPS2: Memories = Memories {
     ram: Region { origin: 0x2000_0000, bytes: 128 * 1024 },
     fast_code: None,
     large: None,
+    boot_block: false,
 };
 
 /// By the chip's own description: the flash and the RAM that begin where every STM32 has them, each
@@ -55,11 +58,26 @@ pub fn of_chip() -> Option<Memories> {
         }
     }
     let fast_code = named("ITCM");
-    Some(Memories { flash: from(0x0800_0000, true), ram: from(0x2000_0000, false), fast_code, large: named("AXISRAM") })
+    Some(Memories {
+        flash: from(0x0800_0000, true),
+        ram: from(0x2000_0000, false),
+        fast_code,
+        large: named("AXISRAM"),
+        boot_block: false,
+    })
+}
+
+/// RP2350 of a Pico 2, by its data sheet: 4 MB of serial flash, 512 KB of RAM in a row. Its boot ROM
+/// looks for a block in the first 4 KB of flash.
+#[cfg(feature = "pico2")]
+pub fn of_chip() -> Option<Memories> {
+    let ram = Region { origin: 0x2000_0000, bytes: 512 * 1024 };
+    let flash = Region { origin: 0x1000_0000, bytes: 4 * 1024 * 1024 };
+    Some(Memories { flash, ram, fast_code: Some(Region { bytes: 0, ..ram }), large: None, boot_block: true })
 }
 
 /// No description of this chip.
-#[cfg(not(feature = "stm32"))]
+#[cfg(not(any(feature = "pico2", feature = "stm32")))]
 pub fn of_chip() -> Option<Memories> {
     None
 }
@@ -70,7 +88,8 @@ impl Memories {
         let line = |name: &str, region: Region| format!("{name} : ORIGIN = {:#x}, LENGTH = {}\n", region.origin, region.bytes);
         let stack = Region { bytes: STACK_BYTES, ..self.ram };
         let ram = Region { origin: self.ram.origin + STACK_BYTES, bytes: self.ram.bytes - STACK_BYTES };
-        let fast_code = self.fast_code.map_or(String::new(), |region| line("FAST_CODE", region));
+        let fast_code =
+            self.fast_code.filter(|region| region.bytes > 0).map_or(String::new(), |region| line("FAST_CODE", region));
         let large = self.large.map_or(String::new(), |region| line("LARGE", region));
         line("FLASH", self.flash) + &line("STACK", stack) + &line("RAM", ram) + &fast_code + &large
     }
@@ -86,11 +105,11 @@ impl Memories {
             )
         };
         let (code, data) = match self.fast_code {
-            Some(_) => (
+            Some(region) => (
                 section(
                     "fast_code",
                     "*(.text._ZN7palpate4tick* .text._ZN7palpate6stages* .text._ZN7palpate6haptic* .text.palpate*)",
-                    "> FAST_CODE AT > FLASH",
+                    if region.bytes > 0 { "> FAST_CODE AT > FLASH" } else { "> RAM AT > FLASH" },
                     ".rodata",
                 ),
                 section("fast_data", "*(.rodata._ZN16palpate_firmware11flash_patch*)", "> RAM AT > FLASH", ".data"),
@@ -107,6 +126,13 @@ impl Memories {
             }
             None => none("large"),
         };
-        code + &data + &large
+        let block = match self.boot_block {
+            true => {
+                "SECTIONS { .start_block : ALIGN(4) { KEEP(*(.start_block)); } > FLASH } INSERT AFTER .vector_table;\n\
+                 _stext = ADDR(.start_block) + SIZEOF(.start_block);\n"
+            }
+            false => "",
+        };
+        code + &data + &large + block
     }
 }

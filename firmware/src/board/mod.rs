@@ -45,7 +45,7 @@ include!(concat!(env!("OUT_DIR"), "/built_day.rs"));
 #[derive(Clone, Copy)]
 pub enum Duty {
     /// A scripted hand presses, in real time.
-    #[cfg_attr(feature = "stm32", expect(dead_code, reason = "a board with sensors needs no scripted hand"))]
+    #[cfg_attr(not(feature = "mps2"), expect(dead_code, reason = "a board with sensors needs no scripted hand"))]
     Script(Script),
     /// A host is on the link.
     Serve(Pace),
@@ -63,6 +63,16 @@ mod stack;
 pub use resets::count_millisecond;
 pub use stack::{STACK_BYTES, stack_used_bytes};
 
+#[cfg(not(feature = "mps2"))]
+#[expect(unsafe_code, reason = "memory is filled by the linker's symbols")]
+mod fast_memory;
+
+#[cfg(feature = "pico2")]
+#[expect(unsafe_code, reason = "interrupt entry and registers shared with fault handlers are the board's to touch")]
+mod pico2;
+#[cfg(feature = "pico2")]
+use pico2 as family;
+
 #[cfg(feature = "stm32")]
 #[expect(unsafe_code, reason = "interrupt entry and registers shared with fault handlers are the board's to touch")]
 mod stm32;
@@ -75,8 +85,8 @@ mod mps2;
 #[cfg(feature = "mps2")]
 use mps2 as family;
 
-#[cfg(not(any(feature = "mps2", feature = "stm32")))]
-compile_error!("name a board: --features mps2, nucleo-h743zi, nucleo-f446re or nucleo-g474re");
+#[cfg(not(any(feature = "mps2", feature = "pico2", feature = "stm32")))]
+compile_error!("name a board: --features mps2, nucleo-h743zi, nucleo-f446re, nucleo-g474re or pico2");
 
 pub use family::{
     NAME, ProfileMemory, after_crash, barred, budget, clock_counts, clock_hz, counts_to_ns, emergency_stop, exit, feed_watchdog,

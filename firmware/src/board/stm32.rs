@@ -36,7 +36,7 @@ use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
 use palpate_controller::patch::Budget;
 use palpate_controller::serve::Pace;
 
-use super::Duty;
+use super::{Duty, fast_memory};
 use crate::period;
 
 // one row for each board
@@ -47,7 +47,6 @@ mod this;
 
 mod bridge;
 mod encoders;
-mod fast_memory;
 mod link;
 mod pin;
 

@@ -1,5 +1,5 @@
-//! Code and patch in the memory that a Cortex-M7 reads without waiting (TCM), if the chip has it:
-//! `build.rs` places them by the chip's own list of memories, and this copies them at the start.
+//! Code and patch in memory that the core reads without waiting, where a chip has some to spare:
+//! `build/memory.rs` places them, and this copies them at the start.
 
 use core::arch::asm;
 
