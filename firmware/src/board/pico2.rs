@@ -114,8 +114,8 @@ pub fn start_executors() -> (SendSpawner, SendSpawner) {
         // SAFETY: no critical section in this image is built on priority masking (BASEPRI).
         unsafe { core.SCB.set_priority(SystemHandler::SysTick, 0x20) };
     }
-    interrupt::SWI_IRQ_0.set_priority(Priority::P4);
-    interrupt::SWI_IRQ_1.set_priority(Priority::P6);
+    interrupt::SWI_IRQ_0.set_priority(Priority::P1);
+    interrupt::SWI_IRQ_1.set_priority(Priority::P2);
     (HAPTIC.start(interrupt::SWI_IRQ_0), BACKGROUND.start(interrupt::SWI_IRQ_1))
 }
 

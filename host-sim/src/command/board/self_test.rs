@@ -17,7 +17,7 @@ const PATIENCE: Duration = Duration::from_secs(12);
 const SHIPPED: &str = "firmware/patches";
 
 #[derive(Args, Clone, Debug)]
-pub(super) struct SelfTest {
+pub(in crate::command) struct SelfTest {
     /// The board's serial port.
     #[arg(long, value_name = "PORT", required_unless_present = "report", conflicts_with = "report")]
     port: Option<String>,
