@@ -12,25 +12,35 @@ use std::{
 const PATCH: &str = "PALPATE_PATCH";
 const DEFAULT_PATCH: &str = "firmware/patches/block-m4f-168.patch";
 
+#[path = "build/memory.rs"]
+mod memory;
+
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed=../memory.x");
-    println!("cargo:rerun-if-changed=build.rs");
+    for file in ["build.rs", "build/memory.rs"] {
+        println!("cargo:rerun-if-changed={file}");
+    }
+    for cfg in ["break_source", "usart_fifo", "usart_v2"] {
+        println!("cargo:rustc-check-cfg=cfg({cfg})");
+    }
     let out = PathBuf::from(env::var("OUT_DIR")?);
     take_patch(&out)?;
     tell_day(&out)?;
     if env::var("CARGO_CFG_TARGET_OS")? != "none" {
         return Ok(());
     }
+    let memory = match memory::of_chip() {
+        Some(regions) => regions,
+        None => {
+            // cortex-m-rt includes this file for the names of interrupt handlers; a board without
+            // a chip's description fills its vector table by itself
+            fs::write(out.join("device.x"), "")?;
+            memory::MPS2
+        }
+    };
     fs::copy("../memory.x", out.join("memory.x"))?;
-    let nucleo = env::var_os("CARGO_FEATURE_NUCLEO_H743ZI").is_some();
-    let origin = if nucleo { "0x08000000" } else { "0x00000000" };
-    fs::write(out.join("flash.x"), format!("FLASH : ORIGIN = {origin}, LENGTH = 1024K\n"))?;
-    // the Nucleo's come with the chip's registers
-    if !nucleo {
-        // cortex-m-rt includes this file for the names of interrupt handlers; the board fills its
-        // vector table by itself
-        fs::write(out.join("device.x"), "")?;
-    }
+    fs::write(out.join("regions.x"), memory.regions())?;
+    fs::write(out.join("placement.x"), memory.placement())?;
     println!("cargo:rustc-link-search={}", out.display());
     for argument in ["-Tlink.x", "-Tdefmt.x", "--nmagic"] {
         println!("cargo:rustc-link-arg-bins={argument}");

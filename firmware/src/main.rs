@@ -11,6 +11,8 @@ mod board;
 mod flash_patch;
 mod haptic_task;
 mod period;
+#[cfg(feature = "self-test")]
+mod self_test;
 mod telemetry;
 
 use core::fmt;
@@ -37,6 +39,8 @@ fn main() -> ! {
     let arming = match duty {
         _ if board::barred() => Arming::Barred,
         Duty::Script(_) => Arming::ByItself,
+        #[cfg(feature = "self-test")]
+        Duty::SelfTest => Arming::Barred, // the self-test has a controller of its own
         Duty::Serve(_) => Arming::OnRequest,
     };
     let mut this = ThisBoard::default();
@@ -51,6 +55,11 @@ fn main() -> ! {
             );
             background.spawn(or_stop(telemetry::report(), "telemetry"));
             haptic.spawn(or_stop(haptic_task::run_script(controller, PatchSlot(Some(patch)), script), "haptic loop"));
+            board::start_tick_timer();
+        }
+        #[cfg(feature = "self-test")]
+        Duty::SelfTest => {
+            haptic.spawn(or_stop(self_test::run(controller.board, memory), "self-test"));
             board::start_tick_timer();
         }
         Duty::Serve(pace) => {

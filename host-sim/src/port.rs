@@ -9,6 +9,7 @@
 //! writes the files. A host that hangs anywhere is silent, and a silent host's force ends.
 
 pub mod line;
+pub mod self_test;
 pub mod session;
 
 pub use line::Line;

@@ -20,6 +20,7 @@ pub mod flash_patch;
 pub mod oracle;
 pub mod packed;
 pub mod palpate_command;
+pub mod pipeline_model;
 pub mod press_run;
 #[cfg(unix)]
 pub mod pseudo_terminal;

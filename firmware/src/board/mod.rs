@@ -5,7 +5,7 @@
 //!   every millisecond, and arms the watchdog;
 //! * `feed_watchdog()`, without which the board calls [`stop`] after some periods, above every
 //!   interrupt;
-//! * `NAME`, board and version of the image, and `CLOCK_HZ`, counts of the clock in a second;
+//! * `NAME`, board and version of the image, and `clock_hz()`, counts of the clock in a second;
 //! * `clock_counts() -> u32`, free running and wrapping, and `counts_to_ns`;
 //!   `since_period_counts()`, the same since the tick timer's last edge;
 //! * `write_outputs(outputs)`, `outputs()` to read them back from the pins, and `outputs_off()`,
@@ -25,6 +25,8 @@
 //!   lock-step link's read;
 //! * `sense()`, what the board's own sensors say, if it has any;
 //! * `idle(duty)`, until the next interrupt;
+//! * for the self-test `CLOCK_KIND`, in words what the clock counts, `chip_id()`, the chip as it
+//!   names itself, `led(on)`, and `after_report(passed)`, which ends an emulated run;
 //! * `print(line)`, plain text for the last words of a run;
 //! * the handlers of `HardFault` and of interrupts nobody claimed, both ending in [`stop`].
 //!
@@ -43,10 +45,13 @@ include!(concat!(env!("OUT_DIR"), "/built_day.rs"));
 #[derive(Clone, Copy)]
 pub enum Duty {
     /// A scripted hand presses, in real time.
-    #[cfg_attr(feature = "nucleo-h743zi", expect(dead_code, reason = "a board with sensors needs no scripted hand"))]
+    #[cfg_attr(not(feature = "mps2"), expect(dead_code, reason = "a board with sensors needs no scripted hand"))]
     Script(Script),
     /// A host is on the link.
     Serve(Pace),
+    /// The board is tested, without motors and without a host.
+    #[cfg(feature = "self-test")]
+    SelfTest,
 }
 
 #[expect(unsafe_code, reason = "memory that outlives a reset is no plain static")]
@@ -58,32 +63,51 @@ mod stack;
 pub use resets::count_millisecond;
 pub use stack::{STACK_BYTES, stack_used_bytes};
 
-#[cfg(feature = "nucleo-h743zi")]
-#[expect(unsafe_code, reason = "interrupt entry and registers shared with fault handlers are the board's to touch")]
-mod nucleo_h743zi;
-#[cfg(feature = "nucleo-h743zi")]
-pub use nucleo_h743zi::{
-    CLOCK_HZ, NAME, ProfileMemory, after_crash, barred, budget, clock_counts, counts_to_ns, duty, emergency_stop, exit,
-    feed_watchdog, healthy, idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense,
-    since_period_counts, start_executors, start_tick_timer, supply_low, write_outputs,
-};
+#[cfg(not(feature = "mps2"))]
+#[expect(unsafe_code, reason = "memory is filled by the linker's symbols")]
+mod fast_memory;
 
-#[cfg(not(any(feature = "mps2", feature = "nucleo-h743zi")))]
-compile_error!("name a board: --features mps2 or --features nucleo-h743zi");
+#[cfg(feature = "pico2")]
+#[expect(unsafe_code, reason = "interrupt entry and registers shared with fault handlers are the board's to touch")]
+mod pico2;
+#[cfg(feature = "pico2")]
+use pico2 as family;
+
+#[cfg(feature = "stm32")]
+#[expect(unsafe_code, reason = "interrupt entry and registers shared with fault handlers are the board's to touch")]
+mod stm32;
+#[cfg(feature = "stm32")]
+use stm32 as family;
 
 #[cfg(feature = "mps2")]
 #[expect(unsafe_code, reason = "registers, vector table and interrupt entry are the board's to touch")]
 mod mps2;
 #[cfg(feature = "mps2")]
-pub use mps2::{
-    CLOCK_HZ, NAME, ProfileMemory, after_crash, barred, budget, clock_counts, counts_to_ns, duty, emergency_stop, exit,
-    feed_watchdog, healthy, idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense,
-    since_period_counts, start_executors, start_tick_timer, supply_low, write_outputs,
+use mps2 as family;
+
+#[cfg(not(any(feature = "mps2", feature = "pico2", feature = "stm32")))]
+compile_error!("name a board: --features mps2, nucleo-h743zi, nucleo-f446re, nucleo-g474re or pico2");
+
+pub use family::{
+    NAME, ProfileMemory, after_crash, barred, budget, clock_counts, clock_hz, counts_to_ns, emergency_stop, exit, feed_watchdog,
+    healthy, idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense, since_period_counts,
+    start_executors, start_tick_timer, supply_low, write_outputs,
 };
 
+#[cfg(feature = "self-test")]
+pub use family::{CLOCK_KIND, after_report, chip_id, led};
+
+/// The task of the image.
+pub fn duty() -> Duty {
+    #[cfg(feature = "self-test")]
+    return Duty::SelfTest;
+    #[cfg(not(feature = "self-test"))]
+    family::duty()
+}
+
 /// Image and clock, for hosts. The build script knows the day.
-fn about() -> About {
-    About { name: NAME, built_day: BUILT_DAY, clock_hz: CLOCK_HZ }
+pub fn about() -> About {
+    About { name: NAME, built_day: BUILT_DAY, clock_hz: clock_hz() }
 }
 
 /// Releases the force, then prints the reason and leaves the rest to the board: the watchdog's

@@ -29,13 +29,15 @@ mod hand;
 mod link;
 mod profile;
 mod uart;
-pub use link::{duty, link_read, link_write};
+#[cfg(not(feature = "self-test"))]
+pub use link::duty;
+pub use link::{link_read, link_write};
 pub use profile::ProfileMemory;
 
 /// Board and version, for hosts.
 pub const NAME: &str = concat!("mps2 ", env!("CARGO_PKG_VERSION"));
 /// Main clock of the FPGA images [Hz]; timer 0 and the free-running counter both run on it.
-pub const CLOCK_HZ: u32 = 25_000_000;
+const CLOCK_HZ: u32 = 25_000_000;
 const TICK_HZ: u32 = 1_000;
 
 // CMSDK APB timer 0
@@ -191,6 +193,11 @@ fn now() -> u32 {
     unsafe { COUNTER.read_volatile() }
 }
 
+/// Counts of [`clock_counts`] in a second.
+pub fn clock_hz() -> u32 {
+    CLOCK_HZ
+}
+
 /// A span of [`clock_counts`] in nanoseconds; saturates at 4.3 s.
 pub fn counts_to_ns(counts: u32) -> u32 {
     counts.saturating_mul(1_000_000_000 / CLOCK_HZ)
@@ -300,6 +307,30 @@ pub fn after_crash() -> ! {
 /// Whether crashes came too often.
 pub fn barred() -> bool {
     super::resets::barred(false) // a reset by this image says so itself
+}
+
+/// In words what [`clock_counts`] counts.
+#[cfg(feature = "self-test")]
+pub const CLOCK_KIND: &str = "time of an emulator, in which every instruction takes the same: no cycles of any hardware";
+
+/// The core as it names itself.
+#[cfg(feature = "self-test")]
+pub fn chip_id() -> u32 {
+    // SAFETY: a read-only register of every Cortex-M.
+    unsafe { (*cortex_m::peripheral::CPUID::PTR).base.read() }
+}
+
+/// The second light; the first one is the enable line.
+#[cfg(feature = "self-test")]
+pub fn led(on: bool) {
+    // SAFETY: a register that nothing but this file touches; the enable line stays as it is.
+    unsafe { LEDS.write_volatile(LEDS.read_volatile() & ENABLE_LED | u32::from(on) << 1) };
+}
+
+/// Ends the emulation.
+#[cfg(feature = "self-test")]
+pub fn after_report(passed: bool) {
+    exit(passed);
 }
 
 /// Ends the emulation with exit status 0 or 1.

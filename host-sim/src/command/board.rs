@@ -2,6 +2,7 @@
 
 mod hold;
 mod list;
+mod self_test;
 mod status;
 mod transfer;
 
@@ -42,6 +43,11 @@ pub(super) enum BoardCommand {
         #[arg(value_name = "PORT")]
         ports: Vec<String>,
     },
+    /// Compare the report of a self-test image (`cargo fw-selftest-f446` and its sisters) with the
+    /// same run on this machine: same bits, or which word differs.
+    ///
+    /// Nothing is sent. Fails (exit code 1) if the bits differ or the board's run did not pass.
+    SelfTest(self_test::SelfTest),
     /// Show image, mode, fault, force, patch, time of a tick and stack of a board. Changes nothing.
     Status {
         #[command(flatten)]
@@ -118,6 +124,7 @@ impl BoardCommand {
     pub(super) fn run(&self) -> Result<(), Error> {
         match self {
             Self::List { ports } => list::run(ports),
+            Self::SelfTest(test) => test.run(),
             Self::Status { port } => status::run(port.open()?),
             Self::Arm { port, stream } => hold::arm(port, stream),
             Self::Watch { port, stream } => hold::watch(port, stream),

@@ -5,7 +5,7 @@ use clap::Args;
 use super::{Common, print_warnings};
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
-use palpate_tissue::budget::{Cost, MACHINES, Machine, triangles_in_reach};
+use palpate_tissue::budget::{CHIPS, Cost, MACHINES, Machine, triangles_in_reach};
 use palpate_tissue::fit_record::{FitRecord, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
@@ -37,8 +37,8 @@ impl PackArgs {
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct BoardArg {
-    /// Board whose budget a tick of the patch must meet: m4f-168 (Cortex-M4F, 168 MHz), m7-480
-    /// (Cortex-M7, 480 MHz) or desktop.
+    /// Board whose budget a tick of the patch must meet: m4f-168 (Cortex-M4F, 168 MHz), m4f-170,
+    /// m4f-180, m7-480 (Cortex-M7, 480 MHz), m7-400, m33-150 or desktop.
     #[arg(long, value_name = "BOARD", default_value = "m4f-168")]
     board: String,
 }
@@ -52,7 +52,7 @@ impl BoardArg {
 /// The machine of this name.
 pub(super) fn machine(board: &str) -> Result<&'static Machine, Error> {
     Ok(Machine::named(board).ok_or_else(|| {
-        let names = MACHINES.map(|m| m.name).join(", ");
+        let names = MACHINES.iter().chain(&CHIPS).map(|m| m.name).collect::<Vec<_>>().join(", ");
         TissueError::Usage(format!("no board \"{board}\": choose one of {names}"))
     })?)
 }

@@ -27,8 +27,8 @@ pub(super) struct PlanArgs {
     common: Common,
     #[command(flatten)]
     options: PlanOptions,
-    /// Board whose budget a tick of the model must meet: m4f-168 (Cortex-M4F, 168 MHz), m7-480
-    /// (Cortex-M7, 480 MHz) or desktop. With --scenes it may be given several times.
+    /// Board whose budget a tick of the model must meet: m4f-168 (Cortex-M4F, 168 MHz), m4f-170,
+    /// m4f-180, m7-480 (Cortex-M7, 480 MHz), m7-400, m33-150 or desktop. With --scenes it may be given several times.
     #[arg(long, value_name = "BOARD", default_value = "m4f-168")]
     board: Vec<String>,
     /// Instead: plan every scene (.toml) of a folder for every board that is given, each into a

@@ -93,6 +93,22 @@ impl Line {
         Ok(())
     }
 
+    /// Text that comes within `wait`, from an image that sends text; what is none is replaced.
+    ///
+    /// # Errors
+    /// The port has gone.
+    pub fn text(&mut self, wait: Duration) -> Result<String, Gone> {
+        self.port.set_timeout(wait).map_err(|_| Gone)?;
+        match self.port.read(&mut self.bytes) {
+            Ok(0) => Err(Gone),
+            Ok(came) => Ok(String::from_utf8_lossy(self.bytes.get(..came).unwrap_or_default()).into_owned()),
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock) => {
+                Ok(String::new())
+            }
+            Err(_) => Err(Gone),
+        }
+    }
+
     /// The board's next message, if one comes within `wait`. Damaged frames are counted and
     /// dropped.
     ///

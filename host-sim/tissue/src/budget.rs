@@ -69,6 +69,8 @@ struct Room {
 
 /// The least of the boards: 1 MB of flash, 128 KB of RAM.
 const LEAST_BOARD: Room = Room { nodes: 480, triangles: 1024, flash_bytes: 7 * 128 * 1024 };
+/// 512 KB of flash, of which the program takes a quarter.
+const SMALL_FLASH: Room = Room { flash_bytes: 3 * 128 * 1024, ..LEAST_BOARD };
 /// State of a node and of a surface triangle on the board [bytes]: position, velocity, force,
 /// push, pressure, slope, share in contact, inertia with its smooth fields and the memory of the
 /// check at the start; candidate.
@@ -133,6 +135,15 @@ pub const MACHINES: [Machine; 3] = [
     Machine { name: "m7-480", per_ms: 480e3, relative_mass: true, ..M4F_168 },
 ];
 
+/// Chips with a Cortex-M4F's instructions at another clock, which `--board` knows besides: the
+/// boards of `firmware/PORTING.md`. The M33's own table is not public.
+pub const CHIPS: [Machine; 4] = [
+    Machine { name: "m7-400", per_ms: 400e3, relative_mass: true, ..M4F_168 },
+    Machine { name: "m4f-180", per_ms: 180e3, room: Some(SMALL_FLASH), ..M4F_168 },
+    Machine { name: "m4f-170", per_ms: 170e3, room: Some(SMALL_FLASH), ..M4F_168 },
+    Machine { name: "m33-150", per_ms: 150e3, ..M4F_168 },
+];
+
 /// Worst-case cost of a tick of a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
@@ -190,7 +201,7 @@ impl Machine {
     /// The machine of this name.
     #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
-        MACHINES.iter().find(|m| m.name == name)
+        MACHINES.iter().chain(&CHIPS).find(|m| m.name == name)
     }
 
     /// Whether it is a board, with memory of its own size.

@@ -15,5 +15,6 @@ mod image_has_no_double_precision_and_no_allocator;
 mod late_ticks_release_the_force;
 mod live_trace_on_the_board;
 mod relaxing_tissue_on_the_board;
+mod self_test_says_same_bits;
 mod tick_cannot_panic;
 mod uart_carries_frames;

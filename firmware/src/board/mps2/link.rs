@@ -24,6 +24,7 @@ pub fn restarts() -> bool {
 
 /// The task that the emulator's command line names: `TICKS`, `TICKS LEAD_TICKS`, `lock-step IN OUT`
 /// with the paths of two FIFOs, `paced` with the same, or `uart`.
+#[cfg_attr(feature = "self-test", expect(dead_code, reason = "the self-test serves none"))]
 pub fn duty() -> Duty {
     let Ok(arguments) = semihosting::experimental::env::args::<512>() else { return Duty::Script(DEFAULT_SCRIPT) };
     let mut words = (&arguments).filter_map(core::result::Result::ok).skip(1);

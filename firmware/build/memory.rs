@@ -1,0 +1,138 @@
+//! The memories of the chip that an image is for, and what of the image lies in which.
+
+/// The stack, below the statics [bytes].
+const STACK_BYTES: u32 = 16 * 1024;
+
+/// A piece of the address space.
+#[derive(Clone, Copy)]
+pub struct Region {
+    origin: u32,
+    bytes: u32,
+}
+
+/// Memories of a chip.
+pub struct Memories {
+    flash: Region,
+    /// For stack and statics.
+    ram: Region,
+    /// Memory for code that the core reads without waiting; of no bytes if that is the RAM itself.
+    fast_code: Option<Region>,
+    /// Memory for what is large and seldom read.
+    large: Option<Region>,
+    /// The chip's own loader looks for a block behind the vectors.
+    boot_block: bool,
+}
+
+/// The emulated MPS2 boards offer 4 MB of each. Declaring what the least of the boards has (1 MB of
+/// flash, 128 KB of RAM) keeps the figures honest.
+pub const MPS2: Memories = Memories {
+    flash: Region { origin: 0, bytes: 1024 * 1024 },
+    ram: Region { origin: 0x2000_0000, bytes: 128 * 1024 },
+    fast_code: None,
+    large: None,
+    boot_block: false,
+};
+
+/// By the chip's own description: the flash and the RAM that begin where every STM32 has them, each
+/// as far as regions follow one another.
+#[cfg(feature = "stm32")]
+pub fn of_chip() -> Option<Memories> {
+    use stm32_metapac::metadata::{METADATA, MemoryRegionKind};
+
+    let memory = METADATA.memory.first()?;
+    let named = |name: &str| memory.iter().find(|r| r.name == name).map(|r| Region { origin: r.address, bytes: r.size });
+    let from = |origin: u32, flash: bool| {
+        let mut end = origin;
+        while let Some(next) = memory.iter().find(|r| r.address == end && matches!(r.kind, MemoryRegionKind::Flash) == flash) {
+            end += next.size;
+        }
+        Region { origin, bytes: end - origin }
+    };
+    for peripheral in METADATA.peripherals {
+        let version = peripheral.registers.as_ref().map(|registers| registers.version);
+        match (peripheral.name, version) {
+            ("TIM1", Some(version)) if version != "v1" => println!("cargo:rustc-cfg=break_source"),
+            ("USART2", Some("v2")) => println!("cargo:rustc-cfg=usart_v2"),
+            ("USART2", Some("v4")) => println!("cargo:rustc-cfg=usart_fifo"),
+            _ => {}
+        }
+    }
+    let fast_code = named("ITCM");
+    Some(Memories {
+        flash: from(0x0800_0000, true),
+        ram: from(0x2000_0000, false),
+        fast_code,
+        large: named("AXISRAM"),
+        boot_block: false,
+    })
+}
+
+/// RP2350 of a Pico 2, by its data sheet: 4 MB of serial flash, 512 KB of RAM in a row. Its boot ROM
+/// looks for a block in the first 4 KB of flash.
+#[cfg(feature = "pico2")]
+pub fn of_chip() -> Option<Memories> {
+    let ram = Region { origin: 0x2000_0000, bytes: 512 * 1024 };
+    let flash = Region { origin: 0x1000_0000, bytes: 4 * 1024 * 1024 };
+    Some(Memories { flash, ram, fast_code: Some(Region { bytes: 0, ..ram }), large: None, boot_block: true })
+}
+
+/// No description of this chip.
+#[cfg(not(any(feature = "pico2", feature = "stm32")))]
+pub fn of_chip() -> Option<Memories> {
+    None
+}
+
+impl Memories {
+    /// The linker's list of them.
+    pub fn regions(&self) -> String {
+        let line = |name: &str, region: Region| format!("{name} : ORIGIN = {:#x}, LENGTH = {}\n", region.origin, region.bytes);
+        let stack = Region { bytes: STACK_BYTES, ..self.ram };
+        let ram = Region { origin: self.ram.origin + STACK_BYTES, bytes: self.ram.bytes - STACK_BYTES };
+        let fast_code =
+            self.fast_code.filter(|region| region.bytes > 0).map_or(String::new(), |region| line("FAST_CODE", region));
+        let large = self.large.map_or(String::new(), |region| line("LARGE", region));
+        line("FLASH", self.flash) + &line("STACK", stack) + &line("RAM", ram) + &fast_code + &large
+    }
+
+    /// Tick and patch in fast memory and the upload in large memory, where the chip has them;
+    /// otherwise the same names for nothing.
+    pub fn placement(&self) -> String {
+        let none = |name: &str| format!("__{name}_start = 0; __{name}_end = 0; __{name}_load = 0;\n");
+        let section = |name: &str, inputs: &str, place: &str, after: &str| {
+            format!(
+                "SECTIONS {{ .{name} : ALIGN(8) {{ __{name}_start = .; {inputs} . = ALIGN(8); __{name}_end = .; }} {place} \
+                 __{name}_load = LOADADDR(.{name}); }} INSERT AFTER {after};\n"
+            )
+        };
+        let (code, data) = match self.fast_code {
+            Some(region) => (
+                section(
+                    "fast_code",
+                    "*(.text._ZN7palpate4tick* .text._ZN7palpate6stages* .text._ZN7palpate6haptic* .text.palpate*)",
+                    if region.bytes > 0 { "> FAST_CODE AT > FLASH" } else { "> RAM AT > FLASH" },
+                    ".rodata",
+                ),
+                section("fast_data", "*(.rodata._ZN16palpate_firmware11flash_patch*)", "> RAM AT > FLASH", ".data"),
+            ),
+            None => (none("fast_code"), none("fast_data")),
+        };
+        let large = match self.large {
+            Some(_) => {
+                let upload = "*(.bss._ZN16palpate_firmware6UPLOAD*)";
+                format!(
+                    "SECTIONS {{ .large (NOLOAD) : ALIGN(8) {{ __large_start = .; {upload} . = ALIGN(8); __large_end = .; }} > LARGE }} \
+                     INSERT AFTER .bss;\n"
+                )
+            }
+            None => none("large"),
+        };
+        let block = match self.boot_block {
+            true => {
+                "SECTIONS { .start_block : ALIGN(4) { KEEP(*(.start_block)); } > FLASH } INSERT AFTER .vector_table;\n\
+                 _stext = ADDR(.start_block) + SIZEOF(.start_block);\n"
+            }
+            false => "",
+        };
+        code + &data + &large + block
+    }
+}

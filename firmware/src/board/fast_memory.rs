@@ -1,0 +1,48 @@
+//! Code and patch in memory that the core reads without waiting, where a chip has some to spare:
+//! `build/memory.rs` places them, and this copies them at the start.
+
+use core::arch::asm;
+
+unsafe extern "C" {
+    static __fast_code_start: u32;
+    static __fast_code_end: u32;
+    static __fast_code_load: u32;
+    static __fast_data_start: u32;
+    static __fast_data_end: u32;
+    static __fast_data_load: u32;
+    static __large_start: u32;
+    static __large_end: u32;
+}
+
+/// Fills the fast memories and clears the large one. The first thing that runs: until then neither
+/// the tick nor the patch is there.
+pub fn load() {
+    copy(&raw const __fast_code_load, &raw const __fast_code_start, &raw const __fast_code_end);
+    copy(&raw const __fast_data_load, &raw const __fast_data_start, &raw const __fast_data_end);
+    clear(&raw const __large_start, &raw const __large_end);
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
+}
+
+/// Copies words. In assembly, for a Cortex-M7 has its code memory at address 0, where no Rust
+/// pointer may write.
+fn copy(from: *const u32, to: *const u32, end: *const u32) {
+    // SAFETY: the linker's symbols bound words that nothing has read yet.
+    unsafe {
+        asm!(
+            "2:", "cmp {to}, {end}", "bhs 3f", "ldr {word}, [{from}], #4", "str {word}, [{to}], #4", "b 2b", "3:",
+            from = inout(reg) from => _, to = inout(reg) to => _, end = in(reg) end, word = out(reg) _,
+        );
+    }
+}
+
+/// Clears words: memory with error correction must be written before it is read.
+fn clear(from: *const u32, end: *const u32) {
+    // SAFETY: as above.
+    unsafe {
+        asm!(
+            "2:", "cmp {to}, {end}", "bhs 3f", "str {zero}, [{to}], #4", "b 2b", "3:",
+            to = inout(reg) from => _, end = in(reg) end, zero = in(reg) 0,
+        );
+    }
+}

@@ -1,0 +1,368 @@
+//! Raspberry Pi Pico 2: RP2350, one Cortex-M33 of two, 150 MHz. **Built, never run on hardware.**
+//!
+//! | what | where |
+//! |---|---|
+//! | tick, 1 kHz | `SysTick` |
+//! | encoders x, y, z | GPIO 2 and 3, 4 and 5, 6 and 7: `PIO0` counts them |
+//! | magnitude x, y, z | GPIO 16, 18, 20 (PWM slices 0 to 2), 20 kHz: low is no force |
+//! | direction x, y, z | GPIO 17, 19, 21, high is toward the negative side |
+//! | enable line | GPIO 22, high is on |
+//! | stop circuit | GPIO 28, high is closed, low or open stops |
+//! | supply of the amplifiers, operator's switch | GPIO 26, 27, high is good and pressed |
+//! | link | UART0 (GPIO 0, 1), 115 200 baud, to a USB adapter or a debug probe |
+//! | light | GPIO 25 |
+//! | watchdog | 4.5 ms, on the crystal |
+//!
+//! **No hardware break.** The timers here have no input that takes the outputs away: the stop
+//! circuit is asked once per tick. It has to cut the amplifiers' enable line by itself.
+//!
+//! Tick and patch run from RAM (`build/memory.rs`): the flash is serial.
+
+use core::fmt;
+use core::sync::atomic::{AtomicI16, Ordering};
+
+use cortex_m::peripheral::scb::SystemHandler;
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::{DWT, SYST};
+use cortex_m_rt::exception;
+use defmt_rtt as _;
+use embassy_executor::{InterruptExecutor, SendSpawner};
+use embassy_rp::clocks::clk_sys_freq;
+use embassy_rp::gpio::{Input, Level, Output, Pin, Pull};
+use embassy_rp::interrupt::{InterruptExt, Priority};
+use embassy_rp::pac::io::vals::Outover;
+use embassy_rp::pac::{self, IO_BANK0, PWM, SIO, UART0, WATCHDOG};
+use embassy_rp::pwm::{Config, Pwm};
+use embassy_rp::uart::Uart;
+use embassy_rp::{Peri, interrupt};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use palpate::Fault;
+use palpate_controller::board::WATCHDOG_US;
+use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
+use palpate_controller::force_out::bridge::{AxisPins, Bridge, Line, Pins, StopCircuit};
+use palpate_controller::force_out::{DacCode, Outputs};
+use palpate_controller::patch::Budget;
+use palpate_controller::serve::Pace;
+
+use super::{Duty, fast_memory};
+use crate::period;
+
+mod encoders;
+pub use encoders::sense;
+
+/// Board and version, for hosts.
+pub const NAME: &str = concat!("pico2 ", env!("CARGO_PKG_VERSION"));
+const TICK_HZ: u32 = 1_000;
+const MAGNITUDES: [usize; 3] = [16, 18, 20];
+const DIRECTIONS: [usize; 3] = [17, 19, 21];
+const ENABLE: usize = 22;
+const SUPPLY: usize = 26;
+const OPERATOR: usize = 27;
+const STOP: usize = 28;
+/// Steps of a PWM period: 20 kHz of 150 MHz.
+const PERIOD_STEPS: u16 = 7_500;
+
+static HAPTIC: InterruptExecutor = InterruptExecutor::new();
+static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
+/// Codes last written.
+static CODES: [AtomicI16; 3] = [const { AtomicI16::new(0) }; 3];
+/// Bytes for the host.
+static OUT: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
+
+#[interrupt]
+unsafe fn SWI_IRQ_0() {
+    // SAFETY: the executor's own interrupt, which nothing else uses.
+    unsafe { HAPTIC.on_interrupt() }
+}
+
+#[interrupt]
+unsafe fn SWI_IRQ_1() {
+    // SAFETY: as above.
+    unsafe { BACKGROUND.on_interrupt() }
+}
+
+#[exception]
+fn SysTick() {
+    encoders::latch();
+    period::on_period();
+}
+
+/// Sets up memories, clocks and pins, outputs off, and starts the executors.
+pub fn start_executors() -> (SendSpawner, SendSpawner) {
+    fast_memory::load();
+    let p = embassy_rp::init(embassy_rp::config::Config::default());
+    output(p.PIN_22);
+    output(p.PIN_17);
+    output(p.PIN_19);
+    output(p.PIN_21);
+    output(p.PIN_25);
+    input(p.PIN_26);
+    input(p.PIN_27);
+    input(p.PIN_28);
+    let mut period = Config::default();
+    period.top = PERIOD_STEPS - 1;
+    core::mem::forget(Pwm::new_output_a(p.PWM_SLICE0, p.PIN_16, period.clone()));
+    core::mem::forget(Pwm::new_output_a(p.PWM_SLICE1, p.PIN_18, period.clone()));
+    core::mem::forget(Pwm::new_output_a(p.PWM_SLICE2, p.PIN_20, period));
+    outputs_off();
+    encoders::start([p.PIN_2.into(), p.PIN_3.into(), p.PIN_4.into(), p.PIN_5.into(), p.PIN_6.into(), p.PIN_7.into()]);
+    core::mem::forget(Uart::new_blocking(p.UART0, p.PIN_0, p.PIN_1, embassy_rp::uart::Config::default()));
+    if let Some(mut core) = cortex_m::Peripherals::take() {
+        core.DCB.enable_trace();
+        core.DWT.enable_cycle_counter();
+        // SAFETY: no critical section in this image is built on priority masking (BASEPRI).
+        unsafe { core.SCB.set_priority(SystemHandler::SysTick, 0x20) };
+    }
+    interrupt::SWI_IRQ_0.set_priority(Priority::P1);
+    interrupt::SWI_IRQ_1.set_priority(Priority::P2);
+    (HAPTIC.start(interrupt::SWI_IRQ_0), BACKGROUND.start(interrupt::SWI_IRQ_1))
+}
+
+/// An output that is low.
+fn output(pin: Peri<'static, impl Pin>) {
+    core::mem::forget(Output::new(pin, Level::Low));
+}
+
+/// An input that an open wire leaves low.
+fn input(pin: Peri<'static, impl Pin>) {
+    core::mem::forget(Input::new(pin, Pull::Down));
+}
+
+/// Starts the 1 kHz timer, above both executors, and the watchdog.
+pub fn start_tick_timer() {
+    // SAFETY: SysTick is this file's; `take` in `start_executors` has its other peripherals alone.
+    let mut timer = unsafe { cortex_m::Peripherals::steal() }.SYST;
+    timer.set_clock_source(SystClkSource::Core);
+    timer.set_reload(clock_hz() / TICK_HZ - 1);
+    timer.clear_current();
+    timer.enable_interrupt();
+    timer.enable_counter();
+    // everything but the oscillators is reset
+    pac::PSM.wdsel().write_value(pac::psm::regs::Wdsel(0x01FF_FFFF & !0b1100));
+    WATCHDOG.ctrl().modify(|w| w.set_enable(false));
+    feed_watchdog();
+    WATCHDOG.ctrl().modify(|w| {
+        // outputs keep their pulses while a debugger halts the core: the watchdog has to act
+        w.set_pause_dbg0(false);
+        w.set_pause_dbg1(false);
+        w.set_pause_jtag(false);
+        w.set_enable(true);
+    });
+}
+
+/// A completed, checked tick.
+pub fn feed_watchdog() {
+    WATCHDOG.load().write_value(pac::watchdog::regs::Load(WATCHDOG_US));
+}
+
+/// Core clock [Hz].
+pub fn clock_hz() -> u32 {
+    clk_sys_freq()
+}
+
+/// Core cycles since the tick timer's last edge. The timer counts down.
+pub fn since_period_counts() -> u32 {
+    (clock_hz() / TICK_HZ - 1).saturating_sub(SYST::get_current())
+}
+
+/// Core cycles; wraps every 28 s.
+pub fn clock_counts() -> u32 {
+    DWT::cycle_count()
+}
+
+/// A span of [`clock_counts`] in nanoseconds; saturates at 4.3 s.
+pub fn counts_to_ns(counts: u32) -> u32 {
+    u32::try_from(u64::from(counts) * 1_000 / u64::from(clock_hz() / 1_000_000)).unwrap_or(u32::MAX)
+}
+
+defmt::timestamp!("{=u32:ms}", period::periods_begun());
+
+fn is_high(pin: usize) -> bool {
+    SIO.gpio_in(0).read() & 1 << pin != 0
+}
+
+fn set(pin: usize, high: bool) {
+    let output = SIO.gpio_out(0);
+    if high { output.value_set().write_value(1 << pin) } else { output.value_clr().write_value(1 << pin) }
+}
+
+fn line(pin: usize) -> Line {
+    Line { register: SIO.gpio_out(0).value().read() & 1 << pin != 0, level: is_high(pin) }
+}
+
+fn is_open(pin: usize) -> bool {
+    IO_BANK0.gpio(pin).ctrl().read().outover() != Outover::LOW
+}
+
+/// Lets the magnitudes' pulses through, or holds the pins low whatever the timers do.
+fn pass(on: bool) {
+    for pin in MAGNITUDES {
+        IO_BANK0.gpio(pin).ctrl().modify(|w| w.set_outover(if on { Outover::NORMAL } else { Outover::LOW }));
+    }
+}
+
+/// A timer remembers no trip here: the level alone counts.
+fn stop_circuit() -> StopCircuit {
+    StopCircuit { tripped: false, closed: is_high(STOP) }
+}
+
+/// Puts the codes on the bridges and sets the enable line; off goes first, on last.
+pub fn write_outputs(outputs: Outputs) {
+    if !outputs.enabled {
+        set(ENABLE, false);
+        pass(false);
+    }
+    for (axis, (code, kept)) in outputs.codes.into_iter().zip(&CODES).enumerate() {
+        let (next, channel) = (Bridge::of(code, PERIOD_STEPS), PWM.ch(axis));
+        if Bridge::of(DacCode(kept.load(Ordering::Relaxed)), PERIOD_STEPS).passes_zero(next) {
+            // a new length is taken over at the end of a period: end it now, no pulse may outlive
+            // its direction
+            channel.cc().modify(|w| w.set_a(0));
+            channel.ctr().write(|w| w.set_ctr(PERIOD_STEPS - 1));
+        }
+        set(DIRECTIONS[axis], next.reverse);
+        channel.cc().modify(|w| w.set_a(next.steps));
+        kept.store(code.0, Ordering::Relaxed);
+    }
+    if outputs.enabled && stop_circuit().allows_outputs() {
+        pass(true);
+        set(ENABLE, true);
+    }
+}
+
+/// Reads the outputs back, by pin levels and by the registers that drive them, once they have
+/// settled.
+pub fn outputs() -> Outputs {
+    cortex_m::asm::delay(clock_hz() / 2_000_000);
+    let axes = core::array::from_fn(|axis| AxisPins {
+        steps: PWM.ch(axis).cc().read().a(),
+        pwm_level: is_high(MAGNITUDES[axis]),
+        reverse: line(DIRECTIONS[axis]),
+    });
+    let pins = Pins { enable: line(ENABLE), main_output: MAGNITUDES.into_iter().any(is_open), axes };
+    let [x, y, z] = &CODES;
+    pins.outputs([x, y, z].map(|kept| DacCode(kept.load(Ordering::Relaxed))), PERIOD_STEPS)
+}
+
+/// Releases the force. Takes no lock and calls nothing that can fail.
+#[inline(never)]
+pub fn outputs_off() {
+    write_outputs(Outputs::OFF);
+}
+
+/// Whether the outputs are off before anything is switched on.
+pub fn healthy() -> bool {
+    outputs() == Outputs::OFF
+}
+
+/// Whether the supply's monitor pulls its pin down.
+pub fn supply_low() -> bool {
+    !is_high(SUPPLY)
+}
+
+/// Whether the stop circuit is open.
+pub fn emergency_stop() -> Option<Fault> {
+    stop_circuit().fault()
+}
+
+/// Whether the operator's switch is released.
+pub fn operator_absent() -> Option<bool> {
+    Some(!is_high(OPERATOR))
+}
+
+/// Cycles that a patch may take per tick: the share of a Cortex-M4F's tick, at this clock. The M33
+/// has the M4F's instructions and a table of its own that is not public.
+pub fn budget() -> Budget {
+    Budget { cycles: Budget::M4F_168.cycles / 168e6 * clock_hz() as f32 }
+}
+
+/// Bytes that have come; moves waiting ones on their way, too. Once per tick is often enough for
+/// queues of 32 at 115 200 baud.
+pub fn link_read(bytes: &mut [u8]) -> usize {
+    while !UART0.uartfr().read().txff() {
+        let Ok(byte) = OUT.try_receive() else { break };
+        UART0.uartdr().write(|w| w.set_data(byte));
+    }
+    bytes.iter_mut().map_while(|byte| (!UART0.uartfr().read().rxfe()).then(|| *byte = UART0.uartdr().read().data())).count()
+}
+
+/// Puts bytes in the queue. A frame that finds no room is not begun.
+pub fn link_write(bytes: &[u8]) {
+    if OUT.free_capacity() >= bytes.len() {
+        for byte in bytes {
+            let _ = OUT.try_send(*byte); // there is room
+        }
+    }
+}
+
+/// In words what [`clock_counts`] counts.
+#[cfg(feature = "self-test")]
+pub const CLOCK_KIND: &str = "cycles of the core (DWT)";
+
+/// The chip as it names itself.
+#[cfg(feature = "self-test")]
+pub fn chip_id() -> u32 {
+    pac::SYSINFO.chip_id().read().0
+}
+
+/// The board's light.
+#[cfg(feature = "self-test")]
+pub fn led(on: bool) {
+    set(25, on);
+}
+
+/// The next report follows. The self-test reads nothing: what waits is sent from here.
+#[cfg(feature = "self-test")]
+pub fn after_report(_: bool) {}
+
+/// Serves a host.
+#[cfg_attr(feature = "self-test", expect(dead_code, reason = "the self-test serves none"))]
+pub fn duty() -> Duty {
+    Duty::Serve(Pace::Timed)
+}
+
+/// Whether the watchdog has reset the board too often.
+pub fn barred() -> bool {
+    super::resets::barred(WATCHDOG.reason().read().timer())
+}
+
+/// Until the next interrupt.
+pub fn idle(_: &Duty) {
+    cortex_m::asm::wfi();
+}
+
+/// Words for the debugger's log; lost without one.
+pub fn print(line: fmt::Arguments<'_>) {
+    defmt::error!("{}", defmt::Display2Format(&line));
+}
+
+/// There is nowhere to go to: the outputs are off, and the watchdog starts anew.
+pub fn exit(_: bool) -> ! {
+    after_crash()
+}
+
+/// Waits for the watchdog's reset.
+pub fn after_crash() -> ! {
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
+/// No profile is kept on this board yet, the default one holds.
+#[derive(Default)]
+pub struct ProfileMemory;
+
+impl Flash for ProfileMemory {
+    fn read(&self, _: Slot, bytes: &mut [u8; SLOT_BYTES]) {
+        *bytes = [0xFF; SLOT_BYTES];
+    }
+
+    fn erase(&mut self, _: Slot) -> Result<(), FlashError> {
+        Err(FlashError)
+    }
+
+    fn write(&mut self, _: Slot, _: &[u8; SLOT_BYTES]) -> Result<(), FlashError> {
+        Err(FlashError)
+    }
+}

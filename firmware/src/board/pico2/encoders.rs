@@ -1,0 +1,104 @@
+//! Three encoders, each counted by a state machine of `PIO0`.
+//!
+//! The program keeps its count in Y and publishes it after every sample. A sample and the one before
+//! it make a number of four bits; the program jumps to that address, where a table of sixteen jumps
+//! says whether the count rises, falls or stays (also when both lines changed: an edge was missed).
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use embassy_rp::Peri;
+use embassy_rp::gpio::{AnyPin, Input, Pull};
+use embassy_rp::pac::PIO0;
+use embassy_rp::pio::program::pio_asm;
+use palpate::haptic::device::{Sensed, SensorStatus};
+use palpate_controller::probe_in::{self, EncoderCounts};
+
+/// First pin of each encoder; its other line is on the next one.
+const FIRST_PINS: [u8; 3] = [2, 4, 6];
+/// Most values that wait in a queue; the last one is the newest.
+const QUEUE: usize = 8;
+
+/// Counts as the last edge of the tick timer found them.
+static LATCHED: [AtomicU32; 3] = [const { AtomicU32::new(0) }; 3];
+static READINGS: AtomicU32 = AtomicU32::new(0);
+
+/// Claims the pins and starts the state machines. The pull-ups hold open-collector outputs and
+/// unplugged encoders still.
+pub fn start(pins: [Peri<'static, AnyPin>; 6]) {
+    for pin in pins {
+        core::mem::forget(Input::new(pin, Pull::Up));
+    }
+    let program = pio_asm!(
+        ".origin 0",
+        "jmp stay", // 00 to 00; the lower bit is the first pin
+        "jmp rise", // 00 to 01
+        "jmp fall", // 00 to 10
+        "jmp stay",
+        "jmp fall", // 01 to 00
+        "jmp stay",
+        "jmp stay",
+        "jmp rise", // 01 to 11
+        "jmp rise", // 10 to 00
+        "jmp stay",
+        "jmp stay",
+        "jmp fall", // 10 to 11
+        "jmp stay",
+        "jmp fall", // 11 to 01
+        "jmp rise", // 11 to 10
+        "jmp stay",
+        "fall:",
+        "jmp y--, stay", // goes to the next line either way
+        "stay:",
+        "mov isr, y",
+        "push noblock",
+        "mov isr, null",
+        "out isr, 2", // the sample before
+        "in pins, 2",
+        "mov osr, isr",
+        "mov pc, isr",
+        "rise:",
+        "mov y, ~y", // minus one is the complement of plus one
+        "jmp y--, back",
+        "back:",
+        "mov y, ~y",
+        "jmp stay",
+    );
+    for (place, code) in program.program.code.iter().enumerate() {
+        PIO0.instr_mem(place).write(|w| w.set_instr_mem(*code));
+    }
+    // `set y, 0`, `mov osr, null` and `jmp stay`, as the manual encodes them
+    let begin = [0xE040, 0xA0E3, 17];
+    for (number, pin) in FIRST_PINS.into_iter().enumerate() {
+        let machine = PIO0.sm(number);
+        machine.clkdiv().write(|w| w.set_int(1));
+        machine.shiftctrl().write(|w| w.set_out_shiftdir(true)); // in to the left, out from the right
+        machine.pinctrl().write(|w| w.set_in_base(pin));
+        for code in begin {
+            machine.instr().write(|w| w.set_instr(code));
+        }
+    }
+    PIO0.ctrl().modify(|w| w.set_sm_enable(0b111));
+}
+
+/// Keeps the counts, from the tick timer's interrupt. What waits in the queues is old: the newest
+/// value comes after it.
+pub fn latch() {
+    for (number, kept) in LATCHED.iter().enumerate() {
+        for _ in 0..QUEUE {
+            if PIO0.fstat().read().rxempty() & 1 << number != 0 {
+                continue;
+            }
+            kept.store(PIO0.rxf(number).read(), Ordering::Relaxed);
+        }
+    }
+}
+
+/// Three encoders on orthogonal axes.
+pub fn sense() -> Option<Sensed> {
+    let [x, y, z] = &LATCHED;
+    let counts = [x, y, z].map(|kept| EncoderCounts(kept.load(Ordering::Relaxed).cast_signed()));
+    let status = if PIO0.ctrl().read().sm_enable() == 0b111 { SensorStatus::Good } else { SensorStatus::Failed };
+    let sequence = READINGS.load(Ordering::Relaxed).wrapping_add(1);
+    READINGS.store(sequence, Ordering::Relaxed);
+    Some(Sensed { position_m: probe_in::pose(counts).tip_m, sequence, status })
+}

@@ -1,0 +1,338 @@
+//! STM32 boards. What a chip and its board add is one file each, in `stm32/`, behind
+//! [`Stm32Board`]; the feature of a board names the file below and the chip in `Cargo.toml`.
+//! **Built, never run on hardware.**
+//!
+//! | what | by |
+//! |---|---|
+//! | tick, 1 kHz | TIM7 |
+//! | encoders x, y, z | TIM2, TIM3, TIM4 |
+//! | magnitude x, y, z | TIM1 channels 1 to 3, 20 kHz, sign and magnitude: low is no force |
+//! | direction x, y, z | pins, high is toward the negative side; alone they move nothing |
+//! | stop circuit | `TIM1_BKIN`, high is closed, low or open stops |
+//! | enable line | pin, high is on |
+//! | supply of the amplifiers | pin, high is good: an open pin reads low |
+//! | operator's switch | pin, high is pressed: an open pin reads released; the profile uses it |
+//! | link | a USART at the debugger's serial port |
+//! | watchdog | IWDG, 4.5 ms, its own clock |
+//!
+//! The stop circuit is the emergency stop and the over-current trip in series from 3.3 V. It should
+//! also cut the amplifiers' power by itself: what a shorted transistor does no pin of a chip can
+//! stop. Enable line and magnitudes are to be pulled down at the amplifiers: a resetting chip lets
+//! pins float.
+
+use core::fmt;
+
+use defmt_rtt as _;
+use embassy_executor::{InterruptExecutor, SendSpawner};
+use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pin as AnyPin, Pull, Speed};
+use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::pac::Interrupt;
+use embassy_stm32::pac::{TIM7, iwdg::Iwdg, iwdg::vals::Key, usart::Usart};
+use embassy_stm32::timer::simple_pwm::PwmPinConfig;
+use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_stm32::{Config, Peri, Peripherals, peripherals, rcc};
+use palpate_controller::board::WATCHDOG_US;
+use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
+use palpate_controller::patch::Budget;
+use palpate_controller::serve::Pace;
+
+use super::{Duty, fast_memory};
+use crate::period;
+
+// one row for each board
+#[cfg_attr(feature = "nucleo-h743zi", path = "stm32/nucleo_h743zi.rs")]
+#[cfg_attr(feature = "nucleo-f446re", path = "stm32/nucleo_f446re.rs")]
+#[cfg_attr(feature = "nucleo-g474re", path = "stm32/nucleo_g474re.rs")]
+mod this;
+
+mod bridge;
+mod encoders;
+mod link;
+mod pin;
+
+pub use bridge::{emergency_stop, healthy, outputs, outputs_off, write_outputs};
+pub use encoders::sense;
+pub use link::{read as link_read, write as link_write};
+use pin::Pin;
+use this::This;
+
+/// Board and version, for hosts.
+pub const NAME: &str = This::NAME;
+
+/// The part of a board that this family cannot know.
+pub trait Stm32Board {
+    /// Board and version, apart by a space.
+    const NAME: &'static str;
+    /// The pins that are read and set one by one.
+    const PINS: BoardPins;
+    /// The link's registers and interrupt.
+    const LINK: Usart;
+    /// As above.
+    const LINK_INTERRUPT: Interrupt;
+    /// The tick timer's interrupt.
+    const TICK_INTERRUPT: Interrupt;
+    /// Two interrupts of peripherals that the board leaves alone: the executors of the haptic loop
+    /// and of everything else.
+    const EXECUTOR_INTERRUPTS: [Interrupt; 2];
+    /// The independent watchdog's registers.
+    const WATCHDOG: Iwdg;
+
+    /// The clock tree.
+    fn clocks() -> Config;
+    /// Core clock [Hz].
+    fn clock_hz() -> u32;
+    /// The chip as its debug unit names it.
+    #[cfg(feature = "self-test")]
+    fn chip_id() -> u32;
+    /// Claims the pins of encoders, magnitudes, link and stop circuit, and starts what drives them;
+    /// sets up the single pins.
+    fn wire(peripherals: Peripherals);
+    /// Has outputs and watchdogs stop while a debugger halts the core.
+    fn freeze_with_debugger();
+    /// Whether the last reset was a watchdog's. Clears the reason.
+    fn reset_by_watchdog() -> bool;
+    /// Turns the caches on, where there are any.
+    fn start_caches() {}
+    /// Starts a second watchdog, where the board needs one.
+    fn start_second_watchdog() {}
+    /// Feeds it.
+    fn feed_second_watchdog() {}
+}
+
+/// Pins that are read and set one by one.
+pub struct BoardPins {
+    /// Enable line of the amplifiers.
+    pub enable: Pin,
+    /// Monitor of the amplifiers' supply (a comparator, or their own "good" output).
+    pub supply: Pin,
+    /// The operator's switch.
+    pub operator: Pin,
+    /// `TIM1_BKIN`.
+    pub stop: Pin,
+    /// Direction x, y, z.
+    pub directions: [Pin; 3],
+    /// TIM1 channels 1 to 3.
+    pub magnitudes: [Pin; 3],
+    /// A light-emitting diode of the board.
+    #[cfg_attr(not(feature = "self-test"), expect(dead_code, reason = "the self-test's light"))]
+    pub led: Pin,
+}
+
+static HAPTIC: InterruptExecutor = InterruptExecutor::new();
+static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
+
+/// Names the handlers: a board knows which of its chip's interrupts they are.
+macro_rules! handlers {
+    (tick: $tick:ident, haptic: $haptic:ident, background: $background:ident, link: $link:ident) => {
+        #[interrupt]
+        unsafe fn $tick() {
+            super::on_tick_timer();
+        }
+        #[interrupt]
+        unsafe fn $haptic() {
+            // SAFETY: the executor's own interrupt, which nothing else uses.
+            unsafe { super::HAPTIC.on_interrupt() }
+        }
+        #[interrupt]
+        unsafe fn $background() {
+            // SAFETY: as above.
+            unsafe { super::BACKGROUND.on_interrupt() }
+        }
+        #[interrupt]
+        unsafe fn $link() {
+            super::link::on_interrupt();
+        }
+    };
+}
+use handlers;
+
+fn on_tick_timer() {
+    TIM7.sr().write(|w| w.set_uif(false));
+    encoders::latch();
+    period::on_period();
+}
+
+/// Sets up memories, clocks and pins, outputs off, and starts the executors.
+pub fn start_executors() -> (SendSpawner, SendSpawner) {
+    fast_memory::load();
+    This::start_caches();
+    This::wire(embassy_stm32::init(This::clocks()));
+    This::freeze_with_debugger();
+    rcc::enable_and_reset::<peripherals::TIM7>();
+    if let Some(mut core) = cortex_m::Peripherals::take() {
+        core.DCB.enable_trace();
+        cortex_m::peripheral::DWT::unlock();
+        core.DWT.enable_cycle_counter();
+    }
+    let [haptic, background] = This::EXECUTOR_INTERRUPTS;
+    haptic.set_priority(Priority::P4);
+    background.set_priority(Priority::P6);
+    (HAPTIC.start(haptic), BACKGROUND.start(background))
+}
+
+/// An output that is low, from the first moment on.
+fn output(pin: Peri<'static, impl AnyPin>) {
+    core::mem::forget(Output::new(pin, Level::Low, Speed::Low));
+}
+
+/// An input that an open wire leaves low.
+fn input(pin: Peri<'static, impl AnyPin>) {
+    core::mem::forget(Input::new(pin, Pull::Down));
+}
+
+/// The stop circuit's pin: an alternate function without a driver. The pull-down makes an open wire
+/// a stop.
+fn stop_input(pin: Peri<'static, impl AnyPin>, alternate: u8) {
+    let mut stop = Flex::new(pin);
+    stop.set_as_af_unchecked(alternate, AfType::input(Pull::Down));
+    core::mem::forget(stop);
+}
+
+/// A magnitude's pin, low while nothing drives it.
+fn pulled_down() -> PwmPinConfig {
+    PwmPinConfig { output_type: OutputType::PushPull, speed: Speed::Low, pull: Pull::Down }
+}
+
+/// Sets the watchdog's time; [`start_tick_timer`] starts it.
+fn prepare_watchdog<T: embassy_stm32::wdg::Instance>(watchdog: Peri<'static, T>) {
+    IndependentWatchdog::new(watchdog, WATCHDOG_US);
+}
+
+/// Steps of the tick timer's counter in a second, and in a tick.
+const COUNTER_HZ: u32 = 1_000_000;
+const TICK_STEPS: u16 = 1_000;
+
+/// Starts the 1 kHz timer, above both executors, and the watchdog.
+pub fn start_tick_timer() {
+    let timer_hz = rcc::frequency::<peripherals::TIM7>().0;
+    TIM7.psc().write_value((timer_hz / COUNTER_HZ - 1) as u16);
+    TIM7.arr().write(|w| w.set_arr(TICK_STEPS - 1));
+    // takes over the prescaler, or the first period would last one step; its flag is no tick
+    TIM7.egr().write(|w| w.set_ug(true));
+    TIM7.sr().write(|w| w.set_uif(false));
+    TIM7.dier().write(|w| w.set_uie(true));
+    This::TICK_INTERRUPT.set_priority(Priority::P2);
+    // SAFETY: its handler is `on_tick_timer`, and what it touches is made for interrupts.
+    unsafe { This::TICK_INTERRUPT.enable() };
+    TIM7.cr1().write(|w| w.set_cen(true));
+    This::WATCHDOG.kr().write(|w| w.set_key(Key::START));
+    This::start_second_watchdog();
+    feed_watchdog(); // the first one starts with its longest time
+}
+
+/// A completed, checked tick.
+pub fn feed_watchdog() {
+    This::WATCHDOG.kr().write(|w| w.set_key(Key::RESET));
+    This::feed_second_watchdog();
+}
+
+/// Core clock [Hz].
+pub fn clock_hz() -> u32 {
+    This::clock_hz()
+}
+
+/// Core cycles since the tick timer's last edge, to a microsecond.
+pub fn since_period_counts() -> u32 {
+    u32::from(TIM7.cnt().read().cnt()) * (clock_hz() / COUNTER_HZ)
+}
+
+/// Core cycles; wraps every 9 s and more.
+pub fn clock_counts() -> u32 {
+    cortex_m::peripheral::DWT::cycle_count()
+}
+
+/// A span of [`clock_counts`] in nanoseconds; saturates at 4.3 s.
+pub fn counts_to_ns(counts: u32) -> u32 {
+    u32::try_from(u64::from(counts) * 1_000 / u64::from(clock_hz() / 1_000_000)).unwrap_or(u32::MAX)
+}
+
+// ticks, not cycles, which would begin anew every few seconds
+defmt::timestamp!("{=u32:ms}", period::periods_begun());
+
+/// Whether the supply's monitor pulls its pin down.
+pub fn supply_low() -> bool {
+    !This::PINS.supply.is_high()
+}
+
+/// Whether the operator's switch is released.
+pub fn operator_absent() -> Option<bool> {
+    Some(!This::PINS.operator.is_high())
+}
+
+/// Cycles that a patch may take per tick: the share of a Cortex-M4F's tick, at this clock.
+pub fn budget() -> Budget {
+    Budget { cycles: Budget::M4F_168.cycles / 168e6 * clock_hz() as f32 }
+}
+
+/// In words what [`clock_counts`] counts.
+#[cfg(feature = "self-test")]
+pub const CLOCK_KIND: &str = "cycles of the core (DWT)";
+
+/// The chip as its debug unit names it: revision above, device below.
+#[cfg(feature = "self-test")]
+pub fn chip_id() -> u32 {
+    This::chip_id()
+}
+
+/// The board's light.
+#[cfg(feature = "self-test")]
+pub fn led(on: bool) {
+    This::PINS.led.set(on);
+}
+
+/// The next report follows.
+#[cfg(feature = "self-test")]
+pub fn after_report(_: bool) {}
+
+/// Serves a host.
+#[cfg_attr(feature = "self-test", expect(dead_code, reason = "the self-test serves none"))]
+pub fn duty() -> Duty {
+    Duty::Serve(Pace::Timed)
+}
+
+/// Whether the watchdog has reset the board too often.
+pub fn barred() -> bool {
+    super::resets::barred(This::reset_by_watchdog())
+}
+
+/// Until the next interrupt.
+pub fn idle(_: &Duty) {
+    cortex_m::asm::wfi();
+}
+
+/// Words for the debugger's log; lost without one.
+pub fn print(line: fmt::Arguments<'_>) {
+    defmt::error!("{}", defmt::Display2Format(&line));
+}
+
+/// There is nowhere to go to: the outputs are off, and the watchdog starts anew.
+pub fn exit(_: bool) -> ! {
+    after_crash()
+}
+
+/// Waits for the watchdog's reset.
+pub fn after_crash() -> ! {
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
+/// No profile is kept on these boards yet, the default one holds: erasing their flash takes longer
+/// than the watchdog bears, and what a power cut has left half written may read as a bus fault,
+/// which nobody has seen on a board.
+#[derive(Default)]
+pub struct ProfileMemory;
+
+impl Flash for ProfileMemory {
+    fn read(&self, _: Slot, bytes: &mut [u8; SLOT_BYTES]) {
+        *bytes = [0xFF; SLOT_BYTES];
+    }
+
+    fn erase(&mut self, _: Slot) -> Result<(), FlashError> {
+        Err(FlashError)
+    }
+
+    fn write(&mut self, _: Slot, _: &[u8; SLOT_BYTES]) -> Result<(), FlashError> {
+        Err(FlashError)
+    }
+}

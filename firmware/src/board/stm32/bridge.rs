@@ -1,0 +1,158 @@
+//! The outputs: TIM1's three channels as magnitudes, three direction pins, the enable line.
+//!
+//! **Two ways to no force.** The enable line is one. The other is TIM1's main output switch (MOE):
+//! the break input clears it in hardware, clock and program running or not, and the magnitudes are
+//! then driven low. Break, polarity and idle levels are locked until the next reset.
+//!
+//! **Read back every tick**: levels (IDR) of enable line, directions and, at 0 %, magnitudes,
+//! beside the registers that drive them. A pulsing pin's level says nothing, and no current is
+//! measured: a broken amplifier is not seen here.
+
+use core::sync::atomic::{AtomicI16, AtomicU32, Ordering};
+
+use embassy_stm32::pac::{
+    TIM1,
+    timer::vals::{Bkp, FilterValue, Lock, Ossi, Ossr},
+};
+use embassy_stm32::time::khz;
+use embassy_stm32::timer::low_level::CountingMode;
+use embassy_stm32::timer::simple_pwm::{PwmPin, SimplePwm};
+use embassy_stm32::{Peri, peripherals};
+use palpate::Fault;
+use palpate_controller::force_out::bridge::{AxisPins, Bridge, Pins, StopCircuit};
+use palpate_controller::force_out::{DacCode, Outputs};
+
+use super::{Stm32Board, This, clock_hz};
+
+/// Codes last written to the converters, and the length of their period in steps.
+static CODES: [AtomicI16; 3] = [const { AtomicI16::new(0) }; 3];
+static PERIOD_STEPS: AtomicU32 = AtomicU32::new(0);
+
+/// A magnitude pin of TIM1.
+pub type Magnitude<Channel> = PwmPin<'static, peripherals::TIM1, Channel>;
+
+/// Starts 20 kHz on the magnitudes, at 0 % and with the main output off.
+pub fn start(
+    timer: Peri<'static, peripherals::TIM1>,
+    x: Magnitude<embassy_stm32::timer::Ch1>,
+    y: Magnitude<embassy_stm32::timer::Ch2>,
+    z: Magnitude<embassy_stm32::timer::Ch3>,
+) {
+    let mut pwm = SimplePwm::new(timer, Some(x), Some(y), Some(z), None, khz(20), CountingMode::EdgeAlignedUp);
+    PERIOD_STEPS.store(pwm.max_duty_cycle(), Ordering::Relaxed);
+    arm_break_input();
+    outputs_off();
+    pwm.ch1().enable();
+    pwm.ch2().enable();
+    pwm.ch3().enable();
+    core::mem::forget(pwm);
+}
+
+/// The break input takes the outputs away without the program; nothing can switch it off before the
+/// next reset.
+fn arm_break_input() {
+    TIM1.cr2().modify(|w| (0..3).for_each(|channel| w.set_ois(channel, false)));
+    #[cfg(break_source)]
+    TIM1.af1().modify(|w| w.set_bkine(true));
+    TIM1.bdtr().modify(|w| {
+        w.set_moe(false);
+        w.set_bkp(0, Bkp::ACTIVE_LOW);
+        w.set_bke(0, true);
+        w.set_bkf(0, FilterValue::NO_FILTER); // unfiltered it acts without a clock
+        w.set_aoe(false);
+        // without main output the pins are driven low, not released
+        w.set_ossi(Ossi::IDLE_LEVEL);
+        w.set_ossr(Ossr::IDLE_LEVEL);
+    });
+    // the lock takes effect with the next write and protects what is written before it
+    TIM1.bdtr().modify(|w| w.set_lock(Lock::LEVEL2));
+    clear_break_flag(); // what the pin did before it was set up
+}
+
+fn clear_break_flag() {
+    TIM1.sr().write(|w| {
+        w.0 = u32::MAX; // ones change nothing
+        w.set_bif(0, false);
+    });
+}
+
+fn period_steps() -> u16 {
+    PERIOD_STEPS.load(Ordering::Relaxed) as u16
+}
+
+fn stop_circuit() -> StopCircuit {
+    StopCircuit { tripped: TIM1.sr().read().bif(0), closed: This::PINS.stop.is_high() }
+}
+
+/// Puts the codes on the bridges and sets the enable line; off goes first, on last.
+pub fn write_outputs(outputs: Outputs) {
+    if !outputs.enabled {
+        This::PINS.enable.set(false);
+        TIM1.bdtr().modify(|w| w.set_moe(false));
+    }
+    let bridge = |code: &AtomicI16| Bridge::of(DacCode(code.load(Ordering::Relaxed)), period_steps());
+    let next = outputs.codes.map(|code| Bridge::of(code, period_steps()));
+    let passes_zero: [bool; 3] =
+        core::array::from_fn(|axis| CODES.get(axis).is_none_or(|code| bridge(code).passes_zero(next[axis])));
+    if passes_zero.contains(&true) {
+        for (axis, passes) in passes_zero.into_iter().enumerate() {
+            if passes {
+                TIM1.ccr(axis).write(|w| w.set_ccr(0));
+            }
+        }
+        // compare registers are taken over at the end of a period: end it now, no pulse may outlive
+        // its direction
+        TIM1.egr().write(|w| w.set_ug(true));
+    }
+    for ((axis, bridge), pin) in next.into_iter().enumerate().zip(This::PINS.directions) {
+        pin.set(bridge.reverse);
+        TIM1.ccr(axis).write(|w| w.set_ccr(bridge.steps));
+    }
+    for (kept, code) in CODES.iter().zip(outputs.codes) {
+        kept.store(code.0, Ordering::Relaxed);
+    }
+    if outputs.enabled && stop_circuit().allows_outputs() {
+        TIM1.bdtr().modify(|w| w.set_moe(true));
+        This::PINS.enable.set(true);
+    }
+}
+
+/// Reads the outputs back, by pin levels and by the registers that drive them, once they have
+/// settled.
+pub fn outputs() -> Outputs {
+    // a pin has its level after 0.5 us, ten times the slowest edge of the data sheets at 50 pF
+    cortex_m::asm::delay(clock_hz() / 2_000_000);
+    let pins = &This::PINS;
+    let axes = core::array::from_fn(|axis| AxisPins {
+        steps: TIM1.ccr(axis).read().ccr(),
+        pwm_level: pins.magnitudes[axis].is_high(),
+        reverse: pins.directions[axis].line(),
+    });
+    let pins = Pins { enable: pins.enable.line(), main_output: TIM1.bdtr().read().moe(), axes };
+    let [x, y, z] = &CODES;
+    pins.outputs([x, y, z].map(|kept| DacCode(kept.load(Ordering::Relaxed))), period_steps())
+}
+
+/// Releases the force. Takes no lock and calls nothing that can fail.
+#[inline(never)]
+pub fn outputs_off() {
+    write_outputs(Outputs::OFF);
+}
+
+/// Whether the stop circuit is open, or was since the last tick. Reported once, the timer's flag is
+/// cleared: from there on the loop's own fault holds until it is cleared by request, and with it
+/// the outputs are off.
+pub fn emergency_stop() -> Option<Fault> {
+    let circuit = stop_circuit();
+    if circuit.clears_flag() {
+        clear_break_flag();
+    }
+    circuit.fault()
+}
+
+/// Whether registers and levels of the outputs are off before anything is switched on, and the
+/// break input still guards them.
+pub fn healthy() -> bool {
+    let guard = TIM1.bdtr().read();
+    outputs() == Outputs::OFF && guard.bke(0) && !guard.aoe() && guard.lock() == Lock::LEVEL2
+}

@@ -1,0 +1,75 @@
+//! Three encoders on TIM2, TIM3 and TIM4, read by the tick timer's interrupt.
+//!
+//! A counter has no time stamp: a reading is as new as the tick, so [`palpate::Fault::PoseStale`]
+//! cannot occur here, and a dead encoder reads as a hand that rests. One check is made: each
+//! counter still runs in encoder mode.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use embassy_stm32::gpio::Pull;
+use embassy_stm32::pac::timer::{
+    TimGp16,
+    vals::{FilterValue, Sms},
+};
+use embassy_stm32::timer::qei::{Config, Qei};
+use embassy_stm32::timer::{Ch1, Ch2, GeneralInstance4Channel, TimerPin};
+use embassy_stm32::{Peri, pac};
+use palpate::haptic::device::{Sensed, SensorStatus};
+use palpate_controller::probe_in::{self, EncoderCounts, extended};
+
+// SAFETY: the three timers of the encoders. TIM2 counts 32 bits, of which the lower half is used:
+// every register used here is the same in both kinds of timer.
+const COUNTERS: [TimGp16; 3] = unsafe {
+    [TimGp16::from_ptr(pac::TIM2.as_ptr()), TimGp16::from_ptr(pac::TIM3.as_ptr()), TimGp16::from_ptr(pac::TIM4.as_ptr())]
+};
+/// Eight samples at an eighth of the timer's clock (0.3 us at 240 MHz, 0.7 us at 90 MHz) must agree
+/// before an edge counts: shorter pulses are noise, and a hand at 1 m/s makes 0.1 edges per us.
+const FILTER: FilterValue = FilterValue::FDTS_DIV8_N8;
+
+/// Counters as the last edge of the tick timer found them.
+static LATCHED: [AtomicU32; 3] = [const { AtomicU32::new(0) }; 3];
+/// Encoders count 16 bits; these go on.
+static COUNTS: [AtomicU32; 3] = [const { AtomicU32::new(0) }; 3];
+static READINGS: AtomicU32 = AtomicU32::new(0);
+
+/// Starts one encoder's counter. The pull-ups hold open-collector outputs and unplugged encoders
+/// still; a push-pull output overrides them.
+pub fn start<T: GeneralInstance4Channel>(
+    timer: Peri<'static, T>,
+    a: Peri<'static, impl TimerPin<T, Ch1>>,
+    b: Peri<'static, impl TimerPin<T, Ch2>>,
+) {
+    let mut config = Config::default();
+    (config.ch1_pull, config.ch2_pull) = (Pull::Up, Pull::Up);
+    core::mem::forget(Qei::new(timer, a, b, config));
+    for counter in COUNTERS {
+        // the others are still without a clock, or get the same again
+        counter.ccmr_input(0).modify(|w| (0..2).for_each(|channel| w.set_icf(channel, FILTER)));
+    }
+}
+
+/// Keeps the counters, from the tick timer's interrupt: the age of a reading is the same in every
+/// tick, whatever the link brought.
+pub fn latch() {
+    for (kept, counter) in LATCHED.iter().zip(COUNTERS) {
+        kept.store(counter.cnt().read().cnt().into(), Ordering::Relaxed);
+    }
+}
+
+/// Three encoders on orthogonal axes. A mechanism of [`palpate_controller::kinematics`] goes here,
+/// and its torques into `force_out`.
+pub fn sense() -> Option<Sensed> {
+    let [x, y, z] = &COUNTS;
+    let [a, b, c] = &LATCHED;
+    let counts = [(x, a), (y, b), (z, c)].map(|(kept, latched)| {
+        let last = EncoderCounts(kept.load(Ordering::Relaxed).cast_signed());
+        let next = extended(last, latched.load(Ordering::Relaxed) as u16);
+        kept.store(next.0.cast_unsigned(), Ordering::Relaxed);
+        next
+    });
+    let good = COUNTERS.iter().all(|timer| timer.cr1().read().cen() && timer.smcr().read().sms() == Sms::ENCODER_MODE_3);
+    let status = if good { SensorStatus::Good } else { SensorStatus::Failed };
+    let sequence = READINGS.load(Ordering::Relaxed).wrapping_add(1);
+    READINGS.store(sequence, Ordering::Relaxed);
+    Some(Sensed { position_m: probe_in::pose(counts).tip_m, sequence, status })
+}

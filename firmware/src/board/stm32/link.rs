@@ -1,0 +1,102 @@
+//! The link to the host, a USART at 115 200 baud: an interrupt above the haptic loop moves bytes
+//! between its registers and two queues, so nothing is lost while a patch is opened.
+
+use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::usart::{Config, Instance, RxPin, TxPin, Uart};
+use embassy_stm32::{Peri, pac::usart::Usart};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+
+use super::{Stm32Board, This};
+
+/// Four of the longest frames each way. What finds no room is lost, and its frame dropped by the
+/// checksum.
+static IN: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
+static OUT: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
+
+/// Claims the pins and starts the interrupt.
+pub fn start<T: Instance>(usart: Peri<'static, T>, rx: Peri<'static, impl RxPin<T>>, tx: Peri<'static, impl TxPin<T>>) {
+    let Ok(driver) = Uart::new_blocking(usart, rx, tx, Config::default()) else { return };
+    core::mem::forget(driver);
+    let registers = This::LINK;
+    #[cfg(usart_fifo)]
+    {
+        registers.cr1().modify(|w| w.set_ue(false));
+        registers.cr1().modify(|w| w.set_fifoen(true));
+        registers.cr1().modify(|w| w.set_ue(true));
+    }
+    registers.cr1().modify(|w| w.set_rxneie(true));
+    This::LINK_INTERRUPT.set_priority(Priority::P3);
+    // SAFETY: its handler is `on_interrupt`, which touches nothing but this file's queues.
+    unsafe { This::LINK_INTERRUPT.enable() };
+}
+
+/// Bytes that have come. The interrupt is pended as well: should an error flag have swallowed its
+/// cause, the queues move on in the next tick.
+pub fn read(bytes: &mut [u8]) -> usize {
+    This::LINK_INTERRUPT.pend();
+    bytes.iter_mut().map_while(|byte| IN.try_receive().ok().map(|came| *byte = came)).count()
+}
+
+/// Puts bytes in the queue, without waiting. A frame that finds no room is not begun.
+pub fn write(bytes: &[u8]) {
+    if OUT.free_capacity() < bytes.len() {
+        return;
+    }
+    for byte in bytes {
+        let _ = OUT.try_send(*byte); // there is room
+    }
+    This::LINK_INTERRUPT.pend();
+}
+
+/// Moves what can be moved.
+pub fn on_interrupt() {
+    let registers = This::LINK;
+    while let Some(byte) = received(registers) {
+        let _ = IN.try_send(byte); // no room: lost, see above
+    }
+    let waits = loop {
+        if !can_send(registers) {
+            break !OUT.is_empty();
+        }
+        let Ok(byte) = OUT.try_receive() else { break false };
+        send(registers, byte);
+    };
+    registers.cr1().modify(|w| w.set_txeie(waits));
+}
+
+#[cfg(not(usart_v2))]
+fn received(usart: Usart) -> Option<u8> {
+    let status = usart.isr().read();
+    if status.ore() {
+        usart.icr().write(|w| w.set_ore(true));
+    }
+    status.rxne().then(|| usart.rdr().read().dr() as u8)
+}
+
+#[cfg(not(usart_v2))]
+fn can_send(usart: Usart) -> bool {
+    usart.isr().read().txe()
+}
+
+#[cfg(not(usart_v2))]
+fn send(usart: Usart, byte: u8) {
+    usart.tdr().write(|w| w.set_dr(byte.into()));
+}
+
+/// Reading the data clears an overrun, too.
+#[cfg(usart_v2)]
+fn received(usart: Usart) -> Option<u8> {
+    let status = usart.sr().read();
+    (status.rxne() || status.ore()).then(|| usart.dr().read().dr() as u8)
+}
+
+#[cfg(usart_v2)]
+fn can_send(usart: Usart) -> bool {
+    usart.sr().read().txe()
+}
+
+#[cfg(usart_v2)]
+fn send(usart: Usart, byte: u8) {
+    usart.dr().write(|w| w.set_dr(byte.into()));
+}

@@ -1,0 +1,91 @@
+//! Self-test: a scripted hand presses, no motor is driven, no host is needed. The first image that a
+//! new board is given.
+//!
+//! It runs the whole controller at 1 kHz on the board's own clock and watchdog, with outputs that
+//! are never enabled ([`Motorless`]), times the stages of the tick, and then says over the log and
+//! the link, again and again, what it found: `palpate board self-test` compares it with the desktop.
+//! The light is on while it runs, blinks once a second after a good run, five times after a bad one.
+
+mod motorless;
+mod report;
+mod stages;
+
+use palpate::Fnv;
+use palpate::haptic::cycle::Command;
+use palpate::haptic::mode::Mode;
+use palpate_controller::board::Board;
+use palpate_controller::config::Profile;
+use palpate_controller::controller::{Arming, Controller};
+use palpate_controller::haptic_loop::HapticLoop;
+use palpate_controller::patch::{Memory, Patch, PatchSlot};
+use palpate_controller::script::{self, LEAD_TICKS};
+
+use crate::board::{self, ThisBoard};
+use crate::flash_patch::in_flash;
+use crate::period::next_period;
+use motorless::Motorless;
+use report::{CHECKS, Check, Findings, Report};
+
+/// Ticks of the run: start-up, then the script's tap, hold, release and slide once, and some more.
+const TICKS: u32 = 4_000;
+/// Ticks between two fingerprints.
+const CHECK_TICKS: u32 = TICKS / CHECKS as u32;
+/// Ticks between two reports.
+const REPEAT_TICKS: u32 = 2_000;
+/// Bytes that the link's 115 200 baud carry in a tick, less a fifth.
+const BYTES_PER_TICK: usize = 9;
+
+/// Runs the test, then reports for ever.
+#[embassy_executor::task]
+pub async fn run(this: ThisBoard, memory: &'static mut Memory) {
+    board::led(true);
+    let findings = test(this, memory).await;
+    let report = Report::of(&findings);
+    loop {
+        board::print(format_args!("{}", report.text()));
+        board::after_report(findings.passed());
+        let mut left = report.line().chunks(BYTES_PER_TICK);
+        for tick in 0..REPEAT_TICKS {
+            next_period().await;
+            board::feed_watchdog();
+            if let Some(piece) = left.next() {
+                board::link_write(piece);
+            }
+            let half_period = if findings.passed() { 500 } else { 100 };
+            board::led(tick / half_period % 2 == 0);
+        }
+    }
+}
+
+/// The run, and the times of the stages.
+async fn test(this: ThisBoard, memory: &'static mut Memory) -> Findings {
+    let mut findings = Findings { ticks: TICKS, ..Findings::NONE };
+    let (settings, edge) = Profile::desktop().split();
+    let Ok(controller) = Controller::build(&settings, edge, Arming::ByItself) else {
+        return Findings { error: "no controller", ..findings };
+    };
+    let mut haptic = HapticLoop::new(Motorless::new(this), controller);
+    findings.stages = stages::time(in_flash(), memory);
+    let Ok(patch) = Patch::open_within(&board::budget(), in_flash(), memory, None, &mut board::feed_watchdog) else {
+        return Findings { error: "the patch was refused", ..findings };
+    };
+    let mut slot = PatchSlot(Some(patch));
+    (findings.nodes, findings.checksum) = (slot.state().0, slot.identity().0);
+    let mut forces = Fnv::default();
+    for tick in 0..TICKS {
+        let period = next_period().await;
+        haptic.tick(&mut slot, script::sensed(tick, LEAD_TICKS), Command::HEARD, Some(period));
+        forces.vector(haptic.seen().force_n.into());
+        if (tick + 1).is_multiple_of(CHECK_TICKS) {
+            let at = (tick / CHECK_TICKS) as usize;
+            let check = Check { tick: tick + 1, state_hash: slot.state().1, force_hash: forces.finish() };
+            if let Some(place) = findings.checks.get_mut(at) {
+                *place = check;
+            }
+        }
+    }
+    findings.seen = *haptic.seen();
+    findings.reached_force = haptic.seen().mode == Mode::Active;
+    findings.stack_used_bytes = haptic.board.stack_used_bytes();
+    findings
+}

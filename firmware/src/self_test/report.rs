@@ -1,0 +1,130 @@
+//! The findings as one line of text, JSON, that a person can send and a program can compare.
+
+use core::fmt::{self, Write};
+
+use palpate_controller::board::About;
+use palpate_controller::snapshot::Snapshot;
+use palpate_controller::words;
+
+use super::stages::{self, Times};
+use crate::board;
+
+/// Fingerprints of a run.
+pub const CHECKS: usize = 8;
+/// Longest report [bytes].
+const BYTES: usize = 2_048;
+
+/// Fingerprints after a tick.
+#[derive(Clone, Copy)]
+pub struct Check {
+    /// Ticks that were run.
+    pub tick: u32,
+    /// Hash of the patch's state.
+    pub state_hash: u64,
+    /// Hash of the forces of all ticks.
+    pub force_hash: u64,
+}
+
+/// What a run found.
+#[derive(Clone, Copy)]
+pub struct Findings {
+    /// Why nothing was run; empty if something was.
+    pub error: &'static str,
+    /// Ticks of the run.
+    pub ticks: u32,
+    /// Nodes of the patch.
+    pub nodes: usize,
+    /// Checksum of the patch file.
+    pub checksum: u32,
+    /// Fingerprints along the run.
+    pub checks: [Check; CHECKS],
+    /// Counters at its end.
+    pub seen: Snapshot,
+    /// The loop ended in the mode that gives a force.
+    pub reached_force: bool,
+    /// Deepest the stack has been [bytes].
+    pub stack_used_bytes: usize,
+    /// Times of the stages.
+    pub stages: Times,
+}
+
+impl Findings {
+    /// Before a run.
+    pub const NONE: Self = Self {
+        error: "",
+        ticks: 0,
+        nodes: 0,
+        checksum: 0,
+        checks: [Check { tick: 0, state_hash: 0, force_hash: 0 }; CHECKS],
+        seen: Snapshot::START,
+        reached_force: false,
+        stack_used_bytes: 0,
+        stages: stages::NONE,
+    };
+
+    /// Whether the run ended as it should. Whether its bits are right the desktop says.
+    pub fn passed(&self) -> bool {
+        self.error.is_empty() && self.reached_force && self.seen.faults == 0 && self.seen.overruns == 0
+    }
+}
+
+/// The line, with a line break at both ends: what went before on the link is no part of it.
+pub struct Report {
+    bytes: [u8; BYTES],
+    length: usize,
+}
+
+impl Write for Report {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        let place = self.bytes.get_mut(self.length..self.length + text.len()).ok_or(fmt::Error)?;
+        place.copy_from_slice(text.as_bytes());
+        self.length += text.len();
+        Ok(())
+    }
+}
+
+impl Report {
+    /// Writes it down. One that finds no room is cut, and no reader takes it for whole.
+    pub fn of(findings: &Findings) -> Self {
+        let mut report = Self { bytes: [0; BYTES], length: 0 };
+        let _ = report.write(findings);
+        report
+    }
+
+    /// The line, without its breaks.
+    pub fn text(&self) -> &str {
+        core::str::from_utf8(self.line()).unwrap_or_default().trim()
+    }
+
+    /// The line, as it goes over the link.
+    pub fn line(&self) -> &[u8] {
+        self.bytes.get(..self.length).unwrap_or_default()
+    }
+
+    fn write(&mut self, found: &Findings) -> fmt::Result {
+        let About { name, built_day, clock_hz } = board::about();
+        let Snapshot { longest_tick_counts, overruns, missed_periods, faults, fault, mode, .. } = found.seen;
+        write!(
+            self,
+            "\n{{\"palpate_self_test\":1,\"board\":\"{name}\",\"built_day\":{built_day},\"chip\":\"{:08x}\"",
+            board::chip_id()
+        )?;
+        write!(self, ",\"clock\":\"{}\",\"clock_hz\":{clock_hz}", board::CLOCK_KIND)?;
+        write!(self, ",\"patch_checksum\":\"{:08x}\",\"nodes\":{}", found.checksum, found.nodes)?;
+        write!(self, ",\"error\":\"{}\",\"passed\":{},\"mode\":\"{}\"", found.error, found.passed(), words::mode(mode))?;
+        write!(self, ",\"fault\":\"{}\",\"ticks\":{},\"faults\":{faults}", words::fault(fault), found.ticks)?;
+        write!(self, ",\"overruns\":{overruns},\"missed_periods\":{missed_periods}")?;
+        write!(self, ",\"worst_tick_counts\":{longest_tick_counts}")?;
+        write!(self, ",\"stack_used_bytes\":{},\"stack_bytes\":{}", found.stack_used_bytes, board::STACK_BYTES)?;
+        write!(self, ",\"stage_counts\":{{")?;
+        for (at, (stage, counts)) in found.stages.iter().enumerate() {
+            write!(self, "{}\"{stage}\":{counts}", if at == 0 { "" } else { "," })?;
+        }
+        write!(self, "}},\"checks\":[")?;
+        for (at, Check { tick, state_hash, force_hash }) in found.checks.iter().enumerate() {
+            let comma = if at == 0 { "" } else { "," };
+            write!(self, "{comma}{{\"tick\":{tick},\"state\":\"{state_hash:016x}\",\"forces\":\"{force_hash:016x}\"}}")?;
+        }
+        write!(self, "]}}\n")
+    }
+}

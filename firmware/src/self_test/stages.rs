@@ -1,0 +1,105 @@
+//! Time of each stage of the core's tick, by the board's clock.
+//!
+//! Springs, volume and rim are called once more than the tick does, each by itself: the forces that
+//! they leave are cleared before the tick sums its own, so the motion is the product's.
+
+use palpate::method::Method;
+use palpate::stages::force::foundation::{self, Load};
+use palpate::stages::force::{accumulate_inner, rim, spring, volume};
+use palpate::stages::integrate;
+use palpate::{Fault, Model, PatchFile, Placement, ProbePose, State, Terms, Tuned, Vector3, tick_with};
+use palpate_controller::patch::Memory;
+use palpate_controller::script;
+
+use crate::board::{clock_counts, feed_watchdog};
+
+/// Ticks of the tap: it reaches its depth in tick 23.
+const TAP_TICKS: u32 = 30;
+/// The tick before which no time is kept: a patch is put to rest.
+const FIRST: u32 = 1;
+
+/// Longest time of each stage [counts], by its name.
+pub type Times = [(&'static str, u32); 7];
+
+/// No times yet.
+pub const NONE: Times =
+    [("contact", 0), ("springs", 0), ("volume", 0), ("rim", 0), ("foundation", 0), ("integrate", 0), ("whole", 0)];
+
+/// A method that is the product and looks at the clock.
+struct Timed {
+    terms: Terms,
+    began: u32,
+    times: Times,
+}
+
+impl Timed {
+    fn keep(&mut self, stage: usize, since: u32) {
+        let spent = clock_counts().wrapping_sub(since);
+        if let Some((_, longest)) = self.times.get_mut(stage) {
+            *longest = (*longest).max(spent);
+        }
+    }
+}
+
+impl Method for Timed {
+    fn begin(&mut self, _: &Tuned, _: &State) {
+        self.keep(0, self.began);
+    }
+
+    fn force(
+        &mut self,
+        model: &Model,
+        tuned: &Tuned,
+        state: &mut State,
+        tip_m: Vector3<f32>,
+        velocity_m_per_s: Vector3<f32>,
+    ) -> Load {
+        let start = clock_counts();
+        spring::pull(model, tuned, state);
+        self.keep(1, start);
+        if self.terms.volume {
+            let start = clock_counts();
+            volume::resist(model, tuned, state);
+            self.keep(2, start);
+        }
+        if self.terms.rim {
+            let start = clock_counts();
+            rim::hold(model, state);
+            self.keep(3, start);
+        }
+        accumulate_inner(model, tuned, state);
+        let start = clock_counts();
+        let load = foundation::press(model, tuned, state, tip_m, velocity_m_per_s);
+        self.keep(4, start);
+        load
+    }
+
+    fn advance(&mut self, model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
+        let start = clock_counts();
+        let moved = integrate::advance(model, tuned, state);
+        self.keep(5, start);
+        moved
+    }
+}
+
+/// Taps the patch with each stage timed, then once more as the product does.
+pub fn time(bytes: &[u8], memory: &mut Memory) -> Times {
+    let Ok(PatchFile { model, params, site_m, .. }) = PatchFile::open(bytes) else { return NONE };
+    let placement = Placement::new(site_m, params.probe.axis);
+    let mut timed = Timed { terms: params.terms, began: 0, times: NONE };
+    for with_stages in [true, false] {
+        let Ok((tuned, mut state)) = memory.start_in_rounds(&model, &params, &mut feed_watchdog) else { return NONE };
+        for tick in 0..TAP_TICKS {
+            let pose = placement.pose_to_patch(ProbePose { tip_m: script::sensed(tick, FIRST).position_m });
+            feed_watchdog();
+            timed.began = clock_counts();
+            if with_stages {
+                tick_with(&model, &tuned, &mut state, pose, &mut timed);
+            } else {
+                palpate::tick(&model, &tuned, &mut state, pose);
+                timed.keep(6, timed.began);
+            }
+        }
+    }
+    timed.times
+}

@@ -1,0 +1,156 @@
+//! The report of a self-test image, and the same run on this machine.
+//!
+//! ```text
+//! text of a port or a file ─ Report::find ─ compare (script, controller and patch run here) ─ words
+//! ```
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use palpate::haptic::cycle::Command;
+use palpate::{BuildError, Fnv};
+use palpate_controller::config::Profile;
+use palpate_controller::controller::{Arming, Controller};
+use palpate_controller::patch::{Memory, Patch};
+use palpate_controller::script::{self, LEAD_TICKS};
+use serde::Deserialize;
+
+/// Begins every report, after the brace.
+const KEY: &str = "{\"palpate_self_test\":";
+/// Most ticks that are run here for a report: a minute of the board's time.
+const MOST_TICKS: u32 = 60_000;
+
+/// Report of a board, as its image wrote it.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+pub struct Report {
+    /// Version of this format.
+    pub palpate_self_test: u32,
+    /// Board and version of its image.
+    pub board: String,
+    /// Day of the build, counted from 1970-01-01; 0 is unknown.
+    pub built_day: u32,
+    /// The chip as it names itself: revision above, device below.
+    pub chip: String,
+    /// What the clock counts.
+    pub clock: String,
+    /// Counts in a second.
+    pub clock_hz: u32,
+    /// Checksum of the patch file.
+    pub patch_checksum: String,
+    /// Nodes of the patch.
+    pub nodes: u32,
+    /// Why nothing was run; empty if something was.
+    pub error: String,
+    /// Whether the board is content with its run.
+    pub passed: bool,
+    /// Mode at the end.
+    pub mode: String,
+    /// Fault at the end.
+    pub fault: String,
+    /// Ticks of the run.
+    pub ticks: u32,
+    /// Ticks in the mode `Fault`.
+    pub faults: u32,
+    /// Ticks that ended late.
+    pub overruns: u32,
+    /// Periods without a tick.
+    pub missed_periods: u32,
+    /// Longest tick, from sensors to outputs [counts].
+    pub worst_tick_counts: u32,
+    /// Deepest the stack has been [bytes].
+    pub stack_used_bytes: u32,
+    /// Bytes of the stack.
+    pub stack_bytes: u32,
+    /// Longest time of each stage [counts].
+    pub stage_counts: BTreeMap<String, u32>,
+    /// Fingerprints along the run.
+    pub checks: Vec<Check>,
+}
+
+/// Fingerprints after so many ticks, as hexadecimal numbers.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+pub struct Check {
+    /// Ticks that were run.
+    pub tick: u32,
+    /// Hash of the patch's state.
+    pub state: String,
+    /// Hash of the forces of all ticks.
+    pub forces: String,
+}
+
+/// The first word in which a board and this machine differ.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// Ticks after which it was taken; the fingerprints before it agree.
+    pub tick: u32,
+    /// Its name.
+    pub word: &'static str,
+    /// On the board.
+    pub board: String,
+    /// On this machine.
+    pub here: String,
+}
+
+impl Report {
+    /// The last whole report in a text, and its line. Other text may stand around it.
+    #[must_use]
+    pub fn find(text: &str) -> Option<(Self, &str)> {
+        text.lines().rev().find_map(|line| {
+            let line = line.get(line.find(KEY)?..)?.trim_end();
+            Some((serde_json::from_str(line).ok()?, line))
+        })
+    }
+
+    /// Runs the same script on this machine and returns the first difference; none means the same
+    /// bits. `patch` is the patch file, from a word's address on.
+    ///
+    /// # Errors
+    /// The patch is refused.
+    pub fn compare(&self, patch: &[u8]) -> Result<Option<Difference>, BuildError> {
+        let mut memory = Box::new(Memory::RESERVED);
+        let mut patch = Patch::open(patch, &mut memory, None)?;
+        let (settings, edge) = Profile::desktop().split();
+        let mut controller = Controller::build(&settings, edge, Arming::ByItself)?;
+        let mut forces = Fnv::default();
+        let mut checks = self.checks.iter().peekable();
+        for tick in 0..self.ticks.min(MOST_TICKS) {
+            let done = controller.tick(&mut patch, script::sensed(tick, LEAD_TICKS), Command::HEARD, true);
+            forces.vector(done.applied_n);
+            let Some(check) = checks.next_if(|check| check.tick == tick + 1) else { continue };
+            let here = [("state", patch.state_hash(), &check.state), ("forces", forces.finish(), &check.forces)];
+            for (word, here, board) in here {
+                let here = format!("{here:016x}");
+                if here != *board {
+                    return Ok(Some(Difference { tick: check.tick, word, board: board.clone(), here }));
+                }
+            }
+        }
+        // a report whose fingerprints were not all met, in their order, proves nothing
+        Ok(checks.next().map(|check| Difference {
+            tick: check.tick,
+            word: "order of the fingerprints",
+            board: check.state.clone(),
+            here: "not met".into(),
+        }))
+    }
+
+    /// The figures, a line each.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let us = |counts: u32| f64::from(counts) / f64::from(self.clock_hz.max(1)) * 1e6;
+        let mut text = format!("board   {}, chip {}\n", self.board, self.chip);
+        let mut line = |name: &str, words: String| {
+            let _ = writeln!(text, "{name:<7} {words}"); // writing to a string does not fail
+        };
+        line("patch", format!("{} nodes, checksum {}", self.nodes, self.patch_checksum));
+        line("clock", format!("{:.1} MHz: {}", f64::from(self.clock_hz) / 1e6, self.clock));
+        line("tick", format!("{:.1} us at the longest, {} counts", us(self.worst_tick_counts), self.worst_tick_counts));
+        for (stage, counts) in &self.stage_counts {
+            line("stage", format!("{stage:<10} {:>7.1} us {counts:>9} counts", us(*counts)));
+        }
+        line("stack", format!("{} of {} bytes", self.stack_used_bytes, self.stack_bytes));
+        let late = format!("{} late, {} missed", self.overruns, self.missed_periods);
+        line("run", format!("{} ticks, {late}; mode {}, fault {}", self.ticks, self.mode, self.fault));
+        text
+    }
+}

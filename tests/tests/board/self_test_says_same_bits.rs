@@ -1,0 +1,54 @@
+//! The self-test image on two emulated boards: it runs without a host, ends content, never enables
+//! an output, and its report says the same bits as this machine, or in which word they differ.
+
+use std::path::Path;
+
+use palpate_board::EmulatedBoard;
+use palpate_sim::port::self_test::Report;
+use palpate_tests::emulator::{Run, build_firmware};
+use palpate_tests::flash_patch::in_flash;
+
+fn run(machine: EmulatedBoard) -> String {
+    let elf = build_firmware(Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap(), &["self-test"]).unwrap();
+    let run = Run { machine, shift: 3, ticks: 0, lead_ticks: 0, crash: None, restart: false, exec_log: None };
+    let outcome = run.start(&elf).unwrap();
+    assert_eq!(outcome.exit_status, Some(0), "{}", outcome.text);
+    outcome.text
+}
+
+#[test]
+fn both_boards_report_the_desktop_s_bits() {
+    for machine in [EmulatedBoard::M4f, EmulatedBoard::M7] {
+        let text = run(machine);
+        let (report, line) = Report::find(&text).unwrap();
+        println!("{}{line}", report.words());
+        assert!(report.passed && report.error.is_empty(), "{line}");
+        assert!(report.board.starts_with("mps2 ") && report.clock.contains("emulator"), "{line}");
+        assert_eq!((report.checks.len(), report.checks.last().map(|check| check.tick)), (8, Some(report.ticks)));
+        assert_eq!(report.compare(in_flash()).unwrap(), None, "{machine:?}");
+        // each time was taken, and the whole takes longer than its parts
+        let of = |stage: &str| report.stage_counts[stage];
+        let parts = ["contact", "springs", "volume", "foundation", "integrate"].map(of);
+        assert!(parts.iter().all(|counts| *counts > 100), "{:?}", report.stage_counts);
+        assert!(parts.iter().max().is_some_and(|longest| of("whole") > *longest));
+        assert!(of("whole") < report.worst_tick_counts);
+        assert!(report.stack_used_bytes > 1_000 && 2 * report.stack_used_bytes <= report.stack_bytes);
+    }
+}
+
+#[test]
+fn one_wrong_bit_is_named() {
+    let text = run(EmulatedBoard::M4f);
+    let (report, _) = Report::find(&text).unwrap();
+    let mut spoilt = report.clone();
+    spoilt.checks[5].forces.replace_range(15..16, if report.checks[5].forces.ends_with('0') { "1" } else { "0" });
+    let difference = spoilt.compare(in_flash()).unwrap().unwrap();
+    assert_eq!((difference.tick, difference.word), (report.checks[5].tick, "forces"));
+    assert_eq!(difference.here, report.checks[5].forces);
+    // fingerprints that the run never meets prove nothing
+    let mut unmet = report.clone();
+    unmet.checks[7].tick += 1;
+    assert!(unmet.compare(in_flash()).unwrap().is_some());
+    // nor does a line that was cut
+    assert!(Report::find(&text.replace("]}", "")).is_none());
+}
