@@ -95,7 +95,7 @@ class Engine:
         return None
 
 
-MESHES = ["patch-130", "grid-245", "patch-410", "grid-726"]
+MESHES = ["patch-130", "grid-245", "patch-410", "grid-726", "grid-2025"]
 
 
 def settings(youngs_modulus_pa):

@@ -70,7 +70,7 @@ class Engine:
             self.child.wait()
 
 
-MESHES = ["patch-130", "grid-245", "patch-410", "grid-726"]
+MESHES = ["patch-130", "grid-245", "patch-410", "grid-726", "grid-2025"]
 
 
 def settings(youngs_modulus_pa):

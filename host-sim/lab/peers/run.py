@@ -1,10 +1,11 @@
 """Runs the engines at the press of press.json and writes peers.csv.
 
-    run.py press.json peers.csv [--only ENGINE] [--mesh NAME]... [--kpa 3.5]... [--again | --write]
+    run.py press.json peers.csv [--only ENGINE] [--model MODEL] [--mesh NAME] [--kpa 3.5] [--from TABLE] [--again | --write]
 
 An engine that is not installed is skipped with one sentence. Every row that was tried goes to peers.csv.all beside the
 result, one JSON a line, as soon as it is there. --again takes the time of the rows that are kept anew, to stand beside
-a chart of the same minutes.
+a chart of the same minutes. --from takes the rows of an earlier table as measured. Options but the last two may be given
+several times.
 """
 
 import argparse
@@ -20,7 +21,6 @@ import press as P
 import search
 
 ENGINES = ["mujoco_flex", "newton_tets", "rapier_fem", "pypbd_xpbd"]
-GRIDS = ["grid-245", "grid-726", "grid-2025"]
 
 
 def cells(press, r):
@@ -38,6 +38,24 @@ def cells(press, r):
         out[f"moving_{v}_mm_per_s_pct"] = f"{error:.3f}" if math.isfinite(error) else ""
     out["force_read"] = r["force_read"]
     return {k: named(v) for k, v in out.items()}
+
+
+def read(press, path):
+    """Rows of a table of this press, as `search.row` gives them."""
+    with open(path, encoding="utf-8", newline="") as file:
+        lines = file.read().splitlines()
+    if f"# scene = {press.hash}" not in lines:
+        sys.exit(f"{path}: is of another press than {press.hash}: measure again")
+    rows = []
+    for r in csv.DictReader(line for line in lines if not line.startswith("#")):
+        numbers = lambda start, end: {k[len(start) : -len(end)]: float(v) for k, v in r.items() if v and k.startswith(start) and k.endswith(end)}
+        row = {k: r[k] for k in ("engine", "version", "model", "settings", "mesh", "survives_8mm", "force_read")}
+        row |= {k: int(r[k]) for k in ("nodes", "tets", "substeps")}
+        row |= {k: float(r[k]) for k in ("youngs_modulus_pa", "tick_min_us", "tick_median_us", "held_rms_pct")}
+        row |= {"force_n": list(numbers("force_", "mm_n").values()), "moving_pct": numbers("moving_", "_mm_per_s_pct"), "scene": press.hash}
+        row["moving_pct"] = {str(m["speed_mm_per_s"]): math.nan for m in press.all["moving"]} | row["moving_pct"]
+        rows.append(row)
+    return rows
 
 
 def write(press, rows, path):
@@ -62,8 +80,10 @@ def main():
     parser.add_argument("press")
     parser.add_argument("out")
     parser.add_argument("--only", action="append")
+    parser.add_argument("--model", action="append")
     parser.add_argument("--mesh", action="append")
     parser.add_argument("--kpa", action="append", type=float)
+    parser.add_argument("--from", action="append", default=[], dest="tables", metavar="TABLE")
     parser.add_argument("--again", action="store_true")
     parser.add_argument("--write", action="store_true", help="only write the table of what was measured")
     args = parser.parse_args()
@@ -74,7 +94,7 @@ def main():
         old = [json.loads(line) for line in open(log, encoding="utf-8")]
     except FileNotFoundError:
         pass
-    old = [r for r in old if r["scene"] == press.hash]
+    old = [r for table in args.tables for r in read(press, table)] + [r for r in old if r["scene"] == press.hash]
     done = {(r["engine"], r["model"], r["settings"], r["mesh"], r["youngs_modulus_pa"]): r for r in old}
     moduli = [k * 1e3 for k in args.kpa] if args.kpa else press.all["youngs_moduli_pa"]
     wanted = search.kept([r for r in done.values() if "held_rms_pct" in r]) if args.again else []
@@ -87,6 +107,8 @@ def main():
         for youngs_modulus_pa in moduli:
             for mesh in args.mesh or module.MESHES:
                 for model, settings in module.settings(youngs_modulus_pa):
+                    if args.model and model not in args.model:
+                        continue
                     text = " ".join(f"{k}={v}" for k, v in settings.items()).replace(",", "")
                     key = (module.NAME, model, text, mesh, youngs_modulus_pa)
                     again = args.again and any(key == (r["engine"], r["model"], r["settings"], r["mesh"], r["youngs_modulus_pa"]) for r in wanted)

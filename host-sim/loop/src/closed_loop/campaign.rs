@@ -25,8 +25,11 @@ use super::device::DeviceProfile;
 use super::surface::{Wall, force_at_n, static_curve, with_tissue};
 use palpate_tissue::patch::Patch;
 
-/// Runs that are handed to a thread at a time.
-const BATCH: u64 = 64;
+/// Runs that are handed to a thread at a time, at least and at most: each batch arms a loop over
+/// its own wall and patch, which takes as long as four runs.
+const BATCH: [u64; 2] = [64, 4096];
+/// Batches per thread, where there are runs enough: the last ones end at different times.
+const BATCHES_PER_THREAD: u64 = 32;
 /// Stiffness of the wall [N/m]: the ceiling of the default device.
 pub const WALL_N_PER_M: f64 = 400.0;
 /// Depth that a press rests at [m].
@@ -64,8 +67,10 @@ impl<'a> Ground<'a> {
 /// # Errors
 /// Propagates build errors of the loop or the patch.
 pub fn campaign(ground: &Ground, cases: Range<u64>, seed: u64, done: impl Fn(u64) + Sync) -> Result<Table, BuildError> {
+    let share = (cases.end - cases.start) / (BATCHES_PER_THREAD * rayon::current_num_threads() as u64);
+    let length = share.clamp(BATCH[0], BATCH[1]);
     // added as they come: a table a batch would fill the memory from some 1e8 runs on
-    batches(cases, BATCH).map(|numbers| part(ground, numbers, seed, &done)).try_reduce(Table::default, |mut table, more| {
+    batches(cases, length).map(|numbers| part(ground, numbers, seed, &done)).try_reduce(Table::default, |mut table, more| {
         table.add(&more);
         Ok(table)
     })

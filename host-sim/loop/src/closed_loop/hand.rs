@@ -194,7 +194,9 @@ impl HandState {
     /// Force of the pad [N] squeezed by this much.
     fn pad_n(&mut self, squeezed_m: f64, dt_s: f64, steady: bool) -> f64 {
         let soft_m = squeezed_m.clamp(0.0, BONE_M);
-        let elastic_n = PAD_FORCE_N * ((soft_m / PAD_SCALE_M).exp() - 1.0) + (squeezed_m - BONE_M).max(0.0) * bone_n_per_m();
+        // without a squeeze the exponential need not be asked
+        let stiffened = if soft_m > 0.0 { (soft_m / PAD_SCALE_M).exp() - 1.0 } else { 0.0 };
+        let elastic_n = PAD_FORCE_N * stiffened + (squeezed_m - BONE_M).max(0.0) * bone_n_per_m();
         let elastic_n = elastic_n.min(MOST_PAD_N / (1.0 - RELAXING.iter().map(|r| r.0).sum::<f64>()));
         let mut force_n = elastic_n;
         for (relaxed_n, (share, time_s)) in self.relaxed_n.iter_mut().zip(RELAXING) {

@@ -136,21 +136,27 @@ impl Plant {
             _ => 1.0,
         };
         let asked_n = self.line_n.first().copied().unwrap_or_default();
+        let workspace_m = [self.limits.workspace_low_m, self.limits.workspace_high_m].map(|corner_m| corner_m.cast());
+        // what a hand weighs changes in few steps, if ever
+        let (mut moved_kg, mut per_force, mut friction_m_per_s) = (f64::NAN, 0.0, 0.0);
         for step in 0..STEPS {
             self.acting_n += (asked_n - self.acting_n) * lag;
             let t_s = self.t_s + f64::from(step) * dt_s;
             let hand_n = self.hand.force_n(aim, &self.at_m, &self.velocity_m_per_s, t_s, dt_s);
             let mass_kg = self.device.mass_kg + self.hand.mass_kg(aim, t_s);
             let viscous_n = self.velocity_m_per_s * self.device.damping_n_s_per_m;
-            let mut velocity = self.velocity_m_per_s + (self.acting_n + hand_n - viscous_n) * (dt_s / mass_kg);
+            if mass_kg != moved_kg {
+                (moved_kg, per_force, friction_m_per_s) = (mass_kg, dt_s / mass_kg, self.device.friction_n * dt_s / mass_kg);
+            }
+            let mut velocity = self.velocity_m_per_s + (self.acting_n + hand_n - viscous_n) * per_force;
             // friction takes speed away and ends at rest
             let speed = velocity.norm();
-            let slower = (speed - self.device.friction_n * dt_s / mass_kg).max(0.0);
+            let slower = (speed - friction_m_per_s).max(0.0);
             velocity = if speed > 0.0 { velocity * (slower / speed) } else { velocity };
             if self.device.axes == 1 {
                 velocity = self.normal * velocity.dot(&self.normal);
             }
-            let displacement_m = self.stopped(&mut velocity, dt_s);
+            let displacement_m = self.stopped(&workspace_m, &mut velocity, dt_s);
             self.velocity_m_per_s = velocity;
             self.at_m += displacement_m;
             self.energy.add(self.acting_n.dot(&displacement_m));
@@ -158,11 +164,11 @@ impl Plant {
         self.t_s += TICK_S;
     }
 
-    /// The way of a step, ended at the hard stop.
-    fn stopped(&self, velocity: &mut Vector3<f64>, dt_s: f64) -> Vector3<f64> {
+    /// The way of a step, ended at the hard stop: the lower and the upper corner of the workspace.
+    fn stopped(&self, [low_m, high_m]: &[Vector3<f64>; 2], velocity: &mut Vector3<f64>, dt_s: f64) -> Vector3<f64> {
         let mut displacement_m = *velocity * dt_s;
         for axis in 0..3 {
-            let (low, high) = (f64::from(self.limits.workspace_low_m[axis]), f64::from(self.limits.workspace_high_m[axis]));
+            let (low, high) = (low_m[axis], high_m[axis]);
             let next = self.at_m[axis] + displacement_m[axis];
             if next < low || next > high {
                 displacement_m[axis] = next.clamp(low, high) - self.at_m[axis];

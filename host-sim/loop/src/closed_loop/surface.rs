@@ -1,10 +1,15 @@
 //! Surfaces to touch: a wall of one stiffness, or the product's patch.
 
+mod untouched;
+
 use std::sync::Arc;
 
-use palpate::haptic::cycle::{PatchRenderer, Renderer};
+use palpate::haptic::cycle::Renderer;
 use palpate::stages::probe::ProbePose;
-use palpate::{BuildError, ClampFlags, GuardLimits, Model, Output, Params, RimEdge, RimNode, State, Tuned, Vector3, tick};
+use palpate::{
+    BuildError, ClampFlags, GuardLimits, Model, Output, Params, RimEdge, RimNode, State, Tuned, Vector3, tick, tick_with,
+};
+use untouched::Untouched;
 
 use super::stimulus::{Change, Site};
 use super::watch::{HalfSpace, RestShape, RestSolid};
@@ -122,6 +127,7 @@ const VARIANTS: [Variant; 5] = [
 pub struct TissueSurface<'a> {
     variants: Vec<(Model<'a>, Tuned<'a>)>,
     state: State<'a>,
+    untouched: Untouched,
     at: usize,
     wanted: usize,
     site: Site,
@@ -149,7 +155,9 @@ pub fn with_tissue<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut Tis
     let state = states.swap_remove(0);
     let site = Site::new(patch.site_m().cast(), params.probe.axis.cast());
     let shape = Arc::new(RestSolid::of(&model, &params.probe));
-    Ok(work(&mut TissueSurface { variants, state, at: 0, wanted: 0, site, shape }))
+    let mut surface = TissueSurface { variants, state, untouched: Untouched::default(), at: 0, wanted: 0, site, shape };
+    surface.reset();
+    Ok(work(&mut surface))
 }
 
 impl TissueSurface<'_> {
@@ -169,12 +177,16 @@ fn scaled_rim(model: &Model, ratio: f32) -> (Vec<RimNode>, Vec<RimEdge>) {
 impl Renderer for TissueSurface<'_> {
     fn render(&mut self, pose: ProbePose) -> Output {
         let Some((model, tuned)) = self.variants.get(self.at) else { return Output::NONE };
-        PatchRenderer { model, tuned, state: &mut self.state }.render(pose)
+        tick_with(model, tuned, &mut self.state, pose, &mut self.untouched)
     }
 
     fn reset(&mut self) {
-        if let Some((model, _)) = self.variants.get(self.at) {
-            self.state.reset(model);
+        let Some((model, tuned)) = self.variants.get(self.at) else { return };
+        self.state.reset(model);
+        match self.at {
+            0 => self.untouched.reset(tuned),
+            // what is known is the motion of the first tissue
+            _ => self.untouched.disturb(),
         }
     }
 }
@@ -199,6 +211,9 @@ impl Surface for TissueSurface<'_> {
     fn settle(&mut self, in_contact: bool) {
         let stiffness = |n: usize| VARIANTS.get(n).map_or(1.0, |v| v.stiffness * v.far_field);
         if !in_contact || stiffness(self.wanted) < stiffness(self.at) {
+            if self.at != self.wanted {
+                self.untouched.disturb();
+            }
             self.at = self.wanted;
         }
     }
@@ -210,6 +225,7 @@ impl Surface for TissueSurface<'_> {
         let count = self.state.nodes().len();
         let nearest = (0..count).min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or_default();
         let struck = if all { 0..count } else { nearest..nearest + 1 };
+        self.untouched.disturb();
         for n in struck {
             let Some(node) = self.state.nodes().get(n) else { return };
             let place_m = at_m.map_or(node.position_m(), Vector3::repeat);

@@ -66,48 +66,54 @@ impl BoxTree {
 
     /// Whether `holds` is true of an item whose box, widened by `wider_m`, contains the point.
     pub(super) fn any(&self, p: &[f64; 3], wider_m: f64, mut holds: impl FnMut(usize) -> bool) -> bool {
-        let mut open = vec![0_usize];
-        while let Some(at) = open.pop() {
-            let Some(branch) = self.branches.get(at) else { continue };
-            if square_to(&branch.corners, p) > wider_m * wider_m {
-                continue;
-            }
-            match branch.items {
-                0 => open.extend([branch.at as usize, at + 1]),
-                count => {
-                    let items = &self.order[branch.at as usize..(branch.at + count) as usize];
-                    if items.iter().any(|n| holds(*n as usize)) {
-                        return true;
-                    }
-                }
-            }
+        self.any_below(0, p, wider_m * wider_m, &mut holds)
+    }
+
+    // by recursion, here and below: a list of open branches would be allocated for every query
+    fn any_below(&self, at: usize, p: &[f64; 3], square_m2: f64, holds: &mut impl FnMut(usize) -> bool) -> bool {
+        let Some(branch) = self.branches.get(at) else { return false };
+        if square_to(&branch.corners, p) > square_m2 {
+            return false;
         }
-        false
+        match branch.items {
+            0 => self.any_below(at + 1, p, square_m2, holds) || self.any_below(branch.at as usize, p, square_m2, holds),
+            count => self.order[branch.at as usize..(branch.at + count) as usize].iter().any(|n| holds(*n as usize)),
+        }
     }
 
     /// The item nearest to a point and the square of its distance; `square_m2` measures one item.
     pub(super) fn nearest(&self, p: &[f64; 3], mut square_m2: impl FnMut(usize) -> f64) -> Option<(usize, f64)> {
-        let mut best: Option<(usize, f64)> = None;
-        let mut open = vec![(0_usize, 0.0)];
-        while let Some((at, least)) = open.pop() {
-            let Some(branch) = self.branches.get(at) else { continue };
-            if best.is_some_and(|(_, found)| least >= found) {
-                continue;
+        let mut best = None;
+        self.nearest_below((0, 0.0), p, &mut square_m2, &mut best);
+        best
+    }
+
+    /// Looks below a branch, the square of whose distance is at least `least_m2`.
+    fn nearest_below(
+        &self,
+        (at, least_m2): (usize, f64),
+        p: &[f64; 3],
+        square_m2: &mut impl FnMut(usize) -> f64,
+        best: &mut Option<(usize, f64)>,
+    ) {
+        let Some(branch) = self.branches.get(at) else { return };
+        if best.is_some_and(|(_, found)| least_m2 >= found) {
+            return;
+        }
+        if branch.items == 0 {
+            let mut children = [branch.at as usize, at + 1].map(|n| (n, square_to(&self.branches[n].corners, p)));
+            // the nearer child first, of equal ones the second
+            if children[1].1 < children[0].1 {
+                children.swap(0, 1);
             }
-            if branch.items == 0 {
-                let mut children = [at + 1, branch.at as usize].map(|n| (n, square_to(&self.branches[n].corners, p)));
-                // the nearer child is opened first: it is pushed last
-                children.sort_by(|a, b| b.1.total_cmp(&a.1));
-                open.extend(children);
-                continue;
-            }
-            for n in &self.order[branch.at as usize..(branch.at + branch.items) as usize] {
-                let square = square_m2(*n as usize);
-                if best.is_none_or(|(_, found)| square < found) {
-                    best = Some((*n as usize, square));
-                }
+            children.into_iter().for_each(|child| self.nearest_below(child, p, square_m2, best));
+            return;
+        }
+        for n in &self.order[branch.at as usize..(branch.at + branch.items) as usize] {
+            let square = square_m2(*n as usize);
+            if best.is_none_or(|(_, found)| square < found) {
+                *best = Some((*n as usize, square));
             }
         }
-        best
     }
 }

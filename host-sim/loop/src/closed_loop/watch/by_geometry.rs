@@ -105,9 +105,8 @@ impl ByGeometry {
             return Ok(());
         }
         let tip_m = reading.position_m.cast::<f64>();
-        let outside_m = self.shape.outside_m(&tip_m);
+        let (outside_m, inside) = self.shape.place(&tip_m);
         self.outside = if outside_m > OUTSIDE_M { self.outside + 1 } else { 0 };
-        let inside = self.shape.inside(&tip_m);
         // one reading outside may be a glitch: the tip is where two in a row say
         let before_m = self.trail_m.iter().rev().nth(1).copied().unwrap_or(tip_m);
         if self.entry.is_empty() || !inside && !self.shape.inside(&before_m) {

@@ -31,6 +31,11 @@ pub trait RestShape: Debug + Send + Sync {
     /// Whether a tip is inside the tissue.
     fn inside(&self, tip_m: &Vector3<f64>) -> bool;
 
+    /// [`Self::outside_m`] and [`Self::inside`] of one tip, for no more than the dearer of them.
+    fn place(&self, tip_m: &Vector3<f64>) -> (f64, bool) {
+        (self.outside_m(tip_m), self.inside(tip_m))
+    }
+
     /// Outward normals of the touchable surface that the probe's end can press at once: within its
     /// radius, the nearest in any case.
     fn normals(&self, tip_m: &Vector3<f64>) -> Vec<Vector3<f64>>;
@@ -77,6 +82,10 @@ impl RestShape for Placed {
 
     fn inside(&self, tip_m: &Vector3<f64>) -> bool {
         self.shape.inside(&(self.turn * tip_m + self.shift_m))
+    }
+
+    fn place(&self, tip_m: &Vector3<f64>) -> (f64, bool) {
+        self.shape.place(&(self.turn * tip_m + self.shift_m))
     }
 
     fn normals(&self, tip_m: &Vector3<f64>) -> Vec<Vector3<f64>> {
@@ -278,14 +287,18 @@ impl RestShape for RestSolid {
     /// Inside: zero. Above the touchable surface, or at most `BELOW_M` below it: the gap between
     /// probe and tissue. Elsewhere, beside or below the tissue: the distance of the tip.
     fn outside_m(&self, tip_m: &Vector3<f64>) -> f64 {
-        if self.contains(tip_m) {
-            return 0.0;
-        }
-        if self.above_skin(tip_m) { self.gap_m(tip_m) } else { self.distance_m(tip_m) }
+        self.place(tip_m).0
     }
 
     fn inside(&self, tip_m: &Vector3<f64>) -> bool {
         self.contains(tip_m)
+    }
+
+    fn place(&self, tip_m: &Vector3<f64>) -> (f64, bool) {
+        if self.contains(tip_m) {
+            return (0.0, true);
+        }
+        (if self.above_skin(tip_m) { self.gap_m(tip_m) } else { self.distance_m(tip_m) }, false)
     }
 
     fn normals(&self, tip_m: &Vector3<f64>) -> Vec<Vector3<f64>> {
