@@ -53,13 +53,13 @@ use embassy_stm32::{Peripherals, interrupt};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use palpate::Fault;
-use palpate::haptic::device::{Sensed, SensorStatus};
+use palpate::haptic::device::SensorStatus;
 use palpate_controller::board::WATCHDOG_US;
 use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
 use palpate_controller::force_out::bridge::{AxisPins, Bridge, Line, Pins, StopCircuit};
 use palpate_controller::force_out::{DacCode, Outputs};
 use palpate_controller::patch::Budget;
-use palpate_controller::probe_in::{self, EncoderCounts, extended};
+use palpate_controller::probe_in::{EncoderCounts, JointReading, Reading, extended};
 
 use super::Duty;
 use crate::period;
@@ -349,9 +349,8 @@ pub fn budget() -> Budget {
     Budget::M7_480
 }
 
-/// Three encoders on orthogonal axes. A mechanism of [`palpate_controller::kinematics`] goes here,
-/// and its torques into `force_out`.
-pub fn sense() -> Option<Sensed> {
+/// Three encoders; the profile's mechanism makes a tip of them.
+pub fn sense() -> Option<Reading> {
     let read = [pac::TIM2.cnt().read() as u16, pac::TIM3.cnt().read().cnt(), pac::TIM4.cnt().read().cnt()];
     let [x, y, z] = &COUNTS;
     let counts = [(x, read[0]), (y, read[1]), (z, read[2])].map(|(kept, now)| {
@@ -368,7 +367,7 @@ pub fn sense() -> Option<Sensed> {
     let status = if good { SensorStatus::Good } else { SensorStatus::Failed };
     let sequence = READINGS.load(Ordering::Relaxed).wrapping_add(1);
     READINGS.store(sequence, Ordering::Relaxed);
-    Some(Sensed { position_m: probe_in::pose(counts).tip_m, sequence, status })
+    Some(Reading::Joints(JointReading { counts, sequence, status }))
 }
 
 /// Bytes that have come; moves waiting ones on their way, too. Once per tick is often enough for
