@@ -18,7 +18,7 @@ const SNAPSHOT_TICKS: u32 = 1_000;
 
 /// Renders the patch to a scripted hand, one tick per period, then reports.
 #[embassy_executor::task]
-pub async fn run_script(mut haptic: HapticLoop<ThisBoard>, mut slot: PatchSlot<'static>, script: Script) {
+pub async fn run_script(haptic: &'static mut HapticLoop<ThisBoard>, mut slot: PatchSlot<'static>, script: Script) {
     while haptic.seen().ticks < script.ticks {
         let (period, tick) = (next_period().await, haptic.seen().ticks);
         haptic.tick(&mut slot, script::sensed(tick, script.lead_ticks), Command::HEARD, Some(period));
@@ -37,7 +37,12 @@ pub async fn run_script(mut haptic: HapticLoop<ThisBoard>, mut slot: PatchSlot<'
 
 /// Serves a host until it goes.
 #[embassy_executor::task]
-pub async fn serve_host(mut haptic: HapticLoop<ThisBoard>, memory: &'static mut Memory, upload: &'static mut Upload, pace: Pace) {
-    serve::run(&mut haptic, in_flash(), memory, upload, pace).await;
+pub async fn serve_host(
+    haptic: &'static mut HapticLoop<ThisBoard>,
+    memory: &'static mut Memory,
+    upload: &'static mut Upload,
+    pace: Pace,
+) {
+    serve::run(haptic, in_flash(), memory, upload, pace).await;
     board::exit(true)
 }

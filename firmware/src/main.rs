@@ -26,10 +26,12 @@ use palpate_controller::haptic_loop::HapticLoop;
 use palpate_controller::link::{Refusal, Upload};
 use palpate_controller::patch::{Memory, Patch, PatchSlot};
 use palpate_controller::serve::Pace;
-use static_cell::ConstStaticCell;
+use static_cell::{ConstStaticCell, StaticCell};
 
 static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::RESERVED);
 static UPLOAD: ConstStaticCell<Upload> = ConstStaticCell::new(Upload::RESERVED);
+/// Of whichever task runs.
+static LOOP: StaticCell<HapticLoop<ThisBoard>> = StaticCell::new();
 
 #[entry]
 fn main() -> ! {
@@ -46,7 +48,7 @@ fn main() -> ! {
     let mut this = ThisBoard::default();
     let (settings, edge) = config::load(this.profile_memory()).map_or_else(Profile::desktop, |kept| kept.0).split();
     let controller = or_stop(Controller::build(&settings, edge, arming).map_err(Refusal::from), "no controller");
-    let controller = HapticLoop::new(this, controller);
+    let controller = LOOP.init(HapticLoop::new(this, controller));
     match duty {
         Duty::Script(script) => {
             let patch = or_stop(
@@ -59,7 +61,7 @@ fn main() -> ! {
         }
         #[cfg(feature = "self-test")]
         Duty::SelfTest => {
-            haptic.spawn(or_stop(self_test::run(controller.board, memory), "self-test"));
+            haptic.spawn(or_stop(self_test::run(ThisBoard::default(), memory), "self-test"));
             board::start_tick_timer();
         }
         Duty::Serve(pace) => {

@@ -8,6 +8,7 @@
 //! One thread does everything: it reads, it sends the signs of life that keep a force, and it
 //! writes the files. A host that hangs anywhere is silent, and a silent host's force ends.
 
+pub mod device_file;
 pub mod line;
 pub mod self_test;
 pub mod session;

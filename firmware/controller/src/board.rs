@@ -2,11 +2,11 @@
 //! boards, tests for a board of their own.
 
 use palpate::Fault;
-use palpate::haptic::device::Sensed;
 
 use crate::config::Flash;
 use crate::force_out::Outputs;
 use crate::patch::Budget;
+use crate::probe_in::Reading;
 
 /// The watchdog of every board acts after this long without a completed tick [us]: under the 5 ms
 /// in which the actuators must be off, over what two late ticks in a row take, which release the
@@ -75,8 +75,8 @@ pub trait Board {
     /// Whether the operator's switch is released; `None` on a board without a pin for one.
     fn operator_absent(&self) -> Option<bool>;
 
-    /// Reading of the board's own sensors, if it has any.
-    fn sense(&mut self) -> Option<Sensed>;
+    /// Reading of the board's own encoders, if it has any. The controller makes a tip of it.
+    fn sense(&mut self) -> Option<Reading>;
 
     /// Cycles that a patch may take per tick.
     fn budget(&self) -> Budget;

@@ -4,23 +4,27 @@
 //! slot that is not in use: whenever the power fails, the other one still holds what was there
 //! before. What is damaged, of another version or out of range counts as empty.
 
+use core::fmt;
+
 use crc::{CRC_32_ISO_HDLC, Crc};
 use palpate::BuildError;
 use palpate::haptic::cycle::{Cycle, Settings};
 use palpate::haptic::device::{DeviceSpec, HapticDevice};
 use serde::{Deserialize, Serialize};
 
+use crate::device::Device;
 use crate::force_out::DacCode;
+use crate::kinematics::{MechanismError, MechanismProfile};
 use crate::link::wire_limits::WireLimits;
 use crate::port::Port;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const MAGIC: u32 = 0x5041_4C50;
-const VERSION: u16 = 3;
+const VERSION: u16 = 4;
 const HEAD: usize = 12;
 const TAIL: usize = 4;
 /// Bytes of a slot that are used.
-pub const SLOT_BYTES: usize = 128;
+pub const SLOT_BYTES: usize = 192;
 
 /// Settings that a user makes once for a device.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -40,10 +44,12 @@ pub struct Profile {
     pub count_m: f32,
     /// Time constant of amplifier and motor [s].
     pub lag_s: f32,
-    /// Encoder counts at the device's centre.
-    pub centre_counts: [i32; 3],
+    /// Encoder counts in the mechanism's home pose, or at the centre of three orthogonal axes.
+    pub home_counts: [i32; 3],
     /// A hand switch or pedal is fitted and must be held for any force.
     pub operator_switch: bool,
+    /// Mechanism; without one the device has three orthogonal axes of 10 um and 16 N.
+    pub mechanism: Option<MechanismProfile>,
 }
 
 impl Profile {
@@ -66,8 +72,9 @@ impl Profile {
             workspace_m: [device.workspace_low_m.into(), device.workspace_high_m.into()],
             count_m: device.count_m,
             lag_s: device.lag_s,
-            centre_counts: [0; 3],
+            home_counts: [0; 3],
             operator_switch: false,
+            mechanism: None,
         }
     }
 
@@ -89,20 +96,24 @@ impl Profile {
         settings.damping.tau_s = tau_s;
         settings.damping.constant_n_s_per_m = constant_n_s_per_m;
         settings.damping.velocity_share = velocity_share;
-        (settings, Port::with_limits(limits).with_operator_switch(self.operator_switch))
+        let device = Device::new(self.mechanism.as_ref(), self.home_counts);
+        (settings, Port::with_limits(limits).with_device(device).with_operator_switch(self.operator_switch))
     }
 
-    /// Checks every number.
+    /// Checks every number, and that the mechanism can move so.
     ///
     /// # Errors
-    /// [`BuildError::OutOfRange`] names it.
-    pub fn check(&self) -> Result<(), BuildError> {
+    /// [`ProfileError`] names it.
+    #[inline(never)]
+    pub fn check(&self) -> Result<(), ProfileError> {
         let (settings, edge) = self.split();
         let (value, max) = (self.max_force_n, DacCode::FULL_SCALE_N);
         if value > max {
-            return Err(BuildError::OutOfRange { parameter: "max_force_n of the converters", value, min: 0.0, max });
+            let range = BuildError::OutOfRange { parameter: "max_force_n of the converters", value, min: 0.0, max };
+            return Err(ProfileError::Range(range));
         }
-        Cycle::build(&settings, &edge.limits()).map(|_| ())
+        Cycle::build(&settings, &edge.limits()).map_err(ProfileError::Range)?;
+        self.mechanism.map_or(Ok(()), |mechanism| mechanism.check(&edge.limits()).map_err(ProfileError::Mechanism))
     }
 }
 
@@ -166,7 +177,7 @@ pub fn load(flash: &impl Flash) -> Option<(Profile, Slot, u32)> {
 /// # Errors
 /// [`StoreError`]; the profile before is still there.
 pub fn store(flash: &mut impl Flash, profile: &Profile) -> Result<u32, StoreError> {
-    profile.check().map_err(StoreError::Range)?;
+    profile.check().map_err(StoreError::Profile)?;
     let (slot, generation) = load(flash).map_or((Slot::A, 1), |(_, slot, last)| (slot.other(), last.wrapping_add(1)));
     let mut bytes = [0xFF; SLOT_BYTES];
     format(&mut bytes, profile, generation).ok_or(StoreError::Flash)?;
@@ -182,13 +193,34 @@ pub fn store(flash: &mut impl Flash, profile: &Profile) -> Result<u32, StoreErro
 /// Why a profile was not kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StoreError {
-    /// A number is out of its range.
-    Range(BuildError),
+    /// It is none.
+    Profile(ProfileError),
     /// The flash failed.
     Flash,
 }
 
+/// Why a profile is none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ProfileError {
+    /// A number is out of its range.
+    Range(BuildError),
+    /// The mechanism cannot be, or cannot move so.
+    Mechanism(MechanismError),
+}
+
+impl fmt::Display for ProfileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Range(error) => error.fmt(f),
+            Self::Mechanism(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for ProfileError {}
+
 /// Writes head, profile and checksum.
+#[inline(never)]
 fn format(bytes: &mut [u8; SLOT_BYTES], profile: &Profile, generation: u32) -> Option<()> {
     let (head, body) = bytes.split_at_mut(HEAD);
     let length = postcard::to_slice(profile, body).ok()?.len();
@@ -202,6 +234,7 @@ fn format(bytes: &mut [u8; SLOT_BYTES], profile: &Profile, generation: u32) -> O
     Some(())
 }
 
+#[inline(never)]
 fn parse(bytes: &[u8; SLOT_BYTES]) -> Option<(Profile, u32)> {
     let (magic, rest) = bytes.split_first_chunk()?;
     let (version, rest) = rest.split_first_chunk()?;
@@ -222,6 +255,7 @@ fn parse(bytes: &[u8; SLOT_BYTES]) -> Option<(Profile, u32)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kinematics::Kind;
 
     struct Ram([[u8; SLOT_BYTES]; 2]);
 
@@ -253,7 +287,7 @@ mod tests {
             let mut bad = Profile::desktop();
             spoil(&mut bad);
             let mut flash = Ram([[0xFF; SLOT_BYTES]; 2]);
-            assert!(matches!(store(&mut flash, &bad), Err(StoreError::Range(_))), "{n}");
+            assert!(matches!(store(&mut flash, &bad), Err(StoreError::Profile(_))), "{n}");
             // whole, with a good checksum, as an older program may have left it
             format(&mut flash.0[0], &bad, 7).unwrap();
             assert_eq!(load(&flash), None, "{n}");
@@ -264,7 +298,21 @@ mod tests {
     fn the_longest_profile_fits_its_slot_and_comes_back() {
         let device = Port::DESKTOP.limits();
         let mut profile = Profile::of(&Settings::safe(&device), &device);
-        (profile.centre_counts, profile.operator_switch) = ([i32::MIN; 3], true);
+        (profile.home_counts, profile.operator_switch) = ([i32::MIN; 3], true);
+        let (kind, large) = (Kind::YourDevice, [0.05, 0.1, 0.2]);
+        let dimensions = [0.2, 0.2, 0.2, 0.0, 0.0];
+        let (rad_per_count, home_rad) = ([5e-5; 3], [0.0; 3]);
+        profile.mechanism = Some(MechanismProfile {
+            kind,
+            rad_per_count,
+            full_scale_n_m: large.map(|n: f32| 10.0 * n),
+            home_rad,
+            dimensions,
+            homing: true,
+        });
+        profile.count_m = 1e-5;
+        profile.max_force_n = 2.5;
+        profile.limits.scalars[0] = 2.0;
         let mut flash = Ram([[0xFF; SLOT_BYTES]; 2]);
         assert_eq!(store(&mut flash, &profile), Ok(1));
         assert_eq!(load(&flash).map(|kept| kept.0), Some(profile));

@@ -7,13 +7,14 @@
 //! * may fail: every [`palpate::Fault`]; the actuators are off then
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings, Telemetry};
-use palpate::haptic::device::{HapticDevice, Sensed};
+use palpate::haptic::device::HapticDevice;
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::{BuildError, Fault};
 
-use crate::force_out::Drive;
+use crate::force_out::{Drive, Outputs};
 use crate::port::Port;
+use crate::probe_in::Reading;
 
 /// Ways in which the board may be armed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,6 +87,23 @@ impl Controller {
         self.edge.drive()
     }
 
+    /// State that the board's outputs are to have after the last tick.
+    #[must_use]
+    pub fn outputs(&self) -> Outputs {
+        self.edge.outputs()
+    }
+
+    /// Whether the device's home pose is known; before that nothing arms.
+    #[must_use]
+    pub fn homed(&self) -> bool {
+        self.edge.homed()
+    }
+
+    /// The device is in its home pose now, in `Idle`. False if nothing counts its joints.
+    pub fn show_home(&mut self, reading: &Reading) -> bool {
+        self.edge.show_home(reading)
+    }
+
     /// Makes limits stricter, in any mode.
     ///
     /// # Errors
@@ -96,8 +114,14 @@ impl Controller {
 
     /// One tick. `healthy` is the board's own verdict on its outputs and memory; it decides the
     /// self-test.
-    pub fn tick(&mut self, renderer: &mut impl Renderer, sensed: Sensed, command: Command, healthy: bool) -> Telemetry {
-        self.edge.put(sensed);
+    pub fn tick(
+        &mut self,
+        renderer: &mut impl Renderer,
+        reading: impl Into<Reading>,
+        command: Command,
+        healthy: bool,
+    ) -> Telemetry {
+        self.edge.put(&reading.into());
         let command = self.present(command);
         let command = self.asked(command, healthy);
         let telemetry = self.cycle.tick(&mut self.edge, renderer, command);
@@ -133,10 +157,12 @@ impl Controller {
             Mode::Boot => (Some(Ask::Booted), command.found),
             Mode::SelfTest if healthy => (Some(Ask::TestPassed), command.found),
             Mode::SelfTest => (None, command.found.or(Some(Fault::SelfTestFailed))),
-            Mode::Idle if self.arming == Arming::ByItself && self.fresh && !command.operator_absent => {
+            Mode::Idle if self.arming == Arming::ByItself && self.fresh && !command.operator_absent && self.homed() => {
                 (command.asked.or(Some(Ask::Arm)), command.found)
             }
-            Mode::Idle if self.arming == Arming::Barred => (command.asked.filter(|asked| *asked != Ask::Arm), command.found),
+            Mode::Idle if self.arming == Arming::Barred || !self.homed() => {
+                (command.asked.filter(|asked| *asked != Ask::Arm), command.found)
+            }
             _ => (command.asked, command.found),
         };
         Command { asked, found, ..command }
@@ -145,7 +171,7 @@ impl Controller {
 
 #[cfg(test)]
 mod tests {
-    use palpate::haptic::device::SensorStatus;
+    use palpate::haptic::device::{Sensed, SensorStatus};
     use palpate::{Output, ProbePose, Vector3};
 
     use super::*;

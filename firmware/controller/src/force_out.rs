@@ -31,7 +31,18 @@ impl DacCode {
     /// rendered. In floating point, for the unit converts and saturates in one instruction.
     #[must_use]
     pub fn from_force_n(force_n: f32) -> Self {
-        let codes = force_n * Self::PER_N;
+        Self::nearest(force_n * Self::PER_N)
+    }
+
+    /// Nearest code for a share of the converter's range (1), between -1 and 1; saturates beyond,
+    /// and not-a-number is zero.
+    #[must_use]
+    pub fn from_share(share: f32) -> Self {
+        Self::nearest(share * 32_767.0)
+    }
+
+    #[inline]
+    fn nearest(codes: f32) -> Self {
         let nearest = (codes + 0.5_f32.copysign(codes)) as i32; // cuts toward zero
         Self(nearest.clamp(-0x7FFF, 0x7FFF) as i16)
     }

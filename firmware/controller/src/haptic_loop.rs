@@ -8,14 +8,14 @@
 
 use palpate::haptic::cycle::{Command, Renderer};
 use palpate::haptic::deadline::Deadline;
-use palpate::haptic::device::Sensed;
 use palpate::haptic::mode::Mode;
 use palpate::{Fault, Fnv};
 
 use crate::board::Board;
 use crate::controller::Controller;
-use crate::force_out::{self, Outputs};
+use crate::force_out::Outputs;
 use crate::link::Record;
+use crate::probe_in::Reading;
 use crate::snapshot::Snapshot;
 
 /// The controller with its deadline and what it has seen.
@@ -69,7 +69,13 @@ impl<B: Board> HapticLoop<B> {
     /// * **Faults**: no force in the same tick, latched until the host clears it.
     ///
     /// Nothing is logged from here: a log call blocks on its link.
-    pub fn tick(&mut self, tissue: &mut impl Renderer, sensed: Sensed, command: Command, period: Option<u32>) -> Record {
+    pub fn tick(
+        &mut self,
+        tissue: &mut impl Renderer,
+        reading: impl Into<Reading>,
+        command: Command,
+        period: Option<u32>,
+    ) -> Record {
         let (missed, waited) = self.begin(period);
         let started = self.board.clock_counts();
         let supply = self.board.supply_low().then_some(Fault::SupplyLow);
@@ -77,8 +83,8 @@ impl<B: Board> HapticLoop<B> {
         let found = self.board.emergency_stop().or(own).or(supply).or(command.found);
         let operator_absent = self.board.operator_absent().unwrap_or(command.operator_absent);
         let command = Command { found, late_ticks: self.late_ticks.max(missed), operator_absent, ..command };
-        let telemetry = self.controller.tick(tissue, sensed, command, self.board.healthy());
-        let mut outputs = force_out::outputs(self.controller.drive());
+        let telemetry = self.controller.tick(tissue, reading, command, self.board.healthy());
+        let mut outputs = self.controller.outputs();
         self.board.write_outputs(outputs);
         let late = period.map_or(0, |period| self.board.periods_begun().wrapping_sub(period));
         self.late_ticks = u16::try_from(late).unwrap_or(u16::MAX);

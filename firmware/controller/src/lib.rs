@@ -3,6 +3,7 @@
 //!
 //! ```text
 //! link ─ inbox ─ HapticLoop::tick ─ Controller::tick ─ Cycle::tick (core) ─ port ─ outputs ─ Board
+//!                                        device: counts to tip, force to codes
 //! ```
 //!
 //! [`haptic_loop`] is one tick with deadline, read-back of the outputs and watchdog; [`serve`] runs
@@ -18,6 +19,7 @@ extern crate std;
 pub mod board;
 pub mod config;
 pub mod controller;
+pub mod device;
 pub mod force_out;
 pub mod haptic_loop;
 pub mod kinematics;

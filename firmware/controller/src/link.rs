@@ -7,8 +7,9 @@
 //!
 //! ```text
 //! host -> board   pose (ends a lock-step tick), heartbeat, ask, lower limits, modulus,
-//!                 patch begin / part / end, supply low, report, identify
-//! board -> host   record of a tick, refusal, patch taken, state, identity
+//!                 patch begin / part / end, supply low, report, identify,
+//!                 joints (as pose), store a profile, home
+//! board -> host   record of a tick, refusal, patch taken, profile stored, state, identity, homed
 //! ```
 
 pub mod frame;

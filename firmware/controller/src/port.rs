@@ -4,13 +4,15 @@
 use palpate::Vector3;
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 
-use crate::force_out::{DacCode, Drive};
-use crate::probe_in::EncoderCounts;
+use crate::device::Device;
+use crate::force_out::{DacCode, Drive, Outputs};
+use crate::probe_in::{EncoderCounts, Reading};
 
 /// One device's reading and output.
 #[derive(Clone, Copy, Debug)]
 pub struct Port {
     limits: DeviceSpec,
+    device: Device,
     sensed: Sensed,
     drive: Drive,
     operator_switch: bool,
@@ -28,6 +30,7 @@ impl Port {
             delay_ticks: 1,
             lag_s: 0.0,
         },
+        device: Device::AXES,
         sensed: Sensed { position_m: Vector3::new(0.0, 0.0, 0.0), sequence: 0, status: SensorStatus::Failed },
         drive: Drive::Off,
         operator_switch: false,
@@ -37,6 +40,12 @@ impl Port {
     #[must_use]
     pub fn with_limits(limits: DeviceSpec) -> Self {
         Self { limits, ..Self::DESKTOP }
+    }
+
+    /// Sets mechanism, encoders and amplifiers.
+    #[must_use]
+    pub fn with_device(self, device: Device) -> Self {
+        Self { device, ..self }
     }
 
     /// Sets whether an operator's switch is fitted.
@@ -52,8 +61,25 @@ impl Port {
     }
 
     /// Puts in what the sensors say.
-    pub fn put(&mut self, sensed: Sensed) {
-        self.sensed = sensed;
+    pub fn put(&mut self, reading: &Reading) {
+        self.sensed = self.device.sensed(reading);
+    }
+
+    /// Whether the device's home pose is known.
+    #[must_use]
+    pub fn homed(&self) -> bool {
+        self.device.homed()
+    }
+
+    /// The device is in its home pose now. False if nothing counts its joints.
+    pub fn show_home(&mut self, reading: &Reading) -> bool {
+        self.device.show_home(reading)
+    }
+
+    /// State that the board's outputs are to have.
+    #[must_use]
+    pub fn outputs(&self) -> Outputs {
+        self.device.outputs(self.drive)
     }
 
     /// Command to the actuators.

@@ -1,10 +1,11 @@
 //! Encoder counts in, probe pose out.
 
 use fixed::types::I2F30;
+use palpate::haptic::device::{Sensed, SensorStatus};
 use palpate::{ProbePose, Vector3};
 
-/// Position of one axis as its encoder counts it, from the device's centre; positive along the
-/// device frame's axis.
+/// Count of one encoder. On three orthogonal axes it is the position from the device's centre,
+/// positive along the device frame's axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EncoderCounts(pub i32);
 
@@ -23,6 +24,32 @@ impl EncoderCounts {
     #[must_use]
     pub fn position_m(self) -> f32 {
         Self::M_PER_COUNT.saturating_mul_int(self.0).to_num()
+    }
+}
+
+/// What a board's sensors say in a tick, before the device's mechanism makes a tip of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reading {
+    /// Counts of the encoders.
+    Joints(JointReading),
+    /// A tip, from a host or a script in place of encoders.
+    Tip(Sensed),
+}
+
+/// Counts of up to three encoders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct JointReading {
+    /// One per joint, in the mechanism's order; zero where there is none.
+    pub counts: [EncoderCounts; 3],
+    /// Number of the reading, one more for every new one, wrapping.
+    pub sequence: u32,
+    /// Whether to believe it.
+    pub status: SensorStatus,
+}
+
+impl From<Sensed> for Reading {
+    fn from(sensed: Sensed) -> Self {
+        Self::Tip(sensed)
     }
 }
 

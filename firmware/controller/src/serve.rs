@@ -16,8 +16,10 @@ use palpate::haptic::device::{Sensed, SensorStatus};
 
 use crate::board::Board;
 use crate::config;
+use crate::controller::Controller;
 use crate::force_out::Outputs;
 use crate::haptic_loop::HapticLoop;
+use crate::probe_in::Reading;
 
 /// Timed, every so many ticks a record goes out: 50 a second, half of what a link of 115 200 baud
 /// carries.
@@ -119,11 +121,33 @@ impl Line {
 
     fn send(&mut self, board: &mut impl Board, message: &FromBoard) {
         let mut out = [0; FRAME_BYTES];
-        if let Ok(frame) = encode(self.sequence, message, &mut out) {
+        if let Some(frame) = encoded(self.sequence, message, &mut out) {
             self.sequence = self.sequence.wrapping_add(1);
             board.link_write(frame);
         }
     }
+}
+
+/// Takes a byte of the link; the reply to the message that it completes. Not generic, so that its
+/// code is this crate's, which images build for size.
+#[inline(never)]
+fn replied(
+    receiver: &mut Receiver,
+    byte: u8,
+    inbox: &mut Inbox,
+    controller: &mut Controller,
+    upload: Option<&mut Upload>,
+) -> Option<Reply> {
+    match receiver.push::<ToBoard<'_>>(byte) {
+        Some(Ok(message)) => Some(inbox.take(&message, controller, upload)),
+        Some(Err(_)) | None => None,
+    }
+}
+
+/// A frame; not generic for the same reason.
+#[inline(never)]
+fn encoded<'out>(sequence: u16, message: &FromBoard, out: &'out mut [u8; FRAME_BYTES]) -> Option<&'out [u8]> {
+    encode(sequence, message, out).ok()
 }
 
 /// Serves a host. Timed, it never returns; in lock-step it returns with the outputs off when the
@@ -187,7 +211,8 @@ async fn serve<B: Board>(
     line: &mut Line,
     pace: Pace,
 ) -> Option<Change> {
-    let mut newest = Sensed { position_m: palpate::Vector3::zeros(), sequence: 0, status: SensorStatus::Failed };
+    let failed = Sensed { position_m: palpate::Vector3::zeros(), sequence: 0, status: SensorStatus::Failed };
+    let mut newest = Reading::Tip(failed);
     let mut silent_ticks = 0_u32;
     loop {
         let period = match pace {
@@ -202,9 +227,8 @@ async fn serve<B: Board>(
                 }
                 break;
             };
-            let reply = match line.receiver.push::<ToBoard<'_>>(byte) {
-                Some(Ok(message)) => inbox.take(&message, &mut haptic.controller, upload.as_deref_mut()),
-                Some(Err(_)) | None => continue,
+            let Some(reply) = replied(&mut line.receiver, byte, inbox, &mut haptic.controller, upload.as_deref_mut()) else {
+                continue;
             };
             match reply {
                 Reply::Tick if pace == Pace::LockStep => break,
@@ -224,6 +248,14 @@ async fn serve<B: Board>(
                     });
                     line.send(&mut haptic.board, &kept.map_or_else(FromBoard::Refused, FromBoard::Stored));
                 }
+                Reply::Home => {
+                    let answer = if haptic.controller.show_home(&newest) {
+                        FromBoard::Homed
+                    } else {
+                        FromBoard::Refused(Refusal::NoEncoders)
+                    };
+                    line.send(&mut haptic.board, &answer);
+                }
                 // a scan of the stack takes a third of a tick: neither under a hand's force
                 Reply::Report | Reply::Identify if pace == Pace::Timed && haptic.controller.mode().allows_force() => {
                     line.refuse(&mut haptic.board, Refusal::NotIdle);
@@ -232,12 +264,12 @@ async fn serve<B: Board>(
                 Reply::Identify => identify(tissue, &mut haptic.board, line),
             }
         }
-        let (sensed, command) = inbox.clear();
+        let (reading, command) = inbox.clear();
         silent_ticks = if command.heard { 0 } else { silent_ticks.saturating_add(1) };
         if silent_ticks == FORGET_TICKS {
             line.receiver.forget();
         }
-        newest = haptic.board.sense().or(sensed).unwrap_or(newest);
+        newest = haptic.board.sense().or(reading).unwrap_or(newest);
         let record = haptic.tick(tissue, newest, command, period);
         // when the force is out: weighing 57 nodes anew takes 4500 instructions, 146 take 9200
         tissue.settle(haptic.controller.in_contact());

@@ -17,10 +17,10 @@ use cortex_m_rt::exception;
 use defmt_semihosting as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use palpate::Fault;
-use palpate::haptic::device::Sensed;
 use palpate_controller::board::WATCHDOG_US;
 use palpate_controller::force_out::{DacCode, Outputs};
 use palpate_controller::patch::Budget;
+use palpate_controller::probe_in::Reading;
 
 use super::Duty;
 use crate::period;
@@ -293,8 +293,8 @@ pub fn budget() -> Budget {
     if part == CORTEX_M7 { Budget::M7_480 } else { Budget::M4F_168 }
 }
 
-/// These images have no encoders: poses come over the link, or with it.
-pub fn sense() -> Option<Sensed> {
+/// These images have no encoders: readings come over the link, or with it.
+pub fn sense() -> Option<Reading> {
     hand::sense()
 }
 

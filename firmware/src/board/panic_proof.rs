@@ -13,13 +13,12 @@ use core::panic::PanicInfo;
 
 use cortex_m_rt::entry;
 use palpate::haptic::deadline::Deadline;
-use palpate::haptic::device::Sensed;
 use palpate_controller::controller::Controller;
-use palpate_controller::force_out;
 use palpate_controller::link::frame::FRAME_BYTES;
 use palpate_controller::link::inbox::{Inbox, Reply};
 use palpate_controller::link::{FromBoard, Receiver, Record, ToBoard, Upload, encode};
 use palpate_controller::patch::PatchSlot;
+use palpate_controller::probe_in::Reading;
 
 unsafe extern "C" {
     fn a_tick_can_panic() -> !;
@@ -66,10 +65,11 @@ fn tick(
     }
     #[cfg(feature = "panic-proof-bites")]
     assert!(black_box(true), "shows that the proof bites");
-    let (sensed, command) = inbox.clear();
-    let sensed: Sensed = sensed.unwrap_or(*unknown());
-    let telemetry = controller.tick(tissue, sensed, command, black_box(true));
-    let outputs = force_out::outputs(controller.drive());
+    let (reading, command) = inbox.clear();
+    let reading: Reading = reading.unwrap_or(*unknown());
+    let telemetry = controller.tick(tissue, reading, command, black_box(true));
+    let outputs = controller.outputs();
+    black_box(controller.show_home(&reading));
     black_box((deadline.judge(black_box(1)), controller.sound(&telemetry)));
     tissue.settle(controller.in_contact());
     let mut out = [0; FRAME_BYTES];

@@ -1,10 +1,10 @@
 //! The board that the image is built for, as the controller asks it.
 
 use palpate::Fault;
-use palpate::haptic::device::Sensed;
 use palpate_controller::board::{About, Board};
 use palpate_controller::force_out::Outputs;
 use palpate_controller::patch::Budget;
+use palpate_controller::probe_in::Reading;
 
 use super::{
     ProfileMemory, about, budget, clock_counts, count_millisecond, emergency_stop, feed_watchdog, healthy, link_read, link_write,
@@ -77,7 +77,7 @@ impl Board for ThisBoard {
         operator_absent()
     }
 
-    fn sense(&mut self) -> Option<Sensed> {
+    fn sense(&mut self) -> Option<Reading> {
         sense()
     }
 

@@ -2,10 +2,10 @@
 //! Stop circuit, supply and operator's switch are not asked: nothing is connected yet.
 
 use palpate::Fault;
-use palpate::haptic::device::Sensed;
 use palpate_controller::board::{About, Board};
 use palpate_controller::force_out::Outputs;
 use palpate_controller::patch::Budget;
+use palpate_controller::probe_in::Reading;
 
 use crate::board::ThisBoard;
 
@@ -83,7 +83,7 @@ impl Board for Motorless {
         None
     }
 
-    fn sense(&mut self) -> Option<Sensed> {
+    fn sense(&mut self) -> Option<Reading> {
         None
     }
 

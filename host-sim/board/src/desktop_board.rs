@@ -2,11 +2,11 @@
 //! The tick of the controller runs on it in lock-step.
 
 use palpate::Fault;
-use palpate::haptic::device::Sensed;
 use palpate_controller::board::{About, Board};
 use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
 use palpate_controller::force_out::Outputs;
 use palpate_controller::patch::Budget;
+use palpate_controller::probe_in::Reading;
 
 /// The board.
 #[derive(Clone, Copy, Debug)]
@@ -92,7 +92,7 @@ impl Board for DesktopBoard {
         None
     }
 
-    fn sense(&mut self) -> Option<Sensed> {
+    fn sense(&mut self) -> Option<Reading> {
         None
     }
 

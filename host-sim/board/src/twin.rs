@@ -13,6 +13,7 @@ use palpate_controller::link::message::HostAsk;
 use palpate_controller::link::{FromBoard, Record, ToBoard};
 use palpate_controller::patch::{Memory, Patch};
 use palpate_controller::port::Port;
+use palpate_controller::probe_in;
 
 use super::desktop_board::DesktopBoard;
 use super::in_loop::rest_shape;
@@ -56,6 +57,14 @@ pub struct Twin<'a> {
     packed_pa: f32,
 }
 
+/// The tip that a host sent.
+fn tip(reading: Option<probe_in::Reading>) -> Option<Sensed> {
+    match reading {
+        Some(probe_in::Reading::Tip(sensed)) => Some(sensed),
+        Some(probe_in::Reading::Joints(_)) | None => None,
+    }
+}
+
 /// Sensor reading of one tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Reading {
@@ -92,8 +101,8 @@ impl<'a> Twin<'a> {
             let message = ToBoard::Pose { position_m: [0.0; 3], sequence, good: true };
             board.send(&message)?;
             inbox.take(&message, &mut haptic.controller, None);
-            let (sensed, command) = inbox.clear();
-            newest = sensed.unwrap_or(newest);
+            let (reading, command) = inbox.clear();
+            newest = tip(reading).unwrap_or(newest);
             haptic.tick(&mut patch_here, newest, command, None);
             board.receive()?;
         }
@@ -151,8 +160,8 @@ impl<'a> Twin<'a> {
         self.readings = self.readings.wrapping_add(u32::from(reading.fresh));
         let position_m = reading.position_m.into();
         self.tell(&ToBoard::Pose { position_m, sequence: self.readings, good: reading.good })?;
-        let (sensed, command) = self.inbox.clear();
-        self.newest = sensed.unwrap_or(self.newest);
+        let (reading, command) = self.inbox.clear();
+        self.newest = tip(reading).unwrap_or(self.newest);
         let here = self.haptic.tick(&mut self.patch, self.newest, command, None);
         self.patch.settle(self.haptic.controller.in_contact());
 

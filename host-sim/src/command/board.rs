@@ -98,8 +98,8 @@ pub(super) enum BoardCommand {
         #[command(flatten)]
         port: Port,
     },
-    /// Give an idle board the profile of a device: its limits, workspace and encoder, kept without
-    /// power.
+    /// Give an idle board the profile of a device: its limits, workspace, encoders and mechanism,
+    /// kept without power.
     ///
     /// The board starts up anew with it. A Nucleo keeps none yet, and says so.
     Profile {
@@ -107,6 +107,12 @@ pub(super) enum BoardCommand {
         /// path of a profile (.toml, see host-sim/devices).
         #[arg(long, value_name = "NAME|FILE")]
         device: String,
+        #[command(flatten)]
+        port: Port,
+    },
+    /// Take the pose of the device as its home pose, on an idle board: for encoders that count from
+    /// where they were at power-on. Before that a board whose profile asks for it does not arm.
+    Home {
         #[command(flatten)]
         port: Port,
     },
@@ -133,6 +139,7 @@ impl BoardCommand {
             Self::Upload { patch, port } => transfer::upload(patch, port),
             Self::Modulus { pascal, port } => transfer::modulus(*pascal, &mut port.open()?),
             Self::Profile { device, port } => transfer::profile(device, port),
+            Self::Home { port } => transfer::home(&mut port.open()?),
             Self::Ping { port, count } => transfer::ping(*count, &mut port.open()?),
         }
     }

@@ -47,7 +47,7 @@ impl Flash for Cut {
 fn profile(n: u8) -> Profile {
     let mut profile = Profile::desktop();
     profile.limits.scalars[0] = 1.0 + f32::from(n) * 0.1;
-    profile.centre_counts = [i32::from(n), -7, 1 << 20];
+    profile.home_counts = [i32::from(n), -7, 1 << 20];
     profile
 }
 
@@ -115,7 +115,7 @@ fn a_profile_out_of_range_is_not_kept() {
     for (n, spoil) in spoil.into_iter().enumerate() {
         let mut bad = profile(2);
         spoil(&mut bad);
-        assert!(matches!(store(&mut flash, &bad), Err(StoreError::Range(_))), "{n}");
+        assert!(matches!(store(&mut flash, &bad), Err(StoreError::Profile(_))), "{n}");
         assert_eq!(load(&flash).map(|kept| kept.0), Some(profile(1)), "{n}");
     }
 }

@@ -2,37 +2,43 @@
 
 use palpate::Vector3;
 
-use super::{Mechanism, sin_cos};
-use crate::probe_in::EncoderCounts;
+use super::{DIMENSIONS, Mechanism, MechanismError, sin_cos};
 
-/// A paddle that turns about the device's y axis; its end lies on x and moves in the x-z plane.
+/// A paddle that turns about the device's y axis; its end lies on x and moves in the x-z plane. At
+/// an angle of zero it lies level, and its end is the device's centre; a positive angle lifts it.
 #[derive(Clone, Copy, Debug)]
 pub struct Paddle {
     /// Axis to tip [m].
     pub arm_m: f32,
-    /// Joint angle of one encoder count [rad], with its sign.
-    pub rad_per_count: f32,
-    angle_rad: f32,
-}
-
-impl Paddle {
-    /// A paddle that lies level at zero counts.
-    #[must_use]
-    pub fn new(arm_m: f32, rad_per_count: f32) -> Self {
-        Self { arm_m, rad_per_count, angle_rad: 0.0 }
-    }
+    /// Sine and cosine of the angle as last read.
+    turned: (f32, f32),
 }
 
 impl Mechanism for Paddle {
-    fn tip_m(&mut self, [counts, ..]: [EncoderCounts; 3]) -> Option<Vector3<f32>> {
-        self.angle_rad = counts.0 as f32 * self.rad_per_count;
-        let (s, c) = sin_cos(self.angle_rad);
-        // the device's centre is the level tip
-        Some(Vector3::new(self.arm_m * (c - 1.0), 0.0, self.arm_m * s))
+    const NAME: &'static str = "paddle";
+    const JOINTS: usize = 1;
+    const DIMENSION_NAMES: &'static [&'static str] = &["arm_m"];
+
+    fn build([arm_m, ..]: [f32; DIMENSIONS]) -> Result<Self, MechanismError> {
+        if !(0.005..=1.0).contains(&arm_m) {
+            return Err(MechanismError::Arms);
+        }
+        Ok(Self { arm_m, turned: (0.0, 1.0) })
+    }
+
+    fn tip_m(&mut self, [angle_rad, ..]: [f32; 3]) -> Option<Vector3<f32>> {
+        self.turned = sin_cos(angle_rad);
+        let (s, c) = self.turned;
+        // beyond upright it would press from the other side
+        (c > 0.0).then(|| Vector3::new(self.arm_m * (c - 1.0), 0.0, self.arm_m * s))
     }
 
     fn torques_n_m(&self, force_n: Vector3<f32>) -> [f32; 3] {
-        let (s, c) = sin_cos(self.angle_rad);
+        let (s, c) = self.turned;
         [self.arm_m * (c * force_n.z - s * force_n.x), 0.0, 0.0]
+    }
+
+    fn reaches(&self, tip_m: Vector3<f32>) -> bool {
+        tip_m.z.abs() < self.arm_m
     }
 }

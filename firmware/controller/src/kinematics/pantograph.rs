@@ -7,10 +7,9 @@
 
 use palpate::Vector3;
 
-use super::{Mechanism, sin_cos};
-use crate::probe_in::EncoderCounts;
+use super::{DIMENSIONS, Mechanism, MechanismError, sin_cos};
 
-/// A symmetric five-bar linkage.
+/// A symmetric five-bar linkage; joint angles are against x.
 #[derive(Clone, Copy, Debug)]
 pub struct Pantograph {
     /// Motor to elbow [m].
@@ -19,11 +18,7 @@ pub struct Pantograph {
     pub far_m: f32,
     /// Motor to motor [m].
     pub base_m: f32,
-    /// Joint angle of one encoder count [rad].
-    pub rad_per_count: f32,
-    /// Joint angles at zero counts [rad], against x.
-    pub zero_rad: [f32; 2],
-    /// Where the device's centre lies in the frame of the first motor [m].
+    /// Place of the device's centre in the frame of the first motor, x and z [m].
     pub centre_m: [f32; 2],
     /// Tip over joint: `[[dx/dq1, dx/dq2], [dz/dq1, dz/dq2]]` [m].
     jacobian_m: [[f32; 2]; 2],
@@ -33,20 +28,22 @@ pub struct Pantograph {
 /// other, and a newton aside takes ten times the torque.
 const FOLDED: f32 = 1e-2;
 
-impl Pantograph {
-    /// With its joints unread: no torque yet.
-    #[must_use]
-    pub fn new(arms_m: [f32; 2], base_m: f32, rad_per_count: f32, zero_rad: [f32; 2], centre_m: [f32; 2]) -> Self {
-        let [near_m, far_m] = arms_m;
-        Self { near_m, far_m, base_m, rad_per_count, zero_rad, centre_m, jacobian_m: [[0.0; 2]; 2] }
-    }
-}
-
 impl Mechanism for Pantograph {
-    fn tip_m(&mut self, [first, second, _]: [EncoderCounts; 3]) -> Option<Vector3<f32>> {
+    const NAME: &'static str = "pantograph";
+    const JOINTS: usize = 2;
+    const DIMENSION_NAMES: &'static [&'static str] = &["near_m", "far_m", "base_m", "centre_x_m", "centre_z_m"];
+
+    fn build([near_m, far_m, base_m, centre_x_m, centre_z_m]: [f32; DIMENSIONS]) -> Result<Self, MechanismError> {
+        let arms = [near_m, far_m].iter().all(|arm| (0.005..=1.0).contains(arm)) && (0.0..=1.0).contains(&base_m);
+        let centre = [centre_x_m, centre_z_m].iter().all(|c| (-2.0..=2.0).contains(c));
+        if !(arms && centre) {
+            return Err(MechanismError::Arms);
+        }
+        Ok(Self { near_m, far_m, base_m, centre_m: [centre_x_m, centre_z_m], jacobian_m: [[0.0; 2]; 2] })
+    }
+
+    fn tip_m(&mut self, [q1, q2, _]: [f32; 3]) -> Option<Vector3<f32>> {
         self.jacobian_m = [[0.0; 2]; 2]; // whatever is not a pose gets no torque
-        let [q1, q2] = [(first, self.zero_rad[0]), (second, self.zero_rad[1])]
-            .map(|(counts, zero)| zero + counts.0 as f32 * self.rad_per_count);
         let ((s1, c1), (s2, c2)) = (sin_cos(q1), sin_cos(q2));
         let elbow = [self.near_m * c1, self.near_m * s1];
         let other = [self.near_m * c2 - self.base_m, self.near_m * s2];
@@ -72,6 +69,17 @@ impl Mechanism for Pantograph {
     fn torques_n_m(&self, force_n: Vector3<f32>) -> [f32; 3] {
         let [x, z] = self.jacobian_m;
         [x[0] * force_n.x + z[0] * force_n.z, x[1] * force_n.x + z[1] * force_n.z, 0.0]
+    }
+
+    fn reaches(&self, tip_m: Vector3<f32>) -> bool {
+        let (x, z) = (tip_m.x + self.centre_m[0], tip_m.z + self.centre_m[1]);
+        let (most, least) = (self.near_m + self.far_m, self.near_m - self.far_m);
+        // above the motors, and neither arm stretched nor folded
+        z > 0.0
+            && [x, x + self.base_m].into_iter().all(|x| {
+                let square = x * x + z * z;
+                square < most * most && square > least * least
+            })
     }
 }
 

@@ -1,49 +1,58 @@
 //! **Bring your own device.** Copy this file, change what the comments say, and name it in
-//! `board/`.
+//! `catalogue.rs`.
 //!
 //! It stands for a device with three linear axes, each with its own motor and spindle: the simplest
-//! one there is. `tests/tests/controller/kinematics_keep_power.rs` holds every mechanism against
-//! finite differences and the power balance; add yours there first.
+//! one there is. `tests/tests/controller/your_device.rs` is its test: copy that too. It holds tip
+//! and torques against each other by finite differences, and takes a profile for it, which you copy
+//! from `firmware/controller/devices/your-device.toml`.
 
 use palpate::Vector3;
 
-use super::Mechanism;
-use crate::probe_in::EncoderCounts;
+use super::{DIMENSIONS, Mechanism, MechanismError};
 
-/// 1. What your device is made of, in SI: lengths in metres, angles in radians, with what one
-///    encoder count means.
+/// 1. What your device is made of, in SI: lengths in metres, angles in radians. Encoders, gears,
+///    amplifiers and signs are not here: a joint is an angle, whoever counts it, and a torque.
 #[derive(Clone, Copy, Debug)]
 pub struct YourDevice {
-    /// Way of an axis for one encoder count [m], with its sign: positive counts must move the tip
-    /// along the device frame's positive axis.
-    pub m_per_count: [f32; 3],
-    /// Way of an axis for one radian of its motor [m/rad]: the spindle's lead over a turn.
-    pub m_per_rad: [f32; 3],
+    /// Displacement of an axis per radian of its joint [m/rad]: the spindle's lead over a turn.
+    pub lead_m_per_rad: [f32; 3],
 }
 
 impl Mechanism for YourDevice {
-    /// 2. Where is the tip? Right-handed frame, x to the operator, y to the operator's right, z up,
-    ///    out of the tissue; the origin is where the patch's site will be. Return `None` where the
-    ///    joints cannot be: the cycle then takes the sensor as failed, and the force away.
-    fn tip_m(&mut self, counts: [EncoderCounts; 3]) -> Option<Vector3<f32>> {
-        let [x, y, z] = counts;
-        let [per_x, per_y, per_z] = self.m_per_count;
-        Some(Vector3::new(x.0 as f32 * per_x, y.0 as f32 * per_y, z.0 as f32 * per_z))
-        // 3. If the tip depends on angles, keep what the torques need (see `pantograph.rs`): they
-        //    are asked for later in the same tick.
+    /// 2. What profile files call it, how many joints it has, and what they call its dimensions.
+    const NAME: &'static str = "your-device";
+    const JOINTS: usize = 3;
+    const DIMENSION_NAMES: &'static [&'static str] = &["lead_x_m_per_rad", "lead_y_m_per_rad", "lead_z_m_per_rad"];
+
+    /// 3. Which dimensions are none that any such device has? NaN is outside every range.
+    fn build([x, y, z, ..]: [f32; DIMENSIONS]) -> Result<Self, MechanismError> {
+        let lead_m_per_rad = [x, y, z];
+        if !lead_m_per_rad.iter().all(|lead| (1e-5..=0.2).contains(lead)) {
+            return Err(MechanismError::Arms);
+        }
+        Ok(Self { lead_m_per_rad })
     }
 
-    /// 4. Which torques put `force_n` on the hand? Never guess: it is the transpose of the
+    /// 4. Where is the tip? Right-handed frame, x to the operator, y to the operator's right, z up,
+    ///    out of the tissue; the origin is where the patch's site will be. Return `None` where the
+    ///    joints cannot be: the cycle then takes the sensor as failed, and the force away.
+    fn tip_m(&mut self, [x, y, z]: [f32; 3]) -> Option<Vector3<f32>> {
+        let [per_x, per_y, per_z] = self.lead_m_per_rad;
+        Some(Vector3::new(x * per_x, y * per_y, z * per_z))
+        // If the tip depends on angles, keep what the torques need (see `pantograph.rs`): they are
+        // asked for later in the same tick.
+    }
+
+    /// 5. Which torques put `force_n` on the hand? Never guess: it is the transpose of the
     ///    derivative of the tip, `tau_k = sum_i dx_i/dq_k F_i`. Then motors and hand get the same
     ///    power, and the loop's energy account is right.
     fn torques_n_m(&self, force_n: Vector3<f32>) -> [f32; 3] {
-        let [x, y, z] = self.m_per_rad;
+        let [x, y, z] = self.lead_m_per_rad;
         [x * force_n.x, y * force_n.y, z * force_n.z]
     }
-}
 
-// 5. Its limits go into a `DeviceSpec` (see `port.rs`): the largest force that it gives in
-//    *every* direction of its workspace, the workspace's corners, one count at the probe, and how
-//    many ticks a force takes to act. Nothing is switched on before they are in range.
-// 6. In `board/`: read the encoders, call `tip_m`, put the torques through your amplifiers' scale,
-//    and drive the enable line from `Outputs::enabled`.
+    /// 6. Can the tip get there? A workspace that is larger than the device is refused.
+    fn reaches(&self, _tip_m: Vector3<f32>) -> bool {
+        true
+    }
+}

@@ -10,6 +10,7 @@ use super::message::{HostAsk, Refusal, ToBoard};
 use super::upload::Upload;
 use crate::config::Profile;
 use crate::controller::Controller;
+use crate::probe_in::{EncoderCounts, JointReading, Reading};
 
 /// Something that only the owner of the patch can do; no tick in between.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +42,8 @@ pub enum Reply {
     Identify,
     /// Keep this profile.
     Store(Profile),
+    /// Take the pose as the home pose.
+    Home,
 }
 
 /// Messages since the last tick.
@@ -48,7 +51,7 @@ pub enum Reply {
 pub struct Inbox {
     heard: bool,
     asked: Option<Ask>,
-    sensed: Option<Sensed>,
+    reading: Option<Reading>,
     found: Option<Fault>,
     operator_present: bool,
 }
@@ -61,10 +64,16 @@ impl Inbox {
             ToBoard::Heartbeat => Reply::None,
             ToBoard::Pose { position_m, sequence, good } => {
                 let status = if good { SensorStatus::Good } else { SensorStatus::Failed };
-                self.sensed = Some(Sensed { position_m: position_m.into(), sequence, status });
+                self.reading = Some(Reading::Tip(Sensed { position_m: position_m.into(), sequence, status }));
+                Reply::Tick
+            }
+            ToBoard::Joints { counts, sequence, good } => {
+                let status = if good { SensorStatus::Good } else { SensorStatus::Failed };
+                self.reading = Some(Reading::Joints(JointReading { counts: counts.map(EncoderCounts), sequence, status }));
                 Reply::Tick
             }
             ToBoard::Ask(HostAsk::Arm) if upload.is_some() => Reply::Refused(Refusal::NoPatch),
+            ToBoard::Ask(HostAsk::Arm) if !controller.homed() => Reply::Refused(Refusal::NotHomed),
             // who wants to stop is stopped, whatever comes behind it before the next tick
             ToBoard::Ask(asked) => {
                 if self.asked != Some(Ask::Stop) {
@@ -105,16 +114,17 @@ impl Inbox {
             ToBoard::Report => Reply::Report,
             ToBoard::Identify => Reply::Identify,
             ToBoard::Store(profile) if controller.mode().accepts(Request::Config) => Reply::Store(profile),
-            ToBoard::Store(_) => Reply::Refused(Refusal::NotIdle),
+            ToBoard::Home if controller.mode().accepts(Request::Config) => Reply::Home,
+            ToBoard::Store(_) | ToBoard::Home => Reply::Refused(Refusal::NotIdle),
         }
     }
 
     /// The newest reading that the host sent, and what it said, for one tick. A inbox without a new
     /// reading repeats nothing: the cycle sees its age.
-    pub fn clear(&mut self) -> (Option<Sensed>, Command) {
-        let Self { heard, asked, sensed, found, operator_present } = core::mem::take(self);
+    pub fn clear(&mut self) -> (Option<Reading>, Command) {
+        let Self { heard, asked, reading, found, operator_present } = core::mem::take(self);
         self.operator_present = operator_present;
-        (sensed, Command { heard, asked, found, operator_absent: !operator_present, ..Command::default() })
+        (reading, Command { heard, asked, found, operator_absent: !operator_present, ..Command::default() })
     }
 }
 

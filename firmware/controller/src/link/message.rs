@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::record::Record;
 use super::wire_limits::WireLimits;
 use crate::board::About;
-use crate::config::{Profile, StoreError};
+use crate::config::{Profile, ProfileError, StoreError};
+use crate::kinematics::MechanismError;
 
 /// From the host. Whatever it is, it is a sign of life.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,6 +59,17 @@ pub enum ToBoard<'a> {
     Operator(bool),
     /// Say who you are.
     Identify,
+    /// Counts of the encoders in place of the board's own, otherwise as [`Self::Pose`].
+    Joints {
+        /// One per joint, in the mechanism's order.
+        counts: [i32; 3],
+        /// Number of the reading.
+        sequence: u32,
+        /// False: the encoders say that they cannot be trusted.
+        good: bool,
+    },
+    /// The device is in its home pose now, in `Idle`.
+    Home,
 }
 
 /// Requests of a host to the mode machine; start-up is the board's own.
@@ -105,6 +117,8 @@ pub enum FromBoard {
     },
     /// The answer to [`ToBoard::Identify`].
     Identity(Identity),
+    /// The home pose is taken.
+    Homed,
 }
 
 /// Longest name of a board with its image's version [bytes].
@@ -170,12 +184,19 @@ pub enum Refusal {
     PatchSite,
     /// Its probe is a capsule or an ellipsoid, which the image leaves out.
     PatchTip,
+    /// The mechanism of the profile cannot be, or cannot move so.
+    Mechanism(MechanismError),
+    /// The device was not in its home pose since power-on, or its encoders failed since.
+    NotHomed,
+    /// Nothing counts the device's joints.
+    NoEncoders,
 }
 
 impl From<StoreError> for Refusal {
     fn from(error: StoreError) -> Self {
         match error {
-            StoreError::Range(_) => Self::ProfileRange,
+            StoreError::Profile(ProfileError::Range(_)) => Self::ProfileRange,
+            StoreError::Profile(ProfileError::Mechanism(error)) => Self::Mechanism(error),
             StoreError::Flash => Self::FlashFailed,
         }
     }
@@ -184,6 +205,9 @@ impl From<StoreError> for Refusal {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            Self::Mechanism(error) => return error.fmt(f),
+            Self::NotHomed => "the home pose is not known: hold the device in it and run `palpate board home`",
+            Self::NoEncoders => "no encoder of this board answers: check the wiring, or send the board its readings",
             Self::NotIdle => "the board is not idle: stop it first, or clear its fault",
             Self::LimitRises => "a limit would rise or is no number: limits can only be lowered",
             Self::ModulusOutOfRange => "Young's modulus must be between half and twice that of the patch: pack another patch",

@@ -12,6 +12,7 @@ use palpate_controller::force_out::Outputs;
 use palpate_controller::haptic_loop::HapticLoop;
 use palpate_controller::patch::Budget;
 use palpate_controller::port::Port;
+use palpate_controller::probe_in::Reading;
 
 /// Pins, clock and link as the test sets them, and what the controller did to them.
 pub struct Mock {
@@ -134,7 +135,7 @@ impl Board for Mock {
         self.operator_absent
     }
 
-    fn sense(&mut self) -> Option<Sensed> {
+    fn sense(&mut self) -> Option<Reading> {
         None
     }
 

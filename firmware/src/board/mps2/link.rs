@@ -42,7 +42,7 @@ pub fn duty() -> Duty {
         };
         FILES.lock(|link| *link.borrow_mut() = Some((input, output)));
         if first == Some("paced") {
-            hand::to(&[0; 12]);
+            hand::to(&[0; 12], false);
             return Duty::Serve(Pace::Timed);
         }
         return Duty::Serve(Pace::LockStep);
@@ -72,9 +72,13 @@ pub fn link_read(bytes: &mut [u8]) -> usize {
     from_file.unwrap_or_else(|| uart::read(bytes))
 }
 
+/// Bit of a packet's length: the hand is counts.
+const COUNTED: u8 = 0x80;
+
 /// The machine stands still until it is told what came in a tick, in packets: where the hand is,
-/// how many bytes of the link follow, and these. Without bytes it is the tick's last. Whoever
-/// writes them sets the pace, and ends the run with anything else.
+/// how many bytes of the link follow, and these. Without bytes it is the tick's last. The length's
+/// highest bit says that the hand is counts of encoders. Whoever writes them sets the pace, and
+/// ends the run with anything else.
 #[inline(never)]
 fn paced(input: &mut File, bytes: &mut [u8]) -> usize {
     let mut head = [0; 13];
@@ -85,9 +89,9 @@ fn paced(input: &mut File, bytes: &mut [u8]) -> usize {
         }
     };
     whole(&mut head);
-    let [position_m @ .., length] = &head;
-    hand::to(position_m);
-    match bytes.get_mut(..usize::from(*length)) {
+    let [words @ .., length] = &head;
+    hand::to(words, length & COUNTED != 0);
+    match bytes.get_mut(..usize::from(length & !COUNTED)) {
         Some(piece @ [_, ..]) => {
             whole(piece);
             piece.len()

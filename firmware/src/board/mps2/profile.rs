@@ -13,9 +13,15 @@ static mut SLOTS: MaybeUninit<[[u8; SLOT_BYTES]; 2]> = MaybeUninit::uninit();
 pub struct ProfileMemory;
 
 impl ProfileMemory {
-    fn at(slot: Slot) -> *mut [u8; SLOT_BYTES] {
-        // SAFETY: 0 and 1 are within the two slots.
-        unsafe { (&raw mut SLOTS).cast::<[u8; SLOT_BYTES]>().add(usize::from(slot == Slot::B)) }
+    /// Hands over the bytes of a slot one by one, from one loop for all: a whole slot in one access
+    /// is a kilobyte of code, and so is every loop of its own.
+    #[inline(never)]
+    fn each(slot: Slot, act: &mut dyn FnMut(usize, *mut u8)) {
+        let first = if slot == Slot::B { SLOT_BYTES } else { 0 };
+        for at in 0..SLOT_BYTES {
+            // SAFETY: within the two slots.
+            act(at, unsafe { (&raw mut SLOTS).cast::<u8>().add(first + at) });
+        }
     }
 }
 
@@ -23,18 +29,18 @@ impl Flash for ProfileMemory {
     fn read(&self, slot: Slot, bytes: &mut [u8; SLOT_BYTES]) {
         // SAFETY: whatever the RAM holds is bytes; one task at a time has the slots: `main`, then
         // the haptic loop.
-        *bytes = unsafe { Self::at(slot).read_volatile() };
+        Self::each(slot, &mut |at, kept| bytes[at] = unsafe { kept.read_volatile() });
     }
 
     fn erase(&mut self, slot: Slot) -> Result<(), FlashError> {
         // SAFETY: as in `read`.
-        unsafe { Self::at(slot).write_volatile([0xFF; SLOT_BYTES]) };
+        Self::each(slot, &mut |_, kept| unsafe { kept.write_volatile(0xFF) });
         Ok(())
     }
 
     fn write(&mut self, slot: Slot, bytes: &[u8; SLOT_BYTES]) -> Result<(), FlashError> {
         // SAFETY: as in `read`.
-        unsafe { Self::at(slot).write_volatile(*bytes) };
+        Self::each(slot, &mut |at, kept| unsafe { kept.write_volatile(bytes[at]) });
         Ok(())
     }
 }

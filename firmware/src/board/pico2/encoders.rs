@@ -10,8 +10,8 @@ use embassy_rp::Peri;
 use embassy_rp::gpio::{AnyPin, Input, Pull};
 use embassy_rp::pac::PIO0;
 use embassy_rp::pio::program::pio_asm;
-use palpate::haptic::device::{Sensed, SensorStatus};
-use palpate_controller::probe_in::{self, EncoderCounts};
+use palpate::haptic::device::SensorStatus;
+use palpate_controller::probe_in::{EncoderCounts, JointReading, Reading};
 
 /// First pin of each encoder; its other line is on the next one.
 const FIRST_PINS: [u8; 3] = [2, 4, 6];
@@ -93,12 +93,13 @@ pub fn latch() {
     }
 }
 
-/// Three encoders on orthogonal axes.
-pub fn sense() -> Option<Sensed> {
+/// Counts of the three encoders, latched at the tick's edge; the profile's mechanism makes a tip of
+/// them.
+pub fn sense() -> Option<Reading> {
     let [x, y, z] = &LATCHED;
     let counts = [x, y, z].map(|kept| EncoderCounts(kept.load(Ordering::Relaxed).cast_signed()));
     let status = if PIO0.ctrl().read().sm_enable() == 0b111 { SensorStatus::Good } else { SensorStatus::Failed };
     let sequence = READINGS.load(Ordering::Relaxed).wrapping_add(1);
     READINGS.store(sequence, Ordering::Relaxed);
-    Some(Sensed { position_m: probe_in::pose(counts).tip_m, sequence, status })
+    Some(Reading::Joints(JointReading { counts, sequence, status }))
 }

@@ -14,8 +14,8 @@ use embassy_stm32::pac::timer::{
 use embassy_stm32::timer::qei::{Config, Qei};
 use embassy_stm32::timer::{Ch1, Ch2, GeneralInstance4Channel, TimerPin};
 use embassy_stm32::{Peri, pac};
-use palpate::haptic::device::{Sensed, SensorStatus};
-use palpate_controller::probe_in::{self, EncoderCounts, extended};
+use palpate::haptic::device::SensorStatus;
+use palpate_controller::probe_in::{EncoderCounts, JointReading, Reading, extended};
 
 // SAFETY: the three timers of the encoders. TIM2 counts 32 bits, of which the lower half is used:
 // every register used here is the same in both kinds of timer.
@@ -56,9 +56,9 @@ pub fn latch() {
     }
 }
 
-/// Three encoders on orthogonal axes. A mechanism of [`palpate_controller::kinematics`] goes here,
-/// and its torques into `force_out`.
-pub fn sense() -> Option<Sensed> {
+/// Counts of the three encoders, latched at the tick's edge; the profile's mechanism makes a tip of
+/// them.
+pub fn sense() -> Option<Reading> {
     let [x, y, z] = &COUNTS;
     let [a, b, c] = &LATCHED;
     let counts = [(x, a), (y, b), (z, c)].map(|(kept, latched)| {
@@ -71,5 +71,5 @@ pub fn sense() -> Option<Sensed> {
     let status = if good { SensorStatus::Good } else { SensorStatus::Failed };
     let sequence = READINGS.load(Ordering::Relaxed).wrapping_add(1);
     READINGS.store(sequence, Ordering::Relaxed);
-    Some(Sensed { position_m: probe_in::pose(counts).tip_m, sequence, status })
+    Some(Reading::Joints(JointReading { counts, sequence, status }))
 }

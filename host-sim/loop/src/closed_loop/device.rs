@@ -51,6 +51,10 @@ pub struct DeviceProfile {
     pub delay_ticks: u8,
     /// Sides of the workspace [m], centred on the site.
     pub workspace_m: [f64; 3],
+    /// Joints, motors and dimensions for a board that reads its encoders; the desktop's loop knows
+    /// the probe alone.
+    #[serde(default)]
+    pub mechanism: Option<toml::Table>,
 }
 
 impl DeviceProfile {

@@ -3,16 +3,13 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use palpate::haptic::cycle::Settings;
-use palpate::{PatchFile, Vector3};
-use palpate_controller::config::Profile;
+use palpate::PatchFile;
 use palpate_controller::link::{FromBoard, Refusal, ToBoard, upload};
-use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_tissue::Error as TissueError;
 
 use super::Port;
 use crate::error::Error;
-use crate::port::{PortError, Session};
+use crate::port::{PortError, Session, device_file};
 
 /// Opening a large patch lasts a second on a small board.
 const OPENED: Duration = Duration::from_secs(5);
@@ -101,13 +98,7 @@ pub(super) fn modulus(pascal: f32, session: &mut Session) -> Result<(), Error> {
 }
 
 pub(super) fn profile(device: &str, port: &Port) -> Result<(), Error> {
-    let device = DeviceProfile::load(device)?;
-    // its own centre is the site
-    let limits = device.limits(Vector3::zeros());
-    let settings = Settings { limits: device.limit_values(), ..Settings::safe(&limits) };
-    let profile = Profile::of(&settings, &limits);
-    // found here, by its name; the board says no more than that it is out of range
-    profile.check()?;
+    let (device, profile) = device_file::load(device)?;
     let mut session = port.open()?;
     session.send(&ToBoard::Store(profile))?;
     let begun = Instant::now();
@@ -121,6 +112,9 @@ pub(super) fn profile(device: &str, port: &Port) -> Result<(), Error> {
                     device.workspace_m.map(|side| format!("{:.0}", side * 1e3)).join(" x "),
                     device.count_m * 1e6
                 );
+                if profile.mechanism.is_some_and(|mechanism| mechanism.homing) {
+                    println!("hold the device in its home pose and run `palpate board home --port {}`", session.port());
+                }
                 return Ok(());
             }
             FromBoard::Refused(refusal) => return Err(PortError::Refused { port: session.port().into(), refusal }.into()),
@@ -129,6 +123,25 @@ pub(super) fn profile(device: &str, port: &Port) -> Result<(), Error> {
     }
     let what = "the board did not say that it keeps the profile: try again".into();
     Err(PortError::Undone { port: session.port().into(), what }.into())
+}
+
+pub(super) fn home(session: &mut Session) -> Result<(), Error> {
+    let answer = session.ask(&ToBoard::Home, ANSWER, |message| match message {
+        FromBoard::Homed => Some(Ok(())),
+        FromBoard::Refused(refusal) => Some(Err(refusal)),
+        _ => None,
+    })?;
+    match answer {
+        Some(Ok(())) => {
+            println!("the home pose is known, until the power goes, the board resets or an encoder fails");
+            Ok(())
+        }
+        Some(Err(refusal)) => Err(PortError::Refused { port: session.port().into(), refusal }.into()),
+        None => {
+            let what = "the board did not say that it took the home pose: try again".into();
+            Err(PortError::Undone { port: session.port().into(), what }.into())
+        }
+    }
 }
 
 pub(super) fn ping(count: u32, session: &mut Session) -> Result<(), Error> {

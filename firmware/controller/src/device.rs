@@ -1,0 +1,150 @@
+//! The device between the board's pins and the haptic cycle: a reading becomes a tip, a force
+//! becomes converter codes.
+//!
+//! * in: a reading of encoders or of a tip / a command to the actuators
+//! * out: a tip with the sensor's verdict / converter codes
+//! * cost: that of [`crate::kinematics`]; three orthogonal axes some ten instructions
+//! * may fail: joints that cannot be so are a failed sensor
+
+use palpate::Vector3;
+use palpate::haptic::device::{Sensed, SensorStatus};
+
+use crate::force_out::{self, DacCode, Drive, Outputs};
+use crate::kinematics::{Linkage, MechanismProfile};
+use crate::probe_in::{EncoderCounts, JointReading, Reading, pose};
+
+/// Mechanism, encoders and amplifiers.
+#[derive(Clone, Copy, Debug)]
+pub struct Device {
+    drivetrain: Drivetrain,
+    /// Encoder counts in the home pose.
+    home_counts: [i32; 3],
+    /// The home pose is known.
+    homed: bool,
+}
+
+/// What moves the tip.
+#[derive(Clone, Copy, Debug)]
+enum Drivetrain {
+    /// Three orthogonal axes of [`EncoderCounts::LENGTH_M`] and [`DacCode::FULL_SCALE_N`].
+    Axes,
+    /// A mechanism.
+    Driven(Driven),
+    /// A mechanism that cannot be: its sensor has failed, and it gives no force.
+    Invalid,
+}
+
+/// A mechanism with its joints.
+#[derive(Clone, Copy, Debug)]
+struct Driven {
+    linkage: Linkage,
+    rad_per_count: [f32; 3],
+    home_rad: [f32; 3],
+    /// Share of the converter's range per torque [1/(N m)]; zero without a joint.
+    per_n_m: [f32; 3],
+    homing: bool,
+}
+
+impl Device {
+    /// Three orthogonal axes that count from the device's centre.
+    pub const AXES: Self = Self { drivetrain: Drivetrain::Axes, home_counts: [0; 3], homed: true };
+
+    /// A device with a mechanism, or with three orthogonal axes. `home_counts` are what the
+    /// encoders count in the home pose, the centre of three axes; incremental ones show it
+    /// first ([`Self::show_home`]).
+    #[must_use]
+    pub fn new(mechanism: Option<&MechanismProfile>, home_counts: [i32; 3]) -> Self {
+        let Some(profile) = mechanism else { return Self { home_counts, ..Self::AXES } };
+        let drivetrain = profile.build().map_or(Drivetrain::Invalid, |linkage| {
+            Drivetrain::Driven(Driven {
+                linkage,
+                rad_per_count: profile.rad_per_count,
+                home_rad: profile.home_rad,
+                per_n_m: profile.full_scale_n_m.map(|full| if full == 0.0 { 0.0 } else { 1.0 / full }),
+                homing: profile.homing,
+            })
+        });
+        Self { drivetrain, home_counts, homed: !profile.homing }
+    }
+
+    /// Whether the home pose is known; before that nothing arms.
+    #[must_use]
+    pub fn homed(&self) -> bool {
+        self.homed
+    }
+
+    /// The device is in its home pose now. False if nothing counts its joints.
+    pub fn show_home(&mut self, reading: &Reading) -> bool {
+        let Reading::Joints(JointReading { counts, status: SensorStatus::Good, .. }) = reading else { return false };
+        self.home_counts = counts.map(|counts| counts.0);
+        self.homed = true;
+        true
+    }
+
+    /// The tip for a reading, device frame. Before the home pose is known the tip is taken to be
+    /// there. A mechanism with a failed sensor, or with joints that cannot be so, has lost its
+    /// home pose.
+    pub fn sensed(&mut self, reading: &Reading) -> Sensed {
+        match (&mut self.drivetrain, *reading) {
+            (Drivetrain::Axes, Reading::Tip(sensed)) => sensed,
+            (Drivetrain::Axes, Reading::Joints(JointReading { counts, sequence, status })) => {
+                let from_home = since(counts, self.home_counts).map(EncoderCounts);
+                Sensed { position_m: pose(from_home).tip_m, sequence, status }
+            }
+            (Drivetrain::Driven(driven), Reading::Joints(joints)) if joints.status == SensorStatus::Good => {
+                let from_home = if self.homed { since(joints.counts, self.home_counts) } else { [0; 3] };
+                match driven.tip_m(from_home) {
+                    Some(position_m) => Sensed { position_m, sequence: joints.sequence, status: SensorStatus::Good },
+                    None => self.lost(joints.sequence),
+                }
+            }
+            // a tip alone does not tell the joints that are to give a torque
+            (_, Reading::Tip(Sensed { sequence, .. }) | Reading::Joints(JointReading { sequence, .. })) => self.lost(sequence),
+        }
+    }
+
+    #[cold]
+    fn lost(&mut self, sequence: u32) -> Sensed {
+        if let Drivetrain::Driven(driven) = &self.drivetrain {
+            self.homed &= !driven.homing;
+        }
+        Sensed { position_m: Vector3::zeros(), sequence, status: SensorStatus::Failed }
+    }
+
+    /// Converter codes for a command, for the joints as last read. Where a joint needs more than
+    /// its converter gives, all are scaled down alike: the force keeps its direction.
+    #[must_use]
+    pub fn outputs(&self, drive: Drive) -> Outputs {
+        match (&self.drivetrain, drive) {
+            (Drivetrain::Axes, drive) => force_out::outputs(drive),
+            (Drivetrain::Driven(driven), Drive::Force(force_n)) => Outputs { enabled: true, codes: driven.codes(force_n) },
+            (Drivetrain::Driven(_) | Drivetrain::Invalid, _) => Outputs::OFF,
+        }
+    }
+}
+
+impl Driven {
+    #[inline(never)]
+    fn tip_m(&mut self, from_home: [i32; 3]) -> Option<Vector3<f32>> {
+        let [a, b, c] = from_home.map(|counts| counts as f32);
+        let ([per_a, per_b, per_c], [home_a, home_b, home_c]) = (self.rad_per_count, self.home_rad);
+        self.linkage.tip_m([home_a + a * per_a, home_b + b * per_b, home_c + c * per_c])
+    }
+
+    #[inline(never)]
+    fn codes(&self, force_n: Vector3<f32>) -> [DacCode; 3] {
+        let ([a, b, c], [per_a, per_b, per_c]) = (self.linkage.torques_n_m(force_n), self.per_n_m);
+        let shares = [a * per_a, b * per_b, c * per_c];
+        if !shares.iter().all(|share| share.is_finite()) {
+            return [DacCode::ZERO; 3];
+        }
+        let most = shares.iter().fold(1.0_f32, |most, share| most.max(share.abs()));
+        shares.map(|share| DacCode::from_share(share / most))
+    }
+}
+
+/// Counts since those in the home pose; counters wrap.
+fn since(counts: [EncoderCounts; 3], home: [i32; 3]) -> [i32; 3] {
+    let ([a, b, c], [home_a, home_b, home_c]) = (counts, home);
+    [a.0.wrapping_sub(home_a), b.0.wrapping_sub(home_b), c.0.wrapping_sub(home_c)]
+}

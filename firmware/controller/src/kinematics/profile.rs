@@ -1,0 +1,142 @@
+//! A mechanism as data: what a device profile says of it, and whether it can move so.
+
+use core::fmt;
+
+use palpate::Vector3;
+use palpate::haptic::device::DeviceSpec;
+use serde::{Deserialize, Serialize};
+
+use super::{DIMENSIONS, Kind, Linkage};
+
+/// Joints, motors and dimensions of a device. Joints that the kind does not have are zero.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MechanismProfile {
+    /// Kind of the mechanism.
+    pub kind: Kind,
+    /// Joint angle of one encoder count, gear and sign included [rad].
+    pub rad_per_count: [f32; 3],
+    /// Joint torque at the converter's largest code, torque constant, gear and sign included [N m].
+    pub full_scale_n_m: [f32; 3],
+    /// Joint angles in the home pose [rad].
+    pub home_rad: [f32; 3],
+    /// Dimensions in the order of [`super::Mechanism::DIMENSION_NAMES`].
+    pub dimensions: [f32; DIMENSIONS],
+    /// Encoders count from where they were at power-on: the board does not arm before the device
+    /// was shown to it in its home pose.
+    pub homing: bool,
+}
+
+/// Why a mechanism cannot be, or cannot move as its profile says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum MechanismError {
+    /// No joint turns so far in one count, or so little.
+    Encoder,
+    /// No motor gives so much torque, or so little.
+    Motor,
+    /// The dimensions are none of such a mechanism.
+    Arms,
+    /// The home pose cannot be, or lies outside the workspace.
+    Home,
+    /// The workspace goes beyond the mechanism's reach.
+    Reach,
+    /// The motors cannot give the largest force in the home pose.
+    Force,
+    /// One count at the probe is not as long as the profile says.
+    Count,
+}
+
+impl fmt::Display for MechanismError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Encoder => "a joint turns too far or too little in one count: check counts_per_turn and gear_ratio",
+            Self::Motor => {
+                "a joint's torque at full scale is too large or too small: check torque_constant_n_m_per_a, full_scale_a and gear_ratio"
+            }
+            Self::Arms => "no such mechanism has these dimensions: check them, in metres",
+            Self::Home => "the mechanism cannot be in its home pose, or that lies outside workspace_m: check home_deg and dimensions",
+            Self::Reach => "the workspace goes beyond what the mechanism reaches: make workspace_m smaller, or check the dimensions",
+            Self::Force => "the motors are too weak for max_force_n in the home pose: lower it, or check torque constant and gear",
+            Self::Count => "count_m is not what one count moves the probe by in the home pose, within a tenth",
+        })
+    }
+}
+
+impl core::error::Error for MechanismError {}
+
+/// Largest relative difference of one count at the probe from the profile's.
+const COUNT_TOLERANCE: f32 = 0.1;
+
+impl MechanismProfile {
+    /// Builds the mechanism.
+    ///
+    /// # Errors
+    /// [`MechanismError::Arms`].
+    pub fn build(&self) -> Result<Linkage, MechanismError> {
+        self.kind.build(self.dimensions)
+    }
+
+    /// Checks that the mechanism can move as the device does.
+    ///
+    /// # Errors
+    /// The first thing that it cannot.
+    #[inline(never)]
+    pub fn check(&self, device: &DeviceSpec) -> Result<(), MechanismError> {
+        let mut linkage = self.build()?;
+        let joints = self.kind.joints();
+        let each = |numbers: &[f32; 3], least: f32, most: f32| {
+            numbers.iter().enumerate().all(
+                |(joint, number)| {
+                    if joint < joints { (least..=most).contains(&number.abs()) } else { *number == 0.0 }
+                },
+            )
+        };
+        if !each(&self.rad_per_count, 1e-7, 0.1) {
+            return Err(MechanismError::Encoder);
+        }
+        if !each(&self.full_scale_n_m, 1e-4, 100.0) {
+            return Err(MechanismError::Motor);
+        }
+        if !each(&self.home_rad, 0.0, 6.3) {
+            return Err(MechanismError::Home);
+        }
+        let (low_m, high_m) = (device.workspace_low_m, device.workspace_high_m);
+        let home_m = linkage.tip_m(self.home_rad).ok_or(MechanismError::Home)?;
+        if !home_m.iter().zip(low_m.iter().zip(high_m.iter())).all(|(at, (low, high))| low <= at && at <= high) {
+            return Err(MechanismError::Home);
+        }
+        let corners = [low_m.x, high_m.x].map(|x| [low_m.z, high_m.z].map(|z| Vector3::new(x, 0.0, z)));
+        if !corners.iter().flatten().all(|corner| linkage.reaches(*corner)) {
+            return Err(MechanismError::Reach);
+        }
+        let levers_m = levers_m(&linkage);
+        let weak = |lever: f32, full: f32| lever.abs() * device.max_force_n > full.abs();
+        if levers_m.iter().any(|levers| levers.iter().zip(self.full_scale_n_m).any(|(lever, full)| weak(*lever, full))) {
+            return Err(MechanismError::Force);
+        }
+        let count_m = self.longest_count_m(&levers_m);
+        if (device.count_m - count_m).abs() > COUNT_TOLERANCE * count_m {
+            return Err(MechanismError::Count);
+        }
+        Ok(())
+    }
+
+    /// Longest displacement of the tip by one encoder count in the home pose [m]; `None` if there
+    /// is no such pose.
+    #[must_use]
+    pub fn count_m(&self) -> Option<f32> {
+        let mut linkage = self.build().ok()?;
+        linkage.tip_m(self.home_rad)?;
+        Some(self.longest_count_m(&levers_m(&linkage)))
+    }
+
+    fn longest_count_m(&self, [x, y, z]: &[[f32; 3]; 3]) -> f32 {
+        let levers = x.iter().zip(y.iter().zip(z));
+        let squares = levers.zip(self.rad_per_count).map(|((x, (y, z)), step)| (x * x + y * y + z * z) * step * step);
+        libm::sqrtf(squares.fold(0.0_f32, f32::max))
+    }
+}
+
+/// Displacement of the tip along x, y and z per joint angle [m], by the joints as last read.
+fn levers_m(linkage: &Linkage) -> [[f32; 3]; 3] {
+    [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| linkage.torques_n_m(axis))
+}

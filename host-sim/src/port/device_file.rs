@@ -1,0 +1,126 @@
+//! A device's profile file as a board takes it: limits, and the `[mechanism]` table if there is one.
+
+use std::collections::BTreeMap;
+
+use palpate::Vector3;
+use palpate::haptic::cycle::Settings;
+use palpate_controller::config::{Profile, ProfileError};
+use palpate_controller::kinematics::{DIMENSIONS, Kind, MechanismError, MechanismProfile};
+use palpate_loop::closed_loop::device::DeviceProfile;
+use palpate_tissue::Error;
+use serde::Deserialize;
+
+/// `[mechanism]` as a person writes it: a value per joint, and the kind's dimensions by name.
+#[derive(Deserialize)]
+struct Written {
+    kind: String,
+    /// Counts of the encoder in one turn of its shaft, all four edges.
+    counts_per_turn: Vec<f64>,
+    /// Turns of motor and encoder in one turn of the joint.
+    gear_ratio: Vec<f64>,
+    /// 1, or -1 where the encoder counts down as the joint's angle grows.
+    encoder_sign: Option<Vec<f64>>,
+    torque_constant_n_m_per_a: Vec<f64>,
+    /// Current of the amplifier at the largest code.
+    full_scale_a: Vec<f64>,
+    /// 1, or -1 where a positive code lowers the joint's angle.
+    motor_sign: Option<Vec<f64>>,
+    /// Joint angles in the home pose.
+    home_deg: Vec<f64>,
+    /// Encoders count from where they were at power-on.
+    homing: bool,
+    /// What absolute encoders count in the home pose.
+    home_counts: Option<Vec<i32>>,
+    #[serde(flatten)]
+    dimensions: BTreeMap<String, f64>,
+}
+
+/// Loads a device by name or from a file: what the loop knows of it, and the board's profile,
+/// checked.
+///
+/// # Errors
+/// No such device or file; a key or number that is wrong; a mechanism that cannot move so.
+pub fn load(name_or_file: &str) -> Result<(DeviceProfile, Profile), Error> {
+    let device = DeviceProfile::load(name_or_file)?;
+    // its own centre is the site
+    let limits = device.limits(Vector3::zeros());
+    let settings = Settings { limits: device.limit_values(), ..Settings::safe(&limits) };
+    let mut profile = Profile::of(&settings, &limits);
+    let place = |what: String| Error::Usage(format!("{name_or_file}: [mechanism]: {what}"));
+    if let Some(table) = &device.mechanism {
+        let written: Written = table.clone().try_into().map_err(|cause| place(cause.message().trim().into()))?;
+        (profile.mechanism, profile.home_counts) = taken(&written).map(|(it, home)| (Some(it), home)).map_err(place)?;
+    }
+    // found here, by its name; the board says no more than that it is wrong
+    match (profile.check(), &profile.mechanism) {
+        (Ok(()), _) => Ok((device, profile)),
+        (Err(ProfileError::Mechanism(cause @ MechanismError::Count)), Some(mechanism)) => {
+            let count_um = mechanism.count_m().unwrap_or_default() * 1e6;
+            Err(place(format!("{cause}: it is {} um, and one count there is {count_um:.3} um", device.count_m * 1e6)))
+        }
+        (Err(ProfileError::Mechanism(cause)), _) => Err(place(cause.to_string())),
+        (Err(ProfileError::Range(cause)), _) => Err(Error::Usage(format!("{name_or_file}: {cause}"))),
+    }
+}
+
+fn taken(written: &Written) -> Result<(MechanismProfile, [i32; 3]), String> {
+    let names: Vec<&str> = Kind::ALL.iter().map(|kind| kind.name()).collect();
+    let kind = Kind::ALL.iter().find(|kind| kind.name() == written.kind);
+    let kind = *kind.ok_or_else(|| format!("kind = \"{}\" is none: give one of {}", written.kind, names.join(", ")))?;
+    let joints = kind.joints();
+    let per_joint = |key: &str, given: &[f64]| -> Result<[f64; 3], String> {
+        if given.len() != joints {
+            return Err(format!("{key} has {} values: a {} has {joints} joints, give one for each", given.len(), kind.name()));
+        }
+        let mut all = [0.0; 3];
+        all.iter_mut().zip(given).for_each(|(place, value)| *place = *value);
+        Ok(all)
+    };
+    let signs = |key: &str, given: &Option<Vec<f64>>| {
+        let signs = per_joint(key, given.as_deref().unwrap_or(&[1.0; 3][..joints]))?;
+        match signs[..joints].iter().find(|sign| sign.abs() != 1.0) {
+            Some(sign) => Err(format!("{key} has {sign}: give 1 or -1")),
+            None => Ok(signs),
+        }
+    };
+    let positive = |key: &str, given: &[f64]| {
+        let values = per_joint(key, given)?;
+        match values[..joints].iter().find(|value| !(**value > 0.0 && value.is_finite())) {
+            Some(value) => Err(format!("{key} has {value}: give a number above zero; signs have keys of their own")),
+            None => Ok(values),
+        }
+    };
+    let counts = positive("counts_per_turn", &written.counts_per_turn)?;
+    let gear = positive("gear_ratio", &written.gear_ratio)?;
+    let constant = positive("torque_constant_n_m_per_a", &written.torque_constant_n_m_per_a)?;
+    let current = positive("full_scale_a", &written.full_scale_a)?;
+    let encoder = signs("encoder_sign", &written.encoder_sign)?;
+    let motor = signs("motor_sign", &written.motor_sign)?;
+    let home = per_joint("home_deg", &written.home_deg)?;
+    let each = |value: &dyn Fn(usize) -> f64| std::array::from_fn(|joint| if joint < joints { value(joint) as f32 } else { 0.0 });
+    let mut home_counts = [0; 3];
+    let given = written.home_counts.as_deref().unwrap_or(&[]);
+    home_counts.iter_mut().zip(given).for_each(|(place, counts)| *place = *counts);
+    let mechanism = MechanismProfile {
+        kind,
+        rad_per_count: each(&|joint| encoder[joint] * std::f64::consts::TAU / (counts[joint] * gear[joint])),
+        full_scale_n_m: each(&|joint| motor[joint] * constant[joint] * current[joint] * gear[joint]),
+        home_rad: each(&|joint| home[joint].to_radians()),
+        dimensions: dimensions(kind, &written.dimensions)?,
+        homing: written.homing,
+    };
+    Ok((mechanism, home_counts))
+}
+
+/// Dimensions in the kind's order.
+fn dimensions(kind: Kind, given: &BTreeMap<String, f64>) -> Result<[f32; DIMENSIONS], String> {
+    let names = kind.dimension_names();
+    if let Some(unknown) = given.keys().find(|key| !names.contains(&key.as_str())) {
+        return Err(format!("{unknown} is no key of a {}: it has {}", kind.name(), names.join(", ")));
+    }
+    let mut all = [0.0; DIMENSIONS];
+    for (place, name) in all.iter_mut().zip(names) {
+        *place = *given.get(*name).ok_or_else(|| format!("{name} is missing: a {} needs it", kind.name()))? as f32;
+    }
+    Ok(all)
+}
