@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 
+use super::verdict::Verdict;
 use crate::error::Error;
 use palpate_tissue::mesh::import::{MeshFile, open};
 use palpate_tissue::mesh::{ImportReport, LengthUnit, SurfaceReport};
@@ -41,14 +42,17 @@ impl MeshCommand {
 }
 
 fn check(file: &Path, unit: LengthUnit) -> Result<(), Error> {
-    match open(file, unit.metres)? {
-        MeshFile::Tets(imported) => print_tets(file, &imported.report),
+    let verdict = match open(file, unit.metres)? {
+        MeshFile::Tets(imported) => {
+            print_tets(file, &imported.report);
+            Verdict::ok("tets that a scene takes as its mesh")
+        }
         MeshFile::Surface(imported) => {
             print_surface(file, &imported.report);
-            println!("  no tets: palpate mesh tets makes them, or a scene takes the surface as its mesh");
+            Verdict::ok("a closed surface without tets: palpate mesh tets makes them, or a scene takes it as its mesh")
         }
-    }
-    Ok(())
+    };
+    verdict.last()
 }
 
 fn print_tets(file: &Path, report: &ImportReport) {

@@ -2,10 +2,11 @@
 
 use clap::Args;
 
-use super::{Common, print_warnings};
+use super::verdict::Verdict;
+use super::{Common, boards, print_warnings};
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
-use palpate_tissue::budget::{Cost, MACHINES, Machine, triangles_in_reach};
+use palpate_tissue::budget::{Cost, Machine, triangles_in_reach};
 use palpate_tissue::fit_record::{FitRecord, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
@@ -37,28 +38,21 @@ impl PackArgs {
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct BoardArg {
-    /// Board whose budget a tick of the patch must meet: m4f-168 (Cortex-M4F, 168 MHz), m7-480
-    /// (Cortex-M7, 480 MHz) or desktop.
+    /// Board whose budget a tick of the patch must meet: m4f-168 (Cortex-M4F, 168 MHz; runs on
+    /// nucleo-f446re and nucleo-g474re, which may be named as well), m7-480 (Cortex-M7, 480 MHz;
+    /// runs on nucleo-h743zi) or desktop.
     #[arg(long, value_name = "BOARD", default_value = "m4f-168")]
     board: String,
 }
 
 impl BoardArg {
     pub(super) fn machine(&self) -> Result<&'static Machine, Error> {
-        machine(&self.board)
+        boards::machine(&self.board)
     }
 }
 
-/// The machine of this name.
-pub(super) fn machine(board: &str) -> Result<&'static Machine, Error> {
-    Ok(Machine::named(board).ok_or_else(|| {
-        let names = MACHINES.map(|m| m.name).join(", ");
-        TissueError::Usage(format!("no board \"{board}\": choose one of {names}"))
-    })?)
-}
-
 fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), Error> {
-    let scene = Scene::load(&common.scene)?;
+    let scene = common.load()?;
     if machine.is_board() {
         scene.refuse_what_boards_lack(machine.name)?;
     }
@@ -102,19 +96,25 @@ fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), 
     }
     let out = folder.publish()?;
     print_warnings(&scene);
+    let file = out.join(name);
     println!(
-        "{}: {} nodes, {} springs, {} tets, {touched} triangles in reach, {} bytes; about {:.0} of {:.0} {} a tick on {} (estimate)",
-        out.join(name).display(),
+        "{}: {} nodes, {} springs, {} tets, {touched} triangles in reach, {} bytes",
+        file.display(),
         model.nodes.len(),
         model.springs.len(),
         model.tets.len(),
-        bytes.len(),
+        bytes.len()
+    );
+    println!("{}; {}", Standing::of(&scene, &session.patch).sentence(), boards::runs_on(machine));
+    Verdict::ok(format!(
+        "{} for {}: a tick takes about {:.0} of the {:.0} {} that it may take (estimate)",
+        file.display(),
+        machine.name,
         cost.units,
         cost.budget,
-        machine.unit,
-        machine.name
-    );
-    Ok(())
+        machine.unit
+    ))
+    .last()
 }
 
 /// A patch with its cost on a machine.

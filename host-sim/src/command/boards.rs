@@ -1,0 +1,46 @@
+//! Names of boards on the command line, and which patch runs on which.
+
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::budget::{MACHINES, Machine};
+
+use crate::error::Error;
+
+/// A board and the budget that its patches keep: its clock is at least that of the budget.
+const BOARDS: [(&str, &str); 3] = [("nucleo-f446re", "m4f-168"), ("nucleo-g474re", "m4f-168"), ("nucleo-h743zi", "m7-480")];
+
+/// The budget of a board, or the budget of this name.
+pub(super) fn machine(board: &str) -> Result<&'static Machine, Error> {
+    let budget = BOARDS.iter().find(|(name, _)| *name == board).map_or(board, |(_, budget)| budget);
+    Ok(Machine::named(budget).ok_or_else(|| {
+        let budgets = MACHINES.iter().map(|m| m.name.to_owned());
+        let boards = BOARDS.iter().map(|(name, budget)| format!("{name} (takes {budget})"));
+        let names: Vec<String> = budgets.chain(boards).collect();
+        TissueError::Usage(format!("no board \"{board}\": choose one of {}", names.join(", ")))
+    })?)
+}
+
+/// Boards that a patch with this budget runs on, in words.
+pub(super) fn runs_on(machine: &Machine) -> String {
+    let boards: Vec<&str> = BOARDS.iter().filter(|(_, budget)| *budget == machine.name).map(|(name, _)| *name).collect();
+    match boards.as_slice() {
+        [] => "runs on this machine".into(),
+        boards => format!("runs on {} and on the emulated board (palpate emulate --board {})", boards.join(", "), machine.name),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_board_has_a_budget_and_every_budget_runs_somewhere() {
+        for (name, budget) in BOARDS {
+            let machine = machine(name).unwrap();
+            assert_eq!(machine.name, budget);
+            assert!(machine.is_board() && runs_on(machine).contains(name));
+        }
+        assert_eq!(runs_on(machine("desktop").unwrap()), "runs on this machine");
+        let unknown = machine("nucleo").unwrap_err().to_string();
+        assert!(unknown.contains("no board \"nucleo\"") && unknown.contains("nucleo-h743zi (takes m7-480)"), "{unknown}");
+    }
+}
