@@ -22,6 +22,8 @@ struct Provenance<'a> {
     commit: Option<&'static str>,
     /// Build profile.
     profile: &'static str,
+    /// Command that made it.
+    command: &'a str,
     /// Arguments of the program that decide the result.
     command_line: &'a [String],
     /// Scene as read, with the keys that --set changed.
@@ -58,6 +60,8 @@ fn told(command_line: &[String], machine: Machine, scene: Option<&Scene>) -> Val
         version: env!("CARGO_PKG_VERSION"),
         commit: (!commit.is_empty()).then_some(commit),
         profile: PROFILE,
+        // without arguments, a press
+        command: command_line.first().map_or("press", String::as_str),
         command_line,
         scene: scene.map(Scene::as_read),
         machine,

@@ -13,7 +13,7 @@
 //! No product code depends on this crate.
 
 // printing bears a reader that has gone
-#[macro_use(print, println)]
+#[macro_use(println)]
 extern crate palpate_tissue;
 
 pub mod accept;

@@ -7,6 +7,7 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use super::campaign::{Campaign, Shards};
+use super::progress::Status;
 use super::verdict::Verdict;
 use crate::error::Error;
 use palpate_charts::{self as charts, LineSeries, Lines, Scale, ScaledAxis};
@@ -80,8 +81,9 @@ impl Campaign for Accept {
 
     fn run(&self, cases: Range<u64>) -> Result<Vec<Outcome>, Error> {
         let (first, count) = (cases.start as usize, (cases.end - cases.start) as usize);
+        let status = Status::start();
         let run = |(name, what, test): &Test| {
-            println!("{name}: against {what}");
+            status.say(format!("{name}: against {what}"));
             Ok(test()?)
         };
         self.tests.iter().skip(first).take(count).map(run).collect()
@@ -101,6 +103,7 @@ impl Campaign for Accept {
         folder.write_summary(&summary)?;
         folder.write("accept.csv", csv(&rows).as_bytes())?;
         let verdict = Verdict::of(judge(&rows), || in_words(&rows))?.first();
+        self.tests.iter().for_each(|(name, what, _)| println!("{name}: against {what}"));
         rows.iter().filter(|row| all || !row.accepted()).for_each(print);
         if !all {
             rows.iter().filter(|row| row.accepted()).for_each(|row| println!("  accepted  {} {}", row.test, row.data));
