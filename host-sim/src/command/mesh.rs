@@ -44,12 +44,15 @@ impl MeshCommand {
 fn check(file: &Path, unit: LengthUnit) -> Result<(), Error> {
     let verdict = match open(file, unit.metres)? {
         MeshFile::Tets(imported) => {
+            let verdict = Verdict::ok("tets that a scene takes as its mesh").first();
             print_tets(file, &imported.report);
-            Verdict::ok("tets that a scene takes as its mesh")
+            verdict
         }
         MeshFile::Surface(imported) => {
+            let words = "a closed surface without tets: palpate mesh tets makes them, or a scene takes it as its mesh";
+            let verdict = Verdict::ok(words).first();
             print_surface(file, &imported.report);
-            Verdict::ok("a closed surface without tets: palpate mesh tets makes them, or a scene takes it as its mesh")
+            verdict
         }
     };
     verdict.last()

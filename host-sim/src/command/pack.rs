@@ -95,8 +95,17 @@ fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), 
         FitRecord { patch_crc32, ..record }.write(&folder, &name)?;
     }
     let out = folder.publish()?;
-    print_warnings(&scene);
     let file = out.join(name);
+    let verdict = Verdict::ok(format!(
+        "{} for {}: a tick takes about {:.0} of the {:.0} {} that it may take (estimate)",
+        file.display(),
+        machine.name,
+        cost.units,
+        cost.budget,
+        machine.unit
+    ))
+    .first();
+    print_warnings(&scene);
     println!(
         "{}: {} nodes, {} springs, {} tets, {touched} triangles in reach, {} bytes",
         file.display(),
@@ -106,15 +115,7 @@ fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), 
         bytes.len()
     );
     println!("{}; {}", Standing::of(&scene, &session.patch).sentence(), boards::runs_on(machine));
-    Verdict::ok(format!(
-        "{} for {}: a tick takes about {:.0} of the {:.0} {} that it may take (estimate)",
-        file.display(),
-        machine.name,
-        cost.units,
-        cost.budget,
-        machine.unit
-    ))
-    .last()
+    verdict.last()
 }
 
 /// A patch with its cost on a machine.
