@@ -7,8 +7,7 @@ use palpate::{BuildError, Memory, PatchFile, Vector3};
 /// A patch file is read in place, as words: its bytes start on a 4-byte boundary.
 #[repr(C, align(4))]
 struct Words<B: ?Sized>(B);
-static PATCH: &Words<[u8]> =
-    &Words(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/patches/block-m4f-168.patch")));
+static PATCH: &Words<[u8]> = &Words(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/block-m4f-168.patch")));
 
 /// A handle that waits outside for 700 ticks, then goes 3 mm into the tissue in 0.3 s.
 struct Handle {

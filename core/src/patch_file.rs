@@ -88,7 +88,7 @@ const CHECKED_FROM: usize = 16;
 /// struct Words<B: ?Sized>(B);
 /// static BYTES: &Words<[u8]> = &Words(*include_bytes!(concat!(
 ///     env!("CARGO_MANIFEST_DIR"),
-///     "/../firmware/patches/block-m4f-168.patch"
+///     "/examples/block-m4f-168.patch"
 /// )));
 ///
 /// let file = PatchFile::open(&BYTES.0)?;

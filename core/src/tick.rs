@@ -37,7 +37,7 @@ use crate::state::State;
 /// # static BYTES: &Words<[u8]> =
 /// #     &Words(*include_bytes!(concat!(
 /// #         env!("CARGO_MANIFEST_DIR"),
-/// #         "/../firmware/patches/block-m4f-168.patch"
+/// #         "/examples/block-m4f-168.patch"
 /// #     )));
 ///
 /// let PatchFile { model, params, site_m, .. } = PatchFile::open(&BYTES.0)?;

@@ -5,12 +5,14 @@ mod absent;
 #[cfg(feature = "full")]
 mod accept;
 mod board;
+mod boards;
 #[cfg(feature = "full")]
 mod calibrate;
 mod campaign;
 #[cfg(feature = "full")]
 mod chart;
 mod closed_loop;
+mod completions;
 #[cfg(feature = "full")]
 mod cut;
 #[cfg(feature = "full")]
@@ -23,6 +25,7 @@ mod faults;
 mod fit;
 mod hardware_in_loop;
 mod help;
+mod length;
 mod live;
 mod merge;
 mod mesh;
@@ -37,6 +40,7 @@ mod progress;
 #[cfg(feature = "full")]
 mod reference;
 mod replay;
+mod scene;
 #[cfg(feature = "full")]
 mod scene_list;
 #[cfg(feature = "full")]
@@ -44,13 +48,16 @@ mod score;
 #[cfg(feature = "full")]
 mod stability;
 mod tools;
+mod verdict;
 
 use std::path::PathBuf;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::Error;
-use palpate_tissue::scene::Scene;
+use crate::provenance;
+use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::{Change, Scene};
 
 #[cfg(not(feature = "full"))]
 use self::absent::{
@@ -82,6 +89,11 @@ enum Command {
     /// of hold k) and pictures as SVG and PNG. Fails a check (exit code 1) on a fault, a tick over
     /// 1 ms, an inverted tet, or a force that is lost or does not rise with depth.
     Press(press::PressArgs),
+    /// Print a scene to start from, or list those that ship.
+    ///
+    /// `palpate scene nodule > mine.toml` makes a file to change; every command with --scene takes
+    /// it.
+    Scene(scene::SceneArgs),
     /// Solve a scene by finite elements: the force and the surface that a press should have.
     ///
     /// Neo-Hookean, quasi-static, on three meshes, each finer than the one before. Writes
@@ -226,6 +238,11 @@ enum Command {
     /// our loop does not hold 400 N/m in every hand.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Stability(StabilityArgs),
+    /// Print a script with which a shell completes the words of this command.
+    ///
+    /// Options of the commands that are built when first used are in the script of palpate-full
+    /// alone.
+    Completions(completions::CompletionsArgs),
 }
 
 const AFTER_HELP: &str = "\
@@ -245,8 +262,12 @@ struct Common {
     /// pig-liver, liver) or the path of a scene file (.toml, see host-sim/scenes).
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     scene: String,
+    /// Change a key of the scene, such as tissue.youngs_modulus_pa=5000 or
+    /// tissue.inclusion.0.radius_m=0.004. May be given several times.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    changes: Vec<Change>,
     /// Output folder, made if it is not there; replaces an earlier result in it when the run is
-    /// done [default: out/ and the name of the command].
+    /// done.
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -259,6 +280,21 @@ fn print_warnings(scene: &Scene) {
 }
 
 impl Common {
+    /// A scene with its own keys, for an output folder.
+    fn of(scene: &str, out: Option<PathBuf>) -> Self {
+        Self { scene: scene.to_owned(), changes: Vec::new(), out }
+    }
+
+    /// The scene that is asked for.
+    fn load(&self) -> Result<Scene, Error> {
+        Ok(Scene::load_with(&self.scene, &self.changes)?)
+    }
+
+    /// The output folder of a command, locked, for a result of a scene.
+    fn open(&self, command: &str, scene: &Scene) -> Result<OutputFolder, Error> {
+        Ok(OutputFolder::open(&self.folder(command))?.made_by(provenance::of(Some(scene))))
+    }
+
     fn folder(&self, command: &str) -> PathBuf {
         self.out.clone().unwrap_or_else(|| PathBuf::from("out").join(command))
     }
@@ -302,6 +338,8 @@ impl Cli {
             Some(Command::Plan(args)) => args.run(),
             Some(Command::Replay(args)) => args.run(),
             Some(Command::Score(args)) => args.run(),
+            Some(Command::Scene(args)) => args.run(),
+            Some(Command::Completions(args)) => args.run(),
             Some(Command::Stability(args)) => args.run(),
         }
     }

@@ -6,6 +6,10 @@
 //!         └ port (a board on a serial port)
 //! ```
 
+// printing bears a reader that has gone
+#[macro_use(eprintln, print, println)]
+extern crate palpate_tissue;
+
 use std::process::ExitCode;
 
 use self::command::Cli;
@@ -16,6 +20,7 @@ pub mod error;
 mod loop_figures;
 pub mod port;
 mod press_report;
+mod provenance;
 mod vtu;
 
 /// Reads the command line, runs the command and says in one line what went wrong.

@@ -6,7 +6,6 @@ use serde::Serialize;
 use crate::contact_report::{self, ContactSummary};
 use crate::error::Error;
 use palpate_charts::{self as charts, Probe, ProbeShape, Sample, Surface, TickTimes};
-use palpate_tissue::Error as TissueError;
 use palpate_tissue::moving::RampError;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::press::contact::DeepestContact;
@@ -57,8 +56,8 @@ struct TickUs {
 #[derive(Debug, Serialize)]
 struct HoldSummary {
     target: f64,
-    depth_m: f64,
-    force_n: f64,
+    depth_m: f32,
+    force_n: f32,
     min_j: f64,
     volume_change_pct: f64,
 }
@@ -104,8 +103,9 @@ pub fn write(
             .iter()
             .map(|h| HoldSummary {
                 target: h.target,
-                depth_m: h.depth_m,
-                force_n: h.force_n,
+                // as in the trace
+                depth_m: h.depth_m as f32,
+                force_n: h.force_n as f32,
                 min_j: h.min_j,
                 volume_change_pct: h.volume_change_pct,
             })
@@ -118,9 +118,7 @@ pub fn write(
         contact: contact.map(ContactSummary::of),
         report: &session.report,
     };
-    let json = serde_json::to_string_pretty(&summary)
-        .map_err(|e| TissueError::Write { path: "summary.json".into(), source: e.into() })?;
-    folder.write("summary.json", format!("{json}\n").as_bytes())?;
+    folder.write_summary(&summary)?;
     draw(folder, scene, session, press)?;
     contact.map_or(Ok(()), |contact| contact_report::write(folder, scene, session, contact))
 }

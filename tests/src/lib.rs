@@ -25,6 +25,7 @@ pub mod press_run;
 #[cfg(unix)]
 pub mod pseudo_terminal;
 pub mod rounding;
+pub mod schema;
 pub mod share;
 pub mod surface_text;
 pub mod tap;

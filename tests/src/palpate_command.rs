@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
+use crate::schema;
+
 /// Working folder of a stranger: an empty one that goes away with the test.
 #[derive(Debug)]
 pub struct Desk(tempfile::TempDir);
@@ -56,15 +58,23 @@ pub fn binary(scratch: &str) -> &'static Path {
     })
 }
 
-/// Runs `palpate` in a folder. `scratch` is `env!("CARGO_TARGET_TMPDIR")`.
+/// Runs `palpate` in a folder. Every summary that it leaves there follows the schema. `scratch` is
+/// `env!("CARGO_TARGET_TMPDIR")`.
+///
+/// # Panics
+/// A summary does not follow it.
 #[must_use]
 pub fn palpate(scratch: &str, folder: &Path, arguments: &[&str]) -> Outcome {
     let output = Command::new(binary(scratch))
         .args(arguments)
         .current_dir(folder)
         .env("RUST_BACKTRACE", "1")
+        // two runs are compared byte for byte
+        .env("SOURCE_DATE_EPOCH", "0")
         .output()
         .expect("palpate was just built");
+    let after_out = arguments.iter().position(|argument| *argument == "--out").and_then(|at| arguments.get(at + 1));
+    schema::check_all(&folder.join(after_out.unwrap_or(&"out")));
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     Outcome { code: output.status.code(), stdout: text(&output.stdout), stderr: text(&output.stderr) }
 }

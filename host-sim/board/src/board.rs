@@ -33,12 +33,23 @@ const NS_PER_COUNT: u64 = 40;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum EmulatedBoard {
     /// Cortex-M4F (MPS2 with image AN386).
+    #[value(name = "m4f-168", alias = "m4f")]
     M4f,
     /// Cortex-M7 (MPS2 with image AN500).
+    #[value(name = "m7-480", alias = "m7")]
     M7,
 }
 
 impl EmulatedBoard {
+    /// Name on the command line: that of the budget whose patches it runs.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::M4f => "m4f-168",
+            Self::M7 => "m7-480",
+        }
+    }
+
     /// The emulator's names for machine and core.
     #[must_use]
     pub fn names(self) -> (&'static str, &'static str) {

@@ -12,6 +12,10 @@
 //!
 //! No product code depends on this crate.
 
+// printing bears a reader that has gone
+#[macro_use(println)]
+extern crate palpate_tissue;
+
 pub mod accept;
 pub mod chart;
 pub mod error;

@@ -7,6 +7,8 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use super::campaign::{Campaign, Shards};
+use super::progress::Status;
+use super::verdict::Verdict;
 use crate::error::Error;
 use palpate_charts::{self as charts, LineSeries, Lines, Scale, ScaledAxis};
 use palpate_lab::accept::{Outcome, Picture, Row, TESTS, Test};
@@ -43,10 +45,6 @@ pub(super) struct Accept {
 #[derive(Serialize)]
 struct Summary<'a> {
     accepted: bool,
-    machine: String,
-    build: String,
-    /// As one run of all is asked for, also where shards were merged.
-    command: Vec<&'a str>,
     rows: Vec<RowSummary<'a>>,
 }
 
@@ -83,8 +81,9 @@ impl Campaign for Accept {
 
     fn run(&self, cases: Range<u64>) -> Result<Vec<Outcome>, Error> {
         let (first, count) = (cases.start as usize, (cases.end - cases.start) as usize);
+        let status = Status::start();
         let run = |(name, what, test): &Test| {
-            println!("{name}: against {what}");
+            status.say(format!("{name}: against {what}"));
             Ok(test()?)
         };
         self.tests.iter().skip(first).take(count).map(run).collect()
@@ -94,26 +93,38 @@ impl Campaign for Accept {
         outcomes.extend(next);
     }
 
-    fn report(&self, folder: OutputFolder, outcomes: Vec<Outcome>) -> Result<(), Error> {
+    fn report(&self, folder: OutputFolder, outcomes: Vec<Outcome>, all: bool) -> Result<(), Error> {
         outcomes.iter().flat_map(|outcome| &outcome.pictures).try_for_each(|picture| draw(&folder, picture))?;
         let rows: Vec<Row> = outcomes.into_iter().flat_map(|outcome| outcome.rows).collect();
-        rows.iter().for_each(print);
         let summary = Summary {
             accepted: rows.iter().all(Row::accepted),
-            machine: palpate_tissue::machine::processor(),
-            build: palpate_tissue::machine::build(),
-            command: ["palpate", Self::COMMAND].into_iter().chain(self.options.tests.iter().map(String::as_str)).collect(),
             rows: rows.iter().map(|row| RowSummary { accepted: row.accepted(), row }).collect(),
         };
-        folder.write_json("summary.json", &summary)?;
+        folder.write_summary(&summary)?;
         folder.write("accept.csv", csv(&rows).as_bytes())?;
+        let verdict = Verdict::of(judge(&rows), || in_words(&rows))?.first();
+        self.tests.iter().for_each(|(name, what, _)| println!("{name}: against {what}"));
+        rows.iter().filter(|row| all || !row.accepted()).for_each(print);
+        if !all {
+            rows.iter().filter(|row| row.accepted()).for_each(|row| println!("  accepted  {} {}", row.test, row.data));
+            println!("--all prints the figures of each");
+        }
         let out = folder.publish()?;
         println!("\nwrote {}: summary.json, accept.csv, a CSV and a picture of every data set as SVG and PNG", out.display());
-        match rows.iter().find(|row| !row.accepted()) {
-            None => Ok(()),
-            Some(row) => Err(TissueError::Check(format!("{} is not accepted: {}", row.test, refusal(row))).into()),
-        }
+        verdict.last()
     }
+}
+
+fn judge(rows: &[Row]) -> Result<(), Error> {
+    match rows.iter().find(|row| !row.accepted()) {
+        None => Ok(()),
+        Some(row) => Err(TissueError::Check(format!("{} is not accepted: {}", row.test, refusal(row))).into()),
+    }
+}
+
+fn in_words(rows: &[Row]) -> String {
+    let figures: usize = rows.iter().map(|row| row.figures.len()).sum();
+    format!("all {} data sets of real tissue accepted: {figures} figures within the range that was fixed before", rows.len())
 }
 
 /// Why a row is not accepted.

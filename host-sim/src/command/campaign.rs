@@ -10,17 +10,21 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::error::Error;
+use crate::provenance;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::Scene;
 use palpate_tissue::shard::{FILE, Heading, Part, PartError, Shard};
 
-/// The part of the cases that this process runs.
+/// The part of the cases that this process runs, and what it prints of them.
 #[derive(Args, Clone, Debug, Default)]
-#[command(next_help_heading = "Many machines")]
 pub(super) struct Shards {
+    /// Print every row. Without it those alone that failed, and what all come to.
+    #[arg(long)]
+    pub all: bool,
     /// Run only part I of N of the cases, and leave its counts in a folder of its own below --out,
     /// for `palpate merge`. May be given several times.
-    #[arg(long, value_name = "I/N")]
+    #[arg(long, value_name = "I/N", help_heading = "Many machines")]
     shard: Vec<Shard>,
 }
 
@@ -77,8 +81,14 @@ pub(super) trait Campaign: Sized {
     /// Adds the counts of the cases that follow, exactly: no sum of rounded numbers.
     fn add(counts: &mut Self::Counts, next: Self::Counts);
 
-    /// Writes and publishes the result of all cases, prints it, and judges it.
-    fn report(&self, folder: OutputFolder, counts: Self::Counts) -> Result<(), Error>;
+    /// Writes and publishes the result of all cases, prints it, and judges it. With `all` every row
+    /// is printed.
+    fn report(&self, folder: OutputFolder, counts: Self::Counts, all: bool) -> Result<(), Error>;
+
+    /// The scene of all cases, if they share one.
+    fn scene(&self) -> Option<&Scene> {
+        None
+    }
 
     /// Folder of the result of all cases, under `--out`.
     fn whole(out: &Path) -> PathBuf {
@@ -89,9 +99,9 @@ pub(super) trait Campaign: Sized {
     fn start(options: Self::Options, shards: &Shards, out: &Path) -> Result<(), Error> {
         let campaign = Self::load(options)?;
         if !shards.any() {
-            let folder = OutputFolder::open(&Self::whole(out))?;
+            let folder = OutputFolder::open(&Self::whole(out))?.made_by(provenance::of(campaign.scene()));
             let counts = campaign.run(0..campaign.cases())?;
-            return campaign.report(folder, counts);
+            return campaign.report(folder, counts, shards.all);
         }
         shards.shard.iter().try_for_each(|shard| campaign.run_shard(*shard, out))
     }
@@ -100,8 +110,9 @@ pub(super) trait Campaign: Sized {
     fn run_shard(&self, shard: Shard, out: &Path) -> Result<(), Error> {
         let (total, cases) = (self.cases(), shard.cases(self.cases()));
         let folder = OutputFolder::open(&out.join(format!("shard-{}-of-{}", shard.number(), shard.of())))?;
-        let heading = Heading::new(Self::COMMAND, self.named_options()?, self.inputs(), total, shard)
+        let mut heading = Heading::new(Self::COMMAND, self.named_options()?, self.inputs(), total, shard)
             .map_err(|source| TissueError::Read { path: "the program's own file".into(), source })?;
+        heading.command_line = provenance::command_line();
         let counts = self.run(cases.clone())?;
         folder.write(FILE, Part::write(&heading, &counts).map_err(unwritable)?.as_bytes())?;
         let again: Self::Counts = Part::read(&folder.draft().join(FILE)).map_err(unreadable)?.counts().map_err(unwritable)?;
@@ -120,14 +131,14 @@ pub(super) trait Campaign: Sized {
     }
 
     /// Writes what one run of all cases would have written.
-    fn merge(parts: Vec<Part>, out: &Path) -> Result<(), Error> {
+    fn merge(parts: Vec<Part>, out: &Path, all: bool) -> Result<(), Error> {
         let Some(heading) = parts.first().map(|part| part.heading.clone()) else { return Ok(()) };
         let unread = |shard: Shard| {
             move |why| TissueError::Usage(format!("shard {shard} of {} cannot be read: {why}: run it again", Self::COMMAND))
         };
         let options = serde_json::from_value(heading.options.clone().into_iter().collect()).map_err(unread(heading.shard))?;
         let campaign = Self::of_shards(options, &heading)?;
-        let folder = OutputFolder::open(out)?;
+        let folder = OutputFolder::open(out)?.made_by(provenance::of_shards(&parts, campaign.scene()));
         let mut counts: Option<Self::Counts> = None;
         for part in parts {
             let next = part.counts().map_err(unread(part.heading.shard))?;
@@ -136,7 +147,7 @@ pub(super) trait Campaign: Sized {
                 None => counts = Some(next),
             }
         }
-        counts.map_or(Ok(()), |counts| campaign.report(folder, counts))
+        counts.map_or(Ok(()), |counts| campaign.report(folder, counts, all))
     }
 }
 

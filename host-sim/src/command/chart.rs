@@ -10,10 +10,12 @@ use serde::{Deserialize, Serialize};
 
 use super::campaign::{Campaign, Shards};
 use super::progress::Steps;
+use super::verdict::Verdict;
 use crate::error::Error;
 use palpate_lab::chart::peers::{Peers, StandardPress};
 use palpate_lab::chart::{
-    MovingPoint, Reference, Run, Scope, Summary, Task, TermErrors, draw, measure, term_errors, write, write_term_errors,
+    FrontPoint, MovingPoint, Reference, Run, Scope, Summary, Task, TermErrors, draw, measure, term_errors, write,
+    write_term_errors,
 };
 use palpate_lab::methods::{Block, Method};
 use palpate_tissue::Error as TissueError;
@@ -135,11 +137,16 @@ impl Campaign for Chart {
         rows.terms.extend(next.terms);
     }
 
-    fn report(&self, folder: OutputFolder, Rows { runs, terms }: Rows) -> Result<(), Error> {
+    fn report(&self, folder: OutputFolder, Rows { runs, terms }: Rows, all: bool) -> Result<(), Error> {
         let summary = Summary::of(&runs, &self.options.processor);
         write(&folder, &runs, &summary)?;
         draw(&folder, &runs, &self.options.processor)?;
-        print_table(&runs);
+        let verdict = Verdict::ok(in_words(&summary)).first();
+        if all {
+            print_table(&runs);
+        } else {
+            println!("--all prints a row per method, size and stiffness");
+        }
         print_fronts(&summary);
         if let Some(peers) = &self.peers {
             peer_report::add(&folder, peers, &runs, self.options.moving)?;
@@ -149,8 +156,20 @@ impl Campaign for Chart {
             print_terms(&terms);
         }
         println!("\nwrote {}: summary.json, chart.csv, pictures as SVG and PNG", folder.publish()?.display());
-        Ok(())
+        verdict.last()
     }
+}
+
+/// How many survived, and how many of the points that nothing beats are ours.
+fn in_words(summary: &Summary) -> String {
+    let points = || summary.fronts.iter().filter(|front| front.cost == "tick_us").flat_map(|front| &front.points);
+    let ours = points().filter(|point| point.method.starts_with("palpate")).count();
+    format!(
+        "{} of {} rows survive the press to 8 mm; {ours} of the {} points that no row beats in both tick time and error are ours",
+        summary.survived,
+        summary.rows,
+        points().count()
+    )
 }
 
 impl Options {
@@ -274,8 +293,16 @@ fn print_table(runs: &[Run]) {
 fn print_fronts(summary: &Summary) {
     println!("\nmachine: {}; {}", summary.machine, summary.build);
     for front in &summary.fronts {
-        let points: Vec<String> = front.points.iter().map(|p| format!("{} {} x{}", p.method, p.nodes, p.substeps)).collect();
-        println!("front of {} over {} at {} kPa: {}", front.error, front.cost, front.youngs_modulus_pa * 1e-3, points.join(", "));
+        println!(
+            "\nat {} kPa, what no other row beats in both {} and {}:",
+            front.youngs_modulus_pa * 1e-3,
+            front.cost,
+            front.error
+        );
+        println!("{:<22} {:>5} {:>8} {:>14} {:>14}", "method", "nodes", "substeps", front.cost, front.error);
+        for FrontPoint { method, nodes, substeps, cost, error } in &front.points {
+            println!("{method:<22} {nodes:>5} {substeps:>8} {cost:>14.1} {error:>14.3}");
+        }
     }
     for front in &summary.moving_fronts {
         println!(

@@ -10,7 +10,9 @@ use serde::{Deserialize, Serialize};
 
 use super::campaign::{Campaign, Shards};
 use super::hardware_in_loop::HardwareInLoop;
+use super::length::metres;
 use super::progress::Progress;
+use super::verdict::Verdict;
 use super::{Common, print_warnings};
 use crate::error::Error;
 use crate::loop_figures;
@@ -23,7 +25,7 @@ use palpate_loop::closed_loop::stimulus::{STIMULI, Site, Stimulus};
 use palpate_loop::closed_loop::trace;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
-use palpate_tissue::scene::Scene;
+use palpate_tissue::scene::{Change, Scene};
 use palpate_tissue::shard::{checksum, scene_checksum};
 
 #[derive(Args, Clone, Debug)]
@@ -59,11 +61,12 @@ struct RunOptions {
     /// Amplifier's time constant in s [default: the device's].
     #[arg(long, allow_negative_numbers = true, value_name = "s")]
     lag_s: Option<f64>,
-    /// One encoder count in m [default: the device's].
-    #[arg(long, allow_negative_numbers = true, value_name = "m")]
+    /// One encoder count (10um, 0.01mm, 10e-6) [default: the device's].
+    #[arg(long = "count", alias = "count-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true)]
     count_m: Option<f64>,
-    /// Depth of presses in m [default: 0.004, or where 85 % of the device's force limit is met].
-    #[arg(long, allow_negative_numbers = true, value_name = "m", conflicts_with = "wall")]
+    /// Depth of presses (3mm, 0.3cm, 0.003) [default: 4mm, or where 85 % of the device's force limit
+    /// is met].
+    #[arg(long = "depth", alias = "depth-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true, conflicts_with = "wall")]
     depth_m: Option<f64>,
     /// One hand, H0 to H6 [default: all].
     #[arg(long, value_name = "ID")]
@@ -82,6 +85,8 @@ struct RunOptions {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Options {
     scene: String,
+    #[serde(default)]
+    changes: Vec<Change>,
     #[serde(flatten)]
     runs: RunOptions,
     /// Not for shards.
@@ -100,6 +105,8 @@ pub(super) struct Loop {
     name: String,
     target: Target,
     board: Option<HardwareInLoop>,
+    /// None of a wall.
+    scene: Option<Scene>,
     inputs: BTreeMap<String, String>,
 }
 
@@ -110,7 +117,7 @@ impl LoopArgs {
         }
         let Self { common, runs, emulated, image, shards } = self.clone();
         let folder = common.folder("loop");
-        Loop::start(Options { scene: common.scene, runs, emulated, image }, &shards, &folder)
+        Loop::start(Options { scene: common.scene, changes: common.changes, runs, emulated, image }, &shards, &folder)
     }
 }
 
@@ -133,7 +140,7 @@ impl Campaign for Loop {
             ))
             .into());
         }
-        let (name, target, board) = options.target(&device)?;
+        let Felt { name, target, board, scene } = options.target(&device)?;
         if let Some(stimulus) = stimuli.iter().find(|s| board.as_ref().is_some_and(|board| board.cannot_follow(s))) {
             return Err(TissueError::Usage(format!(
                 "--stimulus {} swaps the far field, which a board takes with a patch alone: name another with --stimulus, or leave --emulated out",
@@ -147,7 +154,7 @@ impl Campaign for Loop {
         if let Ok(profile) = std::fs::read(&runs.device) {
             inputs.insert("device".to_owned(), checksum(&profile));
         }
-        Ok(Self { options, device, hands, stimuli, name, target, board, inputs })
+        Ok(Self { options, device, hands, stimuli, name, target, board, scene, inputs })
     }
 
     fn options(&self) -> &Options {
@@ -160,6 +167,10 @@ impl Campaign for Loop {
 
     fn inputs(&self) -> BTreeMap<String, String> {
         self.inputs.clone()
+    }
+
+    fn scene(&self) -> Option<&Scene> {
+        self.scene.as_ref()
     }
 
     fn run(&self, cases: Range<u64>) -> Result<Vec<Row>, Error> {
@@ -178,11 +189,13 @@ impl Campaign for Loop {
         rows.extend(next);
     }
 
-    fn report(&self, folder: OutputFolder, rows: Vec<Row>) -> Result<(), Error> {
+    fn report(&self, folder: OutputFolder, rows: Vec<Row>, all: bool) -> Result<(), Error> {
         let Self { device, hands, stimuli, name, .. } = self;
         let report = report(name, &self.target, device, rows);
         let site = if self.board.is_some() { Site::new(Vector3::zeros(), Vector3::z()) } else { self.target.site() };
-        folder.write_json("summary.json", &report)?;
+        folder.write_summary(&report)?;
+        let verdict = Verdict::of(judge(&report), || in_words(&report))?.first();
+        print(&report, hands, stimuli, all);
         folder.write("runs.csv", table(&report.runs)?.as_bytes())?;
         // shown in full: the only run, or the one that shakes most
         let shown = report.runs.iter().max_by(|a, b| a.shake_mn.unwrap_or(0.0).total_cmp(&b.shake_mn.unwrap_or(0.0)));
@@ -192,8 +205,7 @@ impl Campaign for Loop {
             let below = format!("{name}, {}, {} {}: {}", device.name, row.hand, row.stimulus, row.verdict);
             trace::write(&folder, &run, &site)?;
             loop_figures::draw(&folder, "loop", &below, &run, &site)?;
-            print(&report, hands, stimuli);
-            println!("\nshown in full: {} {}", row.hand, row.stimulus);
+            println!("\nthe run in trace.csv and the pictures: {}", named(row, hands, stimuli));
         }
         if self.board.is_some() {
             println!(
@@ -202,17 +214,48 @@ impl Campaign for Loop {
         }
         let out = folder.publish()?;
         println!("wrote {}: summary.json, runs.csv, trace.csv, pictures as SVG and PNG", out.display());
-        if report.broken.is_empty() {
-            return Ok(());
-        }
-        let more = if report.broken.len() > 3 {
-            format!(" and {} more, see summary.json", report.broken.len() - 3)
-        } else {
-            String::new()
-        };
-        let first: Vec<&str> = report.broken.iter().take(3).map(String::as_str).collect();
-        Err(TissueError::Check(format!("{}{more}", first.join("; "))).into())
+        verdict.last()
     }
+}
+
+fn judge(report: &Report) -> Result<(), Error> {
+    if report.broken.is_empty() {
+        return Ok(());
+    }
+    let more =
+        if report.broken.len() > 3 { format!(" and {} more, see summary.json", report.broken.len() - 3) } else { String::new() };
+    let first: Vec<&str> = report.broken.iter().take(3).map(String::as_str).collect();
+    Err(TissueError::Check(format!("{}{more}", first.join("; "))).into())
+}
+
+fn in_words(report: &Report) -> String {
+    let quiet = report.runs.iter().filter(|r| r.verdict == "quiet").count();
+    let toggling = match report.runs.iter().filter(|r| r.verdict == "a count toggles").count() {
+        0 => String::new(),
+        n => format!(", in {n} one encoder count toggles"),
+    };
+    let created_mj = report.most(|r| Some(r.created_mj)).unwrap_or(0.0);
+    format!(
+        "{quiet} of {} runs quiet{toggling}: nothing of the loop is felt besides {}; at most {created_mj:.4} mJ created",
+        report.runs.len(),
+        report.target
+    )
+}
+
+/// Hand and stimulus of a run, with their names beside their numbers.
+fn named(row: &Row, hands: &[Hand], stimuli: &[Stimulus]) -> String {
+    let hand = hands.iter().find(|h| h.id == row.hand).map_or("", |h| h.name);
+    let stimulus = stimuli.iter().find(|s| s.id == row.stimulus).map_or("", |s| s.name);
+    format!("hand {} ({hand}), stimulus {} ({stimulus})", row.hand, row.stimulus)
+}
+
+/// What is felt.
+struct Felt {
+    name: String,
+    target: Target,
+    /// Answers for it, if it is emulated.
+    board: Option<HardwareInLoop>,
+    scene: Option<Scene>,
 }
 
 impl Loop {
@@ -236,18 +279,17 @@ impl Options {
         device.count_m = self.runs.count_m.unwrap_or(device.count_m);
         device.check(&|key| match key {
             "amplifier_lag_s" => "--lag-s: amplifier_lag_s".into(),
-            "count_m" => "--count-m: count_m".into(),
+            "count_m" => "--count: count_m".into(),
             "delay_ticks" => "--delay-ticks: delay_ticks".into(),
             other => format!("--device {}: {other}", self.runs.device),
         })?;
         Ok(device)
     }
 
-    /// Returns the name and the model of what is felt, tissue or wall, and the emulated board that
-    /// answers for it, if one does.
-    fn target(&self, device: &DeviceProfile) -> Result<(String, Target, Option<HardwareInLoop>), Error> {
+    /// Tissue or wall.
+    fn target(&self, device: &DeviceProfile) -> Result<Felt, Error> {
         let Some(n_per_m) = self.runs.wall else {
-            let mut scene = Scene::load(&self.scene)?;
+            let mut scene = Scene::load_with(&self.scene, &self.changes)?;
             if self.emulated {
                 scene.refuse_what_boards_lack("a board")?;
             }
@@ -262,7 +304,8 @@ impl Options {
                 Some(patch) => Some(HardwareInLoop::new(self.image.as_deref(), &patch, &prepared)?),
                 None => None,
             };
-            return Ok((scene.name.clone(), Target::Tissue(Box::new(prepared), scene.tissue.youngs_modulus_pa), board));
+            let target = Target::Tissue(Box::new(prepared), scene.tissue.youngs_modulus_pa);
+            return Ok(Felt { name: scene.name.clone(), target, board, scene: Some(scene) });
         };
         if !(1.0..=1e5).contains(&n_per_m) {
             return Err(TissueError::Usage(format!(
@@ -272,7 +315,7 @@ impl Options {
         }
         // a soft wall is pressed no deeper than a stiff one; a hand swings twice as far
         fits(device, (device.force_limit_n / n_per_m).min(2.0 * DEPTH_M))?;
-        Ok((format!("wall of {n_per_m} N/m"), Target::Wall(n_per_m), None))
+        Ok(Felt { name: format!("a wall of {n_per_m} N/m"), target: Target::Wall(n_per_m), board: None, scene: None })
     }
 }
 
@@ -311,7 +354,7 @@ fn table(rows: &[Row]) -> Result<String, Error> {
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus]) {
+fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus], all: bool) {
     println!(
         "{} under {}: pressed to {:.2} mm, {:.3} N, {:.0} N/m there",
         report.target, report.device, report.depth_mm, report.static_n, report.slope_n_per_m
@@ -329,6 +372,33 @@ fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus]) {
         }
         _ => println!("  encoder   ideal: no counts\n"),
     }
+    if all {
+        print_matrix(report, hands, stimuli);
+    } else {
+        for row in report.runs.iter().filter(|r| r.verdict != "quiet") {
+            println!("  {}: {}", named(row, hands, stimuli), row.verdict);
+        }
+    }
+    let weak = report.runs.iter().filter(|r| r.weakened).count();
+    println!(
+        "{} of {} runs quiet, {weak} weakened because the hand pushed long at the device's force limit{}",
+        report.runs.iter().filter(|r| r.verdict == "quiet").count(),
+        report.runs.len(),
+        if all { "" } else { "; --all prints each" }
+    );
+    let worst = |number: Option<f64>, digits: usize| number.map_or("-".into(), |n| format!("{n:.digits$}"));
+    println!(
+        "worst: created {} mJ, slow press {} mN above 50 Hz, hold {} mN, static error {} %, turn {} degrees a tick (-: in none of these runs)",
+        worst(report.most(|r| Some(r.created_mj)), 4),
+        worst(report.most(|r| r.buzz_mn), 1),
+        worst(report.most(|r| r.hold_buzz_mn), 1),
+        worst(report.most(|r| r.static_error_pct), 3),
+        worst(report.most(|r| r.turn_deg), 1)
+    );
+}
+
+/// A mark per hand and stimulus, and what the marks and numbers stand for.
+fn print_matrix(report: &Report, hands: &[Hand], stimuli: &[Stimulus]) {
     print!("{:<22}", "");
     for stimulus in stimuli {
         print!("{:>8}", stimulus.id);
@@ -342,26 +412,13 @@ fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus]) {
         }
         println!();
     }
-    let weak = report.runs.iter().filter(|r| r.weakened).count();
+    let names: Vec<String> = stimuli.iter().map(|s| format!("{} {}", s.id, s.name)).collect();
+    println!("\nstimuli: {}", names.join(", "));
     println!(
-        "\n. quiet: in the last half second the handle swings by at most two counts (or 5 um), the force above 20 Hz by at most 20 mN RMS, and nothing grows"
+        ". quiet: in the last half second the handle swings by at most two counts (or 5 um), the force above 20 Hz by at most 20 mN RMS, and nothing grows"
     );
     println!("weak: quiet, and felt weaker because the hand pushed long at the device's force limit   count: one count toggles");
-    println!("CYCLE: limit cycle   ENERGY: energy created   FAULT   BROKEN: an invariant");
-    println!(
-        "{} of {} runs quiet, {weak} of all weakened",
-        report.runs.iter().filter(|r| r.verdict == "quiet").count(),
-        report.runs.len()
-    );
-    let worst = |number: Option<f64>, digits: usize| number.map_or("-".into(), |n| format!("{n:.digits$}"));
-    println!(
-        "worst: created {} mJ, slow press {} mN above 50 Hz, hold {} mN, static error {} %, turn {} degrees a tick (-: in none of these runs)",
-        worst(report.most(|r| Some(r.created_mj)), 4),
-        worst(report.most(|r| r.buzz_mn), 1),
-        worst(report.most(|r| r.hold_buzz_mn), 1),
-        worst(report.most(|r| r.static_error_pct), 3),
-        worst(report.most(|r| r.turn_deg), 1)
-    );
+    println!("CYCLE: limit cycle   ENERGY: energy created   FAULT   BROKEN: an invariant\n");
 }
 
 fn mark(row: &Row) -> &'static str {

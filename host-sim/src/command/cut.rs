@@ -4,8 +4,10 @@ use clap::Args;
 use serde::Serialize;
 
 use super::Common;
+use super::length::metres;
 use super::pack::BoardArg;
 use super::progress::Status;
+use super::verdict::Verdict;
 use crate::error::Error;
 use palpate_fit::calibrate::Round;
 use palpate_fit::calibrate::accuracy::Accuracy;
@@ -38,16 +40,16 @@ pub(super) struct CutArgs {
     common: Common,
     #[command(flatten)]
     board: BoardArg,
-    /// The patch holds what lies within this of the site [m], 1.5 to 2.5 probe radii; rim springs
+    /// The patch holds what lies within this of the site (16mm, 1.6cm, 0.016), 1.5 to 2.5 probe radii; rim springs
     /// stand in for the rest of the organ.
-    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    #[arg(long = "radius", alias = "radius-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true)]
     radius_m: f64,
-    /// Edge length of the elements at the site [m] [default: the smallest that fits the board].
-    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    /// Edge length of the elements at the site [default: the smallest that fits the board].
+    #[arg(long = "element", alias = "element-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true)]
     element_m: Option<f64>,
-    /// How far the probe slides, along x and y, centred on the site [m]: the patch is then as long.
+    /// How far the probe slides, along x and y, centred on the site: the patch is then as long.
     /// The default block only.
-    #[arg(long, value_names = ["X", "Y"], value_delimiter = ',', num_args = 2, allow_negative_numbers = true)]
+    #[arg(long = "stroke", alias = "stroke-m", value_names = ["X", "Y"], value_delimiter = ',', num_args = 2, value_parser = metres, allow_negative_numbers = true)]
     stroke_m: Option<Vec<f64>>,
     /// Places to calibrate over.
     #[arg(long, value_name = "COUNT", default_value_t = 100)]
@@ -57,7 +59,7 @@ pub(super) struct CutArgs {
 impl CutArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let (common, machine, radius_m) = (&self.common, self.board.machine()?, self.radius_m);
-        let scene = Scene::load(&common.scene)?;
+        let scene = common.load()?;
         scene.refuse_stiffening()?;
         if machine.is_board() {
             scene.refuse_what_boards_lack(machine.name)?;
@@ -92,7 +94,7 @@ impl CutArgs {
             return Err(too_slow(&prepared.patch(), &before, machine));
         }
         let out = common.folder("cut");
-        let folder = OutputFolder::open(&out)?;
+        let folder = common.open("cut", &scene)?;
         status.say("finite elements of the whole");
         let solved = Solved::beside(&out);
         let truth = Truth::kept(&scene, &prepared.placed, Some(&solved), |done, all| {
@@ -131,7 +133,7 @@ fn cost(patch: &Patch, machine: &Machine, radius_m: f64, substeps: u16) -> Cost 
 
 fn too_slow(patch: &Patch, cost: &Cost, machine: &Machine) -> Error {
     Error::Tissue(TissueError::TooSlow(format!(
-        "{} nodes take about {:.0} {} a tick, {:.0} fit on {}: take a larger --element-m, a smaller --radius-m or a faster board",
+        "{} nodes take about {:.0} {} a tick, {:.0} fit on {}: take a larger --element, a smaller --radius or a faster board",
         patch.model().nodes.len(),
         cost.units,
         machine.unit,
@@ -185,7 +187,6 @@ struct Summary<'a> {
     errors: Short,
     rounds: &'a [Round],
     accuracy: &'a Accuracy,
-    machine: String,
 }
 
 fn write(
@@ -209,36 +210,40 @@ fn write(
         .iter()
         .map(|f| [f.depth_mm, f.centred_pct, f.disc_rms_pct.unwrap_or(f64::NAN), f.disc_worst_pct.unwrap_or(f64::NAN)]);
     folder.write_csv("accuracy.csv", ["depth_mm", "centred_pct", "disc_rms_pct", "disc_worst_pct"], rows)?;
-    folder.write_json(
-        "summary.json",
-        &Summary {
-            scene: &scene.name,
-            board: machine.name,
-            nodes: model.nodes.len(),
-            springs: model.springs.len(),
-            tets: model.tets.len(),
-            rim_nodes: model.rim_nodes.len(),
-            rim_edges: model.rim_edges.len(),
-            rim_lowest_eigenvalue_over_e_m: springs::lowest_m(&prepared.far.springs),
-            outside_tets: prepared.far.cut.outside.mesh.tets.len(),
-            radius_m: model_radius_m(session),
-            element_m: session.patch.element_m(),
-            substeps: session.params.substeps,
-            stable_dt_s: session.stable.pressed_s,
-            estimated_units: cost.units,
-            budget_units: cost.budget,
-            unit: machine.unit,
-            fitted_places: session.patch.fitted_places(),
-            errors,
-            rounds: &fitted.rounds,
-            accuracy: &fitted.accuracy,
-            machine: palpate_tissue::machine::processor(),
-        },
-    )?;
+    folder.write_summary(&Summary {
+        scene: &scene.name,
+        board: machine.name,
+        nodes: model.nodes.len(),
+        springs: model.springs.len(),
+        tets: model.tets.len(),
+        rim_nodes: model.rim_nodes.len(),
+        rim_edges: model.rim_edges.len(),
+        rim_lowest_eigenvalue_over_e_m: springs::lowest_m(&prepared.far.springs),
+        outside_tets: prepared.far.cut.outside.mesh.tets.len(),
+        radius_m: model_radius_m(session),
+        element_m: session.patch.element_m(),
+        substeps: session.params.substeps,
+        stable_dt_s: session.stable.pressed_s,
+        estimated_units: cost.units,
+        budget_units: cost.budget,
+        unit: machine.unit,
+        fitted_places: session.patch.fitted_places(),
+        errors,
+        rounds: &fitted.rounds,
+        accuracy: &fitted.accuracy,
+    })?;
     if let Some(patch_crc32) = checksum(&bytes) {
         record(scene, session, &errors, patch_crc32).write(&folder, &name)?;
     }
     let out = folder.publish()?;
+    let verdict = Verdict::ok(format!(
+        "{} nodes, {:.2} % rms off finite elements of the whole at places that the fit did not see; a tick takes {:.0} % of what it may on {} (estimate)",
+        model.nodes.len(),
+        errors.disc_rms_pct,
+        100.0 * cost.units / cost.budget,
+        machine.name
+    ))
+    .first();
     println!(
         "{}: {} nodes, {} springs, {} tets, {} rim nodes and {} rim edges for {} elements outside, {} bytes",
         out.join(&name).display(),
@@ -263,7 +268,7 @@ fn write(
         "force against finite elements of the whole: centred {:.2} % rms, unseen places {:.2} % rms, worst {:+.2} %",
         errors.centred_rms_pct, errors.disc_rms_pct, errors.disc_worst_pct
     );
-    Ok(())
+    verdict.last()
 }
 
 /// The record beside the patch.

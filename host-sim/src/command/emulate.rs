@@ -11,14 +11,13 @@ use palpate_controller::patch::Memory;
 use self::print::{Emulated, print, write_timing};
 use super::Common;
 use super::press::{print_holds, with_progress};
+use super::verdict::Verdict;
 use crate::error::Error;
 use crate::press_report;
 use palpate_board::one_core::OneCore;
 use palpate_board::{self, Board, EmulatedBoard, Twin, campaign, timed, timing};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::fit_record::press_packed;
-use palpate_tissue::output::OutputFolder;
-use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
 
 /// Ticks of contact, faults and recovery beside the press.
@@ -43,7 +42,8 @@ pub(super) struct EmulateArgs {
     /// nodule-m7-480, liver-m4f-168].
     #[arg(long, value_name = "FILE")]
     patch: Option<PathBuf>,
-    /// The emulated board [default: m4f, with a patch named *m7-480 m7].
+    /// The emulated board [default: the one that the patch's file is named after, m4f-168 if it is
+    /// named after none].
     #[arg(long, value_enum)]
     board: Option<EmulatedBoard>,
     /// Ticks of random presses, faults and recovery after the scene's own press [default: 10000].
@@ -60,7 +60,7 @@ pub(super) struct EmulateArgs {
 
 impl EmulateArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let mut scene = Scene::load(&self.common.scene)?;
+        let mut scene = self.common.load()?;
         scene.refuse_what_boards_lack("a board")?;
         let patch_file = match &self.patch {
             Some(path) => path.clone(),
@@ -78,7 +78,7 @@ impl EmulateArgs {
         let mut memory = Box::new(Memory::RESERVED);
         let mut twin = Twin::new(board, patch, &mut memory)?;
         // not before scene, image and patch are known to be good: bad input leaves nothing behind
-        let folder = OutputFolder::open(&self.common.folder("emulate"))?;
+        let folder = self.common.open("emulate", &scene)?;
 
         let started = Instant::now();
         let press = with_progress(|progress| palpate_board::press::run(&scene, &session, &mut twin, progress))?;
@@ -99,7 +99,7 @@ impl EmulateArgs {
             overruns = timed::overruns(&image, machine)?;
         }
         let emulated = Emulated {
-            board: format!("{machine:?}"),
+            board: machine.name().into(),
             image: image.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
             patch_bytes: bytes.len(),
             exchanges,
@@ -122,17 +122,18 @@ impl EmulateArgs {
         if self.timing {
             write_timing(&folder, &scene, &session, machine, &seen, &emulated)?;
         }
+        let broken = twin.broken.map(|(tick, broken)| format!("tick {tick} on the board breaks {}: {}", broken.id, broken.what));
+        let difference = emulated.first_difference.as_ref().map(|d| format!("board and desktop part: {d}"));
+        let check = match difference.or(broken) {
+            Some(why) => Err(TissueError::Check(why)),
+            None => press.check(&scene.drive),
+        };
+        let verdict = Verdict::of(check, || emulated.in_words())?.first();
         print_holds(&scene, &press);
         print(&emulated);
         let out = folder.publish()?;
         println!("\nwrote {}: summary.json, emulated.json, trace.csv, surface_*.csv, pictures as SVG and PNG", out.display());
-        if let Some(difference) = &emulated.first_difference {
-            return Err(TissueError::Check(format!("board and desktop part: {difference}")).into());
-        }
-        if let Some((tick, broken)) = twin.broken {
-            return Err(TissueError::Check(format!("tick {tick} on the board breaks {}: {}", broken.id, broken.what)).into());
-        }
-        Ok(press.check(&scene.drive)?)
+        verdict.last()
     }
 }
 

@@ -4,12 +4,13 @@ use clap::Args;
 
 use super::Common;
 use super::progress::Steps;
+use super::verdict::Verdict;
 use crate::error::Error;
+use crate::provenance;
 use palpate_lab::far_field::sliding::{Sliding, report};
 use palpate_lab::far_field::table::{Awake, Errors, Kind, Row, Scope, Setting, Summary, Table, awake, draw, table, write};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
-use palpate_tissue::scene::Scene;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct FarFieldArgs {
@@ -29,11 +30,11 @@ impl FarFieldArgs {
         if self.sliding {
             return self.slide();
         }
-        let scene = Scene::load(&self.common.scene)?;
+        let scene = self.common.load()?;
         scene.refuse_stiffening()?;
         let scope = if self.quick { Scope::quick() } else { Scope::full() };
         let setting = Setting::of(&scene, scope.directions)?;
-        let folder = OutputFolder::open(&self.common.folder("far-field"))?;
+        let folder = self.common.open("far-field", &scene)?;
         let steps = Steps::new("far field", 0);
         let table = table(&scene, &scope, &mut |done, total, what| steps.show(done, total, what))?;
         let awake = awake(&scene, &scope, &mut |done, total, what| steps.show(done, total, what))?;
@@ -41,29 +42,39 @@ impl FarFieldArgs {
         let summary = Summary::of(&scene.name, &setting, &table, &awake);
         write(&folder, &summary, &awake)?;
         draw(&folder, &scene.name, &setting, &table, &awake)?;
+        let check = if summary.broken.is_empty() { Ok(()) } else { Err(TissueError::Check(summary.broken.join("; "))) };
+        let verdict = Verdict::of(check, || {
+            format!(
+                "rim springs are within {} % of the exact outside on every patch of {} probe radii or more, and positive",
+                summary.promised_pct, summary.promised_from_probe_radii
+            )
+        })?
+        .first();
         print_table(&setting, &table, &summary);
         print_awake(&awake);
         let names = "summary.json, far_field.csv, awake.csv, stress_rule.csv, pictures as SVG and PNG";
         println!("\nwrote {}: {names}", folder.publish()?.display());
-        if summary.broken.is_empty() { Ok(()) } else { Err(TissueError::Check(summary.broken.join("; ")).into()) }
+        verdict.last()
     }
 }
 
 impl FarFieldArgs {
     fn slide(&self) -> Result<(), Error> {
-        if self.common.scene != "block" {
-            let why = format!("--scene {}: sliding is measured on the default block: leave --scene out", self.common.scene);
+        if self.common.scene != "block" || !self.common.changes.is_empty() {
+            let why =
+                format!("--scene {}: sliding is measured on the default block: leave --scene and --set out", self.common.scene);
             return Err(TissueError::Usage(why).into());
         }
-        let folder = OutputFolder::open(&self.common.folder("far-field"))?;
+        let folder = OutputFolder::open(&self.common.folder("far-field"))?.made_by(provenance::of(None));
         let steps = Steps::new("sliding", 0);
         let sliding = report(&folder, self.quick, &mut |done, total, what| steps.show(done, total, what))?;
         steps.finish();
-        folder.write_json("summary.json", &sliding)?;
+        folder.write_summary(&sliding)?;
+        let verdict = Verdict::of(sliding.check(), || "sliding keeps what is promised of it".into())?.first();
         print_sliding(&sliding);
         let out = folder.publish()?;
         println!("\nwrote {}: summary.json, sliding.csv, sliding_stroke.csv, traces, pictures as SVG and PNG", out.display());
-        Ok(sliding.check()?)
+        verdict.last()
     }
 }
 

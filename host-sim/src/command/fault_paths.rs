@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::campaign::Campaign;
 use super::progress::Progress;
+use super::verdict::Verdict;
 use crate::error::Error;
 use palpate_loop::closed_loop::paths::{KINDS, PathGround, PathRow, PathTable, paths};
 use palpate_tissue::Error as TissueError;
@@ -89,46 +90,54 @@ impl Campaign for Paths {
         table.add(&next);
     }
 
-    fn report(&self, folder: OutputFolder, table: PathTable) -> Result<(), Error> {
+    fn report(&self, folder: OutputFolder, table: PathTable, all: bool) -> Result<(), Error> {
         let total = table.total();
         folder.write("paths.csv", csv(&table).as_bytes())?;
-        folder.write_json(
-            "summary.json",
-            &Summary {
-                paths: self.options.paths,
-                seed: self.options.seed,
-                ticks: total.ticks,
-                ticks_with_force: total.ticks_with_force,
-                invariants_broken: total.broken.clone(),
-                faults_on_honest_motion: total.honest_faults.clone(),
-                faults: total.faults.clone(),
-                outside_with_force_m: total.outside_m,
-                outside_with_force_ticks: total.outside_ticks,
-                force_into_tissue_n: total.into_n,
-                chatter_ticks: total.chatter_ticks,
-                energy_created_mj: total.created_j * 1e3,
-                runs_that_create_energy: total.creating,
-                runs_by_hand: total.by_hand,
-                energy_created_by_hand_mj: total.created_by_hand_j * 1e3,
-                runs_by_hand_that_create_energy: total.creating_by_hand,
-                peak_force_n: total.peak_n,
-                patches: &table.patches,
-                bad: &table.examples,
-                creating: &table.creating,
-            },
-        )?;
-        print(&table, &total);
+        folder.write_summary(&Summary {
+            paths: self.options.paths,
+            seed: self.options.seed,
+            ticks: total.ticks,
+            ticks_with_force: total.ticks_with_force,
+            invariants_broken: total.broken.clone(),
+            faults_on_honest_motion: total.honest_faults.clone(),
+            faults: total.faults.clone(),
+            outside_with_force_m: total.outside_m,
+            outside_with_force_ticks: total.outside_ticks,
+            force_into_tissue_n: total.into_n,
+            chatter_ticks: total.chatter_ticks,
+            energy_created_mj: total.created_j * 1e3,
+            runs_that_create_energy: total.creating,
+            runs_by_hand: total.by_hand,
+            energy_created_by_hand_mj: total.created_by_hand_j * 1e3,
+            runs_by_hand_that_create_energy: total.creating_by_hand,
+            peak_force_n: total.peak_n,
+            patches: &table.patches,
+            bad: &table.examples,
+            creating: &table.creating,
+        })?;
+        let verdict = Verdict::of(judge(&table, &total), || {
+            format!(
+                "{} paths broke no invariant, and none of motion that a hand can make ended in a fault; strongest force {:.3} N",
+                self.options.paths, total.peak_n
+            )
+        })?
+        .first();
+        print(&table, &total, all);
         println!("\nwrote {}: summary.json, paths.csv", folder.publish()?.display());
-        let honest: u64 = total.honest_faults.values().sum();
-        match total.broke() + honest {
-            0 => Ok(()),
-            _ => Err(TissueError::Check(format!(
-                "{} paths broke an invariant, {honest} of honest motion ended in a fault; the first: {}",
-                total.broke(),
-                table.examples.first().map_or("", String::as_str)
-            ))
-            .into()),
-        }
+        verdict.last()
+    }
+}
+
+fn judge(table: &PathTable, total: &PathRow) -> Result<(), Error> {
+    let honest: u64 = total.honest_faults.values().sum();
+    match total.broke() + honest {
+        0 => Ok(()),
+        _ => Err(TissueError::Check(format!(
+            "{} paths broke an invariant, {honest} of honest motion ended in a fault; the first: {}",
+            total.broke(),
+            table.examples.first().map_or("", String::as_str)
+        ))
+        .into()),
     }
 }
 
@@ -159,13 +168,17 @@ fn csv(table: &PathTable) -> String {
     text
 }
 
-fn print(table: &PathTable, total: &PathRow) {
+fn print(table: &PathTable, total: &PathRow, all: bool) {
     println!(
         "{:<16} {:>7} {:>11} {:>11} {:>8} {:>6} {:>7} {:>7} {:>10} {:>7}  broken; faults of honest motion; all faults",
         "path", "paths", "ticks", "with force", "out mm", "ticks", "in N", "chatter", "created mJ", "peak N"
     );
     let names = KINDS.iter().map(|(_, name)| *name).chain(["all"]);
     for (name, row) in names.zip(table.rows.iter().chain([total])) {
+        let failed = row.broke() > 0 || !row.honest_faults.is_empty();
+        if !all && !failed && name != "all" {
+            continue;
+        }
         println!(
             "{name:<16} {:>7} {:>11} {:>11} {:>8.3} {:>6} {:>7.3} {:>7} {:>10.5} {:>7.3}  {}; {}; {}",
             row.runs,

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::campaign::{Campaign, Shards};
 use super::fault_paths;
 use super::progress::Progress;
+use super::verdict::Verdict;
 use crate::error::Error;
 use palpate_charts::{self as charts, ReactionBar, ReactionTimes};
 use palpate_loop::closed_loop::campaign::{Ground, LightPatch, Table, campaign};
@@ -98,6 +99,16 @@ struct SoakSummary {
     peak_force_n: f32,
 }
 
+impl Summary {
+    fn in_words(&self) -> String {
+        let soaked = self.soak.as_ref().map_or(String::new(), |s| format!("; {:.0} s of normal use without a trip", s.seconds));
+        format!(
+            "{} runs with {} kinds of fault: every reaction right and in time, no invariant broken; strongest force {:.3} N{soaked}",
+            self.runs, self.kinds, self.peak_force_n
+        )
+    }
+}
+
 impl FaultsArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let (seed, soak_s) = (self.seed, self.soak_s);
@@ -138,15 +149,16 @@ impl Campaign for Faults {
         table.add(&next);
     }
 
-    fn report(&self, folder: OutputFolder, table: Table) -> Result<(), Error> {
+    fn report(&self, folder: OutputFolder, table: Table, all: bool) -> Result<(), Error> {
         let soaked = self.soak()?;
         let summary = self.summary(&table, soaked.as_ref());
         folder.write("faults.csv", csv(&table).as_bytes())?;
-        folder.write_json("summary.json", &summary)?;
+        folder.write_summary(&summary)?;
         self.picture(&folder, &table)?;
-        print(&table, &summary);
-        println!("\nwrote {}: summary.json, faults.csv, faults.svg, faults.png", folder.publish()?.display());
-        judge(&table, soaked.as_ref())
+        let verdict = Verdict::of(judge(&table, soaked.as_ref()), || summary.in_words())?.first();
+        print(&table, &summary, all);
+        println!("wrote {}: summary.json, faults.csv, faults.svg, faults.png", folder.publish()?.display());
+        verdict.last()
     }
 }
 
@@ -196,7 +208,7 @@ impl Faults {
             })
             .collect();
         let below = format!(
-            "{} runs in {} hands; bar: fastest to slowest, dot: median, stroke: allowed; no stroke: not certain to be told",
+            "{} runs in {} hands; bar: fastest to slowest, dot: median, stroke: latest allowed; no stroke: need not be noticed",
             self.options.runs,
             HANDS.len()
         );
@@ -252,12 +264,62 @@ fn csv(table: &Table) -> String {
     text
 }
 
-fn print(table: &Table, summary: &Summary) {
+/// What has to follow a fault, in words.
+const FOLLOWS: [(&str, &str); 6] = [
+    ("fault", "a numbered fault, zero force"),
+    ("ramp", "the force fades to zero"),
+    ("weaken", "a weaker force"),
+    ("go on", "nothing: it is ridden out"),
+    ("bounded", "the force stays within its limits"),
+    ("nothing", "nothing: it is no fault"),
+];
+
+/// A row per reaction: all kinds of fault that it has to follow.
+fn print_by_reaction(table: &Table) {
     println!(
-        "{:<11} {:<38} {:<8} {:>5} {:>5} {:>6} {:>6} {:>7} {:>6} {:>5}  number of fault: runs",
+        "\n{:<35} {:>5} {:>7} {:>9} {:>12} {:>15} {:>15}",
+        "what has to follow", "kinds", "runs", "injected", "latest ticks", "reacted wrongly", "broke invariant"
+    );
+    for (follows, words) in FOLLOWS {
+        let rows: Vec<_> = table.kinds().filter(|(kind, _)| must(&kind.expected) == follows).map(|(_, row)| row).collect();
+        if rows.is_empty() {
+            continue;
+        }
+        let latest = rows.iter().filter_map(|row| row.latest_ticks()).max().map_or("-".into(), |ticks| ticks.to_string());
+        println!(
+            "{words:<35} {:>5} {:>7} {:>9} {latest:>12} {:>15} {:>15}",
+            rows.len(),
+            rows.iter().map(|row| row.runs).sum::<u64>(),
+            rows.iter().map(|row| row.injected).sum::<u64>(),
+            rows.iter().map(|row| row.wrong).sum::<u64>(),
+            rows.iter().map(|row| row.broken).sum::<u64>()
+        );
+    }
+}
+
+fn print(table: &Table, summary: &Summary, all: bool) {
+    print_by_reaction(table);
+    print_kinds(table, all);
+    if let Some(s) = &summary.soak {
+        println!(
+            "{:.0} s of normal use, {} touches: {} trips, {} invariants broken, patch back within {:.1e} m, {} denormal numbers",
+            s.seconds, s.uses, s.trips, s.invariants_broken, s.drift_m, s.denormals
+        );
+    }
+}
+
+/// A row per kind of fault: all of them, or those that went wrong.
+fn print_kinds(table: &Table, all: bool) {
+    let shown: Vec<_> = table.kinds().filter(|(_, row)| all || row.broken + row.wrong > 0).collect();
+    if shown.is_empty() {
+        println!("\n--all prints a row per kind of fault");
+        return;
+    }
+    println!(
+        "\n{:<11} {:<38} {:<8} {:>5} {:>5} {:>6} {:>6} {:>7} {:>6} {:>5}  number of fault: runs",
         "id", "fault", "must", "runs", "came", "faults", "latest", "peak N", "broken", "wrong"
     );
-    for (kind, row) in table.kinds() {
+    for (kind, row) in shown {
         let latest = row.latest_ticks().map_or("-".into(), |t| t.to_string());
         println!(
             "{:<11} {:<38} {:<8} {:>5} {:>5} {:>6} {latest:>6} {:>7.3} {:>6} {:>5}  {}",
@@ -279,16 +341,6 @@ fn print(table: &Table, summary: &Summary) {
     println!(
         "broken: an invariant of the loop; wrong: not what must follow, or too late. bounded: a fault need not be told, the invariants hold\n"
     );
-    println!(
-        "{} runs, {} kinds of fault: {} broke an invariant, {} reacted wrongly; strongest force {:.3} N",
-        summary.runs, summary.kinds, summary.invariants_broken, summary.reactions_wrong, summary.peak_force_n
-    );
-    if let Some(s) = &summary.soak {
-        println!(
-            "{:.0} s of normal use, {} touches: {} trips, {} invariants broken, patch back within {:.1e} m, {} denormal numbers",
-            s.seconds, s.uses, s.trips, s.invariants_broken, s.drift_m, s.denormals
-        );
-    }
 }
 
 fn judge(table: &Table, soaked: Option<&Soak>) -> Result<(), Error> {

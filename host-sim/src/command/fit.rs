@@ -16,6 +16,8 @@ use serde::{Deserialize, Serialize};
 
 pub(super) use self::scenes::FitScenes;
 use super::campaign::{Campaign, Shards};
+use super::length::metres;
+use super::verdict::Verdict as Line;
 use super::{Common, print_warnings};
 use crate::error::Error;
 use palpate_fit::calibrate::{Fit, Settings};
@@ -47,7 +49,7 @@ pub(super) struct FitArgs {
     /// Instead: fit every scene (.toml) of a folder, each into a folder of its own below --out, and
     /// put what they came to in one table (fits.csv, summary.json, trials.json in --out/table). A
     /// scene that cannot be fitted is a row that says why, and the exit code is 1.
-    #[arg(long, value_name = "FOLDER", conflicts_with = "scene")]
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["scene", "changes"])]
     scenes: Option<PathBuf>,
     #[command(flatten)]
     shards: Shards,
@@ -59,9 +61,9 @@ pub(super) struct FitOptions {
     /// Nodes of the patch [default: the scene's of a block, 100 of a piece of an organ].
     #[arg(long, value_name = "COUNT")]
     nodes: Option<usize>,
-    /// Of an organ or a mesh, the patch holds what lies within this of the site [m] [default: 2.125
+    /// Of an organ or a mesh, the patch holds what lies within this of the site (16mm, 1.6cm, 0.016) [default: 2.125
     /// probe radii].
-    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    #[arg(long = "radius", alias = "radius-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true)]
     radius_m: Option<f64>,
     /// Places of the probe to fit over, beside the centre [default: 33 000 over the nodes, 80 to
     /// 250: the fewer nodes, the more].
@@ -81,7 +83,20 @@ struct Fitted {
     record: FitRecord,
     trials: Vec<Trial>,
     /// Where it misses the tolerance: what would do.
-    missed: Option<TissueError>,
+    missed: Option<String>,
+}
+
+impl Fitted {
+    fn verdict(&self, tolerance_pct: f64) -> Result<Line, Error> {
+        let judged = self.record.judged;
+        let check = self.missed.as_ref().map_or(Ok(()), |missed| Err(TissueError::Check(missed.clone())));
+        Line::of(check, || {
+            format!(
+                "{} nodes, {:.2} % rms off finite elements at {} places that the fit did not see, {:+.2} % at worst ({tolerance_pct} % asked for)",
+                self.record.nodes, judged.rms_pct, judged.places, judged.worst_pct
+            )
+        })
+    }
 }
 
 impl FitArgs {
@@ -95,7 +110,7 @@ impl FitArgs {
             let why = "--shard: one scene is fitted in one piece: leave it out, or give a folder of scenes with --scenes";
             return Err(TissueError::Usage(why.into()).into());
         }
-        self.fit_scene()?.missed.map_or(Ok(()), |missed| Err(missed.into()))
+        self.fit_scene()?.verdict(self.options.tolerance_pct)?.last()
     }
 
     fn fit_scene(&self) -> Result<Fitted, Error> {
@@ -120,7 +135,7 @@ impl FitArgs {
 
     /// The scene, if it can be fitted.
     fn scene(&self) -> Result<Scene, Error> {
-        let mut scene = Scene::load(&self.common.scene)?;
+        let mut scene = self.common.load()?;
         self.options.check()?;
         check(&scene)?;
         // the scene may already name the patch that is about to be fitted
@@ -149,11 +164,11 @@ impl FitArgs {
             n if n > MOST_NODES => "more nodes than a block is meshed with would (an estimate): ask for".to_owned(),
             n => format!("try --nodes {:.0} (an estimate), or", (n / 10.0).ceil() * 10.0),
         };
-        let missed = TissueError::Check(format!(
+        let missed = format!(
             "{rms:.2} % rms and {worst:+.2} % at the worst unseen press, {asked} % rms and {:.1} % were asked for; all is written: {would_do} --tolerance-pct {:.1}",
             WORST_RATIO * asked,
             (keeps * 10.0).ceil() / 10.0
-        ));
+        );
         Fitted { record, trials, missed: Some(missed) }
     }
 }

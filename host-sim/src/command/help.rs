@@ -1,20 +1,72 @@
-//! `palpate --help` in two lists: commands for use, and commands that check the project's claims.
+//! `palpate --help` in two lists: commands for use, and commands that check the project's claims;
+//! an example and the default folder in the help of each command.
 
 use std::fmt::Write;
 
 use clap::Command;
 
 /// Commands that check claims; all others are for use.
-const CHECKS: [&str; 6] = ["accept", "chart", "far-field", "faults", "paper", "stability"];
+const CHECKS: [&str; 10] =
+    ["accept", "calibrate", "chart", "far-field", "faults", "merge", "paper", "reference", "score", "stability"];
 
-/// The command with its subcommands listed in two groups.
+/// A command line for each command, and what it does.
+const EXAMPLES: [(&str, &str, &str); 24] = [
+    ("press", "palpate press --scene nodule --set probe.position_m=[0.01,0]", "press 10 mm beside the nodule"),
+    ("scene", "palpate scene nodule > mine.toml", "a scene of your own to change"),
+    ("reference", "palpate reference --quick", "the block by coarse finite elements"),
+    ("calibrate", "palpate calibrate --quick", "fit 60 nodes in a few rounds"),
+    ("fit", "palpate fit --scene mine.toml --nodes 130", "a calibrated patch of your scene, and how wrong it is"),
+    ("merge", "palpate merge out/faults", "one result of all shards in that folder"),
+    ("mesh", "palpate mesh check liver.msh --unit mm", "size, worst tet and what was turned round"),
+    ("pack", "palpate pack --board nucleo-f446re", "the block as a patch file for that board"),
+    ("cut", "palpate cut --scene organ-liver --radius 16mm", "a patch of 16 mm around the site of a liver"),
+    ("paper", "palpate paper volume-preserved --quick", "the sparse rows of paper 000"),
+    ("chart", "palpate chart --quick", "every method on two small meshes"),
+    ("loop", "palpate loop --hand H1 --quick --all", "a firm hand with every stimulus"),
+    ("far-field", "palpate far-field --quick", "what may stand in for the rest of the organ"),
+    ("faults", "palpate faults --quick", "6000 faults in the haptic loop"),
+    ("plan", "palpate plan --tolerance-pct 3 --board nucleo-h743zi --quick", "the smallest model within 3 % on that board"),
+    ("board", "palpate board list", "the boards that answer on a serial port"),
+    ("emulate", "palpate emulate --quick", "the firmware's image against this machine, bit for bit"),
+    ("live", "palpate live --scene nodule", "find the nodule with the mouse"),
+    ("replay", "palpate replay out/live/live-1.trace", "a recorded trace once more, bit for bit"),
+    ("accept", "palpate accept T1", "relaxation against measured beef"),
+    ("score", "palpate score marks.csv", "marks of a course, weighed and compared"),
+    ("stability", "palpate stability --quick", "where methods and controllers fail"),
+    ("completions", "palpate completions bash > ~/.local/share/bash-completion/completions/palpate", "for bash"),
+    ("help", "palpate help press", "the help of a command"),
+];
+
+/// The command with its subcommands listed in two groups, each with an example and its own default
+/// folder.
 pub(super) fn grouped(command: Command) -> Command {
+    let command = command.mut_subcommands(|listed| {
+        let listed = with_default_folder(listed);
+        match EXAMPLES.iter().find(|(name, ..)| *name == listed.get_name()) {
+            Some((_, line, what)) => listed.after_help(format!("Example, {what}:\n  {line}")),
+            None => listed,
+        }
+    });
     let template = format!(
         "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\nUse it:\n{}\nCheck its claims:\n{}\nOptions:\n{{options}}{{after-help}}",
         list(&command, |name| !CHECKS.contains(&name)),
         list(&command, |name| CHECKS.contains(&name)),
     );
     command.help_template(template)
+}
+
+/// Names the folder that a result goes to if none is given.
+fn with_default_folder(command: Command) -> Command {
+    let name = command.get_name().to_owned();
+    // a default of clap's, and one that depends on other options, are said already
+    let unsaid = command.get_arguments().any(|a| a.get_id() == "out" && a.get_default_values().is_empty());
+    if !unsaid || name == "live" {
+        return command;
+    }
+    command.mut_arg("out", |out| {
+        let said = out.get_help().map(ToString::to_string).unwrap_or_default();
+        out.help(format!("{said} [default: out/{name}]"))
+    })
 }
 
 /// A line per subcommand that is `chosen`.
@@ -45,6 +97,17 @@ mod tests {
             assert_eq!((usage.contains(&line), checks.contains(&line)), (!expected, expected), "{help}");
         }
         assert!(help.contains("Usage: palpate [COMMAND]") && help.contains("Exit code"), "{help}");
+        for command in grouped(Cli::command()).get_subcommands() {
+            let (_, line, _) = EXAMPLES.iter().find(|(name, ..)| *name == command.get_name()).unwrap();
+            let words = line.split(" > ").next().unwrap().split(' ');
+            #[cfg(feature = "full")]
+            grouped(Cli::command()).try_get_matches_from(words.clone()).unwrap();
+            assert!(words.skip(1).next() == Some(command.get_name()), "{line}");
+            if command.get_arguments().any(|a| a.get_id() == "out") && command.get_name() != "live" {
+                let help = command.clone().render_help().to_string();
+                assert!(help.contains("[default: out/"), "{help}");
+            }
+        }
         for name in CHECKS {
             assert!(Cli::command().find_subcommand(name).is_some(), "{name} is no command");
         }

@@ -30,6 +30,9 @@ pub(super) struct MergeArgs {
     /// Output folder of the whole, made if it is not there; replaces an earlier result in it.
     #[arg(long, value_name = "FOLDER", default_value = "out/merged")]
     out: PathBuf,
+    /// Print every row, as --all of the campaign's command does.
+    #[arg(long)]
+    all: bool,
 }
 
 impl MergeArgs {
@@ -54,19 +57,19 @@ impl MergeArgs {
         }
         let out = &self.out;
         match heading.command.as_str() {
-            Faults::COMMAND => Faults::merge(parts, out),
-            Paths::COMMAND => Paths::merge(parts, out),
-            Loop::COMMAND => Loop::merge(parts, out),
+            Faults::COMMAND => Faults::merge(parts, out, self.all),
+            Paths::COMMAND => Paths::merge(parts, out, self.all),
+            Loop::COMMAND => Loop::merge(parts, out, self.all),
             #[cfg(feature = "full")]
-            Stability::COMMAND => Stability::merge(parts, out),
+            Stability::COMMAND => Stability::merge(parts, out, self.all),
             #[cfg(feature = "full")]
-            FitScenes::COMMAND => FitScenes::merge(parts, out),
+            FitScenes::COMMAND => FitScenes::merge(parts, out, self.all),
             #[cfg(feature = "full")]
-            PlanScenes::COMMAND => PlanScenes::merge(parts, out),
+            PlanScenes::COMMAND => PlanScenes::merge(parts, out, self.all),
             #[cfg(feature = "full")]
-            Chart::COMMAND => Chart::merge(parts, out),
+            Chart::COMMAND => Chart::merge(parts, out, self.all),
             #[cfg(feature = "full")]
-            Accept::COMMAND => Accept::merge(parts, out),
+            Accept::COMMAND => Accept::merge(parts, out, self.all),
             other => {
                 Err(TissueError::Usage(format!("this program knows no shards of {other}: merge with the one that ran them"))
                     .into())

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 
+use super::verdict::Verdict;
 use crate::error::Error;
 use palpate_tissue::mesh::import::{MeshFile, open};
 use palpate_tissue::mesh::{ImportReport, LengthUnit, SurfaceReport};
@@ -41,14 +42,20 @@ impl MeshCommand {
 }
 
 fn check(file: &Path, unit: LengthUnit) -> Result<(), Error> {
-    match open(file, unit.metres)? {
-        MeshFile::Tets(imported) => print_tets(file, &imported.report),
-        MeshFile::Surface(imported) => {
-            print_surface(file, &imported.report);
-            println!("  no tets: palpate mesh tets makes them, or a scene takes the surface as its mesh");
+    let verdict = match open(file, unit.metres)? {
+        MeshFile::Tets(imported) => {
+            let verdict = Verdict::ok("tets that a scene takes as its mesh").first();
+            print_tets(file, &imported.report);
+            verdict
         }
-    }
-    Ok(())
+        MeshFile::Surface(imported) => {
+            let words = "a closed surface without tets: palpate mesh tets makes them, or a scene takes it as its mesh";
+            let verdict = Verdict::ok(words).first();
+            print_surface(file, &imported.report);
+            verdict
+        }
+    };
+    verdict.last()
 }
 
 fn print_tets(file: &Path, report: &ImportReport) {

@@ -2,10 +2,11 @@
 
 use clap::Args;
 
-use super::{Common, print_warnings};
+use super::verdict::Verdict;
+use super::{Common, boards, print_warnings};
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
-use palpate_tissue::budget::{CHIPS, Cost, MACHINES, Machine, triangles_in_reach};
+use palpate_tissue::budget::{Cost, Machine, triangles_in_reach};
 use palpate_tissue::fit_record::{FitRecord, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
@@ -37,28 +38,21 @@ impl PackArgs {
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct BoardArg {
-    /// Board whose budget a tick of the patch must meet: m4f-168 (Cortex-M4F, 168 MHz), m4f-170,
-    /// m4f-180, m7-480 (Cortex-M7, 480 MHz), m7-400, m33-150 or desktop.
+    /// Board, or its budget, that a tick of the patch must meet: m4f-168 (Cortex-M4F, 168 MHz),
+    /// m4f-170, m4f-180, m7-480 (Cortex-M7, 480 MHz), m7-400, m33-150 or desktop; nucleo-f446re,
+    /// nucleo-g474re, nucleo-h743zi and pico2 name their own.
     #[arg(long, value_name = "BOARD", default_value = "m4f-168")]
     board: String,
 }
 
 impl BoardArg {
     pub(super) fn machine(&self) -> Result<&'static Machine, Error> {
-        machine(&self.board)
+        boards::machine(&self.board)
     }
 }
 
-/// The machine of this name.
-pub(super) fn machine(board: &str) -> Result<&'static Machine, Error> {
-    Ok(Machine::named(board).ok_or_else(|| {
-        let names = MACHINES.iter().chain(&CHIPS).map(|m| m.name).collect::<Vec<_>>().join(", ");
-        TissueError::Usage(format!("no board \"{board}\": choose one of {names}"))
-    })?)
-}
-
 fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), Error> {
-    let scene = Scene::load(&common.scene)?;
+    let scene = common.load()?;
     if machine.is_board() {
         scene.refuse_what_boards_lack(machine.name)?;
     }
@@ -101,20 +95,27 @@ fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), 
         FitRecord { patch_crc32, ..record }.write(&folder, &name)?;
     }
     let out = folder.publish()?;
+    let file = out.join(name);
+    let verdict = Verdict::ok(format!(
+        "{} for {}: a tick takes about {:.0} of the {:.0} {} that it may take (estimate)",
+        file.display(),
+        machine.name,
+        cost.units,
+        cost.budget,
+        machine.unit
+    ))
+    .first();
     print_warnings(&scene);
     println!(
-        "{}: {} nodes, {} springs, {} tets, {touched} triangles in reach, {} bytes; about {:.0} of {:.0} {} a tick on {} (estimate)",
-        out.join(name).display(),
+        "{}: {} nodes, {} springs, {} tets, {touched} triangles in reach, {} bytes",
+        file.display(),
         model.nodes.len(),
         model.springs.len(),
         model.tets.len(),
-        bytes.len(),
-        cost.units,
-        cost.budget,
-        machine.unit,
-        machine.name
+        bytes.len()
     );
-    Ok(())
+    println!("{}; {}", Standing::of(&scene, &session.patch).sentence(), boards::runs_on(machine));
+    verdict.last()
 }
 
 /// A patch with its cost on a machine.

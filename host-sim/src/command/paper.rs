@@ -6,6 +6,7 @@ use clap::{Args, Subcommand};
 
 use super::progress::Status;
 use crate::error::Error;
+use crate::provenance;
 use palpate_lab::paper::{Progress, local_compression, volume_preserved};
 
 #[derive(Clone, Debug, Subcommand)]
@@ -62,12 +63,14 @@ impl PaperCommand {
     pub(super) fn run(&self) -> Result<(), Error> {
         match self {
             Self::VolumePreserved(args) => {
-                let options = volume_preserved::Options { scene: args.scene.clone(), quick: args.quick, solve: args.solve };
+                let (scene, quick, solve) = (args.scene.clone(), args.quick, args.solve);
+                let options = volume_preserved::Options { scene, quick, solve, provenance: provenance::of(None) };
                 let folder = folder(args.out.as_ref(), "volume-preserved");
                 Ok(volume_preserved::run(&options, &folder, &Status::start())?)
             }
             Self::LocalCompression(args) => {
-                let options = local_compression::Options { quick: args.quick, scene: args.scene.clone() };
+                let (scene, quick) = (args.scene.clone(), args.quick);
+                let options = local_compression::Options { quick, scene, provenance: provenance::of(None) };
                 let folder = folder(args.out.as_ref(), "local-compression");
                 Ok(local_compression::run(&options, &folder, &Status::start())?)
             }

@@ -11,15 +11,15 @@ use serde::{Deserialize, Serialize};
 
 pub(super) use self::scenes::PlanScenes;
 use super::Common;
+use super::boards::machine;
 use super::campaign::{Campaign, Shards};
-use super::pack::machine;
 use super::progress::Status;
 use crate::error::Error;
+use crate::provenance;
 use palpate_fit::plan::{Bench, Known, Outcome, Supply, search};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::Machine;
 use palpate_tissue::output::OutputFolder;
-use palpate_tissue::scene::Scene;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct PlanArgs {
@@ -27,15 +27,17 @@ pub(super) struct PlanArgs {
     common: Common,
     #[command(flatten)]
     options: PlanOptions,
-    /// Board whose budget a tick of the model must meet: m4f-168 (Cortex-M4F, 168 MHz), m4f-170,
-    /// m4f-180, m7-480 (Cortex-M7, 480 MHz), m7-400, m33-150 or desktop. With --scenes it may be given several times.
+    /// Board, or its budget, that a tick of the model must meet: m4f-168 (Cortex-M4F, 168 MHz),
+    /// m4f-170, m4f-180, m7-480 (Cortex-M7, 480 MHz), m7-400, m33-150 or desktop; nucleo-f446re,
+    /// nucleo-g474re, nucleo-h743zi and pico2 name their own. With --scenes it may be given several
+    /// times.
     #[arg(long, value_name = "BOARD", default_value = "m4f-168")]
     board: Vec<String>,
     /// Instead: plan every scene (.toml) of a folder for every board that is given, each into a
     /// folder of its own below --out, and put what was found in one table (plans.csv and
     /// summary.json in --out/table). A scene that cannot be planned is a row that says why, and the
     /// exit code is 1.
-    #[arg(long, value_name = "FOLDER", conflicts_with = "scene")]
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["scene", "changes"])]
     scenes: Option<PathBuf>,
     #[command(flatten)]
     shards: Shards,
@@ -70,8 +72,8 @@ impl PlanArgs {
             return Err(TissueError::Usage(why).into());
         };
         let board = machine(board)?;
-        let (outcome, _) = self.options.plan(&self.common.scene, board, &out)?;
-        Ok(outcome.check(board, self.options.tolerance_pct).map(|_| ())?)
+        let (outcome, _) = self.options.plan(&self.common, board, &out, self.shards.all)?;
+        report::verdict(&outcome, board, self.options.tolerance_pct)?.last()
     }
 }
 
@@ -85,15 +87,21 @@ impl PlanOptions {
     }
 
     /// Plans one scene for one board and writes what was found into the folder `out`; returns the
-    /// name of its patch file as well.
-    fn plan(&self, scene: &str, machine: &'static Machine, out: &Path) -> Result<(Outcome, Option<String>), Error> {
+    /// name of its patch file as well. With `all` every model that was tried is printed.
+    fn plan(
+        &self,
+        common: &Common,
+        machine: &'static Machine,
+        out: &Path,
+        all: bool,
+    ) -> Result<(Outcome, Option<String>), Error> {
         let asked = self.tolerance_pct;
-        let scene = Scene::load(scene)?;
+        let scene = common.load()?;
         scene.refuse_stiffening()?;
         if machine.is_board() {
             scene.refuse_what_boards_lack(machine.name)?;
         }
-        let mut folder = OutputFolder::open(out)?;
+        let mut folder = OutputFolder::open(out)?.made_by(provenance::of(Some(&scene)));
         // an earlier plan's patch must not be taken for this one's
         folder.drop_earlier(&format!("{}-{}.patch", scene.name, machine.name));
         let status = Status::start();
@@ -110,7 +118,7 @@ impl PlanOptions {
         };
         let outcome = search(&bench, &mut Supply::of(&scene, machine, self.quick))?;
         status.clear();
-        let patch = report::write(folder, &bench, &outcome)?;
+        let patch = report::write(folder, &bench, &outcome, all)?;
         Ok((outcome, patch))
     }
 }

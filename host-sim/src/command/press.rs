@@ -4,15 +4,15 @@ use clap::Args;
 
 use super::mesh::box_mm;
 use super::progress::Spinner;
+use super::verdict::Verdict;
 use super::{Common, print_warnings};
 use crate::error::Error;
 use crate::{contact_report, press_report};
 use palpate_tissue::budget::MACHINES;
 use palpate_tissue::machine::{PROFILE, processor};
 use palpate_tissue::moving::{Ramp, RampError};
-use palpate_tissue::output::OutputFolder;
 use palpate_tissue::press::contact::DeepestContact;
-use palpate_tissue::press::{self, Press};
+use palpate_tissue::press::{self, Hold, Press};
 use palpate_tissue::reference_values;
 use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::session::Session;
@@ -35,18 +35,17 @@ pub(super) struct PressArgs {
 
 impl Default for PressArgs {
     fn default() -> Self {
-        Self { common: Common { scene: "block".into(), out: None }, vtu: false, contact: false }
+        Self { common: Common::of("block", None), vtu: false, contact: false }
     }
 }
 
 impl PressArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let scene = Scene::load(&self.common.scene)?;
+        let scene = self.common.load()?;
         let session = Session::prepare(&scene)?.for_motion(&MACHINES[0], &scene)?;
         let ramps = Ramp::of_scene(&scene).map_err(palpate_tissue::Error::from)?;
         // not before the scene is known to be good: bad input leaves nothing behind
-        let folder = OutputFolder::open(&self.common.folder("press"))?;
-        print_report(&scene, &session);
+        let folder = self.common.open("press", &scene)?;
         let mut deepest = None;
         let press = with_progress(|progress| {
             press::run_seen(&scene, &session, progress, |model, tuned, state, row| {
@@ -57,6 +56,8 @@ impl PressArgs {
         })?;
         let moving = judge_ramps(&ramps, &session)?;
         press_report::write(&folder, &scene, &session, &press, &moving, deepest.as_ref(), self.vtu)?;
+        let verdict = Verdict::of(press.check(&scene.drive), || in_words(&scene, &session, &press))?.first();
+        print_report(&scene, &session);
         print_holds(&scene, &press);
         print_moving(&moving);
         if self.contact {
@@ -65,8 +66,36 @@ impl PressArgs {
         let out = folder.publish()?;
         let map = if deepest.is_some() { " contact.csv," } else { "" };
         println!("\nwrote {}: summary.json, trace.csv, surface_*.csv,{map} pictures as SVG and PNG", out.display());
-        Ok(press.check(&scene.drive)?)
+        verdict.last()
     }
+}
+
+/// How right and how fast a press was.
+fn in_words(scene: &Scene, session: &Session, press: &Press) -> String {
+    let furthest = press
+        .holds
+        .iter()
+        .filter_map(|hold| Some(((hold.force_n / elements_n(scene, hold)? - 1.0) * 100.0).abs()))
+        .reduce(f64::max);
+    let right = match furthest {
+        Some(pct) => format!("within {pct:.1} % of finite elements"),
+        None => Standing::of(scene, &session.patch).short(),
+    };
+    let moving = match session.report.moving {
+        Some(MovingReport { rms_pct, allowed_pct, .. }) if rms_pct > allowed_pct => {
+            format!(", {rms_pct:.1} % off while it moves")
+        }
+        _ => String::new(),
+    };
+    let [_, _, slowest_us] = press.tick_us();
+    format!("{right}{moving}; the slowest tick took {:.1} % of its millisecond", f64::from(slowest_us) * 0.1)
+}
+
+/// The force of finite elements at a hold [N], where it is stored.
+fn elements_n(scene: &Scene, hold: &Hold) -> Option<f64> {
+    let of_depth = matches!(scene.drive, Drive::Depth { .. });
+    let near = |depth: f64| of_depth && (depth - hold.target).abs() < 1e-6 * depth;
+    reference_values::of(scene).iter().find(|(depth, _)| near(*depth)).map(|(_, force_n)| *force_n)
 }
 
 pub(super) fn with_progress<T>(run: impl FnOnce(&mut dyn FnMut(usize)) -> T) -> T {
@@ -187,7 +216,6 @@ fn print_moving(errors: &[RampError]) {
 }
 
 pub(super) fn print_holds(scene: &Scene, press: &Press) {
-    let reference = reference_values::of(scene);
     let target = match scene.drive {
         Drive::Force { .. } => "target N",
         _ => "target mm",
@@ -200,10 +228,7 @@ pub(super) fn print_holds(scene: &Scene, press: &Press) {
             Drive::Force { .. } => hold.target,
             _ => hold.target * 1e3,
         };
-        let fem = reference
-            .iter()
-            .find(|(depth, _)| matches!(scene.drive, Drive::Depth { .. }) && (depth - hold.target).abs() < 1e-6 * depth);
-        let fem = fem.map_or("-".into(), |(_, f)| format!("{f:.4} ({:+.1} %)", (hold.force_n / f - 1.0) * 100.0));
+        let fem = elements_n(scene, hold).map_or("-".into(), |f| format!("{f:.4} ({:+.1} %)", (hold.force_n / f - 1.0) * 100.0));
         println!(
             "{shown:>10.3} {:>9.3} {:>9.4} {:>8.3} {:>+9.3} {fem:>18}",
             hold.depth_m * 1e3,

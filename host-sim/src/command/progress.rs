@@ -3,15 +3,19 @@
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
 #[cfg(feature = "full")]
-use std::sync::{Mutex, PoisonError};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+#[cfg(feature = "full")]
+use std::sync::{Arc, Mutex, PoisonError};
+#[cfg(feature = "full")]
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Work that is done sooner says nothing.
 const QUIET: Duration = Duration::from_secs(2);
-/// Between two lines [s].
-const LINE_S: u64 = 20;
+/// Between two lines where there is no terminal [s].
+const LINE_S: u64 = 10;
 /// Between two lines that name a step.
 const STEP_LINE: Duration = Duration::from_secs(4);
 
@@ -62,17 +66,27 @@ impl Progress {
     }
 }
 
-/// Work whose length nobody knows; on a terminal only.
+/// Work whose length nobody knows.
 #[derive(Default)]
 pub(super) struct Spinner {
     began: Option<Instant>,
+    /// When the last line was written [s]; unused on a terminal.
+    told_s: u64,
     bar: Option<ProgressBar>,
 }
 
 impl Spinner {
     /// One turn, beside a message.
     pub(super) fn show(&mut self, message: impl FnOnce() -> String) {
-        if self.began.get_or_insert_with(Instant::now).elapsed() < QUIET {
+        let spent = self.began.get_or_insert_with(Instant::now).elapsed();
+        if spent < QUIET {
+            return;
+        }
+        if !std::io::stderr().is_terminal() {
+            if spent.as_secs() >= self.told_s + LINE_S {
+                self.told_s = spent.as_secs();
+                eprintln!("after {} s: {}", self.told_s, message());
+            }
             return;
         }
         let bar = self.bar.get_or_insert_with(|| {
@@ -124,32 +138,92 @@ impl Lines {
     }
 }
 
-/// Work that says in words what it is doing; on a terminal only.
+/// Work that says in words what it is doing.
 #[cfg(feature = "full")]
-pub(super) struct Status(ProgressBar);
+pub(super) struct Status {
+    bar: ProgressBar,
+    /// Where there is no terminal.
+    teller: Option<Teller>,
+}
+
+/// Writes a line every few seconds, also while a single step takes longer.
+#[cfg(feature = "full")]
+struct Teller {
+    doing: Arc<Mutex<String>>,
+    /// Ends the thread when it goes.
+    end: Sender<()>,
+    thread: JoinHandle<()>,
+}
+
+#[cfg(feature = "full")]
+impl Teller {
+    fn start() -> Self {
+        let (end, ended) = channel();
+        let doing = Arc::new(Mutex::new(String::new()));
+        let shared = Arc::clone(&doing);
+        let began = Instant::now();
+        let thread = std::thread::spawn(move || {
+            while ended.recv_timeout(Duration::from_secs(LINE_S)) == Err(RecvTimeoutError::Timeout) {
+                let doing = shared.lock().unwrap_or_else(PoisonError::into_inner);
+                if !doing.is_empty() {
+                    eprintln!("after {} s: {doing}", began.elapsed().as_secs());
+                }
+            }
+        });
+        Self { doing, end, thread }
+    }
+
+    fn say(&self, doing: String) {
+        *self.doing.lock().unwrap_or_else(PoisonError::into_inner) = doing;
+    }
+
+    fn stop(self) {
+        drop(self.end);
+        // a thread that panicked has said so
+        let _ = self.thread.join();
+    }
+}
 
 #[cfg(feature = "full")]
 impl Status {
     pub(super) fn start() -> Self {
+        if !std::io::stderr().is_terminal() {
+            return Self { bar: ProgressBar::hidden(), teller: Some(Teller::start()) };
+        }
         let style = ProgressStyle::with_template("{spinner} {elapsed} {msg}");
         let bar = ProgressBar::new_spinner().with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
         bar.enable_steady_tick(Duration::from_millis(200));
-        Self(bar)
+        Self { bar, teller: None }
     }
 
     /// The work goes on with this.
     pub(super) fn say(&self, doing: impl Into<String>) {
-        self.0.set_message(doing.into());
+        match &self.teller {
+            Some(teller) => teller.say(doing.into()),
+            None => self.bar.set_message(doing.into()),
+        }
     }
 
     /// Prints above the line.
     pub(super) fn above(&self, print: impl FnOnce()) {
-        self.0.suspend(print);
+        self.bar.suspend(print);
     }
 
     /// Leaves the terminal clean.
     pub(super) fn clear(&self) {
-        self.0.finish_and_clear();
+        self.bar.finish_and_clear();
+        if let Some(teller) = &self.teller {
+            teller.say(String::new());
+        }
+    }
+}
+
+#[cfg(feature = "full")]
+impl Drop for Status {
+    fn drop(&mut self) {
+        if let Some(teller) = self.teller.take() {
+            teller.stop();
+        }
     }
 }
 

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::Common;
 use super::progress::Spinner;
+use super::verdict::Verdict;
 use crate::error::Error;
 use palpate_charts::{self as charts, Refinement, RefinementLevel};
 use palpate_fit::reference::shipped::SHIPPED;
@@ -31,30 +32,46 @@ impl ReferenceArgs {
         if self.shipped {
             return ship(OutputFolder::add_to(&self.common.folder("reference"))?);
         }
-        let scene = Scene::load(&self.common.scene)?;
-        let folder = OutputFolder::open(&self.common.folder("reference"))?;
+        let scene = self.common.load()?;
+        let folder = self.common.open("reference", &scene)?;
         let mut spinner = Spinner::default();
         let study = study(&scene, self.quick, |level, depth_m| {
             spinner.show(|| format!("mesh {} of 3, {:.2} mm deep", level + 1, depth_m * 1e3));
         })?;
         spinner.clear();
         let report = Report::new(&scene, &study);
+        let verdict = Verdict::of(judge(&scene, &study), || in_words(&study))?.first();
         report.print();
         write(&folder, &scene, &study, &report)?;
         let out = folder.publish()?;
         println!("\nwrote {}: answer.json, summary.json, forces.csv, surface_*.csv, picture as SVG and PNG", out.display());
-        match study.levels.iter().find_map(|level| level.stopped.map(|s| (level, s))) {
-            None => Ok(()),
-            Some((level, stalled)) => Err(TissueError::Check(format!(
-                "scene {}: on the mesh of {} nodes {} of {} holds converged, the deepest equilibrium is at {:.5} m; what converged is written: press less deep",
-                scene.name,
-                level.nodes,
-                level.holds.len(),
-                scene.drive.targets().len(),
-                stalled.reached_m
-            )).into()),
-        }
+        verdict.last()
     }
+}
+
+/// Every hold of every mesh converged.
+fn judge(scene: &Scene, study: &Study) -> Result<(), Error> {
+    match study.levels.iter().find_map(|level| level.stopped.map(|s| (level, s))) {
+        None => Ok(()),
+        Some((level, stalled)) => Err(TissueError::Check(format!(
+            "scene {}: on the mesh of {} nodes {} of {} holds converged, the deepest equilibrium is at {:.5} m; what converged is written: press less deep",
+            scene.name,
+            level.nodes,
+            level.holds.len(),
+            scene.drive.targets().len(),
+            stalled.reached_m
+        )).into()),
+    }
+}
+
+fn in_words(study: &Study) -> String {
+    let finest = study.levels.last();
+    format!(
+        "all {} holds converged on {} meshes, the finest of {} nodes",
+        finest.map_or(0, |level| level.holds.len()),
+        study.levels.len(),
+        finest.map_or(0, |level| level.nodes)
+    )
 }
 
 fn ship(folder: OutputFolder) -> Result<(), Error> {
@@ -190,9 +207,7 @@ impl<'a> Report<'a> {
 }
 
 fn write(folder: &OutputFolder, scene: &Scene, study: &Study, report: &Report) -> Result<(), Error> {
-    let json =
-        serde_json::to_string_pretty(report).map_err(|e| TissueError::Write { path: "summary.json".into(), source: e.into() })?;
-    folder.write("summary.json", format!("{json}\n").as_bytes())?;
+    folder.write_summary(report)?;
     let modulus_pa = scene.tissue.youngs_modulus_pa;
     let rows = study.levels.iter().enumerate().flat_map(|(n, level)| {
         let row = move |(k, h): (usize, &palpate_fit::reference::study::LevelHold)| {

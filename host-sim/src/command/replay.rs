@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
+use super::verdict::Verdict;
 use crate::error::Error;
+use crate::provenance;
 #[cfg(feature = "full")]
 use palpate_board::{EmulatedBoard, live_trace, one_core::OneCore};
 use palpate_loop::closed_loop::watch::Broken;
@@ -30,8 +32,8 @@ pub(super) struct ReplayArgs {
     #[arg(long, value_name = "FILE", requires = "emulated")]
     image: Option<PathBuf>,
     /// The emulated board.
-    #[cfg_attr(feature = "full", arg(long, value_enum, default_value = "m7", requires = "emulated"))]
-    #[cfg_attr(not(feature = "full"), arg(long, default_value = "m7", requires = "emulated"))]
+    #[cfg_attr(feature = "full", arg(long, value_enum, default_value = "m7-480", requires = "emulated"))]
+    #[cfg_attr(not(feature = "full"), arg(long, default_value = "m7-480", requires = "emulated"))]
     board: EmulatedBoard,
 }
 
@@ -64,7 +66,7 @@ impl ReplayArgs {
         }
         let bytes = std::fs::read(&self.file).map_err(|source| TissueError::Read { path: self.file.clone(), source })?;
         let trace = Trace::read(&bytes).map_err(|cause| Error::Trace { path: self.file.clone(), cause })?;
-        let folder = OutputFolder::open(&self.out)?;
+        let folder = OutputFolder::open(&self.out)?.made_by(provenance::of(None));
         let again = self.again(&trace)?;
         let peak_force_n = again.telemetry.iter().map(|t| t.applied_n.norm()).fold(0.0, f32::max);
         let deepest_m = again.telemetry.iter().map(|t| t.output.depth_m).fold(0.0, f32::max);
@@ -76,35 +78,47 @@ impl ReplayArgs {
             deepest_m,
             state_hash: format!("{:016x}", again.hash),
             same_bits: again.differs.is_none(),
-            emulated_board: self.emulated.then(|| format!("{:?}", self.board)),
+            emulated_board: self.emulated.then(|| self.board_name()),
             differs_at_tick: again.differs.map(|d| d.0),
             differs_in: again.differs.map(|d| d.1),
             invariants_broken: again.broken.iter().map(|(_, b)| b.id).collect(),
         };
-        folder.write_json("summary.json", &summary)?;
+        folder.write_summary(&summary)?;
         folder.write("trace.csv", replay::table(&again).as_bytes())?;
+        let verdict = Verdict::of(self.judge(&again), || {
+            let boards = if self.emulated { ", on this machine and on the emulated board" } else { "" };
+            format!("all {} ticks have the trace's bits{boards}", trace.ticks)
+        })?
+        .first();
         let seconds = f64::from(trace.ticks) * 1e-3;
         println!("{}: {} with {}, {seconds:.1} s", self.file.display(), trace.head.scene, trace.head.device);
         println!("  strongest {peak_force_n:.3} N, deepest {:.2} mm; nodes {:016x}", deepest_m * 1e3, again.hash);
         println!("\nwrote {}: summary.json, trace.csv", folder.publish()?.display());
-        if let Some((tick, broken)) = again.broken.first() {
-            let Broken { id, what } = broken;
-            return Err(TissueError::Check(format!("{}: tick {tick} breaks {id}: {what}", self.file.display())).into());
+        verdict.last()
+    }
+
+    /// No invariant broken, and no bit another than the trace's.
+    fn judge(&self, again: &Replayed) -> Result<(), Error> {
+        let file = self.file.display();
+        if let Some((tick, Broken { id, what })) = again.broken.first() {
+            return Err(TissueError::Check(format!("{file}: tick {tick} breaks {id}: {what}")).into());
         }
         match again.differs {
-            None if self.emulated => {
-                println!("every bit the same, on this machine and on the emulated board");
-                Ok(())
-            }
-            None => {
-                println!("every bit the same");
-                Ok(())
-            }
-            Some((tick, what)) => {
-                Err(TissueError::Check(format!("{}: {what} differs at tick {tick}", self.file.display())).into())
-            }
+            None => Ok(()),
+            Some((tick, what)) => Err(TissueError::Check(format!("{file}: {what} differs at tick {tick}")).into()),
         }
     }
+
+    #[cfg(feature = "full")]
+    fn board_name(&self) -> String {
+        self.board.name().to_owned()
+    }
+
+    #[cfg(not(feature = "full"))]
+    fn board_name(&self) -> String {
+        self.board.clone()
+    }
+
     #[cfg(feature = "full")]
     fn again(&self, trace: &Trace) -> Result<Replayed, Error> {
         if !self.emulated {

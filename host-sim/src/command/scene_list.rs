@@ -89,6 +89,11 @@ pub(super) fn why(error: &Error, name: &str, file: &str) -> String {
         Error::Tissue(TissueError::Check(why)) => why.clone(),
         other => other.to_string(),
     };
+    named_as(&why, name, file)
+}
+
+/// A line of a row with the scene's file named as it is in the folder.
+pub(super) fn named_as(why: &str, name: &str, file: &str) -> String {
     why.replace(file, &format!("{name}.toml"))
 }
 

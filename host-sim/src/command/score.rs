@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
+use super::verdict::Verdict;
 use crate::error::Error;
+use crate::provenance;
 use palpate_charts::{self as charts, PersonValue};
 use palpate_lab::score::{Analysis, Evaluation, Phase, Weights, evaluate, read, table_1};
 use palpate_tissue::Error as TissueError;
@@ -52,18 +54,19 @@ impl ScoreArgs {
             let values = evaluate(&read(file)?, &weights);
             let source = file.display().to_string();
             let found = self.write(&source, weights, &values, None)?;
+            let verdict = Verdict::ok(format!("{} evaluations of {source} weighed and compared", values.len())).first();
             print_found(&found);
             self.say_where();
-            return Ok(());
+            return verdict.last();
         }
         let check = table_1::Check::run(&weights);
         self.write("paper 004, Table 1", weights, &table_1::evaluations(), Some(&check))?;
+        let broken = check.claims().into_iter().find(|(_, holds)| !holds);
+        let held = broken.map_or(Ok(()), |(claim, _)| Err(TissueError::Check(format!("Table 1: {claim}"))));
+        let verdict = Verdict::of(held, || "the equation gives what Table 1 prints".into())?.first();
         print_check(&check);
         self.say_where();
-        match check.claims().iter().find(|(_, holds)| !holds) {
-            Some((claim, _)) => Err(TissueError::Check(format!("Table 1: {claim}")).into()),
-            None => Ok(()),
-        }
+        verdict.last()
     }
 
     fn say_where(&self) {
@@ -77,14 +80,14 @@ impl ScoreArgs {
         values: &[Evaluation],
         check: Option<&table_1::Check>,
     ) -> Result<Analysis, Error> {
-        let folder = OutputFolder::open(&self.out)?;
+        let folder = OutputFolder::open(&self.out)?.made_by(provenance::of(None));
         let found = Analysis::of(values);
         let [chief, associate, attending] = weights.shares();
         let below = format!("bars are means; weights {chief}, {associate}, {attending}; {source}");
         let drawn: Vec<PersonValue> = values.iter().map(drawn).collect();
         charts::before_after(folder.draft(), "scores", &below, &drawn)?;
         folder.write("scores.csv", csv(values).as_bytes())?;
-        folder.write_json("summary.json", &Summary { source, weights, test: TEST, found: &found, table_1: check })?;
+        folder.write_summary(&Summary { source, weights, test: TEST, found: &found, table_1: check })?;
         folder.publish()?;
         Ok(found)
     }

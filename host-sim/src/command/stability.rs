@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::campaign::{Campaign, Shards};
 use super::progress::Progress;
+use super::verdict::Verdict;
 use crate::error::Error;
 use palpate_lab::stability::loop_matrix::{self, LoopSummary};
 use palpate_lab::stability::model;
@@ -121,26 +122,42 @@ impl Campaign for Stability {
         counts.of_loop.ceilings.extend(next.of_loop.ceilings);
     }
 
-    fn report(&self, folder: OutputFolder, counts: Counts) -> Result<(), Error> {
+    fn report(&self, folder: OutputFolder, counts: Counts, all: bool) -> Result<(), Error> {
         let mut summary = Summary { model: None, of_loop: None };
+        let mut pressed = None;
         if let Some(scope) = self.model.clone() {
             let matrix = model::Matrix { scope, cells: counts.model.cells, margins: counts.model.margins };
             let model = model::Summary::of(&matrix);
             model::write(&folder, &matrix)?;
             model::draw(&folder, &matrix)?;
-            print_model(&matrix, &model);
             summary.model = Some(model);
+            pressed = Some(matrix);
         }
         if self.of_loop.is_some() {
             let of_loop = LoopSummary::of(counts.of_loop);
             loop_matrix::write(&folder, &of_loop)?;
             loop_matrix::draw(&folder, &of_loop)?;
-            loop_matrix::print(&of_loop);
             summary.of_loop = Some(of_loop);
         }
-        folder.write_json("summary.json", &summary)?;
-        println!("\nwrote {}: summary.json, tables as CSV, pictures as SVG and PNG", folder.publish()?.display());
-        if let Some(model) = &summary.model
+        folder.write_summary(&summary)?;
+        let verdict = Verdict::of(summary.judge(), || summary.in_words())?.first();
+        if let (Some(matrix), Some(model)) = (&pressed, &summary.model) {
+            print_model(matrix, model, all);
+        }
+        if let Some(of_loop) = &summary.of_loop {
+            loop_matrix::print(of_loop, all);
+        }
+        if !all {
+            println!("\n--all prints the methods and controllers that it is compared with");
+        }
+        println!("wrote {}: summary.json, tables as CSV, pictures as SVG and PNG", folder.publish()?.display());
+        verdict.last()
+    }
+}
+
+impl Summary {
+    fn judge(&self) -> Result<(), Error> {
+        if let Some(model) = &self.model
             && let [first, ..] = model.broken.as_slice()
         {
             let (broken, cells) = (model.broken.len(), model.product.cells);
@@ -149,7 +166,19 @@ impl Campaign for Stability {
             ))
             .into());
         }
-        summary.of_loop.map_or(Ok(()), |of_loop| Ok(of_loop.check()?))
+        self.of_loop.as_ref().map_or(Ok(()), |of_loop| Ok(of_loop.check()?))
+    }
+
+    fn in_words(&self) -> String {
+        let model = self.model.as_ref().map(|model| {
+            format!(
+                "all {} presses that ours promises to stand hold, smallest J {:.3}",
+                model.product.cells, model.product.lowest_j
+            )
+        });
+        let of_loop =
+            self.of_loop.as_ref().map(|_| "our loop holds 400 N/m without energy in every hand that it promises".to_owned());
+        [model, of_loop].into_iter().flatten().collect::<Vec<_>>().join("; ")
     }
 }
 
@@ -159,11 +188,13 @@ impl Stability {
     }
 }
 
-fn print_model(matrix: &model::Matrix, summary: &model::Summary) {
+/// Rows of the product, or of every method.
+fn print_model(matrix: &model::Matrix, summary: &model::Summary, all: bool) {
     let moduli: Vec<String> = matrix.scope.moduli_pa.iter().map(|pa| (pa * 1e-3).to_string()).collect();
     println!("{}; verdicts of {} cells a row", summary.scene, matrix.scope.moduli_pa.len() * matrix.scope.cases.len());
     println!("{:<28} {:<18} verdicts", "method", format!("steps {} kPa", moduli.join("/")));
-    for row in &summary.rows {
+    let ours: Vec<String> = matrix.scope.rows.iter().filter(|row| row.is_promised()).map(model::Row::name).collect();
+    for row in summary.rows.iter().filter(|row| all || ours.contains(&row.row)) {
         let substeps: Vec<String> = row.substeps.iter().map(u16::to_string).collect();
         let verdicts: Vec<String> = row.verdicts.iter().map(|(v, n)| format!("{n} {}", v.name())).collect();
         println!("{:<28} {:<18} {}", row.row, substeps.join("/"), verdicts.join(", "));
@@ -173,7 +204,7 @@ fn print_model(matrix: &model::Matrix, summary: &model::Summary) {
         "passes up to", "kPa", "tick [ms]", "depth [mm]", "tap [m/s]", "E [kPa]"
     );
     for cells in matrix.margins.chunks(model::Axis::ALL.len()) {
-        let Some(first) = cells.first() else { continue };
+        let Some(first) = cells.first().filter(|cell| all || cell.row.is_promised()) else { continue };
         print!("{:<28} {:>5}", first.row.name(), first.youngs_modulus_pa * 1e-3);
         for cell in cells {
             print!(" {:>18}", margin_words(cell));

@@ -30,6 +30,7 @@ pub mod scene;
 pub mod session;
 pub mod shard;
 pub mod stable_step;
+pub mod terminal;
 pub mod tissue;
 pub mod trace_file;
 pub mod trials;

@@ -8,6 +8,12 @@ pub fn processor() -> String {
     name.unwrap_or_else(|| format!("{} {}", std::env::consts::OS, std::env::consts::ARCH))
 }
 
+/// Processors that the system gives to this process.
+#[must_use]
+pub fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
 /// Cargo profile this program was built with. Published times are those of `measure`.
 pub const PROFILE: &str = env!("PALPATE_PROFILE");
 

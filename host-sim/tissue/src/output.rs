@@ -25,6 +25,18 @@ use lock::Lock;
 use place::Place;
 use record::Record;
 
+/// Name of the file that tells a result in numbers.
+pub const SUMMARY: &str = "summary.json";
+
+/// A summary with its provenance.
+#[derive(serde::Serialize)]
+struct Signed<'a, T> {
+    #[serde(flatten)]
+    summary: &'a T,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    provenance: Option<&'a serde_json::Value>,
+}
+
 /// How a result gets into its folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
@@ -43,6 +55,8 @@ pub struct OutputFolder {
     mode: Mode,
     /// Patches of an earlier run that do not outlive this one.
     dropped: Vec<String>,
+    /// How this run was made, for its summary.
+    provenance: Option<serde_json::Value>,
     // released last
     _lock: Lock,
 }
@@ -73,7 +87,7 @@ impl OutputFolder {
         let Some(lock) = Lock::take(place.lock(), made).map_err(refuse)? else {
             return Err(Error::InUse { path: path.into() });
         };
-        let folder = Self { shown: path.into(), place, mode, dropped: Vec::new(), _lock: lock };
+        let folder = Self { shown: path.into(), place, mode, dropped: Vec::new(), provenance: None, _lock: lock };
         folder.place.recover().map_err(refuse)?;
         if mode == Mode::Replace {
             folder.place.refuse_foreign(path)?;
@@ -84,6 +98,13 @@ impl OutputFolder {
         }
         std::fs::create_dir(folder.place.draft()).map_err(refuse)?;
         Ok(folder)
+    }
+
+    /// Notes how this run was made. Each summary that it writes says so.
+    #[must_use]
+    pub fn made_by(mut self, provenance: serde_json::Value) -> Self {
+        self.provenance = Some(provenance);
+        self
     }
 
     /// The folder in which this run's files are written until they are published.
@@ -153,6 +174,15 @@ impl OutputFolder {
         self.write(name, json(name, value)?.as_bytes())
     }
 
+    /// Writes `summary.json`: the fields of `summary`, and `provenance`, which says how they were
+    /// made.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub fn write_summary(&self, summary: &impl serde::Serialize) -> Result<(), Error> {
+        self.write_json(SUMMARY, &Signed { summary, provenance: self.provenance.as_ref() })
+    }
+
     /// Writes rows as CSV under a header.
     ///
     /// # Errors
@@ -163,12 +193,24 @@ impl OutputFolder {
         header: [&str; COLUMNS],
         rows: impl IntoIterator<Item = [f64; COLUMNS]>,
     ) -> Result<(), Error> {
+        // the shortest decimal that reads back as the same number
+        self.write_table(name, header, rows.into_iter().map(|row| row.map(|v| v.to_string())))
+    }
+
+    /// Writes rows of cells as CSV under a header; no cell holds a comma, a quote or a line end.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    pub fn write_table<const COLUMNS: usize>(
+        &self,
+        name: &str,
+        header: [&str; COLUMNS],
+        rows: impl IntoIterator<Item = [String; COLUMNS]>,
+    ) -> Result<(), Error> {
         let mut text = header.join(",");
         for row in rows {
             text.push('\n');
-            // the shortest decimal that reads back as the same number
-            let cells = row.map(|v| v.to_string());
-            text.push_str(&cells.join(","));
+            text.push_str(&row.join(","));
         }
         text.push('\n');
         self.write(name, text.as_bytes())

@@ -1,6 +1,7 @@
 //! Scene files: what is pressed, with what, and how. SI units, every key named with its unit; an
 //! unknown key is an error.
 
+mod change;
 mod check;
 mod drive;
 mod error;
@@ -13,6 +14,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub use crate::mesh::LengthUnit;
+pub use change::Change;
 pub use drive::Drive;
 pub use error::{CHARTED_METHODS, SceneError};
 pub use relaxation::RelaxationScene;
@@ -46,6 +48,9 @@ pub struct Scene {
     /// The preset or file it came from, for messages.
     #[serde(skip)]
     pub file: String,
+    /// Its TOML as read, with the keys in it that the command line changed.
+    #[serde(skip)]
+    pub text: String,
     /// Shown in tables and pictures.
     pub name: String,
     /// Tissue that is pressed.
@@ -247,9 +252,7 @@ impl Scene {
         }
         let text = std::fs::read_to_string(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
         let mut scene = Self::parse(name_or_path, &text)?;
-        if let Some(folder) = path.parent() {
-            scene.resolve_paths(folder);
-        }
+        scene.resolve_paths_of(name_or_path);
         Ok(scene)
     }
 
@@ -260,6 +263,7 @@ impl Scene {
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
         let mut scene: Self = toml::from_str(text).map_err(|e| SceneError::of_toml(file, text, &e))?;
         scene.file = file.into();
+        scene.text = text.into();
         scene.take_modulus(file, text)?;
         scene.check()?;
         Ok(scene)
@@ -273,7 +277,10 @@ impl Scene {
         self.tissue.mesh.as_deref().into_iter().chain(patch).chain(trace).collect()
     }
 
-    fn resolve_paths(&mut self, folder: &Path) {
+    /// Paths in a scene file are relative to it, those of a preset to the working folder.
+    fn resolve_paths_of(&mut self, name_or_path: &str) {
+        let preset = PRESETS.iter().any(|(name, _)| *name == name_or_path);
+        let Some(folder) = Path::new(name_or_path).parent().filter(|_| !preset) else { return };
         let mut resolve = |path: &mut PathBuf| *path = folder.join(&*path);
         self.tissue.mesh.as_mut().map(&mut resolve);
         self.solver.patch.as_mut().filter(|p| p.as_os_str() != NO_PATCH).map(&mut resolve);

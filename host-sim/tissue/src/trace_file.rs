@@ -8,15 +8,18 @@ use crate::press::Press;
 const COLUMNS: [&str; 10] =
     ["t_s", "probe_x_m", "probe_y_m", "probe_z_m", "depth_m", "force_x_n", "force_y_n", "force_z_n", "active_nodes", "tick_us"];
 
-/// Writes a run. Numbers read back bit for bit.
+/// Writes a run. Each number is the shortest decimal that reads back as the same one: in single
+/// precision, but for the time.
 ///
 /// # Errors
 /// The folder cannot be written.
 pub fn write(folder: &OutputFolder, press: &Press) -> Result<(), Error> {
     let rows = press.ticks.iter().map(|t| {
-        let (p, f) = (t.tip_m.cast::<f64>(), t.output.force_n.cast::<f64>());
-        let depth = f64::from(t.output.depth_m);
-        [t.t_s, p.x, p.y, p.z, depth, f.x, f.y, f.z, f64::from(t.output.active_nodes), f64::from(t.tick_us)]
+        let (p, f) = (t.tip_m, t.output.force_n);
+        let single = [p.x, p.y, p.z, t.output.depth_m, f.x, f.y, f.z].map(|v| v.to_string());
+        let [x, y, z, depth, force_x, force_y, force_z] = single;
+        let (active, us) = (t.output.active_nodes.to_string(), t.tick_us.to_string());
+        [t.t_s.to_string(), x, y, z, depth, force_x, force_y, force_z, active, us]
     });
-    folder.write_csv("trace.csv", COLUMNS, rows)
+    folder.write_table("trace.csv", COLUMNS, rows)
 }

@@ -204,10 +204,10 @@ fn scenes_that_no_fit_can_be_made_of() {
     refused(&desk, &with("--places=3"), &["--places 3", "20 to 2000"]);
     refused(&desk, &with("--tolerance-pct=0"), &["--tolerance-pct 0", "above 0"]);
     refused(&desk, &with("--nodes=7"), &["nodes", "7"]);
-    refused(&desk, &with("--radius-m=0.02"), &["--radius-m", "is a block", "leave it out"]);
+    refused(&desk, &with("--radius-m=0.02"), &["--radius", "is a block", "leave it out"]);
     let organ = |option: &'static str| ["fit", "--scene", "organ-liver", "--out", "out", option];
     refused(&desk, &organ("--radius-m=0.005"), &["organ-liver: a patch of 0.005 m", "give a radius"]);
-    refused(&desk, &organ("--nodes=3"), &["--nodes 3", "at the nearest", "--radius-m"]);
+    refused(&desk, &organ("--nodes=3"), &["--nodes 3", "at the nearest", "--radius"]);
 }
 
 /// The shipped patches have their records, and a scene that none is for hears of a trial.

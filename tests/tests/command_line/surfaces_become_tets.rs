@@ -61,7 +61,7 @@ fn a_surface_that_cannot_be_filled_or_pressed() {
     tets(&["--unit", "ft"], &["\"ft\" is not \"m\", \"cm\", \"mm\", \"um\""]);
     tets(&["--unit", "m"], &["60000 x 60000 x 60000 mm", "\"mm\" would make it 60 mm"]);
     tets(&["--unit", "mm", "--element-m", "0.0005"], &["about", "nodes, at most 65535", "above 0.0"]);
-    tets(&["--unit", "mm", "--element-m", "0.045"], &["elements of 45.00 mm", "smaller --element-m"]);
+    tets(&["--unit", "mm", "--element-m", "0.045"], &["elements of 45.00 mm", "smaller --element"]);
     tets(&["--unit", "mm", "--element-m", "4"], &["smaller than the surface", "metres"]);
     desk.put("box.msh", palpate_tests::cube_mesh::cube(3, 0.05));
     refused(&desk, &["mesh", "tets", "box.msh", "--unit", "m"], &["box.msh", "has tets already"]);

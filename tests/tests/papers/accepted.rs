@@ -60,7 +60,7 @@ fn a_row_that_holds_without_its_term_shows_nothing() {
 #[test]
 fn the_command_writes_table_curves_and_pictures() {
     let desk = Desk::default();
-    let outcome = palpate(SCRATCH, desk.folder(), &["accept", "T1", "--out", "out"]);
+    let outcome = palpate(SCRATCH, desk.folder(), &["accept", "T1", "--all", "--out", "out"]);
     assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""), "{outcome:?}");
     for words in ["against", "fitted", "predicted", "without relaxation", "topside"] {
         assert!(outcome.stdout.contains(words), "{words}: {outcome:?}");

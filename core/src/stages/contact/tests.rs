@@ -14,7 +14,7 @@ use crate::{NodeStep, PatchFile, TetShapes};
 
 #[repr(align(4))]
 struct Words<Bytes: ?Sized>(Bytes);
-static BLOCK: &Words<[u8]> = &Words(*include_bytes!("../../../../firmware/patches/block-m4f-168.patch"));
+static BLOCK: &Words<[u8]> = &Words(*include_bytes!("../../../examples/block-m4f-168.patch"));
 
 /// Numbers from -1 to 1, always the same ones.
 struct Numbers(u32);

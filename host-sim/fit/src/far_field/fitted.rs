@@ -226,7 +226,7 @@ impl Prepared {
         let stroke: f64 = self.stroke_m.iter().map(|s| s * s).sum();
         if stroke > 0.0 && matches!(truth, Truth::Organ(_)) {
             let why =
-                "a patch for a stroke is calibrated on the default block only: leave --stroke-m out, or take a larger --radius-m";
+                "a patch for a stroke is calibrated on the default block only: leave --stroke out, or take a larger --radius";
             return Err(Error::Usage(why.into()));
         }
         truth.ask(|reference| self.fit_to(reference, settings, progress))

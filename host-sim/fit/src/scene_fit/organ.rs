@@ -85,7 +85,7 @@ pub fn element_for(scene: &Scene, radius_m: f64, nodes: usize) -> Result<f64, Er
     }
     if off as f64 > MISSED * nodes as f64 {
         return Err(Error::Usage(format!(
-            "--nodes {nodes}: a patch of {:.1} mm here has {} at the nearest: give that, or another --radius-m",
+            "--nodes {nodes}: a patch of {:.1} mm here has {} at the nearest: give that, or another --radius",
             radius_m * 1e3,
             best.0
         )));

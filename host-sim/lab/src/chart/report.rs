@@ -7,7 +7,6 @@ use super::front::{front, front_of_three};
 use super::moving::SPEEDS_MM_PER_S;
 use super::run::{Measured, Run};
 use crate::error::Error;
-use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
 /// Contents of `summary.json`.
@@ -15,9 +14,11 @@ use palpate_tissue::output::OutputFolder;
 pub struct Summary {
     /// Scene that was pressed.
     pub scene: &'static str,
-    /// Processor.
+    /// Processor; in the file it is in the provenance.
+    #[serde(skip)]
     pub machine: String,
     /// Version and profile.
+    #[serde(skip)]
     pub build: String,
     /// Conditions that all methods share, those in which they differ, and the origin of the cycles.
     pub terms: [&'static str; 3],
@@ -180,9 +181,7 @@ fn moving_front_of(runs: &[Run], youngs_modulus_pa: f64) -> Vec<MovingPoint> {
 /// The folder cannot be written.
 pub fn write(folder: &OutputFolder, runs: &[Run], summary: &Summary) -> Result<(), Error> {
     folder.write("chart.csv", csv(runs).as_bytes())?;
-    let mut json = serde_json::to_string_pretty(summary).map_err(|e| TissueError::Usage(format!("summary.json: {e}")))?;
-    json.push('\n');
-    Ok(folder.write("summary.json", json.as_bytes())?)
+    Ok(folder.write_summary(summary)?)
 }
 
 fn csv(runs: &[Run]) -> String {

@@ -26,7 +26,7 @@ use std::path::Path;
 
 use crate::error::Error;
 use crate::paper::Progress;
-use crate::paper::report::{Report, print_claims};
+use crate::paper::report::{Report, print_claims, verdict};
 use palpate_tissue::output::OutputFolder;
 use progress::AnnealingProgress;
 use scene::{PRESETS, PressScene};
@@ -40,6 +40,8 @@ pub struct Options {
     pub quick: bool,
     /// One scene, a preset or a file; both presets without.
     pub scene: Option<String>,
+    /// How the report is made, for its summary.
+    pub provenance: serde_json::Value,
 }
 
 /// Regenerates the figures and writes the report into the folder `out`, which is made once the
@@ -53,7 +55,7 @@ pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(),
     // all that can be refused is refused before anything is computed
     let scenes = names.iter().map(|name| PressScene::load(name)).collect::<Result<Vec<_>, _>>()?;
     let sites = scenes.iter().map(|scene| Site::of(scene, size.coarser)).collect::<Result<Vec<_>, _>>()?;
-    let folder = OutputFolder::open(out)?;
+    let folder = OutputFolder::open(out)?.made_by(options.provenance.clone());
     let trials = 2 * size.trials[0] + scenes.len() * size.trials[1];
     let annealing = AnnealingProgress::new(progress, trials);
     let block = on_block(&folder, &size, &annealing)?;
@@ -77,10 +79,12 @@ pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(),
     report::annealing(&mut report, &folder, &block, &organs)?;
     report::sweeps(&mut report, &folder, &machine, &block, &organs)?;
     report::failures(&mut report, &folder, &block)?;
-    summary::write(&folder, &machine, options.quick, &block, &organs, report.claims())?;
+    summary::write(&folder, options.quick, &block, &organs, report.claims())?;
     let claims = report.claims().to_vec();
     folder.write("report.md", report.finish().as_bytes())?;
+    println!("{}", verdict(&claims, &[]));
     summary::print(&block, &organs);
     print_claims(&claims, &folder.publish()?);
+    println!("{}", verdict(&claims, &[]));
     Ok(())
 }

@@ -81,6 +81,22 @@ impl Report {
     }
 }
 
+/// In one line how it ended: by the product's own promise, and the paper's claims.
+#[must_use]
+pub fn verdict(claims: &[Claim], broken: &[String]) -> String {
+    if !broken.is_empty() {
+        return format!("failed: {}", broken.join("; "));
+    }
+    let count = |held: Option<bool>| claims.iter().filter(|claim| claim.held == held).count();
+    format!(
+        "ok: of {} claims of the paper {} held here, {} did not, {} cannot be tried",
+        claims.len(),
+        count(Some(true)),
+        count(Some(false)),
+        count(None)
+    )
+}
+
 /// Says on the terminal which claims held, and where the report is.
 pub fn print_claims(claims: &[Claim], out: &Path) {
     println!();

@@ -71,6 +71,8 @@ pub struct Options {
     pub quick: bool,
     /// Solve the finite elements of the full resolution anew instead of taking the shipped answer.
     pub solve: bool,
+    /// How the report is made, for its summary.
+    pub provenance: serde_json::Value,
 }
 
 /// Longest virtual time that a method gets to come to rest after a move [s].
@@ -87,7 +89,7 @@ pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(),
     let scene = HangingScene::load(&options.scene)?;
     let sizes: &[usize] = if options.quick { &[1] } else { &[0, 1] };
     let assemblies = sizes.iter().map(|at| assemble(&scene, *at)).collect::<Result<Vec<_>, _>>()?;
-    let folder = OutputFolder::open(out)?;
+    let folder = OutputFolder::open(out)?.made_by(options.provenance.clone());
     let started = Instant::now();
     let mut resolutions = Vec::new();
     for (assembly, at) in assemblies.into_iter().zip(sizes) {

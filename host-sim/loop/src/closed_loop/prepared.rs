@@ -80,7 +80,7 @@ impl Prepared {
     pub fn press_to(&mut self, depth_m: f64) -> Result<(), Error> {
         if !(SHALLOWEST_M..=self.depth_m).contains(&depth_m) {
             return Err(Error::Usage(format!(
-                "--depth-m {depth_m} is outside {SHALLOWEST_M} .. {:.6}, where 4 mm or the device's force limit is met: give a depth in that range",
+                "--depth {depth_m} is outside {SHALLOWEST_M} .. {:.6}, where 4 mm or the device's force limit is met: give a depth in that range",
                 self.depth_m
             )));
         }

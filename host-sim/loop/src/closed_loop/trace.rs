@@ -5,7 +5,8 @@ use super::stimulus::Site;
 use palpate_tissue::error::Error;
 use palpate_tissue::output::OutputFolder;
 
-/// Writes `trace.csv`: one row per tick.
+/// Writes `trace.csv`: one row per tick. Each number is the shortest decimal that reads back as the
+/// same one; depth and force on the device have single precision.
 ///
 /// # Errors
 /// A folder that cannot be written.
@@ -32,27 +33,27 @@ pub fn write(folder: &OutputFolder, run: &Run, site: &Site) -> Result<(), Error>
     ];
     let rows = run.rows.iter().map(|r| {
         let (telemetry, at, target, normal) = (&r.telemetry, r.at_m, r.target_m, site.normal);
-        let force = telemetry.applied_n.cast::<f64>();
+        let force = telemetry.applied_n;
         [
-            r.t_s,
-            at.x,
-            at.y,
-            at.z,
-            target.x,
-            target.y,
-            target.z,
-            f64::from(telemetry.output.depth_m),
-            telemetry.output.force_n.cast::<f64>().dot(&normal),
-            force.x,
-            force.y,
-            force.z,
-            r.acting_n.dot(&normal),
-            r.energy.given_j,
-            r.energy.created_j,
-            f64::from(telemetry.mode as u8),
-            f64::from(telemetry.limiters.bits()),
-            telemetry.fault.map_or(0.0, |f| f64::from(f as u8)),
+            r.t_s.to_string(),
+            at.x.to_string(),
+            at.y.to_string(),
+            at.z.to_string(),
+            target.x.to_string(),
+            target.y.to_string(),
+            target.z.to_string(),
+            telemetry.output.depth_m.to_string(),
+            telemetry.output.force_n.cast::<f64>().dot(&normal).to_string(),
+            force.x.to_string(),
+            force.y.to_string(),
+            force.z.to_string(),
+            r.acting_n.dot(&normal).to_string(),
+            r.energy.given_j.to_string(),
+            r.energy.created_j.to_string(),
+            (telemetry.mode as u8).to_string(),
+            telemetry.limiters.bits().to_string(),
+            telemetry.fault.map_or(0, |f| f as u8).to_string(),
         ]
     });
-    folder.write_csv("trace.csv", header, rows)
+    folder.write_table("trace.csv", header, rows)
 }

@@ -31,6 +31,13 @@ pub struct Emulated {
 }
 
 impl Emulated {
+    pub fn in_words(&self) -> String {
+        format!(
+            "board {} and desktop agree to the last bit in all {} ticks; the longest tick takes {} instructions",
+            self.board, self.exchanges, self.instructions.max
+        )
+    }
+
     /// How long a tick of a slower core would take, over its period (1).
     fn tick_over_period(&self, run: &Timed) -> f64 {
         let in_time = self.in_time.as_ref().and_then(|timed| timed.longest_over_period).unwrap_or(f64::NAN);
@@ -89,7 +96,7 @@ pub fn print(emulated: &Emulated) {
     );
     let took = &emulated.instructions;
     println!(
-        "a tick of the patch takes {} instructions, at most {} (exact; x {:.3}); {} ticks did not run it",
+        "a tick that runs the patch takes {} instructions (median; exact) and {} at most, {:.3} times as many; {} ticks had no force to compute and skipped it",
         took.median, took.max, took.worst_over_median, took.without_patch
     );
     if let Some(cycles) = emulated.cycles_per_instruction {

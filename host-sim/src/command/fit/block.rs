@@ -9,7 +9,6 @@ use palpate_fit::scene_fit::{
 use palpate_fit::solved;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::AnswerProbe;
-use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::calibrated;
 use palpate_tissue::trials::Trial;
@@ -26,10 +25,8 @@ impl FitArgs {
     pub(super) fn fit_block(&self, scene: &Scene, size_m: [f64; 3]) -> Result<Fitted, Error> {
         check_block(scene, size_m)?;
         if self.options.radius_m.is_some() {
-            let why = format!(
-                "--radius-m: the scene {} is a block, which is fitted whole: leave it out, or use palpate cut",
-                scene.file
-            );
+            let why =
+                format!("--radius: the scene {} is a block, which is fitted whole: leave it out, or use palpate cut", scene.file);
             return Err(TissueError::Usage(why).into());
         }
         // the bump that inclusions make is fitted to the patch of the block without them
@@ -39,7 +36,7 @@ impl FitArgs {
         let level = if self.options.quick { Level::Quick } else { Level::Full };
         let presses = Presses::of(&plain, &prepared.tissue, level);
         let path = self.common.folder("fit");
-        let folder = OutputFolder::open(&path)?;
+        let folder = self.common.open("fit", scene)?;
         let store = Store::of(&path, &folder, scene);
         self.print_scene(scene, prepared.tissue.mesh.nodes_m.len(), &presses.fitted_m);
         let kept = solved::Solved::beside(&path);

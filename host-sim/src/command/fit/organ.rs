@@ -3,7 +3,6 @@
 use palpate_fit::far_field::fitted::{self, Recipe};
 use palpate_fit::scene_fit::{Judging, Level, PIECE_JUDGED_RADII, PIECE_RADII, element_for, solve_organ};
 use palpate_fit::solved::Solved;
-use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 
 use super::super::progress::Steps;
@@ -27,7 +26,7 @@ impl FitArgs {
         let piece = prepared.patch();
         let nodes = piece.model().nodes.len();
         let path = self.common.folder("fit");
-        let folder = OutputFolder::open(&path)?;
+        let folder = self.common.open("fit", scene)?;
         let store = Store::of(&path, &folder, scene);
         let level = if self.options.quick { Level::Quick } else { Level::Full };
         let kept = Solved::beside(&path);

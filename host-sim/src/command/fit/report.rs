@@ -5,13 +5,13 @@ use palpate_charts::{self as charts, ConvergencePoint, Press, Sample};
 use palpate_fit::calibrate::Round;
 use palpate_fit::calibrate::targets::Reference;
 use palpate_fit::scene_fit::{SurfaceVerdict, Verdict, tissue_of};
+use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::{Answer, AnswerProbe};
 use palpate_tissue::fit_record::{FitRecord, Judged, JudgedPart, JudgedSurface, Moving, OrganRecord, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
 use palpate_tissue::trials::Trial;
-use palpate_tissue::{Error as TissueError, machine};
 use serde::Serialize;
 
 use super::added_force::BumpReport;
@@ -64,7 +64,6 @@ struct Summary<'a> {
     bump: Option<&'a BumpReport>,
     record: &'a FitRecord,
     rounds: &'a [Round],
-    machine: String,
 }
 
 impl Report<'_> {
@@ -78,27 +77,23 @@ impl Report<'_> {
         self.answer.save(&folder, "answer.json")?;
         self.tables(&folder)?;
         self.pictures(&folder)?;
-        folder.write_json(
-            "summary.json",
-            &Summary {
-                scene: &self.scene.name,
-                nodes: record.nodes,
-                quick: self.quick,
-                reused_presses: self.reused_presses,
-                reused_fit: self.reused_fit,
-                tolerance_pct: self.tolerance_pct,
-                reference_nodes: self.reference_nodes,
-                reference_error_pct: 100.0 * self.reference_error,
-                fitted_places: self.places,
-                fitted_depths_m: self.fitted_m,
-                uncalibrated: self.before,
-                calibrated: self.verdict,
-                bump: self.bump,
-                record: &record,
-                rounds: &self.fit.rounds,
-                machine: machine::processor(),
-            },
-        )?;
+        folder.write_summary(&Summary {
+            scene: &self.scene.name,
+            nodes: record.nodes,
+            quick: self.quick,
+            reused_presses: self.reused_presses,
+            reused_fit: self.reused_fit,
+            tolerance_pct: self.tolerance_pct,
+            reference_nodes: self.reference_nodes,
+            reference_error_pct: 100.0 * self.reference_error,
+            fitted_places: self.places,
+            fitted_depths_m: self.fitted_m,
+            uncalibrated: self.before,
+            calibrated: self.verdict,
+            bump: self.bump,
+            record: &record,
+            rounds: &self.fit.rounds,
+        })?;
         folder.write_json("trials.json", &self.trials)?;
         let file = folder.publish()?.join(&name);
         self.print(&record);

@@ -13,7 +13,8 @@ use serde::{Deserialize, Serialize};
 
 use super::super::Common;
 use super::super::campaign::Campaign;
-use super::super::scene_list::{Ended, SceneList, ends_all, why};
+use super::super::scene_list::{Ended, SceneList, ends_all, named_as, why};
+use super::super::verdict::Verdict;
 use super::{FitArgs, FitOptions, Fitted};
 use crate::error::Error;
 
@@ -117,28 +118,35 @@ impl Campaign for FitScenes {
         rows.extend(next);
     }
 
-    fn report(&self, folder: OutputFolder, rows: Vec<Row>) -> Result<(), Error> {
+    fn report(&self, folder: OutputFolder, rows: Vec<Row>, _all: bool) -> Result<(), Error> {
         let count = |ended: Ended| rows.iter().filter(|row| row.ended == ended).count();
         let [kept, missed, failed] = [Ended::Kept, Ended::Missed, Ended::Failed].map(count);
         let largest_rms_pct = rows.iter().filter_map(|row| Some(row.fit.as_ref()?.rms_pct)).reduce(f64::max);
         let summary = Summary { scenes: rows.len(), kept, missed, failed, largest_rms_pct, fit: &self.options.fit, rows: &rows };
         folder.write("fits.csv", csv(&rows)?.as_bytes())?;
-        folder.write_json("summary.json", &summary)?;
+        folder.write_summary(&summary)?;
         // a row a line, as it ships
         let trials: Vec<String> =
             rows.iter().flat_map(|row| &row.trials).filter_map(|row| serde_json::to_string(row).ok()).collect();
         folder.write("trials.json", format!("[\n{}\n]\n", trials.join(",\n")).as_bytes())?;
+        let verdict =
+            Verdict::of(judge(&rows, missed, failed), || format!("all {} scenes fitted within the tolerance", rows.len()))?
+                .first();
         print(&rows);
         println!("\nwrote {}: fits.csv, summary.json, trials.json", folder.publish()?.display());
-        let Some(first) = rows.iter().find(|row| row.ended != Ended::Kept) else { return Ok(()) };
-        Err(TissueError::Check(format!(
-            "of {} scenes {failed} could not be fitted, {missed} miss the tolerance; the first: {}: {}",
-            rows.len(),
-            first.scene,
-            first.why.as_deref().unwrap_or("-")
-        ))
-        .into())
+        verdict.last()
     }
+}
+
+fn judge(rows: &[Row], missed: usize, failed: usize) -> Result<(), Error> {
+    let Some(first) = rows.iter().find(|row| row.ended != Ended::Kept) else { return Ok(()) };
+    Err(TissueError::Check(format!(
+        "of {} scenes {failed} could not be fitted, {missed} miss the tolerance; the first: {}: {}",
+        rows.len(),
+        first.scene,
+        first.why.as_deref().unwrap_or("-")
+    ))
+    .into())
 }
 
 impl FitScenes {
@@ -147,7 +155,7 @@ impl FitScenes {
         println!("\n{file}");
         let out = self.options.out.join(FITS).join(name);
         let args = FitArgs {
-            common: Common { scene: file.to_owned(), out: Some(out) },
+            common: Common::of(file, Some(out)),
             options: self.options.fit.clone(),
             scenes: None,
             shards: Default::default(),
@@ -166,7 +174,7 @@ impl FitScenes {
                     to_m: record.judged.to_m,
                     reference_error_pct: record.reference_error_pct,
                 };
-                row(ended, missed.map(|missed| why(&missed.into(), name, file)), Some(fit), trials)
+                row(ended, missed.map(|missed| named_as(&missed, name, file)), Some(fit), trials)
             }
             Err(error) if ends_all(&error) => return Err(error),
             Err(error) => {

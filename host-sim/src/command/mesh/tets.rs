@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::super::length::metres;
+use super::super::verdict::Verdict;
 use super::{box_mm, print_surface};
 use crate::error::Error;
 use crate::vtu;
@@ -16,7 +18,7 @@ use palpate_tissue::organ::{MEAN_EDGE, OrganError, even_mesh};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::tissue::underside;
 
-/// Nodes aimed at without `--element-m`.
+/// Nodes aimed at without `--element`.
 const DEFAULT_NODES: f64 = 3000.0;
 /// Node numbers are 16 bit wide.
 const MOST_NODES: usize = u16::MAX as usize;
@@ -32,8 +34,8 @@ pub(in crate::command) struct TetsArgs {
     /// Unit of its coordinates: m, cm, mm, um, or the metres in one.
     #[arg(long, alias = "unit-m", value_name = "UNIT")]
     unit: LengthUnit,
-    /// Mean edge of the tets [default: what makes about 3000 nodes].
-    #[arg(long, value_name = "METRES")]
+    /// Mean edge of the tets (2mm, 0.2cm, 0.002) [default: what makes about 3000 nodes].
+    #[arg(long = "element", alias = "element-m", value_name = "LENGTH", value_parser = metres)]
     element_m: Option<f64>,
     /// Folder to write [default: out/tets].
     #[arg(long, value_name = "FOLDER")]
@@ -58,11 +60,14 @@ impl TetsArgs {
         let out = folder.publish()?;
         print_surface(&self.surface, &imported.report);
         print(&imported, &mesh, &fixed);
-        println!(
-            "wrote {} and {stem}.vtu; a scene takes it as mesh = \"{stem}.msh\", length_unit = \"m\"",
-            out.join(format!("{stem}.msh")).display()
-        );
-        Ok(())
+        println!("a scene takes it as mesh = \"{stem}.msh\", length_unit = \"m\"");
+        Verdict::ok(format!(
+            "wrote {} and {stem}.vtu: {} nodes, {} tets",
+            out.join(format!("{stem}.msh")).display(),
+            mesh.nodes_m.len(),
+            mesh.tets.len()
+        ))
+        .last()
     }
 
     fn fill(&self, imported: &ImportedSurface) -> Result<TetMesh, Error> {
@@ -75,13 +80,13 @@ impl TetsArgs {
         let element_mm = spacing_m * MEAN_EDGE * 1e3;
         let size_m = imported.report.size_m.into_iter().fold(0.0, f64::max);
         if !(spacing_m > 0.0 && spacing_m < size_m) {
-            let why = "--element-m must be above zero and smaller than the surface";
+            let why = "--element must be above zero and smaller than the surface";
             return Err(usage(format!("{why}, {size_m:.4} m: give metres")));
         }
         let least_mm = spacing_for(MOST_NODES as f64) * MEAN_EDGE * 1e3;
         let too_many = |nodes: f64| {
             usage(format!(
-                "elements of {element_mm:.3} mm make about {nodes:.0} nodes, at most {MOST_NODES} fit: give --element-m above {:.4}",
+                "elements of {element_mm:.3} mm make about {nodes:.0} nodes, at most {MOST_NODES} fit: give --element above {:.4}",
                 1.1e-3 * least_mm
             ))
         };
@@ -92,13 +97,13 @@ impl TetsArgs {
         let implicit = |x| imported.surface.foot(x).distance_m;
         let mesh = even_mesh(&name, &implicit, imported.surface.bounds_m(), spacing_m).map_err(|cause| match cause {
             OrganError::TooCoarse { defect, .. } => {
-                usage(format!("with elements of {element_mm:.2} mm the mesh {defect}: give a smaller --element-m"))
+                usage(format!("with elements of {element_mm:.2} mm the mesh {defect}: give a smaller --element"))
             }
             OrganError::Empty { .. } => {
-                usage(format!("nothing of it is left with elements of {element_mm:.2} mm: give a smaller --element-m"))
+                usage(format!("nothing of it is left with elements of {element_mm:.2} mm: give a smaller --element"))
             }
             OrganError::TooFine { points, .. } => usage(format!(
-                "elements of {element_mm:.3} mm need a lattice of {points:.0} points, too many: give a larger --element-m"
+                "elements of {element_mm:.3} mm need a lattice of {points:.0} points, too many: give a larger --element"
             )),
             other => usage(other.to_string()),
         })?;
@@ -108,7 +113,7 @@ impl TetsArgs {
         let off_pct = off_pct(&mesh, imported);
         if off_pct.abs() > WORST_VOLUME_PCT {
             return Err(usage(format!(
-                "with elements of {element_mm:.2} mm the volume of the tets is {off_pct:+.0} % off that of the surface: give a smaller --element-m"
+                "with elements of {element_mm:.2} mm the volume of the tets is {off_pct:+.0} % off that of the surface: give a smaller --element"
             )));
         }
         Ok(mesh)

@@ -3,11 +3,13 @@
 use palpate::Terms;
 use serde::Serialize;
 
+use super::super::verdict::Verdict;
 use super::unit;
 use super::worth::{self, Worth};
 use crate::error::Error;
 use palpate_charts::{PlanChart, PlanDot, plan};
 use palpate_fit::plan::{Bench, Effort, JudgedCandidate, Outcome, RimTreatment, WORST_RATIO};
+use palpate_tissue::budget::Machine;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::session::moving::MovingReport;
 
@@ -47,11 +49,10 @@ struct Summary<'a> {
     elsewhere_board: Option<&'static str>,
     tightest_here: Option<&'a JudgedCandidate>,
     trials: &'a [JudgedCandidate],
-    machine: String,
 }
 
 /// Writes and prints it; returns the name of the patch file, if a model was found.
-pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<Option<String>, Error> {
+pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome, all: bool) -> Result<Option<String>, Error> {
     let (scene, machine) = (bench.scene, bench.machine);
     let mut patch = None;
     if let Some(session) = outcome.chosen.as_ref().and_then(|t| t.session.as_ref()) {
@@ -91,9 +92,8 @@ pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome) -> R
         elsewhere_board: outcome.elsewhere.as_ref().and_then(JudgedCandidate::slowest_board).map(|m| m.name),
         tightest_here: outcome.tightest.as_ref(),
         trials: &outcome.trials,
-        machine: palpate_tissue::machine::processor(),
     };
-    folder.write_json("summary.json", &summary)?;
+    folder.write_summary(&summary)?;
     let header = ["nodes", "radius_radii", "element_radii", "points", "full_fit", "substeps", "units", "rms_pct", "worst_pct"];
     let row = |t: &JudgedCandidate| {
         let c = &t.candidate;
@@ -112,13 +112,34 @@ pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome) -> R
     folder.write_csv("searched.csv", header, outcome.trials.iter().map(row))?;
     draw(&folder, bench, outcome)?;
     let out = folder.publish()?;
-    print(bench, outcome, &terms);
+    let _said = verdict(outcome, machine, bench.tolerance_pct)?.first();
+    print(bench, outcome, &terms, all);
     println!(
         "wrote {}: {}summary.json, searched.csv, plan.svg, plan.png",
         out.display(),
         summary.patch.as_ref().map_or_else(String::new, |name| format!("{name}, "))
     );
     Ok(summary.patch)
+}
+
+/// The model that was chosen, or why none was.
+pub(super) fn verdict(outcome: &Outcome, machine: &Machine, tolerance_pct: f64) -> Result<Verdict, Error> {
+    let found = outcome.check(machine, tolerance_pct);
+    let words = found.as_ref().map_or_else(
+        |_| String::new(),
+        |chosen| {
+            format!(
+                "{} nodes keep {tolerance_pct} % on {}: {:.2} % rms, {:+.2} % at worst; a tick takes {:.0} % of the {} that it may take (estimate)",
+                chosen.counts.nodes,
+                machine.name,
+                chosen.judged.rms_pct,
+                chosen.judged.worst_pct,
+                100.0 * chosen.units / machine.budget(),
+                machine.unit
+            )
+        },
+    );
+    Verdict::of(found.map(|_| ()), || words)
 }
 
 /// Returns the name of the group of trials that a trial belongs to in a chart.
@@ -196,16 +217,16 @@ fn draw(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), E
     Ok(())
 }
 
-fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth]) {
+fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth], all: bool) {
     let (name, per) = unit(bench.machine);
     println!(
-        "{:<26} {:>5} {:>6} {:>8} {:>6} {:>5} {:>9} {:>9} {:>7} {:>8} {:>8} {:>8} {:>8}",
+        "{:<26} {:>5} {:>6} {:>8} {:>6} {:>8} {:>9} {:>9} {:>7} {:>8} {:>8} {:>8} {:>8}",
         "",
         "nodes",
         "radius",
         "elements",
         "points",
-        "steps",
+        "substeps",
         name,
         "RAM+flash",
         "rms %",
@@ -217,7 +238,7 @@ fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth]) {
     let row = |what: &str, t: &JudgedCandidate| {
         let c = &t.candidate;
         println!(
-            "{what:<26} {:>5} {:>6} {:>8} {:>6} {:>5} {:>9.1} {:>6.1} kB {:>7.2} {:>+8.2} {:>8.2} {:>8} {:>8}",
+            "{what:<26} {:>5} {:>6} {:>8} {:>6} {:>8} {:>9.1} {:>6.1} kB {:>7.2} {:>+8.2} {:>8.2} {:>8} {:>8}",
             t.counts.nodes,
             c.radius_radii,
             c.element_radii,
@@ -244,7 +265,7 @@ fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth]) {
         }
     }
     let less = outcome.trials.iter().filter(|t| t.terms.rim && t.terms != Terms::ALL || t.edge != RimTreatment::RimSprings);
-    for trial in less {
+    for trial in less.filter(|_| all) {
         let mut what = kind(trial);
         if !trial.terms.compensation && trial.edge != RimTreatment::RimSprings {
             what.push_str(", no comp.");
@@ -254,7 +275,7 @@ fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth]) {
         }
         row(&what, trial);
     }
-    for (_, edge, terms) in &outcome.unfitted {
+    for (_, edge, terms) in outcome.unfitted.iter().filter(|_| all) {
         if let Some(what) = named(*edge, *terms) {
             println!("{what:<26} cannot be fitted or pressed to its depth");
         }
@@ -274,7 +295,8 @@ fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth]) {
     }
     let fits = outcome.trials.len();
     println!(
-        "\n{fits} fits. Radius and elements in probe radii; budget {:.1} {name}; errors at unseen places within a probe radius, {:.2} to {:.2} mm deep; shear: by the edge alone",
+        "\n{fits} models tried{}. Radius and elements in probe radii; points: of the foundation on a triangle; budget {:.1} {name}; errors at unseen places within a probe radius, {:.2} to {:.2} mm deep; shear: by the edge alone",
+        if all { "" } else { " (--all prints those without a term)" },
         bench.machine.budget() / per,
         bench.judge.depths_m.first().copied().unwrap_or_default() * 1e3,
         bench.judge.depths_m.last().copied().unwrap_or_default() * 1e3

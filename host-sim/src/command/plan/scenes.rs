@@ -10,9 +10,11 @@ use palpate_tissue::output::OutputFolder;
 use palpate_tissue::shard::Heading;
 use serde::{Deserialize, Serialize};
 
+use super::super::Common;
+use super::super::boards::machine;
 use super::super::campaign::Campaign;
-use super::super::pack::machine;
 use super::super::scene_list::{Ended, SceneList, ends_all, why};
+use super::super::verdict::Verdict;
 use super::PlanOptions;
 use crate::error::Error;
 
@@ -132,25 +134,31 @@ impl Campaign for PlanScenes {
         rows.extend(next);
     }
 
-    fn report(&self, folder: OutputFolder, rows: Vec<Row>) -> Result<(), Error> {
+    fn report(&self, folder: OutputFolder, rows: Vec<Row>, _all: bool) -> Result<(), Error> {
         let count = |ended: Ended| rows.iter().filter(|row| row.ended == ended).count();
         let [kept, missed, failed] = [Ended::Kept, Ended::Missed, Ended::Failed].map(count);
         let (boards, plan) = (&self.options.boards[..], &self.options.plan);
         let summary = Summary { plans: rows.len(), kept, missed, failed, boards, plan, rows: &rows };
         folder.write("plans.csv", csv(&rows)?.as_bytes())?;
-        folder.write_json("summary.json", &summary)?;
+        folder.write_summary(&summary)?;
+        let verdict =
+            Verdict::of(judge(&rows, missed, failed), || format!("all {} plans keep the tolerance", rows.len()))?.first();
         print(&rows);
         println!("\nwrote {}: plans.csv, summary.json", folder.publish()?.display());
-        let Some(first) = rows.iter().find(|row| row.ended != Ended::Kept) else { return Ok(()) };
-        Err(TissueError::Check(format!(
-            "of {} plans {failed} could not be made, {missed} found no model that keeps the tolerance; the first: {} on {}: {}",
-            rows.len(),
-            first.scene,
-            first.board,
-            first.why.as_deref().unwrap_or("-")
-        ))
-        .into())
+        verdict.last()
     }
+}
+
+fn judge(rows: &[Row], missed: usize, failed: usize) -> Result<(), Error> {
+    let Some(first) = rows.iter().find(|row| row.ended != Ended::Kept) else { return Ok(()) };
+    Err(TissueError::Check(format!(
+        "of {} plans {failed} could not be made, {missed} found no model that keeps the tolerance; the first: {} on {}: {}",
+        rows.len(),
+        first.scene,
+        first.board,
+        first.why.as_deref().unwrap_or("-")
+    ))
+    .into())
 }
 
 impl PlanScenes {
@@ -161,7 +169,7 @@ impl PlanScenes {
         let below = format!("{name}-{board}");
         let out = self.options.out.join(PLANS).join(&below);
         let row = |ended, why, plan| Row { scene: name.to_owned(), board: board.to_owned(), ended, why, plan };
-        let found = self.options.plan.plan(file, machine, &out);
+        let found = self.options.plan.plan(&Common::of(file, None), machine, &out, false);
         let (outcome, patch) = match found {
             Ok(found) => found,
             Err(error) if ends_all(&error) => return Err(error),

@@ -71,6 +71,14 @@ pub enum SceneError {
         /// Name, value, range.
         cause: palpate::BuildError,
     },
+    /// A key that the command line cannot change so.
+    #[error("--set {changes}: {what}")]
+    Change {
+        /// The changes, as given.
+        changes: String,
+        /// Defect and how to fix it.
+        what: String,
+    },
     /// A value that cannot be.
     #[error("{file}: {key} {why}")]
     Value {

@@ -118,6 +118,26 @@ impl Standing {
     }
 }
 
+impl Standing {
+    /// The error to expect, in a few words.
+    #[must_use]
+    pub fn short(&self) -> String {
+        match self {
+            Self::Calibrated { record } => {
+                format!("calibrated, {:.1} % rms off finite elements where the fit did not look", record.judged.rms_pct)
+            }
+            Self::CalibratedForAnother { expected: Some(e), .. } | Self::Uncalibrated { expected: Some(e) } => {
+                let about = if e.alike { "about" } else { "perhaps" };
+                format!("not calibrated for this scene, {about} {:.0} % off", e.rms_pct.ceil())
+            }
+            Self::CalibratedForAnother { expected: None, .. } | Self::Uncalibrated { expected: None } => {
+                "not calibrated for this scene, how far off is unknown".into()
+            }
+            Self::Unrecorded { .. } => "calibrated for a scene that is not recorded, how far off is unknown".into(),
+        }
+    }
+}
+
 fn expectation(expected: Option<&Expected>) -> String {
     match expected {
         None => "how wrong is unknown, no trial is like it".into(),

@@ -40,6 +40,12 @@ pub struct Heading {
     pub shard: Shard,
     /// First case of the part, and the first that is not in it.
     pub range: [u64; 2],
+    /// Arguments of the command as one run of all cases would be asked for; not compared.
+    #[serde(default)]
+    pub command_line: Vec<String>,
+    /// Processors that the system gave to the run; not compared.
+    #[serde(default)]
+    pub cores: usize,
     /// Processor that it ran on. Says where to look if bytes differ; shards may differ in it.
     pub processor: String,
 }
@@ -92,6 +98,8 @@ impl Heading {
             cases,
             shard,
             range: [range.start, range.end],
+            command_line: Vec::new(),
+            cores: machine::cores(),
             processor: machine::processor(),
         })
     }

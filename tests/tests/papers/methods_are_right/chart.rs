@@ -109,8 +109,8 @@ fn quick_chart_leaves_what_it_promises() {
     }
 
     let summary: serde_json::Value = serde_json::from_str(&read("summary.json")).expect("JSON");
-    assert!(summary["machine"].as_str().is_some_and(|m| !m.is_empty()));
-    assert!(summary["build"].as_str().is_some_and(|b| b.contains("palpate")));
+    assert!(summary["provenance"]["machine"]["processor"].as_str().is_some_and(|m| !m.is_empty()));
+    assert!(summary["provenance"]["profile"].as_str().is_some_and(|profile| !profile.is_empty()));
     let fronts = summary["fronts"].as_array().expect("fronts");
     assert!(!fronts.is_empty());
     for front in fronts {

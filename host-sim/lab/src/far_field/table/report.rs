@@ -12,9 +12,11 @@ use palpate_tissue::output::OutputFolder;
 pub struct Summary {
     /// Scene.
     pub scene: String,
-    /// Processor.
+    /// Processor; in the file it is in the provenance.
+    #[serde(skip)]
     pub machine: String,
     /// Version and profile: times of another profile are not comparable.
+    #[serde(skip)]
     pub build: String,
     /// Depths of centred presses [m].
     pub depths_m: [f64; DEPTHS],
@@ -142,7 +144,7 @@ impl Summary {
 /// # Errors
 /// The folder cannot be written.
 pub fn write(folder: &OutputFolder, summary: &Summary, awake: &Awake) -> Result<(), Error> {
-    folder.write_json("summary.json", summary)?;
+    folder.write_summary(summary)?;
     folder.write("far_field.csv", rows_csv(summary).as_bytes())?;
     folder.write("awake.csv", awake_csv(awake).as_bytes())?;
     Ok(folder.write("stress_rule.csv", stress_csv(awake).as_bytes())?)

@@ -15,7 +15,6 @@ use palpate_tissue::output::OutputFolder;
 #[derive(Serialize)]
 struct Summary<'a> {
     paper: &'static str,
-    machine: &'a str,
     quick: bool,
     scenes: Vec<Scene<'a>>,
     walks: Vec<Walk>,
@@ -94,7 +93,6 @@ struct Region {
 /// The folder cannot be written.
 pub(super) fn write(
     folder: &OutputFolder,
-    machine: &str,
     quick: bool,
     block: &OnBlock,
     organs: &[OnOrgan],
@@ -133,7 +131,6 @@ pub(super) fn write(
     let [printed_k, printed_d] = super::identifiability::PRINTED;
     let summary = Summary {
         paper: "local-compression",
-        machine,
         quick,
         scenes: std::iter::once(on_block).chain(on_organs).collect(),
         walks: block.walks.iter().map(walk).collect(),
@@ -161,7 +158,7 @@ pub(super) fn write(
         volume_force_net_share_most: block.volume.0[1],
         claims,
     };
-    Ok(folder.write_json("summary.json", &summary)?)
+    Ok(folder.write_summary(&summary)?)
 }
 
 fn methods(curves: &[Curve]) -> Vec<Method> {

@@ -15,7 +15,7 @@ use super::steps::Steps;
 use super::truth::Truth;
 use super::{METHODS, PROMISED_M, PROMISED_VOLUME_PCT, Resolution, figures};
 use crate::error::Error;
-use crate::paper::report::{Claim, Report, print_claims};
+use crate::paper::report::{Claim, Report, print_claims, verdict};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
@@ -65,11 +65,11 @@ pub fn write(findings: &Findings, folder: OutputFolder) -> Result<(), Error> {
     claims(findings, &mut report);
     let broken = broken_promises(findings);
     let summary = summary(findings, &report, &broken);
-    folder.write_json("summary.json", &summary)?;
+    folder.write_summary(&summary)?;
     csv(findings, &folder)?;
     let claims = report.claims().to_vec();
     folder.write("report.md", report.finish().as_bytes())?;
-    print(findings, &claims, &folder.publish()?);
+    print(findings, &claims, &broken, &folder.publish()?);
     if broken.is_empty() { Ok(()) } else { Err(TissueError::Check(broken.join("; ")).into()) }
 }
 
@@ -459,7 +459,8 @@ fn csv(findings: &Findings, folder: &OutputFolder) -> Result<(), Error> {
     Ok(folder.write_csv("force_against_step.csv", ["curve_0_tau0_1_tau0.1_2_energy", "step_s", "force_n"], rows)?)
 }
 
-fn print(findings: &Findings, claims: &[Claim], out: &Path) {
+fn print(findings: &Findings, claims: &[Claim], broken: &[String], out: &Path) {
+    println!("{}", verdict(claims, broken));
     println!("{:<60} {:>7} {:>17} {:>15} {:>11}", "method", "mesh", "landmarks mm", "surface mm", "min J");
     for r in rows(findings).into_iter().chain(weighed_rows(findings)) {
         println!(
@@ -477,4 +478,5 @@ fn print(findings: &Findings, claims: &[Claim], out: &Path) {
         joined(&SPARSE.landmarks_mm, 2)
     );
     print_claims(claims, out);
+    println!("{}", verdict(claims, broken));
 }

@@ -8,7 +8,7 @@ use crate::error::Error;
 use palpate_charts::{
     CreatedEnergy, EnergyRow, MatrixCell, MatrixGroup, MatrixRow, StiffnessMatrix, created_energy, stiffness_matrix,
 };
-use palpate_loop::closed_loop::controller::CONTROLLERS;
+use palpate_loop::closed_loop::controller::{CONTROLLERS, Controller};
 use palpate_loop::closed_loop::device::{DeviceProfile, PROFILES};
 use palpate_loop::closed_loop::hand::HANDS;
 use palpate_tissue::output::OutputFolder;
@@ -72,20 +72,24 @@ fn ceilings_csv(ceilings: &[Ceiling]) -> String {
     text
 }
 
-/// Prints what a person wants to know first.
-pub fn print(summary: &LoopSummary) {
+/// Prints what a person wants to know first: of our controller, or of every one.
+pub fn print(summary: &LoopSummary, all: bool) {
+    let shown: Vec<String> =
+        CONTROLLERS.iter().filter(|c| all || **c == Controller::Ours).map(|controller| controller.name()).collect();
+    let names = HANDS.map(|h| format!("{} {}", h.id, h.name)).join(", ");
     let hands = HANDS.map(|h| format!("{:>6}", h.id)).join("");
     println!(
         "stiffest wall without a limit cycle [N/m], tap 0.2 m/s and hold; climbed from 50 in steps of 12 %, stopped at the first that shakes (>: none shook)"
     );
-    println!("at 400 N/m: energy created in the worst hand [mJ], hands that it shakes, static error in the others [%]\n");
+    println!("at 400 N/m: energy created in the worst hand [mJ], hands that it shakes, static error in the others [%]");
+    println!("hands: {names}\n");
     for device in SWEPT {
         for delay in DELAYS {
             let Some(first) = summary.cells.iter().find(|c| c.device == device && c.delay_ticks == delay) else { continue };
             println!("{device}, {delay} ticks late; closed form of the device alone: {:.0} N/m", first.passive_n_per_m);
             println!("  {:<18}{hands}{:>10}{:>8}{:>8}", "", "created", "shaken", "error");
-            for control in CONTROLLERS.map(|c| c.name()) {
-                let cells: Vec<&Cell> = summary.row(device, delay, &control).collect();
+            for control in &shown {
+                let cells: Vec<&Cell> = summary.row(device, delay, control).collect();
                 let stiffest: String = cells.iter().map(|c| said(c.climb)).collect();
                 let (created_mj, shaken, error) = (worst_mj(&cells), shaken(&cells), worst_error(&cells) * 100.0 + 0.0);
                 println!("  {control:<18}{stiffest}{created_mj:>10.3}{shaken:>8}{error:>8.1}");

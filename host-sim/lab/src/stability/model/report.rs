@@ -15,10 +15,6 @@ use palpate_tissue::output::OutputFolder;
 pub struct Summary {
     /// Scene that was pressed.
     pub scene: String,
-    /// Processor.
-    pub machine: String,
-    /// Version and profile.
-    pub build: String,
     /// Definitions of the terms.
     pub terms: [&'static str; 5],
     /// Cells of every row by verdict.
@@ -76,8 +72,6 @@ impl Summary {
         });
         Self {
             scene: format!("block 80 x 80 x 40 mm of {} nodes, nu 0.45, hemisphere R = 8 mm", matrix.scope.nodes),
-            machine: palpate_tissue::machine::processor(),
-            build: palpate_tissue::machine::build(),
             terms: [
                 "substeps: the product's as a session derives them, the others' the fewest with which they survive the chart's press to 8 mm on the same tissue",
                 "jitter: the pose that a tick is given was sensed up to half a tick before or after it; the step of the model stays what it is, as on a device",

@@ -1,0 +1,56 @@
+//! Names of boards on the command line, and which patch runs on which.
+
+use palpate_tissue::Error as TissueError;
+use palpate_tissue::budget::{CHIPS, MACHINES, Machine};
+
+use crate::error::Error;
+
+/// A board and the budget of its chip.
+const BOARDS: [(&str, &str); 4] =
+    [("nucleo-f446re", "m4f-180"), ("nucleo-g474re", "m4f-170"), ("nucleo-h743zi", "m7-480"), ("pico2", "m33-150")];
+
+/// The budget of a board, or the budget of this name.
+pub(super) fn machine(board: &str) -> Result<&'static Machine, Error> {
+    let budget = BOARDS.iter().find(|(name, _)| *name == board).map_or(board, |(_, budget)| budget);
+    Ok(Machine::named(budget).ok_or_else(|| {
+        let budgets = MACHINES.iter().chain(&CHIPS).map(|m| m.name.to_owned());
+        let boards = BOARDS.iter().map(|(name, budget)| format!("{name} (takes {budget})"));
+        let names: Vec<String> = budgets.chain(boards).collect();
+        TissueError::Usage(format!("no board \"{board}\": choose one of {}", names.join(", ")))
+    })?)
+}
+
+/// Boards that a patch with this budget runs on, in words: those of the same core with a clock of at
+/// least its own.
+pub(super) fn runs_on(machine: &Machine) -> String {
+    if !machine.is_board() {
+        return "runs on this machine".into();
+    }
+    let core = |name: &str| name.split('-').next().map(str::to_owned);
+    let fast_enough = |budget: &str| {
+        Machine::named(budget).is_some_and(|own| core(own.name) == core(machine.name) && own.per_ms >= machine.per_ms)
+    };
+    let boards: Vec<&str> = BOARDS.iter().filter(|(_, budget)| fast_enough(budget)).map(|(name, _)| *name).collect();
+    let emulated = match MACHINES.iter().any(|m| m.name == machine.name) {
+        true => format!(" and on the emulated board (palpate emulate --board {})", machine.name),
+        false => String::new(),
+    };
+    format!("runs on {}{emulated}", boards.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_board_has_a_budget_and_every_budget_runs_somewhere() {
+        for (name, budget) in BOARDS {
+            let machine = machine(name).unwrap();
+            assert_eq!(machine.name, budget);
+            assert!(machine.is_board() && runs_on(machine).contains(name));
+        }
+        assert_eq!(runs_on(machine("desktop").unwrap()), "runs on this machine");
+        let unknown = machine("nucleo").unwrap_err().to_string();
+        assert!(unknown.contains("no board \"nucleo\"") && unknown.contains("nucleo-h743zi (takes m7-480)"), "{unknown}");
+    }
+}

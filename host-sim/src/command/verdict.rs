@@ -1,0 +1,58 @@
+//! Verdict of a command in one line, the first and the last on standard output.
+
+use std::fmt;
+use std::io::IsTerminal;
+
+use crate::error::Error;
+use palpate_tissue::Error as TissueError;
+
+/// How a command ended: it kept what it promises, or why it did not.
+#[derive(Clone, Debug)]
+pub(super) struct Verdict(Result<String, String>);
+
+impl Verdict {
+    /// What was promised held, in words.
+    pub(super) fn ok(words: impl Into<String>) -> Self {
+        Self(Ok(words.into()))
+    }
+
+    /// Of a check: where it passed, `words` say what held.
+    ///
+    /// # Errors
+    /// The check found bad input rather than a broken promise.
+    pub(super) fn of(check: Result<(), impl Into<Error>>, words: impl FnOnce() -> String) -> Result<Self, Error> {
+        match check.map_err(Into::into) {
+            Ok(()) => Ok(Self(Ok(words()))),
+            Err(Error::Tissue(TissueError::Check(why))) => Ok(Self(Err(why))),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Prints it before the details.
+    #[must_use]
+    pub(super) fn first(self) -> Self {
+        println!("{self}");
+        self
+    }
+
+    /// Prints it after the details. On a terminal the line of the failed check, on standard error,
+    /// stands there already.
+    ///
+    /// # Errors
+    /// The check that failed.
+    pub(super) fn last(self) -> Result<(), Error> {
+        if self.0.is_ok() || !std::io::stdout().is_terminal() {
+            println!("{self}");
+        }
+        self.0.map(|_| ()).map_err(|why| TissueError::Check(why).into())
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.0 {
+            Ok(words) => write!(f, "ok: {words}"),
+            Err(why) => write!(f, "failed: {why}"),
+        }
+    }
+}
