@@ -16,6 +16,7 @@ pub mod error;
 mod loop_figures;
 pub mod port;
 mod press_report;
+mod section_report;
 mod vtu;
 
 /// Reads the command line, runs the command and says in one line what went wrong.
