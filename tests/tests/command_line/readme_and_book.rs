@@ -202,7 +202,8 @@ fn no_paragraph_is_a_wall() {
     for (page, text) in own_pages() {
         let mut words = 0;
         for line in prose(&text) {
-            let begins = line.trim().is_empty() || line.trim_start().starts_with(['#', '|', '*']) || line.starts_with("1.");
+            let item = line.trim_start().split_once(". ").is_some_and(|(n, _)| n.parse::<u8>().is_ok());
+            let begins = item || line.trim().is_empty() || line.trim_start().starts_with(['#', '|', '*']);
             words = if begins { 0 } else { words } + if line.starts_with('|') { 0 } else { line.split_whitespace().count() };
             if words > MOST_WORDS {
                 walls.push(format!("{page}: more than {MOST_WORDS} words at: {line}"));
