@@ -115,9 +115,11 @@ struct SectionPicture<'a> {
 const RISE: (f64, f64) = (0.375, 0.927);
 /// Half of the width, the depth and the height over the site that are shown, and what is left
 /// behind the cut, in half-widths of the probe.
-const SHOWN: [f64; 4] = [2.8, 5.2, 3.4, 2.0];
+const SHOWN: [f64; 4] = [2.4, 5.2, 3.4, 2.0];
 /// Length of the longest arrow, in half-widths of the probe.
 const ARROW: f64 = 2.4;
+/// Share of white in the colours of the tissue, so that its mesh is seen.
+const PALE: f64 = 0.25;
 /// Ground of a ball of another stiffness, mixed into the colours.
 const BALL: RGBColor = WARN;
 
@@ -187,7 +189,7 @@ impl SectionPicture<'_> {
 
     fn colour(&self, corners: &[Corner]) -> RGBColor {
         let mean_m = corners.iter().map(|c| c.moved_m).sum::<f64>() / corners.len().max(1) as f64;
-        colour(mean_m * self.unit.per_si / self.scale.range.end)
+        mixed(colour(mean_m * self.unit.per_si / self.scale.range.end), WHITE, PALE)
     }
 
     /// The cut face: a polygon for each tet.
@@ -204,7 +206,7 @@ impl SectionPicture<'_> {
             let fill = self.colour(&corners);
             let fill = if in_ball { mixed(fill, BALL, 0.55) } else { fill };
             let points = corners.iter().map(|c| view.spot(c.at)).collect();
-            closed(area, points, fill, INK, 0.9)?;
+            closed(area, points, fill, INK, 0.8)?;
         }
         // rest surface, and hatching where it is fixed
         for [a, b] in window.outline(section.triangles, section.rest_m, |_| true) {
@@ -249,7 +251,8 @@ impl SectionPicture<'_> {
         let style = styled(TITLE_PX, FontStyle::Bold, INK, (HPos::Center, VPos::Top));
         area.draw_text(&depth, &style, (middle, bottom - px(130.0)))?;
         let style = styled(TITLE_PX, FontStyle::Bold, REFERENCE, (HPos::Center, VPos::Top));
-        area.draw_text(&self.force.say(moment.force_n), &style, (middle, bottom - px(104.0)))
+        let force = if moment.depth_m > 0.0 { self.force.say(moment.force_n) } else { "no force".to_owned() };
+        area.draw_text(&force, &style, (middle, bottom - px(104.0)))
     }
 
     /// Words that explain lines and colours, at the bottom.
@@ -260,9 +263,9 @@ impl SectionPicture<'_> {
         }
         let style = text(TICK_PX, MUTED, (HPos::Left, VPos::Center));
         let bottom = area.dim_in_pixel().1.cast_signed();
-        area.draw_text(&words, &style, (px(MARGIN_PX + 170.0), bottom - px(34.0)))?;
+        area.draw_text(&words, &style, (px(MARGIN_PX + 220.0), bottom - px(34.0)))?;
         let style = text(LABEL_PX, REFERENCE, (HPos::Left, VPos::Center));
-        area.draw_text("arrow: force on the finger", &style, (px(MARGIN_PX + 170.0), bottom - px(58.0)))
+        area.draw_text("arrow: force on the finger", &style, (px(MARGIN_PX + 220.0), bottom - px(58.0)))
     }
 }
 
@@ -287,7 +290,7 @@ fn mixed(a: RGBColor, b: RGBColor, share: f64) -> RGBColor {
 
 impl Picture for SectionPicture<'_> {
     fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> Drawn<DB> {
-        title(area, self.section.scene, self.section.caption)?;
+        title(area, &format!("{}: the tissue gives way", self.section.scene), self.section.caption)?;
         let window = self.window();
         for (k, moment) in self.section.moments.iter().enumerate() {
             let view = self.view(&window, area.dim_in_pixel(), k);
