@@ -175,7 +175,8 @@ fn every_guide_of_the_firmware_is_a_page() {
     for guide in markdown_below("firmware") {
         assert!(
             shown.contains(&guide),
-            "{guide} is on no page of the book: make {BOOK}/NAME.md with the one line {{{{#include ../../../{guide}}}}}, and name it in SUMMARY.md under Hardware"
+            "{guide} is on no page of the book: make {BOOK}/{} the one line {{{{#include ../../../{guide}}}}}, and name it in SUMMARY.md under Hardware",
+            guide.rsplit('/').next().unwrap_or_default()
         );
     }
 }
