@@ -42,7 +42,7 @@ pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Si
     let normal = site.normal;
     let along = |force: palpate::Vector3<f32>| f64::from(force.dot(&normal.cast()));
     let mut force = vec![
-        curve("force of the tissue, before the loop's limits", &|r| along(r.telemetry.output.force_n)),
+        curve("force of the tissue", &|r| along(r.telemetry.output.force_n)),
         curve("force on the hand", &|r| r.acting_n.dot(&normal)),
     ];
     force.extend(fault.map(|r| LineSeries { name: "fault: force off", points: vec![(r.t_s, 0.0)], joined: false, marked: true }));

@@ -125,13 +125,13 @@ pub enum ChartError {
         /// Remedy to suggest.
         fix: &'static str,
     },
-    /// A surface triangle names a node that does not exist.
-    #[error(
-        "triangles[{triangle}] names node {node}, but there are {node_count} nodes: rebuild the surface from the mesh it belongs to"
-    )]
+    /// A surface triangle or a tet names a node that does not exist.
+    #[error("{what}[{item}] names node {node}, but there are {node_count} nodes: take it from the mesh that the nodes belong to")]
     NoSuchNode {
-        /// Index of the triangle.
-        triangle: usize,
+        /// The list that names it.
+        what: &'static str,
+        /// Index of the triangle or tet.
+        item: usize,
         /// The node it names.
         node: u32,
         /// Nodes that have both a rest and a deformed position.

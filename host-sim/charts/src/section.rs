@@ -84,11 +84,15 @@ impl Section<'_> {
         }
         let counts = self.moments.iter().map(|m| m.deformed_m.len());
         let node_count = counts.fold(self.rest_m.len().min(self.fixed.len()), usize::min);
-        for (triangle, nodes) in self.triangles.iter().map(|t| &t[..]).chain(self.tets.iter().map(|t| &t[..])).enumerate() {
-            if let Some(&node) = nodes.iter().find(|n| **n as usize >= node_count) {
-                return Err(ChartError::NoSuchNode { triangle, node, node_count });
+        let known = |what: &'static str, items: &mut dyn Iterator<Item = &[u32]>| {
+            let missing = |(item, nodes): (usize, &[u32])| Some((item, *nodes.iter().find(|n| **n as usize >= node_count)?));
+            match items.enumerate().find_map(missing) {
+                Some((item, node)) => Err(ChartError::NoSuchNode { what, item, node, node_count }),
+                None => Ok(()),
             }
-        }
+        };
+        known("triangles", &mut self.triangles.iter().map(|t| &t[..]))?;
+        known("tets", &mut self.tets.iter().map(|t| &t[..]))?;
         check("rest_m (x, y, z in turn)", self.rest_m.iter().flatten().copied())?;
         check("balls_m radius", self.balls_m.iter().map(|ball| ball.1))?;
         for moment in self.moments {
@@ -115,7 +119,7 @@ struct SectionPicture<'a> {
 const RISE: (f64, f64) = (0.375, 0.927);
 /// Half of the width, the depth and the height over the site that are shown, and what is left
 /// behind the cut, in half-widths of the probe.
-const SHOWN: [f64; 4] = [2.4, 5.2, 3.4, 2.0];
+const SHOWN: [f64; 4] = [2.4, 5.2, 3.1, 2.0];
 /// Length of the longest arrow, in half-widths of the probe.
 const ARROW: f64 = 2.4;
 /// Share of white in the colours of the tissue, so that its mesh is seen.

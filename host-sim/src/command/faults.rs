@@ -196,7 +196,7 @@ impl Faults {
             })
             .collect();
         let below = format!(
-            "{} runs in {} hands; bar: fastest to slowest, dot: median, stroke: allowed; no stroke: not certain to be told",
+            "{} runs in {} hands; bar: fastest to slowest, dot: median, stroke: time allowed; none: not always recognised",
             self.options.runs,
             HANDS.len()
         );

@@ -104,8 +104,12 @@ impl Window {
                     ends.push(Corner { at: a + (b - a) * (da / (da - db)), moved_m: 0.0 });
                 }
             }
-            if let [a, b] = self.shown(&ends)[..] {
-                segments.push([a.at, b.at]);
+            // clipped as a polygon of two corners, an end may come back twice
+            let shown = self.shown(&ends);
+            let Some(a) = shown.first().map(|c| c.at) else { continue };
+            let from_a = |c: &Corner| (c.at - a).norm();
+            if let Some(b) = shown.iter().max_by(|b, c| from_a(b).total_cmp(&from_a(c))).map(|c| c.at) {
+                segments.push([a, b]);
             }
         }
         segments
@@ -191,5 +195,14 @@ mod tests {
         }
         assert_eq!(window.outline(&sides, &TET, |_| true).len(), 3);
         assert!(window.outline(&sides, &TET, |n| n > 0).is_empty());
+    }
+
+    #[test]
+    fn a_line_that_leaves_the_window_ends_at_its_edge() {
+        let flat = [[-1.0, -3.0, 0.0], [1.0, -3.0, 0.0], [1.0, 3.0, 0.0], [-1.0, 3.0, 0.0]];
+        let narrow = Window { half_width_m: 2.0, ..window(V3::zeros()) };
+        let segments = narrow.outline(&[[0, 1, 2], [0, 2, 3]], &flat, |_| true);
+        let length: f64 = segments.iter().map(|[a, b]| (b - a).norm()).sum();
+        assert!((length - 4.0).abs() < 1e-12, "{segments:?}");
     }
 }
