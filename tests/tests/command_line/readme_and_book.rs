@@ -155,7 +155,7 @@ fn a_link_that_leads_nowhere_is_seen() {
     assert_eq!(of("[x](gone.md)"), 1);
     assert_eq!(of("[x](../glossary.md#glossary) [y](../glossary.md#no-such-heading)"), 1);
     assert_eq!(of("[x](../../../../README.md)"), 1);
-    assert_eq!(of("![x](../../../pictures/gone.png) ![y](../../../pictures/press.png)"), 1);
+    assert_eq!(of("![x](../../../pictures/gone.png) ![y](../../../pictures/section.png)"), 1);
 }
 
 #[test]

@@ -132,7 +132,8 @@ fn a_key_that_is_left_out_has_its_default() {
             let left_out = base(table.name, name);
             let mut said = left_out.clone();
             keys_of(&mut said, table.name).insert(name.clone(), given);
-            assert_eq!(parse(&left_out).unwrap(), parse(&said).unwrap(), "{} {name}", table.name);
+            let [a, b] = [left_out, said].map(|scene| parse(&scene).unwrap());
+            assert_eq!((a.tissue, a.probe, a.drive, a.solver), (b.tissue, b.probe, b.drive, b.solver), "{} {name}", table.name);
             seen += 1;
         }
     }
