@@ -21,6 +21,7 @@ mod loop_figures;
 pub mod port;
 mod press_report;
 mod provenance;
+mod section_report;
 mod vtu;
 
 /// Reads the command line, runs the command and says in one line what went wrong.

@@ -11,6 +11,11 @@ const POINTS: usize = 2000;
 /// Ticks shown before the touch and after the handle has come to rest.
 const BEFORE_TICKS: usize = 100;
 const AFTER_TICKS: usize = 500;
+/// The verdict's limit, 20 mN rms above 20 Hz, as a density that is even up to half the tick rate.
+const FELT_FROM_HZ: f64 = 20.0;
+const NYQUIST_HZ: f64 = 500.0;
+/// `FELT_N` over the root of that band.
+const LIMIT_MN_PER_SQRT_HZ: f64 = 0.913;
 /// It rests within this share of the deepest press (1).
 const RESTS: f64 = 0.02;
 
@@ -37,7 +42,7 @@ pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Si
     let normal = site.normal;
     let along = |force: palpate::Vector3<f32>| f64::from(force.dot(&normal.cast()));
     let mut force = vec![
-        curve("force of the tissue, behind", &|r| along(r.telemetry.output.force_n)),
+        curve("force of the tissue", &|r| along(r.telemetry.output.force_n)),
         curve("force on the hand", &|r| r.acting_n.dot(&normal)),
     ];
     force.extend(fault.map(|r| LineSeries { name: "fault: force off", points: vec![(r.t_s, 0.0)], joined: false, marked: true }));
@@ -45,16 +50,27 @@ pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Si
     let depth = [curve("handle", &|r| -(r.at_m - site.at_m).dot(&normal) * 1e3)];
     chart("depth", "Where the handle is", "depth below the surface [mm]", &depth, &[Level { name: "surface", y: 0.0 }])?;
     let energy = [curve("given since the touch", &|r| r.energy.given_j * 1e3)];
-    chart("energy", "Energy given to the hand", "energy [mJ]", &energy, &[Level { name: "above: created", y: 0.0 }])?;
+    chart(
+        "energy",
+        "Energy given to the hand",
+        "energy [mJ]",
+        &energy,
+        &[Level { name: "zero: more is created energy", y: 0.0 }],
+    )?;
     let points = density(&run.rows.iter().map(|r| along(r.telemetry.applied_n)).collect::<Vec<_>>());
     let points: Vec<(f64, f64)> = points.into_iter().map(|(hz, d)| (hz, (d * 1e3).max(1e-6))).collect();
     if points.is_empty() {
         return Ok(());
     }
-    let series = [LineSeries { name: "force on the hand", points, joined: true, marked: false }];
+    let top = points.iter().map(|p| p.1).fold(LIMIT_MN_PER_SQRT_HZ, f64::max);
+    let limit = vec![(FELT_FROM_HZ, top), (FELT_FROM_HZ, LIMIT_MN_PER_SQRT_HZ), (NYQUIST_HZ, LIMIT_MN_PER_SQRT_HZ)];
+    let series = [
+        LineSeries { name: "force on the hand", points, joined: true, marked: false },
+        LineSeries { name: "20 mN rms above 20 Hz", points: limit, joined: true, marked: false },
+    ];
     let x = ScaledAxis { title: "frequency [Hz]", scale: Scale::Log };
     let y = ScaledAxis { title: "density [mN/sqrt(Hz)]", scale: Scale::Log };
-    let title = "Spectrum of the force";
+    let title = "Spectrum of the force: vibration is felt where it is near the limit";
     lines(folder.draft(), &format!("{name}_spectrum"), &Lines { title, below, x, y, series: &series, levels: &[] })
 }
 

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::contact_report::{self, ContactSummary};
 use crate::error::Error;
+use crate::section_report;
 use palpate_charts::{self as charts, Probe, ProbeShape, Sample, Surface, TickTimes};
 use palpate_tissue::moving::RampError;
 use palpate_tissue::output::OutputFolder;
@@ -172,7 +173,22 @@ fn draw(folder: &OutputFolder, scene: &Scene, session: &Session, press: &Press) 
     if let Some(deepest) = press.holds.iter().max_by(|a, b| a.depth_m.total_cmp(&b.depth_m)) {
         draw_surface(folder, scene, session, deepest)?;
     }
-    Ok(())
+    section_report::draw(folder, scene, session, press, |tip_m| probe_at(scene, session, tip_m))
+}
+
+fn probe_at(scene: &Scene, session: &Session, tip_m: [f64; 3]) -> Probe {
+    Probe {
+        shape: match scene.probe.shape {
+            Shape::Hemisphere => ProbeShape::Hemisphere,
+            Shape::Sphere => ProbeShape::Sphere,
+            Shape::Flat => ProbeShape::Flat,
+            Shape::Capsule { length_m, along } => ProbeShape::Capsule { length_m, along },
+            Shape::Ellipsoid { semi_axes_m, along } => ProbeShape::Ellipsoid { semi_axes_m, along },
+        },
+        radius_m: scene.probe.radius_m,
+        tip_m,
+        axis: session.params.probe.axis.map(f64::from).into(),
+    }
 }
 
 fn draw_surface(folder: &OutputFolder, scene: &Scene, session: &Session, hold: &Hold) -> Result<(), Error> {
@@ -182,18 +198,7 @@ fn draw_surface(folder: &OutputFolder, scene: &Scene, session: &Session, hold: &
         rest_m.iter().zip(&hold.surface_displacement_m).map(|(x, u)| [0, 1, 2].map(|k| x[k] + f64::from(u[k]))).collect();
     let triangles: Vec<[u32; 3]> = model.triangles.iter().map(|t| t.node.map(u32::from)).collect();
     let caption = format!("{} nodes, {:.2} mm deep, {:.3} N", session.report.nodes, hold.depth_m * 1e3, hold.force_n);
-    let probe = Probe {
-        shape: match scene.probe.shape {
-            Shape::Hemisphere => ProbeShape::Hemisphere,
-            Shape::Sphere => ProbeShape::Sphere,
-            Shape::Flat => ProbeShape::Flat,
-            Shape::Capsule { length_m, along } => ProbeShape::Capsule { length_m, along },
-            Shape::Ellipsoid { semi_axes_m, along } => ProbeShape::Ellipsoid { semi_axes_m, along },
-        },
-        radius_m: scene.probe.radius_m,
-        tip_m: hold.tip_m.map(f64::from).into(),
-        axis: session.params.probe.axis.map(f64::from).into(),
-    };
+    let probe = probe_at(scene, session, hold.tip_m.map(f64::from).into());
     let surface =
         Surface { scene: &scene.name, caption: &caption, rest_m: &rest_m, deformed_m: &deformed_m, triangles: &triangles, probe };
     charts::surface(folder.draft(), "surface", &surface)?;

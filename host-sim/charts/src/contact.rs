@@ -4,6 +4,7 @@ use std::path::Path;
 
 use plotters::element::{Circle, PathElement, Polygon};
 use plotters::prelude::DrawingBackend;
+use plotters::style::text_anchor::{HPos, VPos};
 use plotters::style::{Color, WHITE};
 
 use super::axis::{Axis, Unit};
@@ -11,7 +12,7 @@ use super::canvas::{Area, Drawn};
 use super::layout::{MARGIN_PX, TITLE_HEIGHT_PX, title};
 use super::picture::{Picture, save};
 use super::place::Frame;
-use super::style::{GRID, INK, line, px};
+use super::style::{GRID, INK, MUTED, TICK_PX, line, px, text};
 use super::surface::scales::{BAR_PX, colour, colour_bar, scale_bar};
 use super::surface::view::{V3, View};
 use super::{ChartError, check};
@@ -64,7 +65,7 @@ const AROUND: f64 = 2.0;
 impl Picture for ContactPicture<'_> {
     fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> Drawn<DB> {
         let contact = self.contact;
-        title(area, contact.scene, contact.caption)?;
+        title(area, &format!("{}: pressure under the finger", contact.scene), contact.caption)?;
         let (centre, [a, b]) = (V3::from(contact.centre_m), contact.half_axes_m.map(V3::from));
         let eye = V3::from(contact.axis).try_normalize(0.0).unwrap_or_else(V3::z);
         let reach = AROUND * a.norm().max(b.norm());
@@ -102,6 +103,9 @@ impl Picture for ContactPicture<'_> {
             area.draw(&Circle::new(view.spot(centre), px(4.0 + 0.5 * extra), color.filled()))?;
         }
         colour_bar(area, &self.scale, "pressure", self.unit)?;
+        let words = "dot: centre of pressure; ellipse: extent of the contact with its axes; white: not touched";
+        let style = text(TICK_PX, MUTED, (HPos::Left, VPos::Center));
+        area.draw_text(words, &style, (px(MARGIN_PX + 220.0), height.cast_signed() - px(34.0)))?;
         scale_bar(area, &view)
     }
 }

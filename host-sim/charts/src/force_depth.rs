@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use plotters::element::{Cross, DashedPathElement, PathElement};
+use plotters::element::{Circle, Cross, DashedPathElement, PathElement};
 use plotters::prelude::{DashedLineSeries, DrawingBackend, LineSeries};
 
 use super::axis::{Axis, Unit};
@@ -12,7 +12,7 @@ use super::decimate::decimate;
 use super::holds::{self, Mark};
 use super::layout::{Labels, axes, builder, legend, legend_frame, title};
 use super::picture::{Picture, save};
-use super::style::{PRESS, REFERENCE, RELEASE, line, px};
+use super::style::{DEPTH, INK, PRESS, REFERENCE, RELEASE, line, px};
 use super::{ChartError, Press, Sample};
 
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
@@ -40,6 +40,9 @@ pub fn force_depth(folder: &Path, name: &str, press: &Press) -> Result<(), Chart
     save(folder, name, &chart)
 }
 
+/// A probe that goes less far from sample to sample is held [m].
+const STILL_M: f64 = 1e-9;
+
 struct ForceDepth<'a> {
     press: &'a Press<'a>,
     trace: &'a [Sample],
@@ -59,6 +62,24 @@ fn turning_point(trace: &[Sample]) -> usize {
     trace.iter().rposition(|s| s.depth_m >= deep).unwrap_or(0)
 }
 
+/// Runs of samples in which the probe moves, or in which it is held; neighbours share a sample.
+fn runs(trace: &[Sample], moving: bool) -> Vec<&[Sample]> {
+    let moves = |k: usize| (trace[k].depth_m - trace[k - 1].depth_m).abs() > STILL_M;
+    let (mut runs, mut begun) = (Vec::new(), None);
+    for k in 1..=trace.len() {
+        let wanted = k < trace.len() && moves(k) == moving;
+        match (wanted, begun) {
+            (true, None) => begun = Some(k - 1),
+            (false, Some(begin)) => {
+                runs.push(&trace[begin..k]);
+                begun = None;
+            }
+            _ => {}
+        }
+    }
+    runs
+}
+
 impl ForceDepth<'_> {
     fn at(&self, depth_m: f64, force_n: f64) -> (f64, f64) {
         (depth_m * self.length.per_si, force_n * self.force.per_si)
@@ -74,7 +95,8 @@ impl Picture for ForceDepth<'_> {
     fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> Drawn<DB> {
         let press = self.press;
         let top = format!("{}: force against depth", press.scene);
-        title(area, &top, &press.summary(self.length, self.force))?;
+        let below = press.summary(self.length, self.force);
+        title(area, &top, &format!("{below}; a probe that moves also feels inertia and damping"))?;
         let mut chart = builder(area).build_cartesian_2d(self.x.range.clone(), self.y.range.clone())?;
         axes(
             &mut chart,
@@ -84,20 +106,37 @@ impl Picture for ForceDepth<'_> {
 
         // the turning point belongs to both, so that they meet
         let curve: Vec<_> = (self.trace.iter().map(|s| self.at(s.depth_m, s.force_n))).collect();
-        let loading = curve.iter().copied().take(self.turn + 1);
-        let release: Vec<_> = curve.iter().copied().skip(self.turn).collect();
-        chart
-            .draw_series(LineSeries::new(loading, line(PRESS, 2.6)))?
-            .label("press")
-            .legend(|at| PathElement::new(key(at), line(PRESS, 2.6)));
+        let loading = &self.trace[..=self.turn];
         let mut entries = 1;
+        for (n, run) in runs(loading, true).into_iter().enumerate() {
+            let moving = run.iter().map(|s| self.at(s.depth_m, s.force_n));
+            let drawn = chart.draw_series(LineSeries::new(moving, line(PRESS, 2.6)))?;
+            if n == 0 {
+                drawn.label("going in").legend(|at| PathElement::new(key(at), line(PRESS, 2.6)));
+            }
+        }
+        for (n, run) in runs(loading, false).into_iter().enumerate() {
+            let held = run.iter().map(|s| self.at(s.depth_m, s.force_n));
+            let drawn = chart.draw_series(LineSeries::new(held, line(DEPTH, 1.4)))?;
+            if n == 0 {
+                drawn.label("held: the force settles").legend(|at| PathElement::new(key(at), line(DEPTH, 1.4)));
+                entries += 1;
+            }
+        }
+        let release: Vec<_> = curve.iter().copied().skip(self.turn).collect();
         if release.len() > 1 {
             // dashed, because without hysteresis it lies on the press
             let (dash, gap, thin) = (px(7.0), px(5.0), line(RELEASE, 1.8));
             chart
                 .draw_series(DashedLineSeries::new(release, dash, gap, thin))?
-                .label("release")
+                .label("coming out")
                 .legend(move |at| DashedPathElement::new(key(at), dash, gap, thin));
+            entries += 1;
+        }
+        if !press.holds.is_empty() {
+            // drawn below, with their values
+            let ring = |(x, y): (i32, i32)| Circle::new((x + px(13.0), y), px(4.8), line(INK, 1.6));
+            chart.draw_series(std::iter::empty::<Circle<(f64, f64), i32>>())?.label("end of a hold, at rest").legend(ring);
             entries += 1;
         }
         entries += u32::from(!press.reference.is_empty());
@@ -108,7 +147,7 @@ impl Picture for ForceDepth<'_> {
             let cross = |at| Cross::new(at, px(4.2), line(REFERENCE, 2.0));
             chart
                 .draw_series(press.reference.iter().map(|r| cross(self.at(r.0, r.1))))?
-                .label("FEM reference")
+                .label("finite elements, at rest")
                 .legend(|(x, y)| Cross::new((x + px(13.0), y), px(4.2), line(REFERENCE, 2.0)));
         }
         legend(&mut chart)
@@ -118,4 +157,19 @@ impl Picture for ForceDepth<'_> {
 /// The stroke of a legend entry that begins at a point [canvas units].
 fn key((x, y): (i32, i32)) -> [(i32, i32); 2] {
     [(x, y), (x + px(26.0), y)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hold_between_two_ramps_is_one_run() {
+        let depths = [0.0, 1.0, 2.0, 2.0, 2.0, 3.0];
+        let trace: Vec<_> = depths.iter().map(|mm| Sample { t_s: 0.0, depth_m: mm * 1e-3, force_n: 0.0 }).collect();
+        let lengths = |moving| runs(&trace, moving).iter().map(|run| run.len()).collect::<Vec<_>>();
+        assert_eq!(lengths(true), [3, 2]);
+        assert_eq!(lengths(false), [3]);
+        assert!(runs(&trace[..1], true).is_empty() && runs(&[], false).is_empty());
+    }
 }

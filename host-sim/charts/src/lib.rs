@@ -29,6 +29,7 @@ mod plan;
 mod raster;
 mod reaction_times;
 mod refinement;
+mod section;
 mod speed_accuracy;
 mod stiffness_matrix;
 mod style;
@@ -48,6 +49,7 @@ pub use lines::{Level, LineSeries, Lines, Scale, ScaledAxis, lines};
 pub use plan::{PlanChart, PlanDot, plan};
 pub use reaction_times::{ReactionBar, ReactionTimes, reaction_times};
 pub use refinement::{Refinement, RefinementLevel, refinement};
+pub use section::{Moment, Section, section};
 pub use speed_accuracy::{MethodPoint, MethodPoints, SpeedAccuracy, speed_accuracy};
 pub use stiffness_matrix::{MatrixCell, MatrixGroup, MatrixRow, StiffnessMatrix, stiffness_matrix};
 pub use superposed::{Landmark, Layer, Look, Superposed, superposed};
@@ -123,13 +125,13 @@ pub enum ChartError {
         /// Remedy to suggest.
         fix: &'static str,
     },
-    /// A surface triangle names a node that does not exist.
-    #[error(
-        "triangles[{triangle}] names node {node}, but there are {node_count} nodes: rebuild the surface from the mesh it belongs to"
-    )]
+    /// A surface triangle or a tet names a node that does not exist.
+    #[error("{what}[{item}] names node {node}, but there are {node_count} nodes: take it from the mesh that the nodes belong to")]
     NoSuchNode {
-        /// Index of the triangle.
-        triangle: usize,
+        /// The list that names it.
+        what: &'static str,
+        /// Index of the triangle or tet.
+        item: usize,
         /// The node it names.
         node: u32,
         /// Nodes that have both a rest and a deformed position.

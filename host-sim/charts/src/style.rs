@@ -63,11 +63,12 @@ pub fn heading(size_px: f64, color: RGBColor) -> TextStyle<'static> {
     styled(size_px, FontStyle::Bold, color, (HPos::Left, VPos::Top))
 }
 
-fn styled(size_px: f64, style: FontStyle, color: RGBColor, (h, v): (HPos, VPos)) -> TextStyle<'static> {
+/// Text of `size_px` in a style that hangs from `anchor` (horizontal, vertical).
+pub fn styled(size_px: f64, style: FontStyle, color: RGBColor, anchor: (HPos, VPos)) -> TextStyle<'static> {
     let size = size_px * f64::from(FINE) / EM_PER_SIZE;
     let mut text = TextStyle::from(FontDesc::new(FontFamily::Name(FAMILY), size, style));
     text.color = color.to_backend_color();
-    text.pos(Pos::new(h, v))
+    text.pos(Pos::new(anchor.0, anchor.1))
 }
 
 /// A line `width_px` wide.

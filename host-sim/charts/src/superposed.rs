@@ -91,9 +91,9 @@ pub fn superposed(folder: &Path, name: &str, superposed: &Superposed) -> Result<
             return Err(ChartError::EmptySeries { series: layer.name.to_owned() });
         }
         let node_count = layer.nodes_m.len();
-        for (triangle, nodes) in layer.triangles.iter().enumerate() {
+        for (item, nodes) in layer.triangles.iter().enumerate() {
             if let Some(&node) = nodes.iter().find(|n| **n as usize >= node_count) {
-                return Err(ChartError::NoSuchNode { triangle, node, node_count });
+                return Err(ChartError::NoSuchNode { what: "triangles", item, node, node_count });
             }
         }
         check_series(layer.name, "nodes_m (x, y, z in turn)", layer.nodes_m.iter().flatten().copied(), false)?;

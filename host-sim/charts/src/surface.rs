@@ -62,9 +62,9 @@ impl Surface<'_> {
             return Err(ChartError::Empty { what: "triangles" });
         }
         let node_count = self.rest_m.len().min(self.deformed_m.len());
-        for (triangle, nodes) in self.triangles.iter().enumerate() {
+        for (item, nodes) in self.triangles.iter().enumerate() {
             if let Some(&node) = nodes.iter().find(|n| **n as usize >= node_count) {
-                return Err(ChartError::NoSuchNode { triangle, node, node_count });
+                return Err(ChartError::NoSuchNode { what: "triangles", item, node, node_count });
             }
         }
         check("rest_m (x, y, z in turn)", self.rest_m.iter().flatten().copied())?;

@@ -56,7 +56,7 @@ pub fn tick_time(folder: &Path, name: &str, times: &TickTimes) -> Result<(), Cha
         bars: count(&sorted_us, &x),
         over: sorted_us.iter().filter(|t| **t > BUDGET_US).count(),
         x,
-        marks: [("p50", p50), ("p99", p99), ("max", max)],
+        marks: [("median", p50), ("99 % below", p99), ("longest", max)],
     };
     save(folder, name, &chart)
 }

@@ -208,7 +208,7 @@ impl Faults {
             })
             .collect();
         let below = format!(
-            "{} runs in {} hands; bar: fastest to slowest, dot: median, stroke: latest allowed; no stroke: need not be noticed",
+            "{} runs in {} hands; bar: fastest to slowest, dot: median, stroke: time allowed; none: not always recognised",
             self.options.runs,
             HANDS.len()
         );

@@ -43,7 +43,7 @@ pub struct Machine {
     /// Per tick, whatever the patch.
     tick: f64,
     /// Units that 1 ms has.
-    per_ms: f64,
+    pub per_ms: f64,
     /// Share of the millisecond that the tick may use.
     pub load: f64,
     /// Memory; `None` where there is plenty.

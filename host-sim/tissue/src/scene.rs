@@ -42,6 +42,9 @@ pub const PRESETS: [(&str, &str); 10] = [
 ];
 
 /// A scene.
+///
+/// The list at the end of the docs of a key (range, default, source) is a row of the page
+/// `host-sim/book/src/scene-reference.md`, and tests hold each range and default against the parser.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
@@ -51,7 +54,9 @@ pub struct Scene {
     /// Its TOML as read, with the keys in it that the command line changed.
     #[serde(skip)]
     pub text: String,
-    /// Shown in tables and pictures.
+    /// Name of the scene in tables, pictures and file names.
+    ///
+    /// * range: one line of text without slashes
     pub name: String,
     /// Tissue that is pressed.
     pub tissue: TissueScene,
@@ -68,45 +73,79 @@ pub struct Scene {
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct TissueScene {
-    /// Sides of the block [m]; top at z = 0, bottom fixed.
+    /// Sides of a block along x, y and z [m]; its top is at z = 0, its bottom is fixed. One of
+    /// `block_m`, `organ` and `mesh` is given, or a patch.
+    ///
+    /// * range: 0.001 to 2
+    /// * source: 0.08, 0.08, 0.04 in the presets, the block of the reference answers
     pub block_m: Option<[f64; 3]>,
-    /// An organ of [`crate::organ`] by its name; its underside and its bones are fixed.
+    /// An organ of our own shape by its name: `liver`, `gallbladder`, `abdomen` or `foot`. Its
+    /// underside and its bones are fixed.
     pub organ: Option<String>,
-    /// Regions of the organ that have another stiffness than the rest.
+    /// Regions of the organ that have another stiffness than the rest, one table each.
     #[serde(default)]
     pub region: Vec<RegionScene>,
-    /// Nodes of the block's mesh; of an organ's, about.
+    /// Nodes of the mesh of a block, exactly; of an organ or a surface file, about.
+    ///
+    /// * range: 30 to 5000 of a block, 100 to 5000 of an organ or a surface
+    /// * default: 410 of a block, 600 of an organ or a surface
     pub nodes: Option<usize>,
-    /// Mesh file, relative to the scene file (to the working directory for a preset); its underside
-    /// is fixed.
+    /// Mesh or surface file (`.msh`, `.vtu`, `.vtk`, `.stl`, `.obj`), relative to the scene file;
+    /// for a preset, to the working directory. Its underside is fixed.
     pub mesh: Option<PathBuf>,
-    /// Unit of the mesh file's coordinates.
+    /// Unit of the coordinates in the mesh file: `"m"`, `"cm"`, `"mm"`, `"um"`, or the length of one
+    /// unit in metres. Required with `mesh`.
     pub length_unit: Option<LengthUnit>,
     /// Young's modulus [Pa]. Contact follows from it: of an organ in layers, give that of the
     /// tissue touched. With relaxation it is the instantaneous one, and may be left out where the
     /// long-term one is given.
+    ///
+    /// * range: 1 to 1e9
+    /// * source: 3500 in `block`, porcine liver at small strain (paper 000, its reference 12); 20000
+    ///   in `block-20kpa`, fitted to a foot by paper 004
+    /// * default: none; it or `long_term_modulus_pa` is required
     #[serde(default = "relaxation::not_given")]
     pub youngs_modulus_pa: f64,
-    /// Young's modulus after a hold without end [Pa], in place of the instantaneous one.
+    /// Young's modulus after a hold without end [Pa], in place of `youngs_modulus_pa`.
+    ///
+    /// * range: 1 to 1e9
     pub long_term_modulus_pa: Option<f64>,
-    /// Poisson's ratio (1).
+    /// Poisson's ratio (1). Above about 0.49 the tissue locks under the probe.
+    ///
+    /// * range: 0.25 to 0.4999
+    /// * source: 0.45 in the presets, chosen, not measured
     pub poisson_ratio: f64,
     /// Density [kg/m^3].
+    ///
+    /// * range: 1 to 30000
+    /// * source: 1060 in the presets, liver (paper 000, its reference 2)
     pub density_kg_per_m3: f64,
-    /// Mass-proportional damping [1/s].
+    /// Mass-proportional damping [1/s]: the share of its velocity that a node loses per second.
+    ///
+    /// * range: 0 to 1000
+    /// * default: 40
+    /// * source: critical for the slowest shear mode of an organ 80 to 100 mm high (DECISIONS.md)
     #[serde(default = "default_damping")]
     pub node_damping_per_s: f64,
-    /// Gravity [m/s^2]; zero means that the rest shape is the shape under gravity.
+    /// Gravity along x, y and z [m/s^2]; zero means that the rest shape is the shape under gravity.
+    ///
+    /// * range: -100 to 100
+    /// * default: 0, 0, 0
     #[serde(default)]
     pub gravity_m_per_s2: [f64; 3],
-    /// Stiffer or softer balls inside.
+    /// Stiffer or softer balls inside, one table each.
     #[serde(default)]
     pub inclusion: Vec<Inclusion>,
     /// Stiffening exponent b (1): the tangent modulus grows exponentially with the energy of the
-    /// strain. Zero leaves it out; silicone has 0.1 to 0.4, liver 12 to 22.
+    /// strain. Zero leaves it out. Boards leave the term out.
+    ///
+    /// * range: 0 to 100
+    /// * default: 0
+    /// * source: 0.1 to 0.4 for silicone (`accept` T3), 8.5 and 6.5 for pig liver of an assumed
+    ///   thickness (T2)
     #[serde(default)]
     pub stiffening_b: f64,
-    /// How forces fade while the tissue is held: up to three terms.
+    /// Fading of forces while the tissue is held: up to three terms, one table each.
     #[serde(default)]
     pub relaxation: Vec<RelaxationScene>,
 }
@@ -115,15 +154,19 @@ fn default_damping() -> f64 {
     f64::from(palpate::Params::default().node_damping_per_s)
 }
 
-/// A ball of another stiffness.
+/// A ball of another stiffness inside the tissue: a nodule. Any number.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Inclusion {
-    /// Centre [m].
+    /// Centre of the ball [m], in the frame of the tissue. Some of the ball must lie in the tissue.
     pub center_m: [f64; 3],
-    /// Radius [m].
+    /// Radius of the ball [m].
+    ///
+    /// * range: above 0
     pub radius_m: f64,
-    /// Stiffness as a multiple of the tissue's.
+    /// Stiffness of the ball over that of the tissue (1).
+    ///
+    /// * range: above 0
     pub stiffness_ratio: f64,
 }
 
@@ -135,13 +178,17 @@ impl Inclusion {
     }
 }
 
-/// A region of an organ.
+/// A region of an organ that is stiffer or softer than the rest. Any number.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct RegionScene {
-    /// As the organ calls it.
+    /// Name of the region: `skin`, `fat`, `muscle` or `viscera` of the abdomen; `skin`, `fat pad` or
+    /// `deep tissue` of the foot.
     pub name: String,
-    /// Young's modulus [Pa]: the long-term one where the tissue's is given so.
+    /// Young's modulus of the region [Pa]: the long-term one where the tissue's is given so.
+    ///
+    /// * range: 1 to 1e9
+    /// * source: each of `abdomen-press.toml` and `foot-press.toml` stands there with its publication
     pub youngs_modulus_pa: f64,
 }
 
@@ -161,17 +208,40 @@ pub struct ProbeScene {
     pub friction: f64,
 }
 
-/// The keys of a probe in a scene file.
+/// Probe that presses the tissue.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ProbeKeys {
+    /// Shape of the tip.
     shape: shape::Name,
+    /// Radius of the tip [m]; an ellipsoid has `semi_axes_m` in its place.
+    ///
+    /// * range: above 0 to 1
+    /// * source: 0.008 in the presets, a fingertip
     radius_m: Option<f64>,
+    /// Length of a capsule's segment, without its rounded ends [m].
+    ///
+    /// * range: 0 to 1
     length_m: Option<f64>,
+    /// Semi-axes a, b, c of an ellipsoid [m]: a along `along`, c along the press.
+    ///
+    /// * range: above 0, two of them at most a factor of 4 apart
     semi_axes_m: Option<[f64; 3]>,
+    /// Direction of the long side of a capsule or an ellipsoid (1); its length does not count.
     along: Option<[f64; 3]>,
+    /// Place of the press on the top of a block, x and y [m].
+    ///
+    /// * range: within the block's top
+    /// * default: 0, 0
     position_m: Option<[f64; 2]>,
+    /// Place of the press on a mesh or an organ [m]: the nearest surface point is pressed, along its
+    /// normal. Required with `mesh` and `organ`.
     site: Option<[f64; 3]>,
+    /// Coulomb's coefficient of friction between probe and tissue (1); zero slides freely.
+    ///
+    /// * range: 0 to 5
+    /// * default: 0
+    /// * source: 0.46 +- 0.15 in `abdomen` and `foot`, untreated skin in vivo (Zhang and Mak 1999)
     #[serde(default)]
     friction: f64,
 }
@@ -199,13 +269,19 @@ impl ProbeScene {
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {
     /// Method that computes the forces.
+    ///
+    /// * default: palpate
     pub method: Method,
-    /// Packed patch to press instead of building one; "none" keeps even a shipped one away.
+    /// Patch file to press instead of building one; `"none"` keeps even a shipped one away.
+    ///
+    /// * default: the shipped patch that fits the scene, if one does
     pub patch: Option<PathBuf>,
     /// Largest force error by floored masses while the probe moves at the drive's speed: root mean
     /// square over the ramp, of its largest force [%]; the mesh's own error comes on top. `press`,
     /// `pack` and `plan` choose their substeps by it. Without this key `press` and `plan` aim at 5,
     /// and a press that cannot keep it runs with a warning. `loop` chooses by taps of its own.
+    ///
+    /// * range: above 0 to 100
     pub moving_error_pct: Option<f64>,
 }
 

@@ -6,7 +6,8 @@ use std::io::BufReader;
 use std::path::Path;
 
 use palpate_charts::{
-    ChartError, Press, Probe, ProbeShape, Sample, Surface, TickTimes, force_depth, force_time, surface, tick_time,
+    ChartError, Moment, Press, Probe, ProbeShape, Sample, Section, Surface, TickTimes, force_depth, force_time, section, surface,
+    tick_time,
 };
 
 type Checked = Result<(), Box<dyn Error>>;
@@ -43,6 +44,27 @@ fn tet() -> Surface<'static> {
     }
 }
 
+fn moments() -> [Moment<'static>; 2] {
+    let rest = Probe { tip_m: [0.0, 0.01, 0.03], ..tet().probe };
+    [
+        Moment { deformed_m: &TET, probe: rest, depth_m: 0.0, force_n: 0.0 },
+        Moment { deformed_m: &PUSHED, probe: Probe { tip_m: [0.0, 0.01, 0.026], ..rest }, depth_m: 0.004, force_n: 0.139 },
+    ]
+}
+
+fn cut_tet<'a>(moments: &'a [Moment<'a>]) -> Section<'a> {
+    Section {
+        scene: "tet",
+        caption: "4 nodes",
+        rest_m: &TET,
+        tets: &[[0, 1, 2, 3]],
+        triangles: &TET_SIDES,
+        fixed: &[true, true, true, false],
+        balls_m: &[([0.0, 0.0, 0.01], 0.02)],
+        moments,
+    }
+}
+
 fn times(tick_us: &[f32]) -> TickTimes<'_> {
     TickTimes { scene: "block", node_count: 410, machine: "test machine", tick_us }
 }
@@ -64,7 +86,7 @@ fn dark_pixels(rgb: &[u8]) -> usize {
 fn pictures_are_whole_and_labelled() -> Checked {
     let run = trace(0.139);
     let folder = tempfile::tempdir()?;
-    let cases: [(&str, Draw, &[&str]); 4] = [
+    let cases: [(&str, Draw, &[&str]); 5] = [
         (
             "force_depth",
             &|f, n| force_depth(f, n, &press(&run)),
@@ -74,17 +96,32 @@ fn pictures_are_whole_and_labelled() -> Checked {
                 "depth [mm]",
                 "force [N]",
                 "4.0 mm, 0.139 N",
-                "release",
-                "FEM reference",
+                "going in",
+                "coming out",
+                "end of a hold, at rest",
+                "finite elements, at rest",
             ],
         ),
         ("force_time", &|f, n| force_time(f, n, &press(&run)), &["time [s]", "depth [mm]", "force [N]", "4.0 mm", "0.139 N"]),
         (
             "tick_time",
             &|f, n| tick_time(f, n, &times(&[20.0, 21.0, 22.0, 300.0])),
-            &["time of a tick [µs]", "p50 21.0 µs", "max 300 µs", "none over", "test machine"],
+            &["time of a tick [µs]", "median 21.0 µs", "longest 300 µs", "none over", "test machine"],
         ),
         ("surface_1.5", &|f, n| surface(f, n, &tet()), &["tet at hold 1", "4 nodes", "displacement [mm]", "10 mm"]),
+        (
+            "section",
+            &|f, n| section(f, n, &cut_tet(&moments())),
+            &[
+                "tet: the tissue gives way",
+                "no force",
+                "at rest",
+                "4.0 mm deep",
+                "0.139 N",
+                "arrow: force on the finger",
+                "red: nodule",
+            ],
+        ),
     ];
     for (name, draw, labels) in cases {
         draw(folder.path(), name)?;
@@ -99,7 +136,7 @@ fn pictures_are_whole_and_labelled() -> Checked {
         assert!(dark_pixels(&rgb) > 1000, "{name}");
         assert!(rgb.starts_with(&[255; 300]), "{name}: ink at the edge");
     }
-    assert_eq!(fs::read_dir(folder.path())?.count(), 8, "temporary files are left");
+    assert_eq!(fs::read_dir(folder.path())?.count(), 10, "temporary files are left");
     Ok(())
 }
 
@@ -179,6 +216,10 @@ fn what_cannot_be_drawn_is_refused_by_place_and_leaves_nothing() -> Checked {
         (surface(folder, "x", &Surface { deformed_m: &broken, ..tet() }), "[10] is inf"),
         (surface(folder, "x", &Surface { triangles: &[[0, 1, 4]], ..tet() }), "triangles[0] names node 4"),
         (surface(folder, "x", &Surface { triangles: &[], ..tet() }), "triangles is empty"),
+        (section(folder, "x", &Section { tets: &[[0, 1, 2, 4]], ..cut_tet(&moments()) }), "tets[0] names node 4"),
+        (section(folder, "x", &Section { tets: &[], ..cut_tet(&moments()) }), "tets is empty"),
+        (section(folder, "x", &cut_tet(&[])), "moments is empty"),
+        (section(folder, "x", &Section { rest_m: &broken, ..cut_tet(&moments()) }), "[10] is inf"),
     ];
     for (result, start) in refusals {
         let line = result.err().ok_or(start)?.to_string();

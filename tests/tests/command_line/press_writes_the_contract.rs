@@ -7,7 +7,7 @@ use serde_json::Value;
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 const TICK_S: f64 = 1e-3;
 const TARGETS_M: [f64; 3] = [0.001, 0.002, 0.004];
-const PICTURES: [&str; 4] = ["force_depth", "force_time", "surface", "tick_time"];
+const PICTURES: [&str; 5] = ["force_depth", "force_time", "section", "surface", "tick_time"];
 
 fn with_vtu() -> PressRun {
     press_at(SCRATCH, Desk::default(), SMALL_BLOCK, &["--vtu"])

@@ -1,4 +1,4 @@
-//! Every command that the README shows runs.
+//! Every command that the README and the book show runs, each once.
 
 use std::path::Path;
 use std::process::Command;
@@ -6,6 +6,8 @@ use std::sync::Mutex;
 use std::time::Instant;
 
 use palpate_tests::palpate_command::repository;
+
+use crate::readme_and_book::own_pages;
 
 /// Commands of the fenced `sh` blocks: lines that call cargo or a script of the repository, with
 /// their continuation lines. `./test` runs all tests and would run this one; nothing that fetches
@@ -85,26 +87,35 @@ const LONG: [&str; 13] = [
 ];
 
 #[test]
-fn every_short_command_of_the_readme_exits_with_0() {
-    run(|command| !LONG.iter().any(|long| command.contains(long)), 10);
+fn every_short_command_of_readme_and_book_exits_with_0() {
+    run(|command| !LONG.iter().any(|long| command.contains(long)), 15);
 }
 
 #[test]
 #[ignore = "minutes: the commands that check our claims"]
-fn every_long_command_of_the_readme_exits_with_0() {
-    run(|command| LONG.iter().any(|long| command.contains(long)), 8);
+fn every_long_command_of_readme_and_book_exits_with_0() {
+    run(|command| LONG.iter().any(|long| command.contains(long)), 18);
 }
 
-/// Runs the commands of the README that are `chosen`, at least so many.
+/// Commands of README and book, without comments, each once.
+fn all_commands() -> Vec<String> {
+    let mut all = Vec::new();
+    for (_, text) in own_pages() {
+        for command in commands(&text) {
+            let command = command.split(" #").next().unwrap_or_default().trim_end().to_owned();
+            if !all.contains(&command) {
+                all.push(command);
+            }
+        }
+    }
+    all
+}
+
+/// Runs the commands that are `chosen`, at least so many.
 fn run(chosen: impl Fn(&str) -> bool, least: usize) {
-    let path = repository().join("README.md");
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        println!("skipped: there is no README.md yet");
-        return;
-    };
-    let mut commands = commands(&text);
+    let mut commands = all_commands();
     commands.retain(|command| chosen(command));
-    assert!(commands.len() >= least, "README.md shows only {commands:?}");
+    assert!(commands.len() >= least, "README and book show only {commands:?}");
     let out = tempfile::tempdir().unwrap();
     let lines = commands.iter().enumerate().map(|(n, command)| as_run(command, &out.path().join(n.to_string())));
     // two at a time; those that link or start the board's image after each other, for it is one
@@ -136,13 +147,15 @@ fn commands_are_found_in_sh_blocks_only() {
     assert_eq!(as_run("cargo bench -p x", out), "cargo bench -p x -- --quick");
 }
 
+/// Two commands that write one folder would refuse each other.
 #[test]
-fn every_picture_of_the_readme_is_there() {
-    let text = std::fs::read_to_string(repository().join("README.md")).unwrap();
-    let pictures: Vec<&str> =
-        text.split("](").skip(1).filter_map(|rest| rest.split(')').next()).filter(|path| path.ends_with(".png")).collect();
-    assert!(pictures.len() > 5, "{pictures:?}");
-    for picture in pictures {
-        assert!(repository().join(picture).is_file(), "README shows {picture}, which is not there");
-    }
+fn no_two_commands_write_one_folder() {
+    let all = all_commands();
+    let folder =
+        |command: &String| command.split_once("--out ").map(|(_, rest)| rest.split(' ').next().unwrap_or_default().to_owned());
+    let mut folders: Vec<String> = all.iter().filter_map(folder).collect();
+    let count = folders.len();
+    folders.sort();
+    folders.dedup();
+    assert!(count > 20 && folders.len() == count, "{all:#?}");
 }

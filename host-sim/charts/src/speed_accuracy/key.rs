@@ -70,7 +70,7 @@ pub fn draw<DB: DrawingBackend>(area: &Area<DB>, data: &SpeedAccuracy, left: i32
     }
     y += px(0.6 * LINE_PX);
     area.draw(&PathElement::new([(left, y), (left + px(26.0), y)], line(FRONT, 6.0)))?;
-    area.draw_text("the front", &heading(TICK_PX, INK), (left + px(SIGN_PX), y - px(9.0)))?;
+    area.draw_text("unbeaten in both", &heading(TICK_PX, INK), (left + px(SIGN_PX), y - px(9.0)))?;
     y += px(LINE_PX);
     let bottom = area.dim_in_pixel().1.cast_signed() - px(LINE_PX);
     for &(m, p) in data.front {

@@ -69,25 +69,49 @@ impl Drive {
     }
 }
 
-/// `[drive]` as it is written. A tagged enum would lose the line of a value of the wrong type.
+/// Motion of the probe. A whole run takes at most 1000 s.
+// `[drive]` as it is written: a tagged enum would lose the line of a value of the wrong type.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Table {
+    /// Kind of motion.
     kind: Kind,
+    /// Depths at which the probe waits (`depth`), or the hand's target (`hand`), in order [m].
+    ///
+    /// * range: above 0
     holds_m: Option<Vec<f64>>,
+    /// Forces at which the finger waits (`force`), in order [N].
+    ///
+    /// * range: above 0 to 12
     holds_n: Option<Vec<f64>>,
+    /// Speed between holds; of a force drive the fastest approach [m/s].
+    ///
+    /// * range: above 0 to 1
     ramp_m_per_s: Option<f64>,
+    /// Time at each hold [s].
+    ///
+    /// * range: 0.001 to 60
     hold_s: Option<f64>,
+    /// File with the probe's columns of a `trace.csv` (`trace`), relative to the scene file.
     trace: Option<PathBuf>,
+    /// Deepest press that the patch answers [m], of a `trace`. It decides the substeps: a run has
+    /// the bits of the recorded one only with its limit (`report.depth_limit_mm` in summary.json).
+    ///
+    /// * range: above 0
+    /// * default: from the deepest tip of the trace
     depth_limit_m: Option<f64>,
 }
 
 #[derive(Clone, Copy, Deserialize, PartialEq)]
 #[serde(rename_all = "lowercase")]
 enum Kind {
+    /// The tip goes to each depth and waits there.
     Depth,
+    /// A finger pushes with each force and waits.
     Force,
+    /// A compliant finger whose hand goes to each depth.
     Hand,
+    /// The tip repeats a recorded trace.
     Trace,
 }
 

@@ -6,13 +6,19 @@ use serde::Deserialize;
 use super::check::MODULUS_PA;
 use super::{Scene, SceneError, TissueScene};
 
-/// One term of the relaxation: a share of every force fades with a time constant.
+/// One term of the relaxation: a share of every force fades with a time constant. Up to three.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct RelaxationScene {
-    /// Share of the instantaneous force that fades (1).
+    /// Share of the instantaneous force that fades (1); all shares together are at most 0.99.
+    ///
+    /// * range: above 0 to 0.99
+    /// * source: 0.69 and 0.16 in `beef`, fitted by `accept` T1
     pub share: f64,
-    /// Time constant [s].
+    /// Time constant of the fading [s].
+    ///
+    /// * range: 0.001 to 200
+    /// * source: 0.41 and 4.5 in `beef`, fitted by `accept` T1
     pub time_s: f64,
 }
 

@@ -45,10 +45,15 @@ pub struct Tip {
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Name {
+    /// Cylinder with a half-sphere at its tip.
     Hemisphere,
+    /// Full sphere.
     Sphere,
+    /// Cylinder with a flat end.
     Flat,
+    /// Rounded finger that lies on the tissue. Not on boards.
     Capsule,
+    /// Full ellipsoid. Not on boards.
     Ellipsoid,
 }
 

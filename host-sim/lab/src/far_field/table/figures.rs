@@ -91,11 +91,11 @@ fn words(edge: RimMethod) -> String {
     match edge {
         RimMethod::Fixed => "fixed edge (papers)".into(),
         RimMethod::Winkler => "Winkler springs".into(),
-        RimMethod::Truncated => "S cut off to rim edges".into(),
+        RimMethod::Truncated => "exact outside, cut off".into(),
         RimMethod::RimSprings => "rim springs (ours)".into(),
         RimMethod::Modes(q) => format!("{q} modes"),
         RimMethod::LowRank(q) => format!("blocks less rank {q}"),
-        RimMethod::Dense => "dense S".into(),
+        RimMethod::Dense => "exact outside".into(),
     }
 }
 
@@ -125,7 +125,7 @@ fn over_radius(
     let level = [Level { name: &promised, y: PROMISED_PCT }];
     let chart = Lines {
         title: &curve.title,
-        below: "what stands at the edge of a patch in place of the rest of the organ; errors against S, the rest condensed exactly",
+        below: "in place of the rest of the organ, at the edge of a patch; error against the rest condensed exactly (exact outside)",
         x: ScaledAxis { title: "radius of the patch [probe radii]", scale: Scale::Linear },
         y: ScaledAxis { title: "error of the force [%]", scale: Scale::Log },
         series: &series,
@@ -164,9 +164,11 @@ fn over_cycles(folder: &OutputFolder, name: &str, table: &Table, fine_m: f64, sc
     let front: Vec<(usize, usize)> = front(&points).into_iter().map(|n| places[n]).collect();
     let chart = SpeedAccuracy {
         title: "Edge of a patch: error against cost",
-        below: &format!("{scene}; each line: patches of rising radius; dense S, zero by definition, is drawn at {FLOOR_PCT} %"),
+        below: &format!(
+            "{scene}; each line: patches of rising radius; the exact outside, zero by definition, is drawn at {FLOOR_PCT} %"
+        ),
         cost: "cycles of a 1 ms tick on a Cortex-M4F [thousands, estimated]",
-        error: "worst error one probe radius off the centre, against dense S [%]",
+        error: "worst error one probe radius off the centre, against the exact outside [%]",
         budget: Some((168.0, "1 ms at 168 MHz")),
         methods: &methods,
         front: &front,

@@ -37,13 +37,13 @@ fn look(verdict: Verdict) -> HeatCell {
 
 fn meaning(verdict: Verdict) -> &'static str {
     match verdict {
-        Verdict::Pass => "stands it",
-        Verdict::Held => "held at its limit",
+        Verdict::Pass => "passes",
+        Verdict::Held => "held at depth limit",
         Verdict::NonMonotone => "force falls",
         Verdict::Deformed => "does not return",
-        Verdict::Restless => "no rest",
+        Verdict::Restless => "moves on",
         Verdict::Pierced => "pierced",
-        Verdict::Inverted => "inside out",
+        Verdict::Inverted => "tet inside out",
         Verdict::Diverged => "diverges",
     }
 }
@@ -105,7 +105,7 @@ fn verdicts(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
     };
     let rows = rows(matrix, of_row);
     let mut key: Vec<(HeatCell, &str)> = Verdict::ALL.map(|v| (look(v), meaning(v))).into();
-    key.insert(1, (squeezed(), "J < 0.2"));
+    key.insert(1, (squeezed(), "a tet below 1/5"));
     key.push((empty(), "refused, or has no such term"));
     let moduli: Vec<String> = scope.moduli_pa.iter().map(kpa).collect();
     let below = format!(
