@@ -128,8 +128,8 @@ fn partial_slip_is_near_cattaneo_and_mindlin() {
 /// Most that a partial slip is too stiff for the width of its elements, over mu N. A node bears the
 /// push of half an element around it, and all of that slips at once: nothing slips until Cattaneo
 /// and Mindlin's slip has come half an element inward, to `a (1 - w)`; until then the force rises as
-/// in stick, to `1.5 (1 - (1 - w)^2)` in place of `1 - (1 - w)^3`. The widest elements make a slider
-/// on a spring.
+/// in stick, to `1.5 (1 - (1 - w)^2)` in place of `1 - (1 - w)^3`. The widest elements make a
+/// slider on a spring.
 fn coarseness(element_m: f64, contact_m: f64) -> f64 {
     let slider = 1.0 - 1.0 / 3.0_f64.sqrt();
     let w = (0.5 * element_m / contact_m).min(slider);
@@ -137,9 +137,9 @@ fn coarseness(element_m: f64, contact_m: f64) -> f64 {
 }
 
 /// Drag after a press *without* friction, as the closed form begins: largest difference from
-/// Cattaneo and Mindlin, over mu N, with the way to full slip of the patch's own stiffness in stick.
-/// A press with friction leaves forces along the surface, which at mu 0.1 take up much of what
-/// friction can bear.
+/// Cattaneo and Mindlin, over mu N, with the way to full slip of the patch's own stiffness in
+/// stick. A press with friction leaves forces along the surface, which at mu 0.1 take up much of
+/// what friction can bear.
 fn off_partial_after_a_smooth_press(bench: &Bench, mu: f64, depth_m: f64, along: &Vector3<f64>) -> f64 {
     const STEP_M: f64 = 1e-6;
     let drag = |friction: f64, step_m: f64, ticks: u32| -> Vec<f64> {
@@ -161,8 +161,8 @@ fn off_partial_after_a_smooth_press(bench: &Bench, mu: f64, depth_m: f64, along:
     off.fold(0.0, |worst: f64, off| if off.abs() > worst.abs() { off } else { worst })
 }
 
-/// At 130 nodes an element is wider than the contact's radius. What nodes so far apart must be off is
-/// allowed, and as much as the closed form is missed by on fine elements.
+/// At 130 nodes an element is wider than the contact's radius. What nodes so far apart must be off
+/// is allowed, and as much as the closed form is missed by on fine elements.
 #[test]
 #[ignore = "long: other meshes and coefficients"]
 fn partial_slip_is_as_coarse_as_the_elements() {
