@@ -127,8 +127,8 @@ fn partial_slip_is_near_cattaneo_and_mindlin() {
 
 /// Most that a partial slip is too stiff for the width of its elements, over mu N. A node bears the
 /// push of half an element around it, and all of that slips at once: nothing slips until Cattaneo
-/// and Mindlin's slip has come half an element inward, to `a (1 - w)`; until then the force rises as
-/// in stick, to `1.5 (1 - (1 - w)^2)` in place of `1 - (1 - w)^3`. The widest elements make a
+/// and Mindlin's slip has come half an element inward, to `a (1 - w)`; until then the force rises
+/// as in stick, to `1.5 (1 - (1 - w)^2)` in place of `1 - (1 - w)^3`. The widest elements make a
 /// slider on a spring.
 fn coarseness(element_m: f64, contact_m: f64) -> f64 {
     let slider = 1.0 - 1.0 / 3.0_f64.sqrt();
