@@ -205,7 +205,7 @@ defmt::timestamp!("{=u32:us}", clock_counts() / (CLOCK_HZ / 1_000_000));
 pub fn idle(duty: &Duty) {
     match duty {
         Duty::Serve(Pace::LockStep) => cortex_m::asm::wfi(),
-        _ => (0..64).for_each(|_| cortex_m::asm::nop()),
+        _ => (0..32).for_each(|_| cortex_m::asm::nop()),
     }
 }
 
