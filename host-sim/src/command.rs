@@ -4,6 +4,7 @@
 mod absent;
 #[cfg(feature = "full")]
 mod accept;
+#[cfg(feature = "full")]
 mod board;
 mod boards;
 #[cfg(feature = "full")]
@@ -61,13 +62,14 @@ use palpate_tissue::scene::{Change, Scene};
 
 #[cfg(not(feature = "full"))]
 use self::absent::{
-    AcceptArgs, CalibrateArgs, ChartArgs, CutArgs, EmulateArgs, FarFieldArgs, FitArgs, PaperCommand, PlanArgs, ReferenceArgs,
-    ScoreArgs, StabilityArgs,
+    AcceptArgs, BoardCommand, CalibrateArgs, ChartArgs, CutArgs, EmulateArgs, FarFieldArgs, FitArgs, PaperCommand, PlanArgs,
+    ReferenceArgs, ScoreArgs, StabilityArgs,
 };
 #[cfg(feature = "full")]
 use self::{
-    accept::AcceptArgs, calibrate::CalibrateArgs, chart::ChartArgs, cut::CutArgs, emulate::EmulateArgs, far_field::FarFieldArgs,
-    fit::FitArgs, paper::PaperCommand, plan::PlanArgs, reference::ReferenceArgs, score::ScoreArgs, stability::StabilityArgs,
+    accept::AcceptArgs, board::BoardCommand, calibrate::CalibrateArgs, chart::ChartArgs, cut::CutArgs, emulate::EmulateArgs,
+    far_field::FarFieldArgs, fit::FitArgs, paper::PaperCommand, plan::PlanArgs, reference::ReferenceArgs, score::ScoreArgs,
+    stability::StabilityArgs,
 };
 
 /// Soft tissue for haptic devices: press it, measure it, pack it for a board.
@@ -190,8 +192,9 @@ enum Command {
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Plan(PlanArgs),
     /// Use a flashed board on a serial port: find it, arm, stop, record, send patches.
-    #[command(subcommand)]
-    Board(board::BoardCommand),
+    #[cfg_attr(feature = "full", command(subcommand))]
+    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
+    Board(BoardCommand),
     /// Run the firmware's image in the emulator, driven in lock-step by the scene's finger, and
     /// compare it with this machine bit for bit.
     ///
@@ -246,7 +249,7 @@ enum Command {
 }
 
 const AFTER_HELP: &str = "\
-Built when first used, which takes some minutes: fit, reference, calibrate, cut, plan, emulate, accept, chart, far-field, stability, paper, score, and
+Built when first used, which takes some minutes: fit, reference, calibrate, cut, plan, board, emulate, accept, chart, far-field, stability, paper, score, and
 the options --emulated.
 
 Exit code: 0 if what the command promises held, 1 if a check failed, 2 on bad input.

@@ -23,6 +23,7 @@ pub enum Error {
     #[error("{0}")]
     Chart(ChartError),
     /// A board on a serial port that did not do what it was asked.
+    #[cfg(feature = "full")]
     #[error("{0}")]
     Port(#[from] crate::port::PortError),
     /// Marks that cannot be used.

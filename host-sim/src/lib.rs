@@ -2,8 +2,8 @@
 //! verdicts.
 //!
 //! ```text
-//! command ─ tissue, loop ─ reports, charts          fit, board, lab: with the feature `full`
-//!         └ port (a board on a serial port)
+//! command ─ tissue, loop ─ reports, charts
+//!         └ fit, board, lab; port (a board on a serial port): with the feature `full`
 //! ```
 
 // printing bears a reader that has gone
@@ -18,6 +18,7 @@ pub mod command;
 mod contact_report;
 pub mod error;
 mod loop_figures;
+#[cfg(feature = "full")]
 pub mod port;
 mod press_report;
 mod provenance;

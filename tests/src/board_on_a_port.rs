@@ -36,6 +36,9 @@ const LINK_BYTES: usize = 40;
 const AWAY: Duration = Duration::from_millis(400);
 /// A host of an armed board gets longer: a busy machine lets it wait for half a second.
 const AWAY_FROM_FORCE: Duration = Duration::from_secs(10);
+/// Longest wait. What is waited for takes a second or two; one that never comes must not hang the
+/// tests.
+const LONGEST: Duration = Duration::from_secs(300);
 /// Outside of every workspace, and too far for a tick.
 const ASTRAY_M: [f32; 3] = [1.0, 0.0, 0.0];
 /// Bytes that wait for a host at most: half of what a terminal holds.
@@ -176,7 +179,7 @@ impl BoardOnAPort {
     /// Waits until the board is so.
     ///
     /// # Panics
-    /// It is not within half a minute.
+    /// It is not within five minutes.
     pub fn wait_for(&self, what: &str, is: impl Fn(&Truth) -> bool) -> Truth {
         let begun = Instant::now();
         loop {
@@ -184,7 +187,7 @@ impl BoardOnAPort {
             if let Some(truth) = truth.filter(|truth| is(truth)) {
                 return truth;
             }
-            assert!(begun.elapsed() < Duration::from_secs(30), "not within half a minute: {what}; {truth:?}");
+            assert!(begun.elapsed() < LONGEST, "not within {} s: {what}; {truth:?}", LONGEST.as_secs());
             std::thread::sleep(TICK);
         }
     }

@@ -21,6 +21,7 @@ use palpate_controller::board::WATCHDOG_US;
 use palpate_controller::force_out::{DacCode, Outputs};
 use palpate_controller::patch::Budget;
 use palpate_controller::probe_in::Reading;
+use palpate_controller::serve::Pace;
 
 use super::Duty;
 use crate::period;
@@ -205,13 +206,13 @@ pub fn counts_to_ns(counts: u32) -> u32 {
 
 defmt::timestamp!("{=u32:us}", clock_counts() / (CLOCK_HZ / 1_000_000));
 
-/// Until the next interrupt. A script and a hand pass the time awake: QEMU counts sleep twice, and
-/// 1 ms of the tick timer would be 2 ms of the clock. Nops cost it nothing. In lock-step no time
-/// goes by, and a host on the UART lives in real time, to which only sleep leads.
+/// Until the next interrupt. Time is passed awake: QEMU counts sleep twice, and 1 ms of the tick
+/// timer would be 2 ms of the clock, or its clock would follow the machine's and leave out ticks
+/// where that is busy. Nops cost it nothing. In lock-step no time goes by.
 pub fn idle(duty: &Duty) {
     match duty {
-        Duty::Serve(_) if !hand::is_there() => cortex_m::asm::wfi(),
-        _ => (0..64).for_each(|_| cortex_m::asm::nop()),
+        Duty::Serve(Pace::LockStep) => cortex_m::asm::wfi(),
+        _ => (0..32).for_each(|_| cortex_m::asm::nop()),
     }
 }
 

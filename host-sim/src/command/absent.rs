@@ -23,6 +23,7 @@ impl Absent {
 }
 
 pub(super) type AcceptArgs = Absent;
+pub(super) type BoardCommand = Absent;
 pub(super) type CalibrateArgs = Absent;
 pub(super) type ChartArgs = Absent;
 pub(super) type CutArgs = Absent;

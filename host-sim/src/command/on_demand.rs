@@ -8,10 +8,11 @@ use std::time::Instant;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::machine::PROFILE;
 
-use super::tools::{Tools, run};
+use super::tools::Tools;
 use crate::error::Error;
 
-/// Builds `palpate-full` and runs it with the arguments of this process. Exits with its code.
+/// Builds `palpate-full` and runs it with the arguments of this process, in its place: who ends one
+/// ends the other, and with it the force that it may hold.
 pub(super) fn build_and_run() -> Result<(), Error> {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     if !package.join("Cargo.toml").is_file() {
@@ -27,6 +28,57 @@ pub(super) fn build_and_run() -> Result<(), Error> {
     let build = ["--quiet", "--profile", profile, "--package", "palpate-sim", "--bin", "palpate-full", "--features", "full"];
     let full = Tools::in_use(package.to_path_buf()).build(&build, "palpate-full")?;
     eprintln!("built in {:.0} s", started.elapsed().as_secs_f64());
-    let status = run(Command::new(&full).args(std::env::args_os().skip(1)), &full.display().to_string())?;
-    std::process::exit(status.code().unwrap_or(2))
+    Err(replaced_by(Command::new(&full).args(std::env::args_os().skip(1)), &full))
+}
+
+/// Puts a program in the place of this process. Returns only if it does not start.
+#[cfg(unix)]
+fn replaced_by(command: &mut Command, program: &Path) -> Error {
+    let why = std::os::unix::process::CommandExt::exec(command);
+    TissueError::Usage(format!("{} does not start: {why}: build it anew", program.display())).into()
+}
+
+/// Runs a program and exits with its code: this system puts no program in the place of another. A
+/// force must not outlive the process that a user ends, so `board` is not run.
+#[cfg(not(unix))]
+fn replaced_by(command: &mut Command, program: &Path) -> Error {
+    if std::env::args_os().nth(1).is_some_and(|name| name == "board") {
+        return TissueError::Usage(format!("board is in a program of its own on this system: run {} board", program.display()))
+            .into();
+    }
+    match super::tools::run(command, &program.display().to_string()) {
+        Ok(status) => std::process::exit(status.code().unwrap_or(2)),
+        Err(error) => error,
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    /// The name of a test, run by itself as a process of its own.
+    const ITSELF: &str = "command::on_demand::tests::a_program_takes_the_place_of_this_process";
+
+    #[test]
+    fn a_program_takes_the_place_of_this_process() {
+        const INNER: &str = "PALPATE_TEST_IS_REPLACED";
+        if std::env::var_os(INNER).is_some() {
+            let error = replaced_by(Command::new("sh").args(["-c", "echo I am $$; exit 7"]), Path::new("sh"));
+            panic!("sh does not start: {error}");
+        }
+        let mut test = Command::new(std::env::current_exe().unwrap());
+        test.args(["--exact", ITSELF, "--nocapture"]).env(INNER, "1").stdout(std::process::Stdio::piped());
+        let child = test.spawn().unwrap();
+        let own = child.id();
+        let outcome = child.wait_with_output().unwrap();
+        let output = String::from_utf8_lossy(&outcome.stdout);
+        assert!(output.contains(&format!("I am {own}\n")) && outcome.status.code() == Some(7), "{own}: {output}");
+    }
+
+    #[test]
+    fn a_program_that_does_not_start_gets_one_line() {
+        let missing = Path::new("/nowhere/palpate-full");
+        let error = replaced_by(&mut Command::new(missing), missing);
+        assert!(error.to_string().starts_with("/nowhere/palpate-full does not start") && error.exit_code() == 2, "{error}");
+    }
 }

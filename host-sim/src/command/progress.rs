@@ -17,6 +17,7 @@ const QUIET: Duration = Duration::from_secs(2);
 /// Between two lines where there is no terminal [s].
 const LINE_S: u64 = 10;
 /// Between two lines that name a step.
+#[cfg(feature = "full")]
 const STEP_LINE: Duration = Duration::from_secs(4);
 
 /// Counts steps on standard error.
@@ -107,6 +108,7 @@ impl Spinner {
 
 /// Work that lasts until it is ended: beside a spinner on a terminal, in a line every few seconds
 /// where there is none.
+#[cfg(feature = "full")]
 pub(super) struct Lines {
     spinner: Spinner,
     began: Instant,
@@ -114,6 +116,7 @@ pub(super) struct Lines {
     terminal: bool,
 }
 
+#[cfg(feature = "full")]
 impl Default for Lines {
     fn default() -> Self {
         let now = Instant::now();
@@ -121,6 +124,7 @@ impl Default for Lines {
     }
 }
 
+#[cfg(feature = "full")]
 impl Lines {
     /// How it stands.
     pub(super) fn say(&mut self, how: impl FnOnce() -> String) {

@@ -12,18 +12,20 @@ use palpate_controller::link::frame::FRAME_BYTES;
 use palpate_controller::link::{FromBoard, Receiver, ToBoard, encode};
 use palpate_tests::emulator::build_firmware;
 
-/// Longest wait for a message of the board.
-const PATIENCE: Duration = Duration::from_secs(10);
-/// The emulator follows the machine's clock here. Where the machine is busy for milliseconds, the
-/// board misses ticks and its watchdog rightly ends the run: then another one begins.
-const RUNS: usize = 6;
+/// Longest wait for a message. It comes within milliseconds; a board that fell silent must not hang
+/// the tests.
+const LONGEST: Duration = Duration::from_secs(300);
 
-/// The next report among the records that come by themselves; counts those. `None` if the board
-/// fell silent.
-fn report(inbox: &Inbox<FromBoard>, records: &mut Vec<u32>) -> Option<(u32, u32)> {
+/// The next message of the board.
+fn next(inbox: &Inbox<FromBoard>) -> FromBoard {
+    inbox.recv_timeout(LONGEST).expect("the board fell silent")
+}
+
+/// The next report among the records that come by themselves; counts those.
+fn report(inbox: &Inbox<FromBoard>, records: &mut Vec<u32>) -> (u32, u32) {
     loop {
-        match inbox.recv_timeout(PATIENCE).ok()? {
-            FromBoard::State { bad_frames, nodes, .. } => return Some((bad_frames, nodes)),
+        match next(inbox) {
+            FromBoard::State { bad_frames, nodes, .. } => return (bad_frames, nodes),
             FromBoard::Record(record) => records.push(record.tick),
             other => panic!("out of turn: {other:?}"),
         }
@@ -33,13 +35,14 @@ fn report(inbox: &Inbox<FromBoard>, records: &mut Vec<u32>) -> Option<(u32, u32)
 #[test]
 fn reports_come_back_and_a_damaged_frame_is_counted() {
     let elf = build_firmware(Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap(), &[]).unwrap();
-    let records = (0..RUNS).find_map(|_| talk(&elf)).expect("the board fell silent in every run");
+    let records = talk(&elf);
     println!("ticks of the records: {records:?}");
     assert!(records.windows(2).all(|pair| pair[1] > pair[0] && pair[1] % 20 == 0), "{records:?}");
 }
 
-/// Talks to a board that has just started; the ticks of its records, or `None` if it fell silent.
-fn talk(elf: &Path) -> Option<Vec<u32>> {
+/// Talks to a board that has just started; the ticks of its records. The emulator's clock is its
+/// own: how busy this machine is changes nothing on the board.
+fn talk(elf: &Path) -> Vec<u32> {
     let folder = tempfile::tempdir().unwrap();
     let [to, from] = ["serial.in", "serial.out"].map(|name| folder.path().join(name));
     assert!(Command::new("mkfifo").args([&to, &from]).status().unwrap().success());
@@ -48,7 +51,7 @@ fn talk(elf: &Path) -> Option<Vec<u32>> {
     let serial = format!("pipe:{}", folder.path().join("serial").display());
     let mut child = Command::new("qemu-system-arm")
         .args(["-machine", "mps2-an386", "-cpu", "cortex-m4", "-nographic", "-monitor", "none", "-serial", &serial])
-        .args(["-semihosting-config", "enable=on,target=native,arg=palpate-firmware,arg=uart", "-icount", "shift=3,sleep=on"])
+        .args(["-semihosting-config", "enable=on,target=native,arg=palpate-firmware,arg=uart", "-icount", "shift=3,sleep=off"])
         .arg("-kernel")
         .arg(elf)
         .stdin(Stdio::null())
@@ -74,23 +77,23 @@ fn talk(elf: &Path) -> Option<Vec<u32>> {
     records
 }
 
-fn exchange(to: &mut impl Write, inbox: &Inbox<FromBoard>) -> Option<Vec<u32>> {
+fn exchange(to: &mut impl Write, inbox: &Inbox<FromBoard>) -> Vec<u32> {
     let mut out = [0; FRAME_BYTES];
     let mut records = Vec::new();
     to.write_all(encode(1, &ToBoard::Report, &mut out).unwrap()).unwrap();
-    let (bad, nodes) = report(inbox, &mut records)?;
+    let (bad, nodes) = report(inbox, &mut records);
     assert_eq!(bad, 0);
     assert!(nodes > 40, "{nodes} nodes");
     let mut damaged = encode(2, &ToBoard::Report, &mut out).unwrap().to_vec();
     damaged[2] ^= 0x10;
     to.write_all(&damaged).unwrap();
     to.write_all(encode(3, &ToBoard::Report, &mut out).unwrap()).unwrap();
-    assert_eq!(report(inbox, &mut records)?.0, 1);
+    assert_eq!(report(inbox, &mut records).0, 1);
     while records.len() < 5 {
-        match inbox.recv_timeout(PATIENCE).ok()? {
+        match next(inbox) {
             FromBoard::Record(record) => records.push(record.tick),
             other => panic!("out of turn: {other:?}"),
         }
     }
-    Some(records)
+    records
 }

@@ -125,18 +125,69 @@ fn partial_slip_is_near_cattaneo_and_mindlin() {
     }
 }
 
+/// Most that a partial slip is too stiff for the width of its elements, over mu N. A node bears the
+/// push of half an element around it, and all of that slips at once: nothing slips until Cattaneo
+/// and Mindlin's slip has come half an element inward, to `a (1 - w)`; until then the force rises
+/// as in stick, to `1.5 (1 - (1 - w)^2)` in place of `1 - (1 - w)^3`. The widest elements make a
+/// slider on a spring.
+fn coarseness(element_m: f64, contact_m: f64) -> f64 {
+    let slider = 1.0 - 1.0 / 3.0_f64.sqrt();
+    let w = (0.5 * element_m / contact_m).min(slider);
+    1.5 * w.powi(2) - w.powi(3)
+}
+
+/// Drag after a press *without* friction, as the closed form begins: largest difference from
+/// Cattaneo and Mindlin, over mu N, with the way to full slip of the patch's own stiffness in
+/// stick. A press with friction leaves forces along the surface, which at mu 0.1 take up much of
+/// what friction can bear.
+fn off_partial_after_a_smooth_press(bench: &Bench, mu: f64, depth_m: f64, along: &Vector3<f64>) -> f64 {
+    const STEP_M: f64 = 1e-6;
+    let drag = |friction: f64, step_m: f64, ticks: u32| -> Vec<f64> {
+        let bench = bench.clone().with(|p| p.friction = friction as f32);
+        let model = bench.patch.wide_model();
+        let (mut memory, mut node_step) = (bench.memory(), vec![NodeStep::ZERO; model.nodes.len()]);
+        let smooth = Params { friction: 0.0, ..bench.params }.build(&model, &mut node_step).unwrap();
+        let mut rig = Rig::new(&model, &bench.params, &mut memory);
+        let rough = std::mem::replace(&mut rig.tuned, smooth);
+        rig.pressed(depth_m);
+        rig.tuned = rough;
+        let at = |n: u32| along * (step_m * f64::from(n)) - Vector3::z() * depth_m;
+        (1..=ticks).map(|n| parts(&rig.at(at(n)), along)).map(|[slides, push]| slides / (mu * push)).collect()
+    };
+    let stuck = drag(5.0, 1e-7, 200);
+    let slips_m = 1.5 * 1e-5 / (stuck[199] - stuck[99]);
+    let slid = drag(mu, STEP_M, (slips_m / STEP_M) as u32);
+    let off = slid.iter().zip(1..).map(|(share, n)| share - PartialSlip::share(f64::from(n) * STEP_M / slips_m));
+    off.fold(0.0, |worst: f64, off| if off.abs() > worst.abs() { off } else { worst })
+}
+
+/// At 130 nodes an element is wider than the contact's radius. What nodes so far apart must be off
+/// is allowed, and as much as the closed form is missed by on fine elements.
 #[test]
 #[ignore = "long: other meshes and coefficients"]
-fn partial_slip_on_other_meshes() {
+fn partial_slip_is_as_coarse_as_the_elements() {
+    /// `palpate accept` T5 meets the closed form so closely on a block of 5000 nodes.
+    const FINE: f64 = 0.03;
+    let depth_m = 2e-3;
+    let mut of_mesh = Vec::new();
     for nodes in [130, 410, 1020] {
+        let bench = Bench::calibrated(nodes);
+        let contact_m = (depth_m * f64::from(bench.params.probe.radius_m)).sqrt();
+        let element_m = bench.patch.element_m();
+        let most = FINE + coarseness(element_m, contact_m);
+        println!("{nodes} nodes: {:.2} of the contact's radius wide, {most:.3} off at most", element_m / contact_m);
+        let mut worst = 0.0_f64;
         for mu in [0.1, 0.3, 0.6] {
             for turned in HEADINGS {
-                let [space, own] = off_partial(nodes, mu, turned);
-                println!("{nodes} nodes, mu {mu}, heading {turned}: {space:.4} off the half-space, {own:.4} off its own");
-                assert!(space.abs() < 0.17 && own.abs() < 0.13, "{nodes} nodes, mu {mu}, heading {turned}: {space}, {own}");
+                let off = off_partial_after_a_smooth_press(&bench, mu, depth_m, &heading(turned));
+                println!("{nodes} nodes, mu {mu}, heading {turned}: {off:.4} off");
+                assert!((-FINE..most).contains(&off), "{nodes} nodes, mu {mu}, heading {turned}: {off} of {most}");
+                worst = worst.max(off.abs());
             }
         }
+        of_mesh.push(worst);
     }
+    assert!(of_mesh.is_sorted_by(|coarse, fine| fine < coarse), "finer elements are not nearer: {of_mesh:?}");
 }
 
 /// Stiffness along the surface of a flat end that sticks over the glued disc of finite elements

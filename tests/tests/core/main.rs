@@ -8,6 +8,7 @@ mod friction;
 mod golden_force_traces;
 mod imports_run_down;
 mod momentum_is_balanced;
+mod one_build;
 mod oracle_agrees;
 mod reaction_equals_anchor_force;
 mod relaxation;

@@ -1,0 +1,49 @@
+//! `palpate`, `palpate-full` and the tests stand on one build of every crate, and the first one is
+//! small.
+
+use std::collections::BTreeSet;
+use std::process::Command;
+
+use palpate_tests::palpate_command::repository;
+
+/// External crates that a newcomer waits for.
+const MOST_CRATES: usize = 90;
+
+/// Crates of a build of these packages, each with version and features.
+fn crates(arguments: &[&str]) -> BTreeSet<String> {
+    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+    let mut tree = Command::new(cargo);
+    tree.args(["tree", "--locked", "--offline", "--prefix", "none", "--format", "{p} {f}"]).args(arguments);
+    let output = tree.current_dir(repository()).output().expect("cargo runs this test, so it starts");
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).lines().map(|line| line.trim_end_matches(" (*)").to_owned()).collect()
+}
+
+const PALPATE: [&str; 4] = ["--package", "palpate-sim", "--edges", "normal,build"];
+
+fn is_external(line: &str) -> bool {
+    !line.starts_with("palpate")
+}
+
+/// A feature more or less anywhere below `core` builds all crates again: under the tests, once more
+/// for the `palpate-full` that they run, once more when a user first needs that program.
+#[test]
+fn no_crate_is_built_twice_for_a_feature() {
+    let palpate = crates(&PALPATE);
+    let full = crates(&[&PALPATE[..], &["--features", "full"]].concat());
+    let tests = crates(&["--workspace", "--edges", "normal,build,dev"]);
+    let alone = |line: &&String| !line.starts_with("palpate-sim ");
+    for (smaller, larger, names) in [(&palpate, &full, "palpate, palpate-full"), (&full, &tests, "palpate-full, the tests")] {
+        let twice: Vec<_> = smaller.difference(larger).filter(alone).collect();
+        assert!(twice.is_empty(), "with other features in {names}: {twice:?}; name them in host-sim/Cargo.toml");
+    }
+}
+
+#[test]
+fn the_first_build_has_few_crates() {
+    let palpate = crates(&PALPATE);
+    let names: BTreeSet<_> =
+        palpate.iter().filter(|line| is_external(line)).map(|line| line.split(' ').take(2).collect::<Vec<_>>()).collect();
+    println!("{} external crates", names.len());
+    assert!(names.len() > 50 && names.len() <= MOST_CRATES, "{}: {names:?}", names.len());
+}
