@@ -96,43 +96,27 @@ impl Memories {
 
     /// Tick and patch in fast memory and the upload in large memory, where the chip has them;
     /// otherwise the same names for nothing.
+    ///
+    /// All of it lies behind `.uninit`: the start-up code clears and fills whatever follows `.bss`
+    /// and `.data`.
     pub fn placement(&self) -> String {
-        let none = |name: &str| format!("__{name}_start = 0; __{name}_end = 0; __{name}_load = 0;\n");
-        let section = |name: &str, inputs: &str, place: &str, after: &str| {
+        let section = |name: &str, inputs: &str, place: &str| {
             format!(
                 "SECTIONS {{ .{name} : ALIGN(8) {{ __{name}_start = .; {inputs} . = ALIGN(8); __{name}_end = .; }} {place} \
-                 __{name}_load = LOADADDR(.{name}); }} INSERT AFTER {after};\n"
+                 __{name}_load = LOADADDR(.{name}); }} INSERT AFTER .uninit;\n"
             )
         };
-        let (code, data) = match self.fast_code {
-            Some(region) => (
-                section(
-                    "fast_code",
-                    "*(.text._ZN7palpate4tick* .text._ZN7palpate6stages* .text._ZN7palpate6haptic* .text.palpate*)",
-                    if region.bytes > 0 { "> FAST_CODE AT > FLASH" } else { "> RAM AT > FLASH" },
-                    ".rodata",
-                ),
-                section("fast_data", "*(.rodata._ZN16palpate_firmware11flash_patch*)", "> RAM AT > FLASH", ".data"),
-            ),
-            None => (none("fast_code"), none("fast_data")),
-        };
-        let large = match self.large {
-            Some(_) => {
-                let upload = "*(.bss._ZN16palpate_firmware6UPLOAD*)";
-                format!(
-                    "SECTIONS {{ .large (NOLOAD) : ALIGN(8) {{ __large_start = .; {upload} . = ALIGN(8); __large_end = .; }} > LARGE }} \
-                     INSERT AFTER .bss;\n"
-                )
-            }
-            None => none("large"),
-        };
-        let block = match self.boot_block {
-            true => {
-                "SECTIONS { .start_block : ALIGN(4) { KEEP(*(.start_block)); } > FLASH } INSERT AFTER .vector_table;\n\
-                 _stext = ADDR(.start_block) + SIZEOF(.start_block);\n"
-            }
-            false => "",
-        };
-        code + &data + &large + block
+        let none = |name: &str| format!("__{name}_start = 0; __{name}_end = 0; __{name}_load = 0;\n");
+        let tick = "*(.text._ZN7palpate4tick* .text._ZN7palpate6stages* .text._ZN7palpate6haptic* .text.palpate*)";
+        let patch = "*(.rodata._ZN16palpate_firmware11flash_patch*)";
+        let fast = self.fast_code.map_or(none("fast_code") + &none("patch"), |region| {
+            let place = if region.bytes > 0 { "> FAST_CODE AT > FLASH" } else { "> RAM AT > FLASH" };
+            section("fast_code", tick, place) + &section("patch", patch, "> RAM AT > FLASH")
+        });
+        let upload = "*(.bss._ZN16palpate_firmware6UPLOAD*)";
+        let large = self.large.map_or(none("large"), |_| section("large", upload, "> LARGE"));
+        let block = "SECTIONS { .start_block : ALIGN(4) { KEEP(*(.start_block)); } > FLASH } INSERT AFTER .vector_table;\n\
+                     _stext = ADDR(.start_block) + SIZEOF(.start_block);\n";
+        fast + &large + if self.boot_block { block } else { "" }
     }
 }

@@ -7,18 +7,18 @@ unsafe extern "C" {
     static __fast_code_start: u32;
     static __fast_code_end: u32;
     static __fast_code_load: u32;
-    static __fast_data_start: u32;
-    static __fast_data_end: u32;
-    static __fast_data_load: u32;
+    static __patch_start: u32;
+    static __patch_end: u32;
+    static __patch_load: u32;
     static __large_start: u32;
     static __large_end: u32;
 }
 
 /// Fills the fast memories and clears the large one. The first thing that runs: until then neither
-/// the tick nor the patch is there.
+/// tick nor patch is there.
 pub fn load() {
     copy(&raw const __fast_code_load, &raw const __fast_code_start, &raw const __fast_code_end);
-    copy(&raw const __fast_data_load, &raw const __fast_data_start, &raw const __fast_data_end);
+    copy(&raw const __patch_load, &raw const __patch_start, &raw const __patch_end);
     clear(&raw const __large_start, &raw const __large_end);
     cortex_m::asm::dsb();
     cortex_m::asm::isb();

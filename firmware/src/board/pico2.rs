@@ -16,6 +16,9 @@
 //! **No hardware break.** The timers here have no input that takes the outputs away: the stop
 //! circuit is asked once per tick. It has to cut the amplifiers' enable line by itself.
 //!
+//! **Pull-downs.** Erratum RP2350-E9: the chip's own do not hold an open input low on its first
+//! steppings. Stop circuit, supply and operator's switch need 4.7 kOhm to ground on the board.
+//!
 //! Tick and patch run from RAM (`build/memory.rs`): the flash is serial.
 
 use core::fmt;

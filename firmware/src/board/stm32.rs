@@ -65,9 +65,9 @@ pub trait Stm32Board {
     const NAME: &'static str;
     /// The pins that are read and set one by one.
     const PINS: BoardPins;
-    /// The link's registers and interrupt.
+    /// The link's registers.
     const LINK: Usart;
-    /// As above.
+    /// The link's interrupt.
     const LINK_INTERRUPT: Interrupt;
     /// The tick timer's interrupt.
     const TICK_INTERRUPT: Interrupt;

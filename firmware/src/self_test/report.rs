@@ -25,7 +25,7 @@ pub struct Check {
     pub force_hash: u64,
 }
 
-/// What a run found.
+/// Findings of a run.
 #[derive(Clone, Copy)]
 pub struct Findings {
     /// Why nothing was run; empty if something was.

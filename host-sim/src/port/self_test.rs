@@ -31,7 +31,7 @@ pub struct Report {
     pub built_day: u32,
     /// The chip as it names itself: revision above, device below.
     pub chip: String,
-    /// What the clock counts.
+    /// Meaning of a count of the clock.
     pub clock: String,
     /// Counts in a second.
     pub clock_hz: u32,

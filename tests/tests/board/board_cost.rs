@@ -105,7 +105,7 @@ struct Worst {
     /// cycles.
     instructions: u64,
     cycles: f64,
-    /// The same cycles by the most cautious estimate of a Cortex-M4F.
+    /// These cycles by the most cautious estimate of a Cortex-M4F.
     cautious: f64,
 }
 
