@@ -28,8 +28,8 @@ use palpate_tests::flash_patch::in_flash;
 use palpate_tests::joint_hand::{counts_at, jacobian_m, joints_rad};
 use palpate_tests::palpate_command::repository;
 
-/// Encoders start anywhere.
-const POWER_ON_COUNTS: [i32; 3] = [12_345, -777, 31];
+/// Encoders start anywhere, but within the workspace of the axes that a board takes them for.
+const POWER_ON_COUNTS: [i32; 3] = [2_345, -777, 31];
 /// The script's tap, hold, way out and slide, after its lead.
 const TICKS: u32 = script::LEAD_TICKS + 2_000;
 /// From the home pose to the script's first place.
@@ -229,8 +229,8 @@ fn what_cannot_move_so_is_refused_and_arms_that_do_not_close_are_a_failed_sensor
     }
     both.home();
     both.tick([0; 3], true);
-    // a quarter of a turn apart in a tick: the distal arms do not reach
-    let record = both.tick([-12_000, -12_000, 0], true);
+    // both arms turned outwards by 60 degrees: the distal ones do not reach
+    let record = both.tick([-5_461, -5_461, 0], true);
     assert_eq!((record.mode(), record.fault, record.enabled), (Some(Mode::Fault), 5, false));
     assert_eq!(both.ask(&ToBoard::Home).0, FromBoard::Refused(Refusal::NotIdle));
 }
