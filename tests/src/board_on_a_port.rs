@@ -19,9 +19,11 @@ use std::time::{Duration, Instant};
 
 use palpate::haptic::mode::Mode;
 use palpate_board::EmulatedBoard;
+use palpate_controller::kinematics::MechanismProfile;
 use palpate_controller::link::{FromBoard, Receiver, Record};
-use palpate_controller::script::{LEAD_TICKS, sensed};
+use palpate_controller::script::{self, LEAD_TICKS, sensed};
 
+use crate::joint_hand::counts_at;
 use crate::pseudo_terminal::PseudoTerminal;
 
 /// From outside the tissue, long enough to be armed there, through the script's presses.
@@ -44,6 +46,39 @@ const ASTRAY_M: [f32; 3] = [1.0, 0.0, 0.0];
 /// Bytes that wait for a host at most: half of what a terminal holds.
 const LINE: u64 = 2048;
 const TICK: Duration = Duration::from_millis(1);
+
+/// Bit of a packet's length: the hand is counts of encoders.
+const COUNTED: u8 = 0x80;
+/// Counts of the encoders at power-on, in the home pose.
+const POWER_ON_COUNTS: [i32; 3] = [1_234, -567, 89];
+/// From the home pose to the script's first place.
+const APPROACH_TICKS: u32 = 500;
+
+/// The hand on the board's sensors.
+#[derive(Clone, Copy, Debug)]
+pub enum Hand {
+    /// The script's tip, from the first tick on.
+    Tip,
+    /// The script's tip through the joints of a mechanism: in its home pose while no force may act.
+    Joints(MechanismProfile),
+}
+
+impl Hand {
+    /// Words of a packet, and the bit of its length that says that they are counts. `felt_ticks` is
+    /// how long a force has been allowed.
+    fn words(&self, tick: u32, felt_ticks: u32) -> ([u32; 3], u8) {
+        let Self::Joints(mechanism) = self else {
+            let tip_m: [f32; 3] = sensed(tick % ROUND_TICKS, LEAD_TICKS).position_m.into();
+            return (tip_m.map(f32::to_bits), 0);
+        };
+        let script_tick = felt_ticks.saturating_sub(APPROACH_TICKS) % ROUND_TICKS;
+        let place_m = script::counts(script_tick, LEAD_TICKS).map(|axis| f64::from(axis.0) * 1e-5);
+        let there = counts_at(mechanism, place_m.into());
+        let (share, whole) = (i64::from(felt_ticks.min(APPROACH_TICKS)), i64::from(APPROACH_TICKS));
+        let counts = there.map(|joint| (i64::from(joint) * share / whole) as i32);
+        (std::array::from_fn(|joint| (POWER_ON_COUNTS[joint] + counts[joint]).cast_unsigned()), COUNTED)
+    }
+}
 
 /// How fast the board's time goes by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,6 +124,8 @@ struct Switches {
     host_gone: AtomicBool,
     /// The board may give a force.
     armed: AtomicBool,
+    /// It may now.
+    felt: AtomicBool,
     records: AtomicU64,
 }
 
@@ -99,6 +136,15 @@ impl BoardOnAPort {
     /// There is no emulator or no pseudo-terminal.
     #[must_use]
     pub fn start(elf: &Path, machine: EmulatedBoard, pace: Pace) -> Self {
+        Self::start_with(elf, machine, pace, Hand::Tip)
+    }
+
+    /// Starts an image with a hand.
+    ///
+    /// # Panics
+    /// There is no emulator or no pseudo-terminal.
+    #[must_use]
+    pub fn start_with(elf: &Path, machine: EmulatedBoard, pace: Pace, hand: Hand) -> Self {
         static RUNNING: Mutex<()> = Mutex::new(());
         let one_at_a_time = held(&RUNNING);
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -130,7 +176,7 @@ impl BoardOnAPort {
                 }),
                 std::thread::spawn({
                     let (plug, switches) = (plug.clone(), switches.clone());
-                    move || drive(input, &plug, &switches, pace)
+                    move || drive(input, &plug, &switches, pace, &hand)
                 }),
             ],
             child,
@@ -255,6 +301,7 @@ fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<
                 switches.records.store(now.records, Ordering::Relaxed);
                 let armed = record.mode().is_some_and(|mode| mode == Mode::Arming || mode.allows_force());
                 switches.armed.store(armed, Ordering::Relaxed);
+                switches.felt.store(record.mode().is_some_and(Mode::allows_force), Ordering::Relaxed);
             }
         }
         // a line that nobody reads loses bytes, as a real one
@@ -267,14 +314,15 @@ fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<
 }
 
 /// Tells the board tick by tick what came in.
-fn drive(mut input: File, plug: &Mutex<Option<PseudoTerminal>>, switches: &Switches, pace: Pace) {
+fn drive(mut input: File, plug: &Mutex<Option<PseudoTerminal>>, switches: &Switches, pace: Pace, hand: &Hand) {
     let is = |switch: &AtomicBool| switch.load(Ordering::Relaxed);
     let (mut due, mut heard) = (Instant::now(), None::<Instant>);
-    let (mut since_heard, mut waiting) = (0, Vec::new());
+    let (mut since_heard, mut waiting, mut felt_ticks) = (0, Vec::new(), 0_u32);
     for tick in 1_u32.. {
-        let hand = sensed(tick % ROUND_TICKS, LEAD_TICKS).position_m;
-        let hand = if is(&switches.astray) { ASTRAY_M.into() } else { hand };
-        let hand: Vec<u8> = hand.iter().flat_map(|m| m.to_le_bytes()).collect();
+        felt_ticks = if is(&switches.felt) { felt_ticks.saturating_add(1) } else { 0 };
+        let (words, counted) = hand.words(tick, felt_ticks);
+        let (words, counted) = if is(&switches.astray) { (ASTRAY_M.map(f32::to_bits), 0) } else { (words, counted) };
+        let words: Vec<u8> = words.into_iter().flat_map(u32::to_le_bytes).collect();
         let there = || {
             let away = if is(&switches.armed) { AWAY_FROM_FORCE } else { AWAY };
             !is(&switches.host_gone) && heard.is_some_and(|heard| heard.elapsed() < away)
@@ -306,8 +354,8 @@ fn drive(mut input: File, plug: &Mutex<Option<PseudoTerminal>>, switches: &Switc
         }
         let mut packets = Vec::new();
         for piece in [&bytes[..], &[]].into_iter().skip(usize::from(bytes.is_empty())) {
-            packets.extend(&hand);
-            packets.push(piece.len() as u8);
+            packets.extend(&words);
+            packets.push(piece.len() as u8 | counted);
             packets.extend(piece);
         }
         if input.write_all(&packets).is_err() {

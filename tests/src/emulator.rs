@@ -123,6 +123,14 @@ pub fn build_checked_firmware(target: &Path, features: &[&str]) -> Result<PathBu
     build_with(target, None, "firmware-checked", features, None, "palpate-firmware")
 }
 
+/// The image of the NUCLEO-H743ZI with a patch file, an absolute path, as `cargo fw-h743` builds it.
+pub fn build_nucleo(target: &Path, patch: &Path) -> Result<PathBuf, EmulatorError> {
+    static BUILDING: Mutex<()> = Mutex::new(());
+    let _one_at_a_time = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
+    let own = target.join("nucleo");
+    build_on("nucleo-h743zi", &own, Some(target), "firmware", &[], Some(patch), "palpate-firmware")
+}
+
 /// Links the image that holds a tick and nothing that may panic; with one panic planted it must not
 /// link. Shares the libraries of the default image.
 pub fn link_panic_proof(target: &Path, planted: bool) -> Result<PathBuf, EmulatorError> {
@@ -159,6 +167,19 @@ fn build_with(
     patch: Option<&Path>,
     image: &str,
 ) -> Result<PathBuf, EmulatorError> {
+    build_on("mps2", target, libraries, profile, features, patch, image)
+}
+
+/// As [`build_with`], for any board.
+fn build_on(
+    board: &str,
+    target: &Path,
+    libraries: Option<&Path>,
+    profile: &str,
+    features: &[&str],
+    patch: Option<&Path>,
+    image: &str,
+) -> Result<PathBuf, EmulatorError> {
     let program = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
     let mut command = Command::new(&program);
     match patch {
@@ -170,7 +191,7 @@ fn build_with(
     }
     let output = command
         .args(["build", "--package", "palpate-firmware", "--profile", profile, "--target", TARGET])
-        .args(["--bin", image, "--features", &[&["mps2"], features].concat().join(","), "--target-dir"])
+        .args(["--bin", image, "--features", &[&[board], features].concat().join(","), "--target-dir"])
         .arg(target)
         .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
         .output()

@@ -23,7 +23,7 @@ pub struct Device {
     homed: bool,
 }
 
-/// What moves the tip.
+/// Parts between encoders and amplifiers.
 #[derive(Clone, Copy, Debug)]
 enum Drivetrain {
     /// Three orthogonal axes of [`EncoderCounts::LENGTH_M`] and [`DacCode::FULL_SCALE_N`].

@@ -76,6 +76,11 @@ impl<B: Board> HapticLoop<B> {
         command: Command,
         period: Option<u32>,
     ) -> Record {
+        self.answer(tissue, reading.into(), command, period)
+    }
+
+    /// The tick; one function, however its reading came.
+    fn answer(&mut self, tissue: &mut impl Renderer, reading: Reading, command: Command, period: Option<u32>) -> Record {
         let (missed, waited) = self.begin(period);
         let started = self.board.clock_counts();
         let supply = self.board.supply_low().then_some(Fault::SupplyLow);

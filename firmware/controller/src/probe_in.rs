@@ -27,7 +27,7 @@ impl EncoderCounts {
     }
 }
 
-/// What a board's sensors say in a tick, before the device's mechanism makes a tip of it.
+/// Reading of a board's sensors in a tick, before the device's mechanism makes a tip of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reading {
     /// Counts of the encoders.

@@ -15,7 +15,7 @@ use palpate::BuildError;
 use palpate::haptic::device::{Sensed, SensorStatus};
 
 use crate::board::Board;
-use crate::config;
+use crate::config::{self, StoreError};
 use crate::controller::Controller;
 use crate::force_out::Outputs;
 use crate::haptic_loop::HapticLoop;
@@ -241,7 +241,11 @@ async fn serve<B: Board>(
                     }
                 }
                 Reply::Store(profile) => {
-                    let kept = config::store(haptic.board.profile_memory(), &profile).map_err(Refusal::from);
+                    // a board that cannot keep it uses it until its power goes: number 0
+                    let kept = match config::store(haptic.board.profile_memory(), &profile) {
+                        Err(StoreError::Flash) => Ok(0),
+                        kept => kept.map_err(Refusal::from),
+                    };
                     let kept = kept.and_then(|generation| {
                         let (settings, edge) = profile.split();
                         haptic.controller.restart(&settings, edge).map(|()| generation).map_err(|_| Refusal::ProfileRange)

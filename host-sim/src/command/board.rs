@@ -101,7 +101,8 @@ pub(super) enum BoardCommand {
     /// Give an idle board the profile of a device: its limits, workspace, encoders and mechanism,
     /// kept without power.
     ///
-    /// The board starts up anew with it. A Nucleo keeps none yet, and says so.
+    /// The board starts up anew with it. A Nucleo keeps none yet, uses it until its power goes, and
+    /// says so.
     Profile {
         /// A device (touch, omni, touch-x, falcon, omega3, inverse3, hapkit, frictionless) or the
         /// path of a profile (.toml, see host-sim/devices).

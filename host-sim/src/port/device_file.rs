@@ -29,7 +29,7 @@ struct Written {
     home_deg: Vec<f64>,
     /// Encoders count from where they were at power-on.
     homing: bool,
-    /// What absolute encoders count in the home pose.
+    /// Counts of absolute encoders in the home pose.
     home_counts: Option<Vec<i32>>,
     #[serde(flatten)]
     dimensions: BTreeMap<String, f64>,

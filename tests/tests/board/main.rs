@@ -10,10 +10,14 @@ mod classes_agree_with_the_disassembler;
 mod crashes_turn_the_outputs_off;
 mod emulated_board_equals_the_desktop;
 mod emulated_loop_equals_the_desktop;
+mod flashed_image_runs;
 mod image_fits_the_board;
 mod image_has_no_double_precision_and_no_allocator;
 mod late_ticks_release_the_force;
 mod live_trace_on_the_board;
+mod mechanisms_on_the_board;
+#[cfg(unix)]
+mod paddle_on_a_port;
 mod relaxing_tissue_on_the_board;
 mod self_test_says_same_bits;
 mod tick_cannot_panic;

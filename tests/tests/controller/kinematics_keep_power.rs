@@ -2,29 +2,28 @@
 //! differences, so motors and hand have the same power.
 
 use nalgebra::Vector3;
-use palpate_controller::kinematics::{Mechanism, Paddle, Pantograph, YourDevice};
-use palpate_controller::probe_in::EncoderCounts;
+use palpate_controller::kinematics::{DIMENSIONS, Mechanism, Paddle, Pantograph};
 
-/// Counts that a joint is moved for a difference, to both sides.
-const STEP: i32 = 50;
+/// Angle that a joint is moved for a difference, to both sides [rad].
+const STEP_RAD: f32 = 0.02;
 
 /// `tau . q'` against `F . x'` for each joint moved alone, in three directions of force: relative
-/// to the largest power met.
-fn power_is_kept<M: Mechanism + Clone>(mechanism: &M, poses: &[[i32; 3]], joints: usize, per_count: [f32; 3]) {
+/// to the largest power met. `poses_rad` are joint angles.
+pub fn power_is_kept<M: Mechanism + Clone>(mechanism: &M, poses_rad: &[[f32; 3]]) {
     let mut met = 0;
-    for pose in poses {
+    for pose in poses_rad {
         let mut here = mechanism.clone();
-        assert!(here.tip_m(pose.map(EncoderCounts)).is_some(), "{pose:?} is no pose");
+        assert!(here.tip_m(*pose).is_some(), "{pose:?} is no pose");
         for force_n in [Vector3::x(), Vector3::z(), Vector3::new(0.6, 0.3, -1.1)] {
             let torques = here.torques_n_m(force_n);
-            for joint in 0..joints {
-                let moved = |by: i32| {
-                    let mut counts = *pose;
-                    counts[joint] += by;
-                    mechanism.clone().tip_m(counts.map(EncoderCounts)).unwrap().cast::<f64>()
+            assert_eq!(torques[M::JOINTS..], [0.0; 3][M::JOINTS..], "a joint that is not there has no torque");
+            for joint in 0..M::JOINTS {
+                let moved = |by: f32| {
+                    let mut joints = *pose;
+                    joints[joint] += by;
+                    mechanism.clone().tip_m(joints).unwrap().cast::<f64>()
                 };
-                let turned = f64::from(2 * STEP) * f64::from(per_count[joint]);
-                let slope = (moved(STEP) - moved(-STEP)) / turned;
+                let slope = (moved(STEP_RAD) - moved(-STEP_RAD)) / f64::from(2.0 * STEP_RAD);
                 let (motor, hand) = (f64::from(torques[joint]), force_n.cast::<f64>().dot(&slope));
                 let scale = slope.norm().max(1e-3) * f64::from(force_n.norm());
                 assert!((motor - hand).abs() < 4e-3 * scale, "{pose:?}, joint {joint}, {force_n:?}: {motor} and {hand}");
@@ -32,56 +31,61 @@ fn power_is_kept<M: Mechanism + Clone>(mechanism: &M, poses: &[[i32; 3]], joints
             }
         }
     }
-    assert!(met > poses.len(), "no force met a motion: nothing was proved");
+    assert!(met > poses_rad.len(), "no force met a motion: nothing was proved");
 }
-
-/// 8192 counts a turn.
-const RAD_PER_COUNT: f32 = core::f32::consts::TAU / 8192.0;
 
 /// That of Campion, Wang and Hayward: 63, 75 and 25 mm, its centre in the middle of the workspace.
 fn pantograph() -> Pantograph {
-    Pantograph::new([0.063, 0.075], 0.025, RAD_PER_COUNT, [1.2, 1.94], [-0.0125, 0.11])
+    Pantograph::build([0.063, 0.075, 0.025, -0.0125, 0.11]).unwrap()
 }
+
+/// Joint angles in the middle of the workspace [rad].
+const MIDDLE_RAD: [f32; 2] = [1.2, 1.94];
 
 #[test]
 fn a_paddle() {
-    let poses: Vec<[i32; 3]> = (-4..=4).map(|n| [200 * n, 0, 0]).collect();
-    power_is_kept(&Paddle::new(0.09, RAD_PER_COUNT), &poses, 1, [RAD_PER_COUNT; 3]);
+    let poses: Vec<[f32; 3]> = (-4..=4).map(|n| [0.15 * n as f32, 0.0, 0.0]).collect();
+    let paddle = Paddle::build([0.09, 0.0, 0.0, 0.0, 0.0]).unwrap();
+    power_is_kept(&paddle, &poses);
     // level, it lifts with all its arm
-    let mut level = Paddle::new(0.09, RAD_PER_COUNT);
-    assert_eq!(level.tip_m([EncoderCounts(0); 3]), Some(Vector3::zeros()));
+    let mut level = paddle;
+    assert_eq!(level.tip_m([0.0; 3]), Some(Vector3::zeros()));
     assert_eq!(level.torques_n_m(Vector3::new(0.0, 5.0, 2.0)), [0.18, 0.0, 0.0]);
+    assert_eq!(level.tip_m([1.7, 0.0, 0.0]), None, "beyond upright");
 }
 
 #[test]
 fn a_pantograph() {
-    let poses: Vec<[i32; 3]> = (-3..=3).flat_map(|a| (-3..=3).map(move |b| [120 * a, 120 * b, 0])).collect();
-    power_is_kept(&pantograph(), &poses, 2, [RAD_PER_COUNT; 3]);
+    let [a, b] = MIDDLE_RAD;
+    let poses: Vec<[f32; 3]> =
+        (-3..=3).flat_map(|m| (-3..=3).map(move |n| [a + 0.09 * m as f32, b + 0.09 * n as f32, 0.0])).collect();
+    power_is_kept(&pantograph(), &poses);
 }
 
 #[test]
 fn the_arms_of_a_pantograph_keep_their_lengths() {
-    for pose in [[0, 0, 0], [300, -200, 0], [-350, 150, 0], [100, 400, 0]] {
+    for turned in [[0.0, 0.0], [0.23, -0.15], [-0.27, 0.12], [0.08, 0.31]] {
         let mut device = pantograph();
-        let tip = device.tip_m(pose.map(EncoderCounts)).unwrap();
+        let joints = [MIDDLE_RAD[0] + turned[0], MIDDLE_RAD[1] + turned[1], 0.0];
+        let tip = device.tip_m(joints).unwrap();
         let tip = [f64::from(tip.x + device.centre_m[0]), f64::from(tip.z + device.centre_m[1])];
         let at = |joint: usize, base: f64| {
-            let q = f64::from(device.zero_rad[joint]) + f64::from(pose[joint]) * f64::from(RAD_PER_COUNT);
+            let q = f64::from(joints[joint]);
             [0.063 * q.cos() - base, 0.063 * q.sin()]
         };
         for elbow in [at(0, 0.0), at(1, 0.025)] {
             let far = (tip[0] - elbow[0]).hypot(tip[1] - elbow[1]);
-            assert!((far - 0.075).abs() < 1e-6, "{pose:?}: {far} m");
+            assert!((far - 0.075).abs() < 1e-6, "{turned:?}: {far} m");
         }
-        assert!(tip[1] > 0.063, "{pose:?}: the tip is above the elbows: {tip:?}");
+        assert!(tip[1] > 0.063, "{turned:?}: the tip is above the elbows: {tip:?}");
     }
 }
 
 #[test]
 fn joints_that_cannot_be_are_no_pose_and_give_no_torque() {
     // elbows 151 mm apart: the distal arms do not reach
-    let mut device = Pantograph::new([0.063, 0.075], 0.025, RAD_PER_COUNT, [0.0, core::f32::consts::PI], [0.0; 2]);
-    assert_eq!(device.tip_m([EncoderCounts(0); 3]), None);
+    let mut device = pantograph();
+    assert_eq!(device.tip_m([0.0, core::f32::consts::PI, 0.0]), None);
     assert_eq!(device.torques_n_m(Vector3::new(1.0, 1.0, 1.0)), [0.0; 3]);
 }
 
@@ -89,9 +93,8 @@ fn joints_that_cannot_be_are_no_pose_and_give_no_torque() {
 fn arms_that_lie_on_each_other_give_no_torque_and_those_beside_it_little() {
     let folded = (0.0125_f32 / 0.063).acos();
     for apart in [1e-4_f32, 1e-3, 0.03, 0.1, 0.2, 0.4] {
-        let joints = [core::f32::consts::PI - folded - apart, folded + apart];
-        let mut device = Pantograph::new([0.063, 0.075], 0.025, RAD_PER_COUNT, joints, [0.0; 2]);
-        let tip = device.tip_m([EncoderCounts(0); 3]);
+        let mut device = pantograph();
+        let tip = device.tip_m([core::f32::consts::PI - folded - apart, folded + apart, 0.0]);
         let most = device.torques_n_m(Vector3::new(1.0, 0.0, 1.0)).into_iter().fold(0.0_f32, |most, t| most.max(t.abs()));
         println!("{apart} rad: {tip:?}, {most} N m");
         assert!(most < 10.0 * 0.063 * 2.0_f32.sqrt(), "{apart} rad: {most} N m for 1.4 N");
@@ -100,8 +103,14 @@ fn arms_that_lie_on_each_other_give_no_torque_and_those_beside_it_little() {
 }
 
 #[test]
-fn the_template() {
-    let m_per_rad = 5e-3_f32;
-    let device = YourDevice { m_per_count: [m_per_rad * RAD_PER_COUNT; 3], m_per_rad: [m_per_rad; 3] };
-    power_is_kept(&device, &[[0, 0, 0], [1_000, -2_000, 500]], 3, [RAD_PER_COUNT; 3]);
+fn dimensions_that_no_mechanism_has_are_refused() {
+    let mut nan = [0.063, 0.075, 0.025, -0.0125, 0.11];
+    for place in 0..DIMENSIONS {
+        let before = std::mem::replace(&mut nan[place], f32::NAN);
+        assert!(Pantograph::build(nan).is_err(), "dimension {place}");
+        nan[place] = before;
+    }
+    for arm_m in [0.0, -0.09, f32::NAN, f32::INFINITY] {
+        assert!(Paddle::build([arm_m, 0.0, 0.0, 0.0, 0.0]).is_err(), "{arm_m}");
+    }
 }

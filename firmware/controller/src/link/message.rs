@@ -102,7 +102,8 @@ pub enum FromBoard {
     Refused(Refusal),
     /// A patch of so many nodes is there, at rest.
     PatchTaken(u32),
-    /// The profile is kept; it is the n-th.
+    /// The profile is in use and kept as the n-th; 0: the board's memory does not keep it, and it
+    /// holds until the power goes.
     Stored(u32),
     /// The answer to [`ToBoard::Report`].
     State {

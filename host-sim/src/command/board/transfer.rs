@@ -105,8 +105,12 @@ pub(super) fn profile(device: &str, port: &Port) -> Result<(), Error> {
     while let Some(came) = session.next(ANSWER.saturating_sub(begun.elapsed()))? {
         match came {
             FromBoard::Stored(generation) => {
+                let kept = match generation {
+                    0 => "until the power goes or the board resets: its memory keeps no profile".into(),
+                    _ => format!("profile number {generation} of this board"),
+                };
                 println!(
-                    "{}: at most {} N, workspace {} mm, a count of {} um; profile number {generation} of this board",
+                    "{}: at most {} N, workspace {} mm, a count of {} um; {kept}",
                     device.name,
                     device.force_limit_n,
                     device.workspace_m.map(|side| format!("{:.0}", side * 1e3)).join(" x "),
