@@ -236,7 +236,7 @@ fn in_words(report: &Report) -> String {
     };
     let created_mj = report.most(|r| Some(r.created_mj)).unwrap_or(0.0);
     format!(
-        "{quiet} of {} runs quiet{toggling}: nothing of the loop is felt besides {}; at most {created_mj:.4} mJ created",
+        "{quiet} of {} runs quiet{toggling}: the hand feels {} and nothing of the loop; at most {created_mj:.4} mJ created",
         report.runs.len(),
         report.target
     )

@@ -22,7 +22,7 @@ const EXAMPLES: [(&str, &str, &str); 23] = [
     ("cut", "palpate cut --scene organ-liver --radius 16mm", "a patch of 16 mm around the site of a liver"),
     ("paper", "palpate paper volume-preserved --quick", "the sparse rows of paper 000"),
     ("chart", "palpate chart --quick", "every method on two small meshes"),
-    ("loop", "palpate loop --hand H1 --quick --all", "a firm hand with every stimulus"),
+    ("loop", "palpate loop --hand H1 --quick --all", "a light fingertip with every stimulus"),
     ("far-field", "palpate far-field --quick", "what may stand in for the rest of the organ"),
     ("faults", "palpate faults --quick", "6000 faults in the haptic loop"),
     ("plan", "palpate plan --tolerance-pct 3 --board nucleo-h743zi --quick", "the smallest model within 3 % on that board"),
