@@ -64,8 +64,8 @@ struct RunOptions {
     /// One encoder count (10um, 0.01mm, 10e-6) [default: the device's].
     #[arg(long = "count", alias = "count-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true)]
     count_m: Option<f64>,
-    /// Depth of presses (3mm, 0.3cm, 0.003) [default: 4mm, or where 85 % of the device's force limit
-    /// is met].
+    /// Depth of presses (3mm, 0.3cm, 0.003) [default: 4mm, or where 85 % of the device's force
+    /// limit is met].
     #[arg(long = "depth", alias = "depth-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true, conflicts_with = "wall")]
     depth_m: Option<f64>,
     /// One hand, H0 to H6 [default: all].
@@ -236,7 +236,7 @@ fn in_words(report: &Report) -> String {
     };
     let created_mj = report.most(|r| Some(r.created_mj)).unwrap_or(0.0);
     format!(
-        "{quiet} of {} runs quiet{toggling}: nothing of the loop is felt besides {}; at most {created_mj:.4} mJ created",
+        "{quiet} of {} runs quiet{toggling}: the hand feels {} and nothing of the loop; at most {created_mj:.4} mJ created",
         report.runs.len(),
         report.target
     )
@@ -249,7 +249,7 @@ fn named(row: &Row, hands: &[Hand], stimuli: &[Stimulus]) -> String {
     format!("hand {} ({hand}), stimulus {} ({stimulus})", row.hand, row.stimulus)
 }
 
-/// What is felt.
+/// Surface that a hand feels.
 struct Felt {
     name: String,
     target: Target,

@@ -40,15 +40,15 @@ pub(super) struct CutArgs {
     common: Common,
     #[command(flatten)]
     board: BoardArg,
-    /// The patch holds what lies within this of the site (16mm, 1.6cm, 0.016), 1.5 to 2.5 probe radii; rim springs
-    /// stand in for the rest of the organ.
+    /// The patch holds what lies within this of the site (16mm, 1.6cm, 0.016), 1.5 to 2.5 probe
+    /// radii; rim springs stand in for the rest of the organ.
     #[arg(long = "radius", alias = "radius-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true)]
     radius_m: f64,
     /// Edge length of the elements at the site [default: the smallest that fits the board].
     #[arg(long = "element", alias = "element-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true)]
     element_m: Option<f64>,
-    /// How far the probe slides, along x and y, centred on the site: the patch is then as long.
-    /// The default block only.
+    /// Stroke of the probe along x and y, centred on the site: the patch is then as long. The
+    /// default block only.
     #[arg(long = "stroke", alias = "stroke-m", value_names = ["X", "Y"], value_delimiter = ',', num_args = 2, value_parser = metres, allow_negative_numbers = true)]
     stroke_m: Option<Vec<f64>>,
     /// Places to calibrate over.

@@ -12,6 +12,9 @@ use palpate_lab::far_field::table::{Awake, Errors, Kind, Row, Scope, Setting, Su
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
+/// Treatment of the edge that a patch of ours has.
+const OURS: &str = "rim-springs";
+
 #[derive(Args, Clone, Debug)]
 pub(super) struct FarFieldArgs {
     #[command(flatten)]
@@ -23,6 +26,9 @@ pub(super) struct FarFieldArgs {
     /// and on other methods.
     #[arg(long)]
     sliding: bool,
+    /// Print every treatment of the edge. Without it rim springs alone, which are ours.
+    #[arg(long)]
+    all: bool,
 }
 
 impl FarFieldArgs {
@@ -50,7 +56,7 @@ impl FarFieldArgs {
             )
         })?
         .first();
-        print_table(&setting, &table, &summary);
+        print_table(&setting, &table, &summary, self.all);
         print_awake(&awake);
         let names = "summary.json, far_field.csv, awake.csv, stress_rule.csv, pictures as SVG and PNG";
         println!("\nwrote {}: {names}", folder.publish()?.display());
@@ -116,7 +122,7 @@ fn pct(value: Option<f64>) -> String {
 }
 
 /// One line per row, short enough for a terminal; everything is in the CSV.
-fn print_table(setting: &Setting, table: &Table, summary: &Summary) {
+fn print_table(setting: &Setting, table: &Table, summary: &Summary, all: bool) {
     let mm = |m: f64| format!("{:.3}", m * 1e3).trim_end_matches('0').trim_end_matches('.').to_owned();
     let [_, _, half, full] = setting.depths_m().map(mm);
     let aside = mm(summary.aside_distances_m.iter().copied().fold(0.0, f64::max));
@@ -125,9 +131,23 @@ fn print_table(setting: &Setting, table: &Table, summary: &Summary) {
     );
     println!(
         "{:>4} {:>4} {:<20} {:>5} {:>4} {:>27} {:>27} {:>6} {:>6} {:>6} {:>5}",
-        "el.", "mm", "edge", "nodes", "rim", "against dense S", "against whole springs", "FE rms", "us", "x ours", "kcyc"
+        "el.",
+        "mm",
+        "edge",
+        "nodes",
+        "rim",
+        "against the exact outside",
+        "against whole springs",
+        "FE rms",
+        "us",
+        "x ours",
+        "kcyc"
     );
-    table.rows.iter().filter(|r| r.kind != Kind::Elements).for_each(print_row);
+    let shown = |row: &&Row| if all { row.kind != Kind::Elements } else { row.kind.name() == OURS };
+    table.rows.iter().filter(shown).for_each(print_row);
+    if !all {
+        println!("--all prints every treatment of the edge");
+    }
     for left_out in &table.left_out {
         println!("left out: {left_out}");
     }

@@ -264,7 +264,7 @@ fn csv(table: &Table) -> String {
     text
 }
 
-/// What has to follow a fault, in words.
+/// Reactions that have to follow a fault, in words.
 const FOLLOWS: [(&str, &str); 6] = [
     ("fault", "a numbered fault, zero force"),
     ("ramp", "the force fades to zero"),

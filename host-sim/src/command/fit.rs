@@ -61,8 +61,8 @@ pub(super) struct FitOptions {
     /// Nodes of the patch [default: the scene's of a block, 100 of a piece of an organ].
     #[arg(long, value_name = "COUNT")]
     nodes: Option<usize>,
-    /// Of an organ or a mesh, the patch holds what lies within this of the site (16mm, 1.6cm, 0.016) [default: 2.125
-    /// probe radii].
+    /// Of an organ or a mesh, the patch holds what lies within this of the site (16mm, 1.6cm,
+    /// 0.016) [default: 2.125 probe radii].
     #[arg(long = "radius", alias = "radius-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true)]
     radius_m: Option<f64>,
     /// Places of the probe to fit over, beside the centre [default: 33 000 over the nodes, 80 to

@@ -6,12 +6,12 @@ use std::io::IsTerminal;
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
 
-/// How a command ended: it kept what it promises, or why it did not.
+/// End of a command: the promise that it kept, or why it did not.
 #[derive(Clone, Debug)]
 pub(super) struct Verdict(Result<String, String>);
 
 impl Verdict {
-    /// What was promised held, in words.
+    /// A kept promise, in words.
     pub(super) fn ok(words: impl Into<String>) -> Self {
         Self(Ok(words.into()))
     }

@@ -82,7 +82,7 @@ fn rows_that_passed_are_printed_when_they_are_asked_for() {
 
     let one = ["loop", "--wall", "400", "--quick", "--hand", "H1", "--stimulus", "S9"];
     let all = run(&desk, 0, &[&one[..], &["--all"]].concat()).stdout;
-    assert!(all.contains("S9 random motion") && all.contains("H1 firm"), "{all}");
+    assert!(all.contains("S9 random motion") && all.contains("H1 light fingertip"), "{all}");
 }
 
 #[test]
