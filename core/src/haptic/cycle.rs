@@ -250,8 +250,10 @@ impl Cycle {
             late => self.limits.ticks_per_s() / f32::from(late.saturating_add(1)),
         };
         self.runaway.judge(&displacement_m, per_s, &output.normal, &self.limiter.last_n())?;
-        let inward_m_per_s = -self.damping.velocity_m_per_s().dot(&output.normal);
-        self.sign.judge(inward_m_per_s, self.observer.energy().given_j, self.touched)?;
+        if !self.sign.proven() {
+            let inward_m_per_s = -self.damping.velocity_m_per_s().dot(&output.normal);
+            self.sign.judge(inward_m_per_s, self.observer.energy().given_j, self.touched)?;
+        }
         let (force_n, shortened) = ForceLimiter::shorten(&self.limits, &output.force_n);
         if shortened {
             record.limiters.set(ClampFlags::FORCE);

@@ -60,6 +60,7 @@ impl DeviceSpec {
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the first that no device has; NaN is out of every range.
+    #[inline(never)]
     pub fn check(&self) -> Result<(), BuildError> {
         let (low_m, size_m) = (self.workspace_low_m, self.workspace_high_m - self.workspace_low_m);
         let sides = [low_m.x, low_m.y, low_m.z, size_m.x, size_m.y, size_m.z];

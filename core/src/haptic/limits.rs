@@ -100,6 +100,7 @@ impl LoopLimitSettings {
 
     /// Every limit between the least and that of `highest`: NaN, zero, negative and infinite ones
     /// are refused.
+    #[inline(never)]
     fn check_below(&self, highest: &Self) -> Result<(), BuildError> {
         let bounds = LEAST.iter().zip(highest.numbers());
         bounds.zip(self.numbers()).try_for_each(|((&(limit, min), max), value)| BuildError::within(limit, value, min, max))
@@ -151,6 +152,8 @@ impl LoopLimits {
         Ok(Self::derive(values, &self.device, self.tick_s))
     }
 
+    /// Never inline: once for two callers, and no tick is one.
+    #[inline(never)]
     fn derive(values: &LoopLimitSettings, device: &DeviceSpec, tick_s: f32) -> Self {
         let margin_m = (device.workspace_high_m - device.workspace_low_m) * values.workspace_margin;
         Self {

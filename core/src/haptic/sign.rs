@@ -89,6 +89,13 @@ impl SignWatch {
         }
     }
 
+    /// A contact showed the right sign: there is nothing more to judge.
+    #[must_use]
+    #[inline(always)]
+    pub fn proven(&self) -> bool {
+        self.proven
+    }
+
     /// Gain on the force (1).
     #[must_use]
     pub fn gain(&self) -> f32 {

@@ -25,5 +25,6 @@ mod relaxation;
 mod relief;
 mod runaway;
 mod settings;
+mod sign;
 mod stop;
 mod toggle;

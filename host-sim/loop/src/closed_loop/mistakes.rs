@@ -177,7 +177,7 @@ pub fn first_touches(
         for n in 1..=ticks + PAUSE_TICKS {
             let share = f64::from(n.min(ticks)) / f64::from(ticks.max(1));
             let braked = 1.0 - (-f64::from(n) * TICK_S / BRAKE_S).exp();
-            plant.put(from_m + (start_m - from_m) * share + drift_m * braked);
+            plant.put(from_m + (start_m - from_m) * share + drift_m * (braked * (1.0 - share)));
             let telemetry = tick(&mut plant, None);
             if telemetry.mode == Mode::Fault {
                 outcome.fault = telemetry.fault;
