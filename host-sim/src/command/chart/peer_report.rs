@@ -12,7 +12,7 @@ pub fn add(folder: &OutputFolder, peers: &Peers, runs: &[Run], moving: bool) -> 
     let reference = Reference::block();
     let on_grids = same_meshes(&peers.rows, &reference, moving)?;
     let searched = if moving { searched(&peers.rows, runs, &reference)? } else { Vec::new() };
-    let compared = compare(&peers.rows, &[runs, &searched].concat(), &on_grids);
+    let compared = compare(&peers.rows, &[runs, &searched[..]].concat(), &on_grids);
     write_compared(folder, &compared)?;
     draw_peers(folder, peers, runs, &on_grids, &searched)?;
     print_searched(&searched);
