@@ -135,4 +135,4 @@ def settings(youngs_modulus_pa):
     for iterations in (5, 20):
         for contact in (100.0, 300.0, 1000.0, 3000.0):
             contact *= youngs_modulus_pa / 3500.0
-            yield "XPBD", {"iterations": iterations, "contact_iterations": 5, "contact": contact, "units_per_m": 1.0}
+            yield "XPBD springs+volumes", {"iterations": iterations, "contact_iterations": 5, "contact": contact, "units_per_m": 1.0}

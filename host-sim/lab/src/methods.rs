@@ -214,7 +214,8 @@ impl Method {
 pub fn calibrated(block: &Block) -> Option<(Patch, Params)> {
     let (mut patch, packed) = palpate_tissue::session::calibrated::sized(block.size().nodes)?;
     patch.set_depth_limit_m(block.tissue.depth_limit_m as f32);
-    let Params { compensation, compensation_threshold, mass_floor, contact_damping, .. } = packed;
+    let Params { compensation, compensation_threshold, mass_floor, .. } = packed;
+    let contact_damping = block.contact_damping.unwrap_or(packed.contact_damping);
     Some((patch, Params { compensation, compensation_threshold, mass_floor, contact_damping, ..block.params }))
 }
 

@@ -8,10 +8,12 @@ mod compare;
 mod grid;
 mod picture;
 mod press;
+mod searched;
 mod table;
 
 pub use compare::{Compared, Factors, RAMPS_MM_PER_S, compare, least, same_meshes, write_compared};
 pub use grid::{GRIDS, grid, grid_name};
 pub use picture::draw_peers;
 pub use press::{MODULI_PA, PeerMesh, StandardPress, meshes, on_grid};
+pub use searched::searched;
 pub use table::{Peer, PeerError, Peers, columns};

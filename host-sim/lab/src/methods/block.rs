@@ -23,6 +23,9 @@ pub struct Block {
     pub params: Params,
     /// Each substep is split in so many, with the masses floored for the shorter ones.
     pub refinement: u16,
+    /// Dashpot of the contact in place of the calibrated patch's own [substeps]; see
+    /// [`Params::contact_damping`].
+    pub contact_damping: Option<f32>,
 }
 
 /// Counts that costs depend on.
@@ -63,7 +66,7 @@ impl Block {
         let mut params = Params { youngs_modulus_pa: youngs_modulus_pa as f32, ..Params::default() };
         params.probe.shape = ProbeShape::Hemisphere;
         params.probe.radius_m = RADIUS_M as f32;
-        Self { tissue, params, refinement: 1 }
+        Self { tissue, params, refinement: 1, contact_damping: None }
     }
 
     /// Returns the block with a stiffer or softer ball inside.

@@ -2,19 +2,35 @@
 
 use crate::error::Error;
 use palpate_lab::chart::peers::{
-    Compared, Factors, Peers, RAMPS_MM_PER_S, compare, draw_peers, least, same_meshes, write_compared,
+    Compared, Factors, Peers, RAMPS_MM_PER_S, compare, draw_peers, least, same_meshes, searched, write_compared,
 };
 use palpate_lab::chart::{Reference, Run};
 use palpate_tissue::output::OutputFolder;
 
 /// Runs ours on their meshes, writes `peers.csv` and the pictures, prints the comparison.
 pub fn add(folder: &OutputFolder, peers: &Peers, runs: &[Run], moving: bool) -> Result<(), Error> {
-    let on_grids = same_meshes(&peers.rows, &Reference::block(), moving)?;
-    let compared = compare(&peers.rows, runs, &on_grids);
+    let reference = Reference::block();
+    let on_grids = same_meshes(&peers.rows, &reference, moving)?;
+    let searched = if moving { searched(&peers.rows, runs, &reference)? } else { Vec::new() };
+    let compared = compare(&peers.rows, &[runs, &searched[..]].concat(), &on_grids);
     write_compared(folder, &compared)?;
-    draw_peers(folder, peers, runs, &on_grids)?;
+    draw_peers(folder, peers, runs, &on_grids, &searched)?;
+    print_searched(&searched);
     print_compared(peers, &compared);
     Ok(())
+}
+
+fn print_searched(searched: &[Run]) {
+    for run in searched {
+        let Some(measured) = run.survived() else { continue };
+        let (nodes, kpa, us) = (run.task.nodes, run.task.youngs_modulus_pa * 1e-3, measured.time.min_us);
+        let or_dash = |v: Option<f64>| v.map_or("-".into(), |v| format!("{v:.1}"));
+        let [held, moving] = [measured.accuracy.rms_pct(), measured.moving_rms_pct()].map(or_dash);
+        println!(
+            "ours, contact searched: {nodes} nodes at {kpa} kPa, {} substeps: {us:.1} us, held {held} %, moving {moving} %",
+            measured.substeps
+        );
+    }
 }
 
 fn print_compared(peers: &Peers, compared: &[Compared]) {

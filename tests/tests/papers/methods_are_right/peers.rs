@@ -48,7 +48,7 @@ fn ours_stands_beside_theirs() {
     assert!(compare(&peers.rows, &[], &on_grids).is_empty());
 
     let folder = OutputFolder::open(&desk.folder().join("out")).unwrap();
-    assert_eq!(draw_peers(&folder, &peers, &runs, &on_grids).unwrap(), ["peers_held_3.5kpa"]);
+    assert_eq!(draw_peers(&folder, &peers, &runs, &on_grids, &[]).unwrap(), ["peers_held_3.5kpa"]);
     let svg = std::fs::read_to_string(folder.publish().unwrap().join("peers_held_3.5kpa.svg")).unwrap();
     for name in ["alpha model", "beta model", "ours, uncalibrated", "ours, on their grids"] {
         assert!(svg.contains(name), "{name} is not in the legend");

@@ -88,7 +88,9 @@ fn read(input: &mut Input) -> Result<Press, Failure> {
     settings.soft_bodies.max_extra_substeps = 0;
     settings.soft_bodies.contact_stiffening = of("contact_stiffening")?;
     settings.soft_bodies.fem.max_linear_iterations = of("cg_iterations")? as usize;
-    settings.soft_bodies.fem.max_dense_dofs = of("dense_dofs")? as usize;
+    if let Some(dofs) = given.get("dense_dofs") {
+        settings.soft_bodies.fem.max_dense_dofs = *dofs as usize;
+    }
     let model = if of("neo_hookean")? > 0.0 { SoftBodyCellModel::NeoHookean } else { SoftBodyCellModel::Corotational };
     let solver = if of("fem")? > 0.0 { SoftBodySolver::Fem } else { SoftBodySolver::Constraints };
     let body = SoftBodyBuilder::new(positions)

@@ -41,7 +41,13 @@ const QUANTITIES: [Quantity; 2] = [
 ///
 /// # Errors
 /// A picture cannot be drawn or written.
-pub fn draw_peers(folder: &OutputFolder, peers: &Peers, runs: &[Run], on_grids: &[Run]) -> Result<Vec<String>, Error> {
+pub fn draw_peers(
+    folder: &OutputFolder,
+    peers: &Peers,
+    runs: &[Run],
+    on_grids: &[Run],
+    searched: &[Run],
+) -> Result<Vec<String>, Error> {
     let mut moduli: Vec<f64> = peers.rows.iter().map(|p| p.youngs_modulus_pa).collect();
     moduli.sort_by(f64::total_cmp);
     moduli.dedup();
@@ -50,10 +56,10 @@ pub fn draw_peers(folder: &OutputFolder, peers: &Peers, runs: &[Run], on_grids: 
     let mut names = Vec::new();
     for modulus_pa in moduli {
         for quantity in &QUANTITIES {
-            let methods = series(quantity, modulus_pa, &models, peers, [runs, on_grids]);
+            let methods = series(quantity, modulus_pa, &models, peers, [runs, on_grids, searched]);
             let (ours, theirs) = methods.split_at(Method::ALL.len());
             let drawn = |series: &[MethodPoints]| series.iter().any(|m| !m.points.is_empty());
-            if drawn(ours) && drawn(&theirs[1..]) {
+            if drawn(ours) && drawn(&theirs[2..]) {
                 names.push(draw(folder, quantity, modulus_pa, peers, &methods)?);
             }
         }
@@ -62,13 +68,13 @@ pub fn draw_peers(folder: &OutputFolder, peers: &Peers, runs: &[Run], on_grids: 
 }
 
 /// Ours at the places, and so with the looks, that they have in the other pictures; ours on their
-/// grids; each of their models.
+/// grids; ours with the contact searched; each of their models.
 fn series<'a>(
     quantity: &Quantity,
     modulus_pa: f64,
     models: &'a [String],
     peers: &Peers,
-    [runs, on_grids]: [&[Run]; 2],
+    [runs, on_grids, searched]: [&[Run]; 3],
 ) -> Vec<MethodPoints<'a>> {
     let own = |runs: &[Run], method: Method| -> Vec<MethodPoint> {
         let rows = runs.iter().filter(|r| r.task.method == method && r.task.youngs_modulus_pa == modulus_pa);
@@ -102,6 +108,7 @@ fn series<'a>(
     };
     let mut all: Vec<MethodPoints> = Method::ALL.map(of_method).into();
     all.push(MethodPoints { name: "ours, on their grids", points: own(on_grids, Method::Palpate) });
+    all.push(MethodPoints { name: "ours, contact searched", points: own(searched, Method::Calibrated) });
     all.extend(models.iter().map(|model| MethodPoints { name: model, points: theirs(model) }));
     all
 }

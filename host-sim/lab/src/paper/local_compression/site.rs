@@ -118,7 +118,12 @@ impl Site {
             let name = r.name.clone().or(r.number.map(|n| format!("region {n}"))).unwrap_or_default();
             (name, r.youngs_modulus_pa)
         });
-        Ok(Self { block: Block { tissue, params, refinement: 1 }, layers: layers.collect(), organ, by_number })
+        Ok(Self {
+            block: Block { tissue, params, refinement: 1, contact_damping: None },
+            layers: layers.collect(),
+            organ,
+            by_number,
+        })
     }
 
     /// Young's modulus at a point [Pa], where the tissue is a shape; a mesh file has it by tet.

@@ -1,0 +1,39 @@
+//! Our calibrated patch with its contact searched at the moving press, as that of the peers is.
+//!
+//! The patches that ship have the dashpot with which a hand on a device stays passive at one
+//! substep. With two or more the masses need less floor, and a dashpot of a whole substep answers
+//! a fast probe best. Tried at 3.5 and 20 kPa: 130, 410 and 1020 nodes, 1 to 32 substeps, dashpots
+//! of 0 to 1 substeps, node damping of 0 to 80 /s. Node damping as it ships was best or within a
+//! tenth of it.
+
+use super::Peer;
+use crate::chart::run::Run;
+use crate::chart::{Reference, Task, measure};
+use crate::error::Error;
+use crate::methods::{Block, Method};
+
+/// Nodes of the patch that the search ended at.
+const NODES: usize = 410;
+/// Its contact dashpot [substeps].
+const CONTACT_DAMPING: f32 = 1.0;
+/// Splits of its substeps: two are best at 3.5 kPa, four at 20 kPa.
+const REFINEMENTS: [u16; 2] = [2, 4];
+
+/// Runs the patch of the search at every stiffness that the peers have and `runs` has too.
+///
+/// # Errors
+/// A method that cannot be built.
+pub fn searched(peers: &[Peer], runs: &[Run], reference: &Reference) -> Result<Vec<Run>, Error> {
+    let mut moduli: Vec<f64> = peers.iter().map(|p| p.youngs_modulus_pa).collect();
+    moduli.retain(|pa| runs.iter().any(|run| run.task.youngs_modulus_pa == *pa));
+    moduli.sort_by(f64::total_cmp);
+    moduli.dedup();
+    let mut found = Vec::new();
+    for youngs_modulus_pa in moduli {
+        let Some(block) = Block::calibrated(NODES, youngs_modulus_pa) else { continue };
+        let block = Block { contact_damping: Some(CONTACT_DAMPING), ..block };
+        let task = |refinement| Task { method: Method::Calibrated, nodes: NODES, youngs_modulus_pa, refinement };
+        found.extend(measure(&REFINEMENTS.map(task), &block, reference, true)?);
+    }
+    Ok(found)
+}
