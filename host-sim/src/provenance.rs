@@ -1,6 +1,6 @@
 //! How a result was made: `provenance` in every `summary.json`.
 
-use std::time::{Duration, SystemTime};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use palpate_tissue::machine::{PROFILE, cores, processor};
 use palpate_tissue::scene::Scene;
@@ -65,17 +65,32 @@ fn told(command_line: &[String], machine: Machine, scene: Option<&Scene>) -> Val
         command_line,
         scene: scene.map(Scene::as_read),
         machine,
-        date: humantime::format_rfc3339_seconds(now()).to_string(),
+        date: rfc3339(now_s()),
     };
     // text and whole numbers: nothing that JSON does not have
     serde_json::to_value(provenance).unwrap_or_default()
 }
 
-/// The time, or the one that a build asks for that wants the same bytes again
+/// The time [s], or the one that a build asks for that wants the same bytes again
 /// (reproducible-builds.org).
-fn now() -> SystemTime {
+fn now_s() -> u64 {
     let asked = std::env::var("SOURCE_DATE_EPOCH").ok().and_then(|seconds| seconds.parse().ok());
-    asked.map_or_else(SystemTime::now, |seconds| SystemTime::UNIX_EPOCH + Duration::from_secs(seconds))
+    asked.unwrap_or_else(|| SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()))
+}
+
+/// Date and time of a number of seconds since 1970-01-01, in the Gregorian calendar. Years are
+/// counted from March, so that the day that a leap year adds is their last; 400 of them have
+/// 146 097 days.
+fn rfc3339(seconds: u64) -> String {
+    let (days, second) = (seconds / 86_400 + 719_468, seconds % 86_400);
+    let (era, day) = (days / 146_097, days % 146_097);
+    let year = (day - day / 1_460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day + 2) / 153;
+    let date = day - (153 * month + 2) / 5 + 1;
+    let (month, next) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
+    let (hour, minute) = (second / 3_600, second / 60 % 60);
+    format!("{:04}-{month:02}-{date:02}T{hour:02}:{minute:02}:{:02}Z", 400 * era + year + next, second % 60)
 }
 
 /// Arguments of this process that decide a result.
@@ -98,6 +113,22 @@ fn deciding(mut arguments: impl Iterator<Item = String>) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn dates_are_those_of_the_calendar() {
+        // as `date --utc --date @SECONDS` prints them
+        for (seconds, date) in [
+            (0, "1970-01-01T00:00:00Z"),
+            (951_782_399, "2000-02-28T23:59:59Z"),
+            (951_782_400, "2000-02-29T00:00:00Z"),
+            (951_868_800, "2000-03-01T00:00:00Z"),
+            (1_735_689_599, "2024-12-31T23:59:59Z"),
+            (1_795_564_800, "2026-11-25T00:00:00Z"),
+            (4_107_542_400, "2100-03-01T00:00:00Z"),
+        ] {
+            assert_eq!(rfc3339(seconds), date);
+        }
+    }
 
     #[test]
     fn a_command_line_keeps_what_decides_a_result() {

@@ -7,7 +7,7 @@ use palpate_tissue::patch::{Material, Memory, Patch};
 use palpate_tissue::stable_step::limits;
 use palpate_tissue::tissue::Tissue;
 use rand_xoshiro::SplitMix64;
-use rand_xoshiro::rand_core::{RngCore, SeedableRng};
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 /// Sides of the default block [m].
 const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];

@@ -8,7 +8,7 @@ use palpate::haptic::mode::Mode;
 use palpate::{ClampFlags, Vector3};
 use palpate_controller::link::message::HostAsk;
 use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{RngCore, SeedableRng};
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use super::twin::Reading;
 use super::{EmulateError, Twin};

@@ -1,7 +1,7 @@
 //! Where the probe presses during a calibration.
 
 use rand_xoshiro::SplitMix64;
-use rand_xoshiro::rand_core::{RngCore, SeedableRng};
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 /// Golden angle [rad].
 const GOLDEN: f64 = 2.399_963_229_728_653;

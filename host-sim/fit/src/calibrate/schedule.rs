@@ -6,7 +6,7 @@
 //! written down and read back, it goes on where it stopped.
 
 use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{RngCore, SeedableRng};
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
 
 /// From hot to cold.
@@ -154,6 +154,6 @@ impl Walk {
 }
 
 /// Evenly between zero and one.
-fn share(random: &mut impl RngCore) -> f64 {
+fn share(random: &mut impl Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }

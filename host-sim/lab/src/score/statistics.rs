@@ -5,7 +5,7 @@
 //! their means at least as much as the groups did (two-sided).
 
 use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{RngCore, SeedableRng};
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use serde::Serialize;
 
 /// Size, mean and spread of a sample.

@@ -2,7 +2,7 @@
 
 use palpate::{ClampFlags, Vector3};
 use rand_xoshiro::SplitMix64;
-use rand_xoshiro::rand_core::{RngCore, SeedableRng};
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use super::load_case::Stimulus;
 use crate::chart::CLEAR_M;

@@ -2,7 +2,7 @@
 
 use palpate::Vector3;
 use rand_xoshiro::SplitMix64;
-use rand_xoshiro::rand_core::{RngCore, SeedableRng};
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use crate::closed_loop::faulty::list::FAULTS;
 use crate::closed_loop::faulty::{FaultType, Injection, Needs, TissueFault};

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use palpate::Vector3;
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use rand_xoshiro::SplitMix64;
-use rand_xoshiro::rand_core::RngCore;
+use rand_xoshiro::rand_core::Rng;
 
 use super::{Drive, Reading};
 

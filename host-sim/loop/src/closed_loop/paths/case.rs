@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use rand_xoshiro::SplitMix64;
-use rand_xoshiro::rand_core::{RngCore, SeedableRng};
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use super::ground::{PathGround, PathPatch};
 use super::route::{Leg, Route};
