@@ -189,10 +189,6 @@ impl Model<'_> {
         }
         for (n, t) in self.tets.iter().enumerate() {
             t.node.iter().try_for_each(|&v| outside("tet", n, v))?;
-            let [a, b, c, d] = t.node;
-            if a == b || a == c || a == d || b == c || b == d || c == d {
-                return Err(BuildError::Degenerate { item: "tet", index: n });
-            }
             positive("tet volume", n, t.six_volume_reciprocal)?;
             finite("tet", n, &[t.bulk, t.barrier])?;
         }

@@ -63,6 +63,13 @@ pub(crate) fn find(model: &Model, node_step: &mut [NodeStep], series: bool, afte
     }
 }
 
+/// A field at a node. A modulus changes between two ticks: the remainder, which takes no
+/// instruction, cannot panic.
+#[inline(always)]
+fn at(node: &NodeStep, field: usize) -> f32 {
+    node.smooth[field % FIELDS]
+}
+
 /// How many fields there are beside the two terms of the series, and beside the diagonal alone.
 const fn count(series: bool) -> usize {
     if series { FIELDS } else { 1 }
@@ -82,7 +89,7 @@ fn gain_of(model: &Model, node_step: &[NodeStep], field: usize, series: bool) ->
     let mut between = 0.0;
     for spring in model.springs {
         let Some((a, b, mass)) = ends(spring, node_step) else { continue };
-        between += mass * a.smooth[field] * b.smooth[field];
+        between += mass * at(a, field) * at(b, field);
     }
     let all = product(node_step, field, field);
     let l = 1.0 - 2.0 * between / all;
@@ -107,7 +114,7 @@ fn average(model: &Model, node_step: &mut [NodeStep], field: usize) {
     }
     for spring in model.springs {
         let Some((a, b, mass)) = ends(spring, node_step) else { continue };
-        let (to_i, to_j) = (mass * b.smooth[field], mass * a.smooth[field]);
+        let (to_i, to_j) = (mass * at(b, field), mass * at(a, field));
         for (n, part) in [(spring.i, to_i), (spring.j, to_j)] {
             if let Some(node) = node_step.get_mut(usize::from(n)) {
                 node.next += part;
@@ -115,7 +122,7 @@ fn average(model: &Model, node_step: &mut [NodeStep], field: usize) {
         }
     }
     for node in node_step.iter_mut() {
-        node.smooth[field] = node.next * node.step;
+        node.smooth[field % FIELDS] = node.next * node.step;
     }
 }
 
@@ -124,14 +131,14 @@ fn average(model: &Model, node_step: &mut [NodeStep], field: usize) {
 fn scale(node_step: &mut [NodeStep], field: usize) {
     let mut largest = 0.0_f32;
     for node in node_step.iter() {
-        let size = node.smooth[field].abs();
+        let size = node.smooth[field % FIELDS].abs();
         // a NaN is kept
         largest = if size <= largest { largest } else { size };
     }
     let share = 1.0 / largest;
     let share = if share > 0.0 && share.is_finite() { share } else { 0.0 };
     for node in node_step.iter_mut() {
-        node.smooth[field] = if share > 0.0 { node.smooth[field] * share } else { 0.0 };
+        node.smooth[field % FIELDS] = if share > 0.0 { node.smooth[field % FIELDS] * share } else { 0.0 };
     }
 }
 
@@ -142,7 +149,7 @@ fn clear_of_earlier(node_step: &mut [NodeStep], field: usize) {
         let own = product(node_step, earlier, earlier);
         let share = if own > 0.0 { product(node_step, field, earlier) / own } else { 0.0 };
         for node in node_step.iter_mut() {
-            node.smooth[field] -= share * node.smooth[earlier];
+            node.smooth[field % FIELDS] -= share * at(node, earlier);
         }
     }
 }
@@ -150,5 +157,5 @@ fn clear_of_earlier(node_step: &mut [NodeStep], field: usize) {
 /// Product of two fields by the diagonal of the mass matrix, over `E dt`.
 #[inline(never)]
 fn product(node_step: &[NodeStep], a: usize, b: usize) -> f32 {
-    node_step.iter().filter(|node| node.step > 0.0).map(|node| node.smooth[a] * node.smooth[b] / node.step).sum()
+    node_step.iter().filter(|node| node.step > 0.0).map(|node| at(node, a) * at(node, b) / node.step).sum()
 }

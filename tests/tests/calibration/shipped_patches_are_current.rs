@@ -1,21 +1,37 @@
-//! The patches in the firmware are what `pack` makes of default block and nodule today, byte for
-//! byte.
+//! The patches in the firmware are what `pack` makes today, byte for byte: of default block and
+//! nodule for the M7, and of the M4F's own calibrated patch (`calibrate --nodes 56 --places 100
+//! --rounds 30`), with its record.
 
 use palpate_tests::palpate_command::{Desk, palpate, repository};
 
 #[test]
 fn the_firmware_ships_what_pack_makes() {
-    for (scene, board) in [("block", "m4f-168"), ("block", "m7-480"), ("nodule", "m7-480")] {
+    let shipped = repository().join("firmware/patches");
+    let block = std::fs::read_to_string(repository().join("host-sim/scenes/block.toml")).unwrap();
+    let calibrated = block
+        .replace("nodes = 410\n", "")
+        .replace("[drive]", &format!("[solver]\npatch = {:?}\n[drive]", shipped.join("block-m4f-168.patch")));
+    for (name, scene, board) in
+        [("block", calibrated.as_str(), "m4f-168"), ("block", &block, "m7-480"), ("nodule", "nodule", "m7-480")]
+    {
         let desk = Desk::default();
-        let outcome =
-            palpate(env!("CARGO_TARGET_TMPDIR"), desk.folder(), &["pack", "--scene", scene, "--board", board, "--out", "out"]);
+        let scene = match scene.lines().count() {
+            1 => scene,
+            _ => {
+                std::fs::write(desk.folder().join("scene.toml"), scene).unwrap();
+                "scene.toml"
+            }
+        };
+        let pack = ["pack", "--scene", scene, "--board", board, "--out", "out"];
+        let outcome = palpate(env!("CARGO_TARGET_TMPDIR"), desk.folder(), &pack);
         assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-        let name = format!("{scene}-{board}.patch");
-        let made = std::fs::read(desk.folder().join("out").join(&name)).unwrap();
-        let shipped = std::fs::read(repository().join("firmware/patches").join(&name)).unwrap();
-        assert!(
-            made == shipped,
-            "pack again: cargo run --release -- pack --scene {scene} --board {board} --out firmware/patches"
-        );
+        let name = format!("{name}-{board}.patch");
+        let record = format!("{name}.json");
+        let records = if board == "m4f-168" { &[name.clone(), record][..] } else { &[name.clone()][..] };
+        for file in records {
+            let made = std::fs::read(desk.folder().join("out").join(file)).unwrap();
+            let ships = std::fs::read(shipped.join(file)).unwrap();
+            assert!(made == ships, "pack again: cargo run --release -- pack --board {board} --out firmware/patches: {file}");
+        }
     }
 }

@@ -275,22 +275,22 @@ fn upload_by_frames(bytes: &[u8], memory: &mut Memory) -> Result<usize, Refusal>
 fn another_tick_more_substeps_and_lighter_masses_are_refused_with_their_reason() {
     let original = std::fs::read(packed::shipped("block-m4f-168.patch")).unwrap();
     let mut memory = Box::new(Memory::RESERVED);
-    assert_eq!(upload_by_frames(&original, &mut memory), Ok(65));
+    assert_eq!(upload_by_frames(&original, &mut memory), Ok(56));
     // the field for stable_dt_s is raised too, so that the file vouches for itself
     let vouched = with_field(
         &original,
         PatchFile::open(packed::on_words(&packed::shipped("block-m4f-168.patch"))).unwrap().stable_dt_s,
         1.0,
     );
-    assert_eq!(upload_by_frames(&vouched, &mut memory), Ok(65));
+    assert_eq!(upload_by_frames(&vouched, &mut memory), Ok(56));
     // soft tissue is heavy enough by itself
     let stiff = with_field(&vouched, 3500.0, 35_000.0);
-    assert_eq!(upload_by_frames(&stiff, &mut memory), Ok(65));
+    assert_eq!(upload_by_frames(&stiff, &mut memory), Ok(56));
     assert_eq!(upload_by_frames(&with_field(&vouched, 1e-3, 1e-2), &mut memory), Err(Refusal::PatchStep), "ticks of 10 ms");
     assert_eq!(upload_by_frames(&with_field(&stiff, 5.0, 0.5), &mut memory), Err(Refusal::PatchStep), "a tenth of the floor");
     assert_eq!(
         upload_by_frames(&with_field(&vouched, 8e-3, 1.0), &mut memory),
-        Ok(65),
+        Ok(56),
         "a probe that touches every triangle fits the M7"
     );
     assert_eq!(upload_by_frames(&with_field(&vouched, 5e-3, 1.0), &mut memory), Err(Refusal::PatchSite), "a metre deep");

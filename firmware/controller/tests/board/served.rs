@@ -82,7 +82,7 @@ fn a_report_tells_the_state_and_a_modulus_out_of_range_is_refused() {
             decoded(frame, |message| match message {
                 FromBoard::Record(_) => "record",
                 FromBoard::State { stack_used_bytes, nodes, bad_frames, .. } => {
-                    assert_eq!((stack_used_bytes, nodes, bad_frames), (4321, 65, 0));
+                    assert_eq!((stack_used_bytes, nodes, bad_frames), (4321, 56, 0));
                     "state"
                 }
                 FromBoard::Refused(Refusal::ModulusOutOfRange) => "refused",
@@ -154,5 +154,5 @@ fn a_patch_that_is_refused_after_another_modulus_is_refused_once() {
             other => told.push(format!("{other:?}")),
         });
     }
-    assert_eq!(told, ["PatchTaken(65)", "Refused(PatchVersion)", "Refused(NoPatch)"]);
+    assert_eq!(told, ["PatchTaken(56)", "Refused(PatchVersion)", "Refused(NoPatch)"]);
 }
