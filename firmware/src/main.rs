@@ -59,7 +59,7 @@ fn main() -> ! {
         }
         #[cfg(feature = "self-test")]
         Duty::SelfTest => {
-            haptic.spawn(or_stop(self_test::run(controller.board, memory), "self-test"));
+            haptic.spawn(or_stop(self_test::run(ThisBoard::default(), memory), "self-test"));
             board::start_tick_timer();
         }
         Duty::Serve(pace) => {
