@@ -19,6 +19,7 @@ use palpate_controller::controller::{Arming, Controller};
 use palpate_controller::haptic_loop::HapticLoop;
 use palpate_controller::patch::{Memory, Patch, PatchSlot};
 use palpate_controller::script::{self, LEAD_TICKS};
+use static_cell::{ConstStaticCell, StaticCell};
 
 use crate::board::{self, ThisBoard};
 use crate::flash_patch::in_flash;
@@ -35,12 +36,20 @@ const REPEAT_TICKS: u32 = 2_000;
 /// Bytes that the link's 115 200 baud carry in a tick, less a fifth.
 const BYTES_PER_TICK: usize = 9;
 
+// in statics, and filled by functions of their own: what a call needs is free again for the next
+static LOOP: StaticCell<HapticLoop<Motorless>> = StaticCell::new();
+static FINDINGS: ConstStaticCell<Findings> = ConstStaticCell::new(Findings::NONE);
+static REPORT: ConstStaticCell<Report> = ConstStaticCell::new(Report::EMPTY);
+
 /// Runs the test, then reports for ever.
 #[embassy_executor::task]
 pub async fn run(this: ThisBoard, memory: &'static mut Memory) {
     board::led(true);
-    let findings = test(this, memory).await;
-    let report = Report::of(&findings);
+    let (findings, report) = (FINDINGS.take(), REPORT.take());
+    if let Err(error) = test(this, memory, findings).await {
+        findings.error = error;
+    }
+    report.fill(findings);
     loop {
         board::print(format_args!("{}", report.text()));
         board::after_report(findings.passed());
@@ -58,18 +67,11 @@ pub async fn run(this: ThisBoard, memory: &'static mut Memory) {
 }
 
 /// The run, and the times of the stages.
-async fn test(this: ThisBoard, memory: &'static mut Memory) -> Findings {
-    let mut findings = Findings { ticks: TICKS, ..Findings::NONE };
-    let (settings, edge) = Profile::desktop().split();
-    let Ok(controller) = Controller::build(&settings, edge, Arming::ByItself) else {
-        return Findings { error: "no controller", ..findings };
-    };
-    let mut haptic = HapticLoop::new(Motorless::new(this), controller);
-    findings.stages = stages::time(in_flash(), memory);
-    let Ok(patch) = Patch::open_within(&board::budget(), in_flash(), memory, None, &mut board::feed_watchdog) else {
-        return Findings { error: "the patch was refused", ..findings };
-    };
-    let mut slot = PatchSlot(Some(patch));
+async fn test(this: ThisBoard, memory: &'static mut Memory, findings: &mut Findings) -> Result<(), &'static str> {
+    findings.ticks = TICKS;
+    stages::time(in_flash(), memory, &mut findings.stages);
+    let haptic = start(this).ok_or("no controller")?;
+    let mut slot = open(memory).ok_or("the patch was refused")?;
     (findings.nodes, findings.checksum) = (slot.state().0, slot.identity().0);
     let mut forces = Fnv::default();
     for tick in 0..TICKS {
@@ -87,5 +89,20 @@ async fn test(this: ThisBoard, memory: &'static mut Memory) -> Findings {
     findings.seen = *haptic.seen();
     findings.reached_force = haptic.seen().mode == Mode::Active;
     findings.stack_used_bytes = haptic.board.stack_used_bytes();
-    findings
+    Ok(())
+}
+
+/// The loop, as a script runs it.
+#[inline(never)]
+fn start(this: ThisBoard) -> Option<&'static mut HapticLoop<Motorless>> {
+    let (settings, edge) = Profile::desktop().split();
+    let controller = Controller::build(&settings, edge, Arming::ByItself).ok()?;
+    Some(LOOP.init_with(|| HapticLoop::new(Motorless::new(this), controller)))
+}
+
+/// The patch of the image.
+#[inline(never)]
+fn open(memory: &'static mut Memory) -> Option<PatchSlot<'static>> {
+    let patch = Patch::open_within(&board::budget(), in_flash(), memory, None, &mut board::feed_watchdog);
+    Some(PatchSlot(Some(patch.ok()?)))
 }

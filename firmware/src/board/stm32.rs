@@ -91,7 +91,7 @@ pub trait Stm32Board {
     fn freeze_with_debugger();
     /// Whether the last reset was a watchdog's. Clears the reason.
     fn reset_by_watchdog() -> bool;
-    /// Turns the caches on, where there are any.
+    /// Turns the caches of core or flash on, which are off after a reset.
     fn start_caches() {}
     /// Starts a second watchdog, where the board needs one.
     fn start_second_watchdog() {}
@@ -155,8 +155,9 @@ fn on_tick_timer() {
 /// Sets up memories, clocks and pins, outputs off, and starts the executors.
 pub fn start_executors() -> (SendSpawner, SendSpawner) {
     fast_memory::load();
-    This::start_caches();
-    This::wire(embassy_stm32::init(This::clocks()));
+    let peripherals = embassy_stm32::init(This::clocks());
+    This::start_caches(); // a chip's clock set-up writes the flash's register as a whole
+    This::wire(peripherals);
     This::freeze_with_debugger();
     rcc::enable_and_reset::<peripherals::TIM7>();
     if let Some(mut core) = cortex_m::Peripherals::take() {

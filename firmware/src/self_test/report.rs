@@ -84,11 +84,13 @@ impl Write for Report {
 }
 
 impl Report {
+    /// Nothing yet.
+    pub const EMPTY: Self = Self { bytes: [0; BYTES], length: 0 };
+
     /// Writes it down. One that finds no room is cut, and no reader takes it for whole.
-    pub fn of(findings: &Findings) -> Self {
-        let mut report = Self { bytes: [0; BYTES], length: 0 };
-        let _ = report.write(findings);
-        report
+    #[inline(never)]
+    pub fn fill(&mut self, findings: &Findings) {
+        let _ = self.write(findings);
     }
 
     /// The line, without its breaks.

@@ -7,7 +7,7 @@ use palpate::method::Method;
 use palpate::stages::force::foundation::{self, Load};
 use palpate::stages::force::{accumulate_inner, rim, spring, volume};
 use palpate::stages::integrate;
-use palpate::{Fault, Model, PatchFile, Placement, ProbePose, State, Terms, Tuned, Vector3, tick_with};
+use palpate::{BuildError, Fault, Model, PatchFile, Placement, ProbePose, State, Terms, Tuned, Vector3, tick_with};
 use palpate_controller::patch::Memory;
 use palpate_controller::script;
 
@@ -82,24 +82,39 @@ impl Method for Timed {
     }
 }
 
-/// Taps the patch with each stage timed, then once more as the product does.
-pub fn time(bytes: &[u8], memory: &mut Memory) -> Times {
-    let Ok(PatchFile { model, params, site_m, .. }) = PatchFile::open(bytes) else { return NONE };
-    let placement = Placement::new(site_m, params.probe.axis);
-    let mut timed = Timed { terms: params.terms, began: 0, times: NONE };
-    for with_stages in [true, false] {
-        let Ok((tuned, mut state)) = memory.start_in_rounds(&model, &params, &mut feed_watchdog) else { return NONE };
-        for tick in 0..TAP_TICKS {
-            let pose = placement.pose_to_patch(ProbePose { tip_m: script::sensed(tick, FIRST).position_m });
-            feed_watchdog();
-            timed.began = clock_counts();
-            if with_stages {
-                tick_with(&model, &tuned, &mut state, pose, &mut timed);
-            } else {
-                palpate::tick(&model, &tuned, &mut state, pose);
-                timed.keep(6, timed.began);
-            }
-        }
+/// Taps the patch with each stage timed, then once more as the product does. A patch that cannot be
+/// opened has no times.
+pub fn time(bytes: &[u8], memory: &mut Memory, times: &mut Times) {
+    let mut timed = Timed { terms: Terms::ALL, began: 0, times: NONE };
+    let split = tap(bytes, memory, &mut timed, |model, tuned, state, pose, timed| {
+        tick_with(model, tuned, state, pose, timed);
+    });
+    let whole = tap(bytes, memory, &mut timed, |model, tuned, state, pose, timed| {
+        palpate::tick(model, tuned, state, pose);
+        timed.keep(6, timed.began);
+    });
+    if split.is_ok() && whole.is_ok() {
+        *times = timed.times;
     }
-    timed.times
+}
+
+/// One tap of a patch at rest.
+#[inline(never)]
+fn tap(
+    bytes: &[u8],
+    memory: &mut Memory,
+    timed: &mut Timed,
+    tick: fn(&Model, &Tuned, &mut State, ProbePose, &mut Timed),
+) -> Result<(), BuildError> {
+    let PatchFile { model, params, site_m, .. } = PatchFile::open(bytes)?;
+    timed.terms = params.terms;
+    let placement = Placement::new(site_m, params.probe.axis);
+    let (tuned, mut state) = memory.start_in_rounds(&model, &params, &mut feed_watchdog)?;
+    for number in 0..TAP_TICKS {
+        let pose = placement.pose_to_patch(ProbePose { tip_m: script::sensed(number, FIRST).position_m });
+        feed_watchdog();
+        timed.began = clock_counts();
+        tick(&model, &tuned, &mut state, pose, timed);
+    }
+    Ok(())
 }

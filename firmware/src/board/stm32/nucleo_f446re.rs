@@ -15,7 +15,9 @@
 
 use embassy_stm32::interrupt;
 use embassy_stm32::pac::Interrupt;
-use embassy_stm32::pac::{DBGMCU, GPIOA, GPIOB, GPIOC, IWDG, RCC, USART2, WWDG, iwdg::Iwdg, usart::Usart, wwdg::vals::Wdgtb};
+use embassy_stm32::pac::{
+    DBGMCU, FLASH, GPIOA, GPIOB, GPIOC, IWDG, RCC, USART2, WWDG, iwdg::Iwdg, usart::Usart, wwdg::vals::Wdgtb,
+};
 use embassy_stm32::rcc::{AHBPrescaler, APBPrescaler, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk};
 use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::{Config, Peripherals};
@@ -97,6 +99,14 @@ impl Stm32Board for This {
         DBGMCU.apb1fzr().modify(|w| {
             w.set_iwdg(true);
             w.set_wwdg(true);
+        });
+    }
+
+    fn start_caches() {
+        FLASH.acr().modify(|w| {
+            w.set_prften(true);
+            w.set_icen(true);
+            w.set_dcen(true);
         });
     }
 

@@ -11,7 +11,7 @@
 
 use embassy_stm32::interrupt;
 use embassy_stm32::pac::Interrupt;
-use embassy_stm32::pac::{DBGMCU, GPIOA, GPIOB, GPIOC, IWDG, RCC, USART2, iwdg::Iwdg, usart::Usart};
+use embassy_stm32::pac::{DBGMCU, FLASH, GPIOA, GPIOB, GPIOC, IWDG, RCC, USART2, iwdg::Iwdg, usart::Usart};
 use embassy_stm32::rcc::{Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk};
 use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::{Config, Peripherals};
@@ -87,6 +87,14 @@ impl Stm32Board for This {
     fn freeze_with_debugger() {
         DBGMCU.apb2fzr().modify(|w| w.set_tim1(true)); // a frozen TIM1 drives its outputs as without MOE
         DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
+    }
+
+    fn start_caches() {
+        FLASH.acr().modify(|w| {
+            w.set_prften(true);
+            w.set_icen(true);
+            w.set_dcen(true);
+        });
     }
 
     fn reset_by_watchdog() -> bool {

@@ -115,7 +115,7 @@ impl Stm32Board for This {
     }
 
     fn start_caches() {
-        // SAFETY: once, before anything else runs; no other code keeps these peripherals, and
+        // SAFETY: once, before any task runs; no other code keeps these peripherals, and
         // nothing on this board moves memory behind the core's back (DMA).
         let mut core = unsafe { cortex_m::Peripherals::steal() };
         core.SCB.enable_icache();
