@@ -41,10 +41,7 @@ fn main() -> ! {
         Duty::Script(_) => Arming::ByItself,
         Duty::Serve(_) => Arming::OnRequest,
     };
-    let mut this = ThisBoard::default();
-    let (settings, edge) = config::load(this.profile_memory()).map_or_else(Profile::desktop, |kept| kept.0).split();
-    let controller = or_stop(Controller::build(&settings, edge, arming).map_err(Refusal::from), "no controller");
-    let controller = LOOP.init(HapticLoop::new(this, controller));
+    let controller = haptic_loop(arming);
     match duty {
         Duty::Script(script) => {
             let patch = or_stop(
@@ -65,6 +62,16 @@ fn main() -> ! {
     loop {
         board::idle(&duty);
     }
+}
+
+/// The loop with the profile that the board keeps. Not a part of `main`, whose frame lies below
+/// everything that runs.
+#[inline(never)]
+fn haptic_loop(arming: Arming) -> &'static mut HapticLoop<ThisBoard> {
+    let mut this = ThisBoard::default();
+    let (settings, edge) = config::load(this.profile_memory()).map_or_else(Profile::desktop, |kept| kept.0).split();
+    let controller = or_stop(Controller::build(&settings, edge, arming).map_err(Refusal::from), "no controller");
+    LOOP.init(HapticLoop::new(this, controller))
 }
 
 /// Nothing runs without it.
