@@ -45,10 +45,7 @@ fn main() -> ! {
         Duty::SelfTest => Arming::Barred, // the self-test has a controller of its own
         Duty::Serve(_) => Arming::OnRequest,
     };
-    let mut this = ThisBoard::default();
-    let (settings, edge) = config::load(this.profile_memory()).map_or_else(Profile::desktop, |kept| kept.0).split();
-    let controller = or_stop(Controller::build(&settings, edge, arming).map_err(Refusal::from), "no controller");
-    let controller = LOOP.init(HapticLoop::new(this, controller));
+    let controller = haptic_loop(arming);
     match duty {
         Duty::Script(script) => {
             let patch = or_stop(
@@ -74,6 +71,16 @@ fn main() -> ! {
     loop {
         board::idle(&duty);
     }
+}
+
+/// The loop with the profile that the board keeps. Not a part of `main`, whose frame lies below
+/// everything that runs.
+#[inline(never)]
+fn haptic_loop(arming: Arming) -> &'static mut HapticLoop<ThisBoard> {
+    let mut this = ThisBoard::default();
+    let (settings, edge) = config::load(this.profile_memory()).map_or_else(Profile::desktop, |kept| kept.0).split();
+    let controller = or_stop(Controller::build(&settings, edge, arming).map_err(Refusal::from), "no controller");
+    LOOP.init(HapticLoop::new(this, controller))
 }
 
 /// Nothing runs without it.
