@@ -19,7 +19,9 @@ fn comes_in(bench: &mut Bench, mass_kg: f32, m_per_s: f32, sign: f32) -> Option<
         let record = bench.at(z_m);
         let acts = record.applied_n != Vector3::zeros();
         felt |= acts;
-        if record.mode == Mode::Fault || felt && !acts && record.output.depth_m > 0.0 {
+        // damping may take all of it from a probe that leaves
+        let taken = felt && !acts && record.output.depth_m > 0.0 && record.mode == Mode::Degraded;
+        if record.mode == Mode::Fault || taken {
             return Some(record);
         }
         speed += sign * record.applied_n.z / mass_kg * TICK_S;
