@@ -2,7 +2,7 @@
 //! sign of the axis that is pressed at the first touches wherever the hand yields, and no honest
 //! device is taken for one.
 //!
-//! `cargo test -p palpate-tests --release --test haptic -- --ignored table_of_mistakes --nocapture`
+//! `cargo test -p palpate-loop --release --test mistaken_devices -- --ignored --nocapture`
 //! prints the table of SAFETY.md.
 
 use std::sync::LazyLock;
