@@ -10,7 +10,6 @@ mod haptic_invariants;
 mod live_feel;
 mod live_replay;
 mod loop_closes;
-mod mistaken_devices;
 mod no_force_without_contact;
 mod safety_table;
 mod soak;

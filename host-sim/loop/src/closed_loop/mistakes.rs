@@ -18,7 +18,7 @@ use super::surface::Surface;
 use palpate_tissue::scene::TICK_S;
 
 /// Touches of a run.
-pub const TOUCHES: usize = 3;
+pub const TOUCHES: usize = 4;
 /// A touch is followed for so long [ticks]; then the hand goes back at this speed [m/s] and pauses.
 const PRESSED_TICKS: u32 = 600;
 const BACK_M_PER_S: f64 = 0.1;
