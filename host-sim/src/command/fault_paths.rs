@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::ops::Range;
 
+use palpate::Fault;
 use serde::{Deserialize, Serialize};
 
 use super::campaign::Campaign;
@@ -141,6 +142,15 @@ fn judge(table: &PathTable, total: &PathRow) -> Result<(), Error> {
     }
 }
 
+/// Prints the words of faults that a table has by number.
+pub(super) fn name_faults(numbers: impl IntoIterator<Item = u8>) {
+    for number in numbers {
+        if let Some(fault) = Fault::ALL.into_iter().find(|fault| *fault as u8 == number) {
+            println!("{fault}");
+        }
+    }
+}
+
 fn counted<K: std::fmt::Display>(counts: &BTreeMap<K, u64>) -> String {
     counts.iter().map(|(key, count)| format!("{key}:{count}")).collect::<Vec<_>>().join(" ")
 }
@@ -195,6 +205,7 @@ fn print(table: &PathTable, total: &PathRow, all: bool) {
             counted(&row.faults)
         );
     }
+    name_faults(total.faults.keys().copied());
     println!("\nout: farthest that the sensed tip was outside the tissue with a force, and ticks in a row over 1 mm (5 allowed)");
     println!(
         "in: largest force into the tissue. chatter: ticks in a row in which the force turned round at rest (under 10 allowed)"

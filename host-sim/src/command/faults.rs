@@ -1,5 +1,6 @@
 //! `palpate faults`.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -319,6 +320,7 @@ fn print_kinds(table: &Table, all: bool) {
         "\n{:<11} {:<38} {:<8} {:>5} {:>5} {:>6} {:>6} {:>7} {:>6} {:>5}  number of fault: runs",
         "id", "fault", "must", "runs", "came", "faults", "latest", "peak N", "broken", "wrong"
     );
+    let numbers: BTreeSet<u8> = shown.iter().flat_map(|(_, row)| row.faults.keys().copied()).collect();
     for (kind, row) in shown {
         let latest = row.latest_ticks().map_or("-".into(), |t| t.to_string());
         println!(
@@ -335,6 +337,8 @@ fn print_kinds(table: &Table, all: bool) {
             row.ends()
         );
     }
+    println!();
+    fault_paths::name_faults(numbers);
     println!(
         "\nmust: what has to follow. came: runs in which the fault was injected; faults: those that ended in one; latest: ticks to no force, or to a falling one"
     );

@@ -114,7 +114,8 @@ fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), 
         model.tets.len(),
         bytes.len()
     );
-    println!("{}; {}", Standing::of(&scene, &session.patch).sentence(), boards::runs_on(machine));
+    println!("model: {}", Standing::of(&scene, &session.patch).sentence());
+    println!("{}", boards::runs_on(machine));
     verdict.last()
 }
 

@@ -31,7 +31,7 @@ fn a_reader_that_goes_ends_neither_the_run_nor_its_result() {
             .spawn()
             .unwrap();
         let mut reader = BufReader::new(child.stdout.take().unwrap());
-        let _read: Vec<String> = reader.by_ref().lines().take(lines).map_while(Result::ok).collect();
+        let _read: Vec<String> = std::io::Read::by_ref(&mut reader).lines().take(lines).map_while(Result::ok).collect();
         drop(reader);
         let ended = child.wait_with_output().unwrap();
         assert_eq!((ended.status.code(), String::from_utf8_lossy(&ended.stderr).as_ref()), (Some(0), ""), "{lines} lines");
