@@ -110,14 +110,14 @@ pub struct TissueScene {
     /// * range: 0.25 to 0.4999
     /// * source: 0.45 in the presets, chosen, not measured
     pub poisson_ratio: f64,
-    /// Density [kg/m^3].
+    /// Density of the tissue [kg/m^3].
     ///
     /// * range: 1 to 30000
     /// * source: 1060 in the presets, liver (paper 000, its reference 2)
     pub density_kg_per_m3: f64,
     /// Mass-proportional damping [1/s]: the share of its velocity that a node loses per second.
     ///
-    /// * range: 0 to 1000
+    /// * range: 0 to 999.9
     /// * default: 40
     /// * source: critical for the slowest shear mode of an organ 80 to 100 mm high (DECISIONS.md)
     #[serde(default = "default_damping")]
