@@ -183,8 +183,7 @@ pub struct RegionScene {
     /// Young's modulus of the region [Pa]: the long-term one where the tissue's is given so.
     ///
     /// * range: 1 to 1e9
-    /// * source: each value in `abdomen-press.toml` and `foot-press.toml` has its publication beside
-    ///   it
+    /// * source: beside each value in `abdomen-press.toml` and `foot-press.toml`
     pub youngs_modulus_pa: f64,
 }
 
