@@ -44,7 +44,7 @@ pub const PRESETS: [(&str, &str); 10] = [
 /// A scene.
 ///
 /// The list at the end of the docs of a key (range, default, source) is a row of the page
-/// `host-sim/book/src/scene-reference.md`, and tests hold each range and default against the parser.
+/// `host-sim/book/src/scene-reference.md`. Tests hold each range and default against the parser.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
@@ -93,16 +93,16 @@ pub struct TissueScene {
     /// Mesh or surface file (`.msh`, `.vtu`, `.vtk`, `.stl`, `.obj`), relative to the scene file;
     /// for a preset, to the working directory. Its underside is fixed.
     pub mesh: Option<PathBuf>,
-    /// Unit of the coordinates in the mesh file: `"m"`, `"cm"`, `"mm"`, `"um"`, or the length of one
-    /// unit in metres. Required with `mesh`.
+    /// Unit of the coordinates in the mesh file: `"m"`, `"cm"`, `"mm"`, `"um"`, or the length of
+    /// one unit in metres. Required with `mesh`.
     pub length_unit: Option<LengthUnit>,
     /// Young's modulus [Pa]. Contact follows from it: of an organ in layers, give that of the
     /// tissue touched. With relaxation it is the instantaneous one, and may be left out where the
     /// long-term one is given.
     ///
     /// * range: 1 to 1e9
-    /// * source: 3500 in `block`, porcine liver at small strain (paper 000, its reference 12); 20000
-    ///   in `block-20kpa`, fitted to a foot by paper 004
+    /// * source: 3500 in `block`, porcine liver at small strain (paper 000, its reference 12);
+    ///   20000 in `block-20kpa`, fitted to a foot by paper 004
     /// * default: none; it or `long_term_modulus_pa` is required
     #[serde(default = "relaxation::not_given")]
     pub youngs_modulus_pa: f64,
@@ -115,14 +115,14 @@ pub struct TissueScene {
     /// * range: 0.25 to 0.4999
     /// * source: 0.45 in the presets, chosen, not measured
     pub poisson_ratio: f64,
-    /// Density [kg/m^3].
+    /// Density of the tissue [kg/m^3].
     ///
     /// * range: 1 to 30000
     /// * source: 1060 in the presets, liver (paper 000, its reference 2)
     pub density_kg_per_m3: f64,
     /// Mass-proportional damping [1/s]: the share of its velocity that a node loses per second.
     ///
-    /// * range: 0 to 1000
+    /// * range: 0 to 999.9
     /// * default: 40
     /// * source: critical for the slowest shear mode of an organ 80 to 100 mm high (DECISIONS.md)
     #[serde(default = "default_damping")]
@@ -182,13 +182,13 @@ impl Inclusion {
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct RegionScene {
-    /// Name of the region: `skin`, `fat`, `muscle` or `viscera` of the abdomen; `skin`, `fat pad` or
-    /// `deep tissue` of the foot.
+    /// Name of the region: `skin`, `fat`, `muscle` or `viscera` of the abdomen; `skin`, `fat pad`
+    /// or `deep tissue` of the foot.
     pub name: String,
     /// Young's modulus of the region [Pa]: the long-term one where the tissue's is given so.
     ///
     /// * range: 1 to 1e9
-    /// * source: each of `abdomen-press.toml` and `foot-press.toml` stands there with its publication
+    /// * source: beside each value in `abdomen-press.toml` and `foot-press.toml`
     pub youngs_modulus_pa: f64,
 }
 
@@ -234,8 +234,8 @@ struct ProbeKeys {
     /// * range: within the block's top
     /// * default: 0, 0
     position_m: Option<[f64; 2]>,
-    /// Place of the press on a mesh or an organ [m]: the nearest surface point is pressed, along its
-    /// normal. Required with `mesh` and `organ`.
+    /// Place of the press on a mesh or an organ [m]: the nearest surface point is pressed, along
+    /// its normal. Required with `mesh` and `organ`.
     site: Option<[f64; 3]>,
     /// Coulomb's coefficient of friction between probe and tissue (1); zero slides freely.
     ///

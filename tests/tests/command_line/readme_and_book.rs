@@ -63,7 +63,13 @@ fn joined(page: &str, target: &str) -> String {
 
 /// The text of a page with what it includes.
 fn whole(page: &str) -> String {
-    read(page).lines().map(|line| included(page, line).map_or_else(|| line.to_owned(), |path| read(&path)) + "\n").collect()
+    let line = |line: &str| match included(page, line) {
+        // a guide of the firmware comes with its boards
+        Some(path) if path.starts_with("firmware/") && !repository().join(&path).exists() => String::new(),
+        Some(path) => read(&path),
+        None => line.to_owned(),
+    };
+    read(page).lines().map(|text| line(text) + "\n").collect()
 }
 
 /// Lines outside of fenced code, without code between backticks.
@@ -223,7 +229,7 @@ fn no_paragraph_is_a_wall() {
 fn every_fault_is_explained() {
     let text = read(&format!("{BOOK}/troubleshooting.md"));
     let headings: Vec<&str> = text.lines().filter(|line| line.starts_with("### Fault ")).collect();
-    assert_eq!(headings.len(), palpate::Fault::ALL.len());
+    assert!(headings.len() >= palpate::Fault::ALL.len());
     for fault in palpate::Fault::ALL {
         let number = format!("### Fault {}: ", fault as u8);
         let heading = headings.iter().find(|line| line.starts_with(&number)).unwrap_or_else(|| panic!("{number}"));

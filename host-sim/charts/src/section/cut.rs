@@ -60,7 +60,7 @@ fn between(a: &Corner, b: &Corner, share: f64) -> Corner {
 }
 
 impl Window {
-    /// What is within the width and the depth that are shown.
+    /// Part of a polygon within the width and the depth that are shown.
     fn shown(&self, polygon: &[Corner]) -> Vec<Corner> {
         let x = |p: V3| (p - self.site_m).dot(&self.right);
         let below = |p: V3| (self.site_m - p).dot(&self.axis);

@@ -74,7 +74,7 @@ fn docs(attributes: &[Attribute]) -> Vec<String> {
     attributes.iter().filter_map(text).collect()
 }
 
-/// What serde was told about a field, as text.
+/// Whether an attribute of serde on a field begins with this word.
 fn serde_says(attributes: &[Attribute], word: &str) -> bool {
     attributes.iter().any(|attribute| match &attribute.meta {
         Meta::List(list) if list.path.is_ident("serde") => list.tokens.to_string().starts_with(word),
