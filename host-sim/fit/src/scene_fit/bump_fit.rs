@@ -131,7 +131,7 @@ impl BumpFit<'_> {
         let mut patch = Patch::build(&tissue, material, Some(&multipliers));
         patch.set_fitted_places(settings.places as u32);
         patch.set_scaled();
-        Ok(Calibration { multipliers, params, patch, rounds })
+        Ok(Calibration { multipliers, params, patch, rounds, lost_presses: 0 })
     }
 
     /// The block with its inclusions.
