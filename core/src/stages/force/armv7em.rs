@@ -35,9 +35,10 @@ const _: () = assert!(offset_of!(Spring, k) == 4 && offset_of!(Spring, k_rest) =
 // what `vmov` holds as a constant
 const _: () = assert!(BARRIER_SLOPE == 2.5);
 
-/// Last index of an array that is not empty, as a `u16` can reach it.
+/// Last index of an array that is not empty, as far as the assembly can follow one: `smlabb` takes
+/// an index for a signed half-word.
 fn last(nodes: &[Node]) -> Option<u32> {
-    Some(nodes.len().checked_sub(1)?.min(usize::from(u16::MAX)) as u32)
+    Some(nodes.len().checked_sub(1)?.min(i16::MAX.unsigned_abs().into()) as u32)
 }
 
 /// Tets whose corners are all among so many nodes.
