@@ -127,6 +127,8 @@ struct Switches {
     /// It may now.
     felt: AtomicBool,
     records: AtomicU64,
+    /// The newest tick in which a host was heard.
+    heard_tick: AtomicU64,
 }
 
 impl BoardOnAPort {
@@ -243,14 +245,16 @@ impl BoardOnAPort {
         self.wait_for("a force", |truth| truth.force_n() > 0.1)
     }
 
-    /// Waits until no force acts, for at most so many ticks of the board; its ticks since now.
+    /// Waits until no force acts, for at most so many ticks of the board; its ticks since now, or
+    /// since a host was heard later: on a busy machine its words may lie on the line when it ends.
     ///
     /// # Panics
     /// One still acts then.
     pub fn wait_for_no_force(&self, ticks: u64) -> u64 {
         let begun = self.truth().records;
         let truth = self.wait_for("an end of the force", |truth| truth.force_n() == 0.0 && !truth.record.enabled);
-        let took = (truth.records - begun) * RECORD_TICKS;
+        let begun = begun.max(self.switches.heard_tick.load(Ordering::Relaxed) / RECORD_TICKS);
+        let took = truth.records.saturating_sub(begun) * RECORD_TICKS;
         assert!(took <= ticks, "the force lasted {took} ticks, {ticks} are allowed");
         took
     }
@@ -351,6 +355,7 @@ fn drive(mut input: File, plug: &Mutex<Option<PseudoTerminal>>, switches: &Switc
         if !bytes.is_empty() {
             (heard, since_heard) = (Some(Instant::now()), 0);
             switches.host_gone.store(false, Ordering::Relaxed);
+            switches.heard_tick.store(tick.into(), Ordering::Relaxed);
         }
         let mut packets = Vec::new();
         for piece in [&bytes[..], &[]].into_iter().skip(usize::from(bytes.is_empty())) {
