@@ -127,6 +127,6 @@ impl Report {
             let comma = if at == 0 { "" } else { "," };
             write!(self, "{comma}{{\"tick\":{tick},\"state\":\"{state_hash:016x}\",\"forces\":\"{force_hash:016x}\"}}")?;
         }
-        write!(self, "]}}\n")
+        writeln!(self, "]}}")
     }
 }
