@@ -123,12 +123,15 @@ pub fn build_checked_firmware(target: &Path, features: &[&str]) -> Result<PathBu
     build_with(target, None, "firmware-checked", features, None, "palpate-firmware")
 }
 
-/// The image of the NUCLEO-H743ZI with a patch file, an absolute path, as `cargo fw-h743` builds it.
+/// The image of the NUCLEO-H743ZI with a patch file, an absolute path, by `cargo fw-h743`.
 pub fn build_nucleo(target: &Path, patch: &Path) -> Result<PathBuf, EmulatorError> {
     static BUILDING: Mutex<()> = Mutex::new(());
     let _one_at_a_time = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
     let own = target.join("nucleo");
-    build_on("nucleo-h743zi", &own, Some(target), "firmware", &[], Some(patch), "palpate-firmware")
+    let mut command = Command::new(std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()));
+    command.args(["fw-h743", "--bin", "palpate-firmware", "--target-dir"]).arg(&own);
+    command.env("PALPATE_PATCH", patch).env("CARGO_BUILD_BUILD_DIR", target);
+    built(command, own.join(TARGET).join("firmware/palpate-firmware"))
 }
 
 /// Links the image that holds a tick and nothing that may panic; with one panic planted it must not
@@ -167,21 +170,7 @@ fn build_with(
     patch: Option<&Path>,
     image: &str,
 ) -> Result<PathBuf, EmulatorError> {
-    build_on("mps2", target, libraries, profile, features, patch, image)
-}
-
-/// As [`build_with`], for any board.
-fn build_on(
-    board: &str,
-    target: &Path,
-    libraries: Option<&Path>,
-    profile: &str,
-    features: &[&str],
-    patch: Option<&Path>,
-    image: &str,
-) -> Result<PathBuf, EmulatorError> {
-    let program = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
-    let mut command = Command::new(&program);
+    let mut command = Command::new(std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()));
     match patch {
         Some(patch) => command.env("PALPATE_PATCH", patch),
         None => command.env_remove("PALPATE_PATCH"),
@@ -189,15 +178,21 @@ fn build_on(
     if let Some(libraries) = libraries {
         command.env("CARGO_BUILD_BUILD_DIR", libraries);
     }
-    let output = command
+    command
         .args(["build", "--package", "palpate-firmware", "--profile", profile, "--target", TARGET])
-        .args(["--bin", image, "--features", &[&[board], features].concat().join(","), "--target-dir"])
-        .arg(target)
+        .args(["--bin", image, "--features", &[&["mps2"], features].concat().join(","), "--target-dir"])
+        .arg(target);
+    built(command, target.join(TARGET).join(profile).join(image))
+}
+
+/// Runs cargo in the repository; the image that it then has built.
+fn built(mut command: Command, image: PathBuf) -> Result<PathBuf, EmulatorError> {
+    let output = command
         .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
         .output()
-        .map_err(|source| EmulatorError::NotStarted { program, source })?;
+        .map_err(|source| EmulatorError::NotStarted { program: command.get_program().to_string_lossy().into_owned(), source })?;
     if output.status.success() {
-        Ok(target.join(TARGET).join(profile).join(image))
+        Ok(image)
     } else {
         Err(EmulatorError::NotBuilt(String::from_utf8_lossy(&output.stderr).into_owned()))
     }

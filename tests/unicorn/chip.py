@@ -55,7 +55,8 @@ READY = {  # "on" and "ready" bits of RCC's registers, by offset
     0x74: [(0, 1)],
 }
 LSI_HZ = 32_000
-TIM7_IRQ = 55
+TIM7_IRQ, USART3_IRQ = 55, 39
+RXNEIE = 1 << 5
 BYTES_IN_A_TICK = 11  # of 115 200 baud
 FIFO_BYTES = 16
 PERIOD_INSTRUCTIONS = 480_000
@@ -284,6 +285,8 @@ class Chip:
         if self._of("TIM7", CR1) & 1 and self._of("TIM7", 0x0C) & 1:
             self.registers[BASE["TIM7"] + SR] = 1
             self.pending.add(TIM7_IRQ)
+        if self.fifo and self._of("USART3", CR1) & RXNEIE:
+            self.pending.add(USART3_IRQ)
         slept = self.run_until_sleep(PERIOD_INSTRUCTIONS if hangs else 0)
         if self.watchdog and self.periods - self.fed > self.watchdog_periods():
             self.reset(by_watchdog=True)

@@ -49,7 +49,7 @@ def main():
             chip.to_board += bytes.fromhex(period["bytes"])
             if hang and number == hang["at"]:
                 if hang["how"] == "loop":
-                    found = [(name, at) for name, at in chip.symbols.items() if hang["symbol"] in name]
+                    found = [(name, at) for name, at in chip.symbols.items() if hang["symbol"] in name and "Thunk" not in name]
                     if len(found) != 1:
                         sys.exit(f"{hang['symbol']} is {len(found)} functions of the image")
                     planted = (found[0][1], bytes(chip.uc.mem_read(found[0][1], 2)))

@@ -1,4 +1,4 @@
-//! A device's profile file as a board takes it: limits, and the `[mechanism]` table if there is one.
+//! A device's profile file as a board takes it: limits, and the `[mechanism]` table if it has one.
 
 use std::collections::BTreeMap;
 

@@ -22,7 +22,8 @@ struct Grip(f64, f64);
 const FIRM: Grip = Grip(300.0, 4.0);
 const LOOSE: Grip = Grip(30.0, 0.5);
 const LIGHT: Grip = Grip(10.0, 0.3);
-/// Ticks in the home pose, on the way to 3 mm above the tissue, there until armed, pressing to 4 mm.
+/// Ticks in the home pose, on the way to 3 mm above the tissue, there until armed, pressing to
+/// 4 mm.
 const STILL: u32 = 10;
 const APPROACH: u32 = 500;
 const ARMED: u32 = 1_500;
@@ -112,8 +113,8 @@ fn a_right_device_is_felt_without_a_fault() {
     assert!(met.largest_n > 0.1, "{met:?}");
 }
 
-/// Largest force of a wrong sign on soft tissue that no watch takes for a fault [N], of 3 N allowed:
-/// the hand is pulled in, and the loop sees a hand that presses.
+/// Largest force of a wrong sign on soft tissue that no watch takes for a fault [N], of 3 N
+/// allowed: the hand is pulled in, and the loop sees a hand that presses.
 const UNSEEN_N: f64 = 0.5;
 
 /// On soft tissue a loose hand is pulled in by some 30 mm, slowly: neither a runaway nor created
