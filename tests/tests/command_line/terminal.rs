@@ -63,7 +63,7 @@ fn the_verdict_is_the_first_and_the_last_line() {
 
     for arguments in [
         ["faults", "--runs", "100"].as_slice(),
-        &["loop", "--scene", "scene.toml", "--quick", "--hand", "H1", "--stimulus", "S2"],
+        &["loop", "--quick", "--hand", "H1", "--stimulus", "S2"],
         &["score", "--table-1"],
     ] {
         let said = run(&desk, 0, arguments).stdout;
@@ -122,7 +122,7 @@ fn shells_get_completions() {
     let desk = Desk::default();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let script = run(&desk, 0, &["completions", shell]).stdout;
-        assert!(["press", "stability", "--tolerance-pct"].iter().all(|word| script.contains(word)), "{shell}");
+        assert!(["press", "stability", "tolerance-pct"].iter().all(|word| script.contains(word)), "{shell}");
     }
     let script = run(&desk, 0, &["completions", "bash"]).stdout;
     desk.put("palpate.bash", script);
@@ -133,9 +133,8 @@ fn shells_get_completions() {
 #[test]
 fn lengths_take_units() {
     let desk = Desk::default();
-    desk.put("scene.toml", SMALL_BLOCK);
     let depth_mm = |given: &str| {
-        let loop_of = ["loop", "--scene", "scene.toml", "--quick", "--hand", "H1", "--stimulus", "S2", "--depth", given];
+        let loop_of = ["loop", "--quick", "--hand", "H1", "--stimulus", "S2", "--depth", given];
         let _said = run(&desk, 0, &loop_of);
         let text = std::fs::read_to_string(desk.folder().join("out/loop/summary.json")).unwrap();
         serde_json::from_str::<serde_json::Value>(&text).unwrap()["depth_mm"].as_f64().unwrap()
