@@ -41,7 +41,7 @@ impl Untouched {
         self.substeps = None;
     }
 
-    /// What the coming substep leaves, if it is known and nothing has touched the patch.
+    /// The nodes after the coming substep, if it is known and nothing has touched the patch.
     fn next(&self) -> Option<&Moved> {
         self.known.get(self.substeps?)
     }
