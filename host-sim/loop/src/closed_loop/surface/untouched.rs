@@ -41,7 +41,7 @@ impl Untouched {
         self.substeps = None;
     }
 
-    /// What the coming substep leaves, if it is known and nothing has touched the patch.
+    /// The nodes after the coming substep, if it is known and nothing has touched the patch.
     fn next(&self) -> Option<&Moved> {
         self.known.get(self.substeps?)
     }
@@ -121,7 +121,7 @@ mod tests {
 
     #[test]
     fn replayed_substeps_are_those_of_the_tick() {
-        let (patch, one) = palpate_tissue::session::calibrated::sized(57).unwrap();
+        let (patch, one) = palpate_tissue::session::calibrated::sized(130).unwrap();
         for params in [Params { substeps: 1, ..one }, Params { substeps: 2, ..one }] {
             with_tissue(&patch, &params, |surface| {
                 // recorded, replayed, replayed and recorded further, replayed as far as the touch
@@ -134,7 +134,9 @@ mod tests {
                 surface.reset();
                 let still = on(surface, &patch, &params, 3).split_off(3);
                 surface.reset();
-                let _ = (0..3).map(|_| surface.render(pose(&patch, &params, -5e-4))).last();
+                for _ in 0..3 {
+                    surface.render(pose(&patch, &params, -5e-4));
+                }
                 surface.strike(None, Some(0.1), true);
                 surface.render(pose(&patch, &params, -5e-4));
                 assert!(surface.state.hash() != still[0].1);
