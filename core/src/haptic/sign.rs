@@ -11,10 +11,10 @@
 //!
 //! One contact that takes 1.6 mJ and shows nothing of that kind ends the watch until the next
 //! arming. A hand that speeds up on purpose while it first touches may lose the force of that
-//! touch; three times in a row none did. Not seen: a hand that is stiffer than the tissue holds against
-//! a wrong sign without speeding up, and what it feels is then bounded by the force limit alone. An
-//! axis along the surface has no force at the first touch that could show its sign. A frame in
-//! which encoders and motors are mirrored alike takes and gives what it should.
+//! touch; three times in a row none did. Not seen: a hand that is stiffer than the tissue holds
+//! against a wrong sign without speeding up, and what it feels is then bounded by the force limit
+//! alone. An axis along the surface has no force at the first touch that could show its sign. A
+//! frame in which encoders and motors are mirrored alike takes and gives what it should.
 //!
 //! * in: low-passed speed into the tissue [m/s], energy given to the hand since the touch [J]
 //! * out: gain (0 or 1) on the force

@@ -1,5 +1,5 @@
-//! A motor or an encoder with the wrong sign: the force is off during the first touch and a fault in
-//! the third, and a device whose signs are right is not taken for one.
+//! A motor or an encoder with the wrong sign: the force is off during the first touch and a fault
+//! in the third, and a device whose signs are right is not taken for one.
 
 use palpate::haptic::cycle::{Ask, Command, Telemetry};
 use palpate::haptic::mode::Mode;

@@ -1,6 +1,6 @@
-//! Devices that are set up wrongly, in every hand: a wrong unit is noticed before any force, a wrong
-//! sign of the axis that is pressed at the first touches wherever the hand yields, and no honest
-//! device is taken for one.
+//! Devices that are set up wrongly, in every hand: a wrong unit is noticed before any force, a
+//! wrong sign of the axis that is pressed at the first touches wherever the hand yields, and no
+//! honest device is taken for one.
 //!
 //! `cargo test -p palpate-loop --release --test mistaken_devices -- --ignored --nocapture`
 //! prints the table of SAFETY.md.

@@ -1,6 +1,6 @@
 //! Devices that are set up wrongly: an axis has the wrong sign, or the readings come in another
-//! unit. [`first_touches`] follows such a device from arming through its first touches and says what
-//! noticed it, when, and what the hand had felt until then.
+//! unit. [`first_touches`] follows such a device from arming through its first touches and says
+//! what noticed it, when, and what the hand had felt until then.
 //!
 //! A sign is that of the motor against its encoder. Seen from the readings it is the force that is
 //! mirrored, whichever of the two is wired wrongly. A frame in which encoders *and* motors are
