@@ -114,7 +114,10 @@ pub fn locate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f3
     let plane = state.over.and_then(|triangle| Plane::of(model, triangle));
     state.shaft = state.seat.inside;
     if state.seat.inside {
-        if !before.inside && !before.above && plane.is_none() {
+        // a body that reaches into the tissue from the side touches the surface too, with the tip
+        // below it
+        let at_surface = |tip_m| plane.is_some_and(|plane| plane.holds(&tuned.probe, tip_m));
+        if !before.inside && !before.above && !at_surface(tip_m) && !state.tip_m.is_some_and(at_surface) {
             // it came in by the side or from below: the surface is to be touched from outside
             state.been_outside = false;
         }

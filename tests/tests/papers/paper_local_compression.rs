@@ -19,6 +19,7 @@ use palpate_lab::paper_method::region::ContactPressure;
 use palpate_tests::bench::Noise;
 use palpate_tissue::mesh::TetMesh;
 use palpate_tissue::patch::{Material, Patch};
+use serde_json::Value;
 
 /// Stiffness of springs that stands for 20 kPa on these blocks [N/m].
 const STIFFNESS_N_PER_M: f64 = 180.0;
@@ -287,7 +288,8 @@ fn bad_scenes_are_refused_in_one_line() {
         let path = desk.path().join(format!("case{case}.toml"));
         std::fs::write(&path, text).unwrap();
         let out = desk.path().join("out");
-        let error = run(&Options { quick: true, scene: Some(path.display().to_string()) }, &out, &()).unwrap_err();
+        let error = run(&Options { quick: true, scene: Some(path.display().to_string()), provenance: Value::Null }, &out, &())
+            .unwrap_err();
         assert!(!out.exists(), "case {case} left a folder");
         let line = error.to_string();
         assert!(line.contains(says) && !line.contains('\n'), "case {case}: {line}");
@@ -296,11 +298,11 @@ fn bad_scenes_are_refused_in_one_line() {
 }
 
 /// Report, summary and folder of a quick run.
-fn quick_run() -> &'static (String, serde_json::Value, tempfile::TempDir) {
-    static RUN: OnceLock<(String, serde_json::Value, tempfile::TempDir)> = OnceLock::new();
+fn quick_run() -> &'static (String, Value, tempfile::TempDir) {
+    static RUN: OnceLock<(String, Value, tempfile::TempDir)> = OnceLock::new();
     RUN.get_or_init(|| {
         let desk = tempfile::tempdir().unwrap();
-        run(&Options { quick: true, scene: Some("foot-press".into()) }, desk.path(), &()).unwrap();
+        run(&Options { quick: true, scene: Some("foot-press".into()), provenance: Value::Null }, desk.path(), &()).unwrap();
         let report = std::fs::read_to_string(desk.path().join("report.md")).unwrap();
         let summary = std::fs::read_to_string(desk.path().join("summary.json")).unwrap();
         (report, serde_json::from_str(&summary).unwrap(), desk)
