@@ -1,10 +1,11 @@
-//! Self-test: a scripted hand presses, no motor is driven, no host is needed. The first image that a
-//! new board is given.
+//! Self-test: a scripted hand presses, no motor is driven, no host is needed. The first image that
+//! a new board is given.
 //!
 //! It runs the whole controller at 1 kHz on the board's own clock and watchdog, with outputs that
 //! are never enabled ([`Motorless`]), times the stages of the tick, and then says over the log and
-//! the link, again and again, what it found: `palpate board self-test` compares it with the desktop.
-//! The light is on while it runs, blinks once a second after a good run, five times after a bad one.
+//! the link, again and again, what it found: `palpate board self-test` compares it with the
+//! desktop. The light is on while it runs, blinks once a second after a good run, five times after
+//! a bad one.
 
 mod motorless;
 mod report;

@@ -265,8 +265,8 @@ struct Common {
     /// pig-liver, liver) or the path of a scene file (.toml, see host-sim/scenes).
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     scene: String,
-    /// Change a key of the scene, such as tissue.youngs_modulus_pa=5000 or
-    /// tissue.inclusion.0.radius_m=0.004. May be given several times.
+    /// Change a key of the scene, such as `tissue.youngs_modulus_pa=5000` or
+    /// `tissue.inclusion.0.radius_m=0.004`. May be given several times.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     changes: Vec<Change>,
     /// Output folder, made if it is not there; replaces an earlier result in it when the run is

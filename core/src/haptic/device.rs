@@ -28,7 +28,7 @@ pub struct DeviceSpec {
     pub lag_s: f32,
 }
 
-/// What a device may declare; the sides of the workspace are in the order x, y, z.
+/// Ranges that a device may declare; the sides of the workspace are in the order x, y, z.
 static RANGES: [Range; 10] = [
     ("device.max_force_n", 0.01, DeviceSpec::MOST_FORCE_N),
     ("device.count_m", 0.0, 1e-3),

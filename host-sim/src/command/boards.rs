@@ -20,8 +20,8 @@ pub(super) fn machine(board: &str) -> Result<&'static Machine, Error> {
     })?)
 }
 
-/// Boards that a patch with this budget runs on, in words: those of the same core with a clock of at
-/// least its own.
+/// Boards that a patch with this budget runs on, in words: those of the same core with a clock of
+/// at least its own.
 pub(super) fn runs_on(machine: &Machine) -> String {
     if !machine.is_board() {
         return "runs on this machine".into();

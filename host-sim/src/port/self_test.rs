@@ -1,7 +1,7 @@
 //! The report of a self-test image, and the same run on this machine.
 //!
 //! ```text
-//! text of a port or a file ─ Report::find ─ compare (script, controller and patch run here) ─ words
+//! text of a port or a file ─ Report::find ─ compare (script, controller and patch run here)─ words
 //! ```
 
 use std::collections::BTreeMap;

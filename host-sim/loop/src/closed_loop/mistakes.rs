@@ -61,7 +61,7 @@ pub const MISTAKES: [Mistake; 10] = [
     unit("unit / 1000", 1e-3),
 ];
 
-/// What came of the first touches.
+/// Outcome of the first touches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FirstTouches {
     /// Fault that ended them.
