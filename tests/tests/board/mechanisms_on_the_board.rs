@@ -205,13 +205,14 @@ fn what_cannot_move_so_is_refused_and_arms_that_do_not_close_are_a_failed_sensor
         both.tick([0; 3], true);
     }
     let profile = shipped("pantograph");
-    let spoilt = |spoil: fn(&mut Profile, &mut MechanismProfile)| {
+    type Spoil = fn(&mut Profile, &mut MechanismProfile);
+    let spoilt = |spoil: Spoil| {
         let (mut bad, mut mechanism) = (profile, profile.mechanism.unwrap());
         spoil(&mut bad, &mut mechanism);
         bad.mechanism = Some(mechanism);
         bad
     };
-    let cases: [(fn(&mut Profile, &mut MechanismProfile), MechanismError); 7] = [
+    let cases: [(Spoil, MechanismError); 7] = [
         (|_, it| it.rad_per_count[1] = 0.0, MechanismError::Encoder),
         (|_, it| it.full_scale_n_m[0] = f32::NAN, MechanismError::Motor),
         (|_, it| it.dimensions[1] = -0.075, MechanismError::Arms),

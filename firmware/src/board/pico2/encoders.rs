@@ -1,8 +1,9 @@
 //! Three encoders, each counted by a state machine of `PIO0`.
 //!
 //! The program keeps its count in Y and publishes it after every sample. A sample and the one
-//! before it make a number of four bits; the program jumps to that address, where a table of sixteen jumps
-//! says whether the count rises, falls or stays (also when both lines changed: an edge was missed).
+//! before it make a number of four bits; the program jumps to that address, where a table of
+//! sixteen jumps says whether the count rises, falls or stays (also when both lines changed: an
+//! edge was missed).
 
 use core::sync::atomic::{AtomicU32, Ordering};
 

@@ -10,8 +10,8 @@
 //! | light | LD2, PA5 |
 //!
 //! **Second watchdog.** The clock of the independent one (LSI) may be off by a half here: 4.5 ms
-//! may be 8.5 ms. The window watchdog runs on the core's own clock and acts after 4.4 ms; the other one
-//! is left for the case that this clock stops.
+//! may be 8.5 ms. The window watchdog runs on the core's own clock and acts after 4.4 ms; the other
+//! one is left for the case that this clock stops.
 
 use embassy_stm32::interrupt;
 use embassy_stm32::pac::Interrupt;

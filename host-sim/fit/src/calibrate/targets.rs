@@ -132,7 +132,7 @@ impl Targets {
     /// shapes, must not end a fit. A press that is lost takes the deeper ones at its place with it.
     ///
     /// # Errors
-    /// More than one press in [`MOST_LOST`] without balance, or one at the centre.
+    /// More than one press in fifty without balance, or one at the centre.
     pub fn in_balance(&self, statics: &Statics) -> Result<(Self, usize), Unbalanced> {
         let failed = Unbalanced { depth_mm: 0.0, steps: 0 };
         let solver = Solver::of(statics).ok_or(failed)?;
