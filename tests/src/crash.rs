@@ -119,7 +119,7 @@ fn write(debugger: &mut Debugger, image: &FirmwareImage, planned: &Planned) -> i
     let vectors = debugger.read(0, 16 + 32)?;
     let vector = |interrupt: usize| vectors.get(16 + interrupt).map(|v| v & !1).ok_or_else(|| missing("vector"));
     let address = match planned.place {
-        Place::Tick => named("HapticLoop", "::tick")?,
+        Place::Tick => named("HapticLoop", "::answer")?,
         Place::Timer => vector(8)?,
         Place::Thread => vector(30)?,
     };

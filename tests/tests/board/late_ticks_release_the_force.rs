@@ -25,8 +25,8 @@ fn run(shift: u32) -> Outcome {
 
 #[test]
 fn two_periods_missed_in_a_row_are_a_fault() {
-    // 1.2 ms per tick: one period each of two ticks; 2.4 ms: two of the first
-    for (shift, late) in [(4, 2), (5, 1)] {
+    // 1.6 to 2.0 ms per tick: one period each of two ticks; 3.2 to 4.0 ms: more of the first
+    for (shift, late) in [(5, 2), (6, 1)] {
         let outcome = run(shift);
         let result = outcome.result().unwrap();
         assert_eq!(result.overruns, late, "late ticks until the fault");

@@ -55,7 +55,7 @@ fn cost_and_mass_are_the_boards_own_word() {
         let bytes = changed(|file| file.params.substeps = substeps);
         assert_eq!(opened(&Budget::M4F_168, bytes), Err(Refusal::PatchCost), "{substeps}");
     }
-    assert_eq!(opened(&Budget { cycles: 8e4 }, &BLOCK.0), Err(Refusal::PatchCost));
+    assert_eq!(opened(&Budget { cycles: 5e4 }, &BLOCK.0), Err(Refusal::PatchCost));
     let light = changed(|file| {
         (file.params.mass_floor, file.stable_dt_s) = (1.0, 1.0);
         // soft tissue is heavy enough by itself
