@@ -26,7 +26,8 @@ pub fn summaries() -> &'static Value {
 pub fn check_all(folder: &Path) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
-        if path.is_dir() {
+        // a link may lead anywhere
+        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
             check_all(&path);
         } else if path.file_name().is_some_and(|name| name == "summary.json")
             && let Ok(summary @ Value::Object(_)) = serde_json::from_slice(&std::fs::read(&path).unwrap_or_default())

@@ -5,8 +5,8 @@
 //! two over the mass that moves. A hand that yields to tissue never does that, for its own pull
 //! weakens on the way to where it wants to be. So at every doubling of the work that the force
 //! should have taken, from 0.1 mJ on, the square of the speed is compared with the one before: four
-//! times in a row a tenth more and as much as that work gives to between 25 g and 2 kg, and the
-//! force is off until the probe has left. The third contact in a row that does so is
+//! times in a row a tenth more and as much as that work gives to between 25 g and 2 kg, the same
+//! mass within a factor of two, and the force is off until the probe has left. The third contact in a row that does so is
 //! [`Fault::WrongSign`].
 //!
 //! One contact that takes 1.6 mJ and shows nothing of that kind ends the watch until the next
@@ -31,6 +31,9 @@ const DOUBLINGS: u8 = 4;
 const GROWTH: f32 = 1.1;
 /// Least and largest growth of that square per work [1/kg]: two over 2 kg and over 25 g.
 const PER_WORK: [f32; 2] = [1.0, 80.0];
+/// Share of the growth per work of the doubling before that is left (1): a mass stays the same, and
+/// a hand that speeds up by itself does so whatever the work is.
+const SAME_MASS: f32 = 0.5;
 /// A contact that took so much and showed nothing has the right sign [J].
 const PROOF_J: f32 = FIRST_J * 16.0;
 /// Such contacts, one after the other, that are a fault.
@@ -46,6 +49,8 @@ pub struct SignWatch {
     /// Work that the force should have taken, and the signed square of the speed then [J, m^2/s^2].
     taken_j: f32,
     square: f32,
+    /// Growth of that square per work in the last doubling that brought speed [1/kg].
+    per_work: f32,
     /// Doublings in a row that brought speed.
     doublings: u8,
     /// The force is off.
@@ -76,9 +81,10 @@ impl SignWatch {
         let driven = gained >= (GROWTH - 1.0) * self.square.abs()
             && gained >= PER_WORK[0] * work_j
             && gained <= PER_WORK[1] * work_j
+            && gained >= SAME_MASS * self.per_work * work_j
             && self.taken_j > 0.0;
         (self.taken_j, self.square) = (taken_j, square);
-        self.doublings = if driven { self.doublings + 1 } else { 0 };
+        (self.doublings, self.per_work) = if driven { (self.doublings + 1, gained / work_j) } else { (0, 0.0) };
         if self.doublings == DOUBLINGS {
             self.off = true;
             self.driven += 1;
@@ -143,7 +149,9 @@ mod tests {
 
     #[test]
     fn a_hand_that_yields_goes_on_evenly_or_speeds_up_by_itself_is_none() {
-        for growth in [[-20.0; 4], [0.0; 4], [0.5; 4], [200.0; 4], [30.0, 30.0, 30.0, -1.0], [30.0, 0.0, 30.0, 30.0]] {
+        for growth in
+            [[-20.0; 4], [0.0; 4], [0.5; 4], [200.0; 4], [30.0, 30.0, 30.0, -1.0], [30.0, 0.0, 30.0, 30.0], [17.9, 7.1, 6.5, 1.7]]
+        {
             let mut watch = SignWatch::default();
             for _ in 0..3 {
                 assert_eq!(contact(&mut watch, 0.2, &growth), (Ok(()), false), "{growth:?}");

@@ -12,6 +12,7 @@
 
 mod angle;
 mod catalogue;
+mod error;
 mod paddle;
 mod pantograph;
 pub mod profile;
@@ -19,9 +20,10 @@ mod your_device;
 
 pub use angle::sin_cos;
 pub use catalogue::{Kind, Linkage};
+pub use error::MechanismError;
 pub use paddle::Paddle;
 pub use pantograph::Pantograph;
-pub use profile::{MechanismError, MechanismProfile};
+pub use profile::MechanismProfile;
 pub use your_device::YourDevice;
 
 use palpate::Vector3;

@@ -219,8 +219,8 @@ fn an_ellipsoid_has_its_three_semi_axes() {
 #[test]
 fn press_is_where_the_scene_says() {
     let run = changed(PLACE, "position_m = [0.02, -0.01]");
-    assert!(run.trace.column("probe_x_m").iter().all(|x| *x == f64::from(0.02_f32)));
-    assert!(run.trace.column("probe_y_m").iter().all(|y| *y == f64::from(-0.01_f32)));
+    assert!(run.trace.column("probe_x_m").iter().all(|x| *x == 0.02));
+    assert!(run.trace.column("probe_y_m").iter().all(|y| *y == -0.01));
     let surface = run.surface(2);
     let lowest = surface.rows.iter().min_by(|a, b| a[5].total_cmp(&b[5])).unwrap();
     assert!((lowest[0] - 0.02).hypot(lowest[1] + 0.01) < 0.008, "{lowest:?}");

@@ -31,7 +31,7 @@ fn a_ball_is_checked_filled_and_pressed() {
     assert!(filled.contains("supports") && filled.contains("mesh = \"ball.msh\", length_unit = \"m\""), "{filled}");
     let tets = |name: &str| {
         let said = run(&desk, &["mesh", "check", name]).stdout;
-        said.lines().nth(1).unwrap().to_owned()
+        said.lines().nth(2).unwrap().to_owned()
     };
     assert_eq!(tets("tets/ball.msh"), tets("tets/ball.vtu"));
     assert!(filled.contains(tets("tets/ball.vtu").trim().split(';').next().unwrap()), "{filled}");

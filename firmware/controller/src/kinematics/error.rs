@@ -1,0 +1,42 @@
+//! Refusals of a mechanism.
+
+use core::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// Why a mechanism cannot be, or cannot move as its profile says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum MechanismError {
+    /// No joint turns so far in one count, or so little.
+    Encoder,
+    /// No motor gives so much torque, or so little.
+    Motor,
+    /// The dimensions are none of such a mechanism.
+    Arms,
+    /// The home pose cannot be, or lies outside the workspace.
+    Home,
+    /// The workspace goes beyond the mechanism's reach.
+    Reach,
+    /// The motors cannot give the largest force in the home pose.
+    Force,
+    /// One count at the probe is not as long as the profile says.
+    Count,
+}
+
+impl fmt::Display for MechanismError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Encoder => "a joint turns too far or too little in one count: check counts_per_turn and gear_ratio",
+            Self::Motor => {
+                "a joint's torque at full scale is too large or too small: check torque_constant_n_m_per_a, full_scale_a and gear_ratio"
+            }
+            Self::Arms => "no such mechanism has these dimensions: check them, in metres",
+            Self::Home => "the mechanism cannot be in its home pose, or that lies outside workspace_m: check home_deg and dimensions",
+            Self::Reach => "the workspace goes beyond what the mechanism reaches: make workspace_m smaller, or check the dimensions",
+            Self::Force => "the motors are too weak for max_force_n in the home pose: lower it, or check torque constant and gear",
+            Self::Count => "count_m is not what one count moves the probe by in the home pose, within a tenth",
+        })
+    }
+}
+
+impl core::error::Error for MechanismError {}
