@@ -6,8 +6,8 @@
 //! weakens on the way to where it wants to be. So at every doubling of the work that the force
 //! should have taken, from 0.1 mJ on, the square of the speed is compared with the one before: four
 //! times in a row a tenth more and as much as that work gives to between 25 g and 2 kg, the same
-//! mass within a factor of two, and the force is off until the probe has left. The third contact in a row that does so is
-//! [`Fault::WrongSign`].
+//! mass within a factor of two, and the force is off until the probe has left. The third contact in
+//! a row that does so is [`Fault::WrongSign`].
 //!
 //! One contact that takes 1.6 mJ and shows nothing of that kind ends the watch until the next
 //! arming. A hand that speeds up on purpose while it first touches may lose the force of that
