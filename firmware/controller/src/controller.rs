@@ -10,7 +10,7 @@ use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings, Telemetry}
 use palpate::haptic::device::HapticDevice;
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
-use palpate::{BuildError, Fault};
+use palpate::{BuildError, ClampFlags, Fault};
 
 use crate::force_out::{Drive, Outputs};
 use crate::port::Port;
@@ -121,10 +121,17 @@ impl Controller {
         command: Command,
         healthy: bool,
     ) -> Telemetry {
+        let believed = self.edge.device().linkage();
         self.edge.put(&reading.into());
         let command = self.present(command);
         let command = self.asked(command, healthy);
         let telemetry = self.cycle.tick(&mut self.edge, renderer, command);
+        if telemetry.limiters.contains(ClampFlags::HELD) {
+            self.edge.device().go_back(believed);
+        }
+        if matches!(telemetry.fault, Some(Fault::SensorFault | Fault::OverSpeed | Fault::OutOfWorkspace | Fault::UnitMismatch)) {
+            self.edge.device().forget_home();
+        }
         // used up by arming, whatever ends it, and by every mode that follows
         self.fresh &= matches!(telemetry.mode, Mode::Boot | Mode::SelfTest | Mode::Idle);
         telemetry

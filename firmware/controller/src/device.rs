@@ -81,6 +81,30 @@ impl Device {
         true
     }
 
+    /// The mechanism with its joints as last read, if there is one.
+    #[must_use]
+    pub(crate) fn linkage(&self) -> Option<Linkage> {
+        match &self.drivetrain {
+            Drivetrain::Driven(driven) => Some(driven.linkage),
+            Drivetrain::Axes | Drivetrain::Invalid => None,
+        }
+    }
+
+    /// Goes back to the joints of an earlier reading, where the last one is not believed: torques
+    /// belong to the pose that the force was computed for.
+    pub(crate) fn go_back(&mut self, linkage: Option<Linkage>) {
+        if let (Drivetrain::Driven(driven), Some(linkage)) = (&mut self.drivetrain, linkage) {
+            driven.linkage = linkage;
+        }
+    }
+
+    /// The encoders may have lost counts: a device that is homed has to be homed again.
+    pub(crate) fn forget_home(&mut self) {
+        if let Drivetrain::Driven(driven) = &self.drivetrain {
+            self.homed &= !driven.homing;
+        }
+    }
+
     /// The tip for a reading, device frame. Before the home pose is known the tip is taken to be
     /// there. A mechanism with a failed sensor, or with joints that cannot be so, has lost its
     /// home pose.
@@ -105,9 +129,7 @@ impl Device {
 
     #[cold]
     fn lost(&mut self, sequence: u32) -> Sensed {
-        if let Drivetrain::Driven(driven) = &self.drivetrain {
-            self.homed &= !driven.homing;
-        }
+        self.forget_home();
         Sensed { position_m: Vector3::zeros(), sequence, status: SensorStatus::Failed }
     }
 

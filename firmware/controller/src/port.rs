@@ -65,6 +65,11 @@ impl Port {
         self.sensed = self.device.sensed(reading);
     }
 
+    /// The mechanism of the device, with its joints.
+    pub(crate) fn device(&mut self) -> &mut Device {
+        &mut self.device
+    }
+
     /// Whether the device's home pose is known.
     #[must_use]
     pub fn homed(&self) -> bool {

@@ -1,6 +1,7 @@
 //! The controller's library on this machine: link, configuration, kinematics, uploaded patches.
 
 mod config_survives_a_power_cut;
+mod glitched_joints;
 mod kinematics_keep_power;
 mod link_frames_are_checked;
 mod mechanism_profiles;
