@@ -105,7 +105,7 @@ pub(super) struct Loop {
     name: String,
     target: Target,
     board: Option<HardwareInLoop>,
-    /// None of a wall.
+    /// Scene whose tissue is pressed; a wall has no scene.
     scene: Option<Scene>,
     inputs: BTreeMap<String, String>,
 }
