@@ -73,12 +73,17 @@ fn main() -> ! {
     }
 }
 
-/// The loop with the profile that the board keeps. Not a part of `main`, whose frame lies below
+/// The loop with the profile that the board keeps. Without one its encoders are taken for three
+/// axes, and it arms after it was shown its home pose or sent a profile: a reset must not turn one
+/// device into another. Not a part of `main`, whose frame lies below
 /// everything that runs.
 #[inline(never)]
 fn haptic_loop(arming: Arming) -> &'static mut HapticLoop<ThisBoard> {
     let mut this = ThisBoard::default();
-    let (settings, edge) = config::load(this.profile_memory()).map_or_else(Profile::desktop, |kept| kept.0).split();
+    let kept = config::load(this.profile_memory());
+    let known = kept.is_some();
+    let (settings, edge) = kept.map_or_else(Profile::desktop, |kept| kept.0).split();
+    let edge = if known { edge } else { edge.without_home() };
     let controller = or_stop(Controller::build(&settings, edge, arming).map_err(Refusal::from), "no controller");
     LOOP.init(HapticLoop::new(this, controller))
 }

@@ -67,6 +67,12 @@ impl Device {
         Self { drivetrain, home_counts, homed: !profile.homing }
     }
 
+    /// Without a known home pose, until it is shown or a tip comes in place of counts.
+    #[must_use]
+    pub const fn without_home(self) -> Self {
+        Self { homed: false, ..self }
+    }
+
     /// Whether the home pose is known; before that nothing arms.
     #[must_use]
     pub fn homed(&self) -> bool {
@@ -110,7 +116,11 @@ impl Device {
     /// home pose.
     pub fn sensed(&mut self, reading: &Reading) -> Sensed {
         match (&mut self.drivetrain, *reading) {
-            (Drivetrain::Axes, Reading::Tip(sensed)) => sensed,
+            (Drivetrain::Axes, Reading::Tip(sensed)) => {
+                // a host's tip is in the device's frame already
+                self.homed = true;
+                sensed
+            }
             (Drivetrain::Axes, Reading::Joints(JointReading { counts, sequence, status })) => {
                 let from_home = since(counts, self.home_counts).map(EncoderCounts);
                 Sensed { position_m: pose(from_home).tip_m, sequence, status }

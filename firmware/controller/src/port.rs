@@ -48,6 +48,13 @@ impl Port {
         Self { device, ..self }
     }
 
+    /// Forgets the home pose: of a board that was given no profile nobody knows what its encoders
+    /// count, nor from where.
+    #[must_use]
+    pub fn without_home(self) -> Self {
+        Self { device: self.device.without_home(), ..self }
+    }
+
     /// Sets whether an operator's switch is fitted.
     #[must_use]
     pub fn with_operator_switch(self, operator_switch: bool) -> Self {

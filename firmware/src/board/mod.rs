@@ -48,6 +48,7 @@ pub enum Duty {
     #[cfg_attr(not(feature = "mps2"), expect(dead_code, reason = "a board with sensors needs no scripted hand"))]
     Script(Script),
     /// A host is on the link.
+    #[cfg_attr(all(feature = "self-test", not(feature = "mps2")), expect(dead_code, reason = "a self-test serves no host"))]
     Serve(Pace),
     /// The board is tested, without motors and without a host.
     #[cfg(feature = "self-test")]
@@ -66,6 +67,9 @@ pub use stack::{STACK_BYTES, stack_used_bytes};
 #[cfg(not(feature = "mps2"))]
 #[expect(unsafe_code, reason = "memory is filled by the linker's symbols")]
 mod fast_memory;
+
+#[cfg(not(feature = "mps2"))]
+mod flashed;
 
 #[cfg(feature = "pico2")]
 #[expect(unsafe_code, reason = "interrupt entry and registers shared with fault handlers are the board's to touch")]

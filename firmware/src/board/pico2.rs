@@ -21,7 +21,6 @@
 //!
 //! Tick and patch run from RAM (`build/memory.rs`): the flash is serial.
 
-use core::fmt;
 use core::sync::atomic::{AtomicI16, Ordering};
 
 use cortex_m::peripheral::scb::SystemHandler;
@@ -42,13 +41,14 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use palpate::Fault;
 use palpate_controller::board::WATCHDOG_US;
-use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
 use palpate_controller::force_out::bridge::{AxisPins, Bridge, Line, Pins, StopCircuit};
 use palpate_controller::force_out::{DacCode, Outputs};
 use palpate_controller::patch::Budget;
-use palpate_controller::serve::Pace;
 
-use super::{Duty, fast_memory};
+use super::fast_memory;
+#[cfg(not(feature = "self-test"))]
+pub use super::flashed::duty;
+pub use super::flashed::{ProfileMemory, after_crash, exit, idle, print};
 use crate::period;
 
 mod encoders;
@@ -108,6 +108,10 @@ pub fn start_executors() -> (SendSpawner, SendSpawner) {
     core::mem::forget(Pwm::new_output_a(p.PWM_SLICE0, p.PIN_16, period.clone()));
     core::mem::forget(Pwm::new_output_a(p.PWM_SLICE1, p.PIN_18, period.clone()));
     core::mem::forget(Pwm::new_output_a(p.PWM_SLICE2, p.PIN_20, period));
+    for pin in MAGNITUDES {
+        // after reset a pad does not listen to its own pin, and the read-back would see nothing
+        pac::PADS_BANK0.gpio(pin).modify(|w| w.set_ie(true));
+    }
     outputs_off();
     encoders::start([p.PIN_2.into(), p.PIN_3.into(), p.PIN_4.into(), p.PIN_5.into(), p.PIN_6.into(), p.PIN_7.into()]);
     core::mem::forget(Uart::new_blocking(p.UART0, p.PIN_0, p.PIN_1, embassy_rp::uart::Config::default()));
@@ -286,10 +290,7 @@ pub fn budget() -> Budget {
 /// Bytes that have come; moves waiting ones on their way, too. Once per tick is often enough for
 /// queues of 32 at 115 200 baud.
 pub fn link_read(bytes: &mut [u8]) -> usize {
-    while !UART0.uartfr().read().txff() {
-        let Ok(byte) = OUT.try_receive() else { break };
-        UART0.uartdr().write(|w| w.set_data(byte));
-    }
+    send_waiting();
     bytes.iter_mut().map_while(|byte| (!UART0.uartfr().read().rxfe()).then(|| *byte = UART0.uartdr().read().data())).count()
 }
 
@@ -299,6 +300,15 @@ pub fn link_write(bytes: &[u8]) {
         for byte in bytes {
             let _ = OUT.try_send(*byte); // there is room
         }
+    }
+    send_waiting();
+}
+
+/// Moves bytes from the queue into the UART's.
+fn send_waiting() {
+    while !UART0.uartfr().read().txff() {
+        let Ok(byte) = OUT.try_receive() else { break };
+        UART0.uartdr().write(|w| w.set_data(byte));
     }
 }
 
@@ -318,57 +328,11 @@ pub fn led(on: bool) {
     set(25, on);
 }
 
-/// The next report follows. The self-test reads nothing: what waits is sent from here.
+/// The next report follows.
 #[cfg(feature = "self-test")]
 pub fn after_report(_: bool) {}
-
-/// Serves a host.
-#[cfg_attr(feature = "self-test", expect(dead_code, reason = "the self-test serves none"))]
-pub fn duty() -> Duty {
-    Duty::Serve(Pace::Timed)
-}
 
 /// Whether the watchdog has reset the board too often.
 pub fn barred() -> bool {
     super::resets::barred(WATCHDOG.reason().read().timer())
-}
-
-/// Until the next interrupt.
-pub fn idle(_: &Duty) {
-    cortex_m::asm::wfi();
-}
-
-/// Words for the debugger's log; lost without one.
-pub fn print(line: fmt::Arguments<'_>) {
-    defmt::error!("{}", defmt::Display2Format(&line));
-}
-
-/// There is nowhere to go to: the outputs are off, and the watchdog starts anew.
-pub fn exit(_: bool) -> ! {
-    after_crash()
-}
-
-/// Waits for the watchdog's reset.
-pub fn after_crash() -> ! {
-    loop {
-        cortex_m::asm::nop();
-    }
-}
-
-/// No profile is kept on this board yet, the default one holds.
-#[derive(Default)]
-pub struct ProfileMemory;
-
-impl Flash for ProfileMemory {
-    fn read(&self, _: Slot, bytes: &mut [u8; SLOT_BYTES]) {
-        *bytes = [0xFF; SLOT_BYTES];
-    }
-
-    fn erase(&mut self, _: Slot) -> Result<(), FlashError> {
-        Err(FlashError)
-    }
-
-    fn write(&mut self, _: Slot, _: &[u8; SLOT_BYTES]) -> Result<(), FlashError> {
-        Err(FlashError)
-    }
 }

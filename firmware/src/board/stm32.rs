@@ -20,8 +20,6 @@
 //! stop. Enable line and magnitudes are to be pulled down at the amplifiers: a resetting chip lets
 //! pins float.
 
-use core::fmt;
-
 use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pin as AnyPin, Pull, Speed};
@@ -32,11 +30,12 @@ use embassy_stm32::timer::simple_pwm::PwmPinConfig;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Config, Peri, Peripherals, peripherals, rcc};
 use palpate_controller::board::WATCHDOG_US;
-use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
 use palpate_controller::patch::Budget;
-use palpate_controller::serve::Pace;
 
-use super::{Duty, fast_memory};
+use super::fast_memory;
+#[cfg(not(feature = "self-test"))]
+pub use super::flashed::duty;
+pub use super::flashed::{ProfileMemory, after_crash, exit, idle, print};
 use crate::period;
 
 // one row for each board
@@ -285,55 +284,7 @@ pub fn led(on: bool) {
 #[cfg(feature = "self-test")]
 pub fn after_report(_: bool) {}
 
-/// Serves a host.
-#[cfg_attr(feature = "self-test", expect(dead_code, reason = "the self-test serves none"))]
-pub fn duty() -> Duty {
-    Duty::Serve(Pace::Timed)
-}
-
 /// Whether the watchdog has reset the board too often.
 pub fn barred() -> bool {
     super::resets::barred(This::reset_by_watchdog())
-}
-
-/// Until the next interrupt.
-pub fn idle(_: &Duty) {
-    cortex_m::asm::wfi();
-}
-
-/// Words for the debugger's log; lost without one.
-pub fn print(line: fmt::Arguments<'_>) {
-    defmt::error!("{}", defmt::Display2Format(&line));
-}
-
-/// There is nowhere to go to: the outputs are off, and the watchdog starts anew.
-pub fn exit(_: bool) -> ! {
-    after_crash()
-}
-
-/// Waits for the watchdog's reset.
-pub fn after_crash() -> ! {
-    loop {
-        cortex_m::asm::nop();
-    }
-}
-
-/// No profile is kept on these boards yet, the default one holds: erasing their flash takes longer
-/// than the watchdog bears, and what a power cut has left half written may read as a bus fault,
-/// which nobody has seen on a board.
-#[derive(Default)]
-pub struct ProfileMemory;
-
-impl Flash for ProfileMemory {
-    fn read(&self, _: Slot, bytes: &mut [u8; SLOT_BYTES]) {
-        *bytes = [0xFF; SLOT_BYTES];
-    }
-
-    fn erase(&mut self, _: Slot) -> Result<(), FlashError> {
-        Err(FlashError)
-    }
-
-    fn write(&mut self, _: Slot, _: &[u8; SLOT_BYTES]) -> Result<(), FlashError> {
-        Err(FlashError)
-    }
 }

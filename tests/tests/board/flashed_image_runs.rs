@@ -17,7 +17,7 @@ use palpate_controller::force_out::{DacCode, bridge::Bridge};
 use palpate_controller::haptic_loop::HapticLoop;
 use palpate_controller::link::inbox::Reply;
 use palpate_controller::link::message::HostAsk;
-use palpate_controller::link::{FRAME_BYTES, FromBoard, Inbox, Receiver, Record, ToBoard, encode};
+use palpate_controller::link::{FRAME_BYTES, FromBoard, Inbox, Receiver, Record, Refusal, ToBoard, encode};
 use palpate_controller::patch::{Memory, Patch};
 use palpate_controller::port::Port;
 use palpate_controller::probe_in::{EncoderCounts, JointReading, Reading};
@@ -33,8 +33,12 @@ use serde_json::{Value, json};
 
 /// Periods between two signs of life of the host.
 const HEARTBEAT: u32 = 5;
+/// Period in which the host shows a board without a profile its home pose, and in which the hand
+/// leaves that for the script's place.
+const SHOWN_AT: u32 = 12;
+const LEAVES_AT: u32 = 20;
 /// Period in which the host asks for the force.
-const ARM_AT: u32 = 20;
+const ARM_AT: u32 = 40;
 /// Ticks outside the tissue: arming and ramp-in, and the bytes' way.
 const LEAD_TICKS: u32 = script::LEAD_TICKS + 50;
 /// Through the tap and into its hold; the long form goes on through the slide.
@@ -130,8 +134,12 @@ fn host(period: u32, arm_at: u32) -> Option<ToBoard<'static>> {
 
 /// The scripted hand on three axes of 10 um.
 fn axes(periods: u32) -> Vec<Period> {
-    let counts = |period| script::counts(period, LEAD_TICKS).map(|axis| axis.0);
-    (0..periods).map(|period| Period { counts: counts(period), says: host(period, ARM_AT) }).collect()
+    let counts = |period: u32| {
+        let share = period.saturating_sub(LEAVES_AT).min(10) as i32;
+        script::counts(period, LEAD_TICKS).map(|axis| axis.0 * share / 10)
+    };
+    let says = |period| if period == SHOWN_AT { Some(ToBoard::Home) } else { host(period, ARM_AT) };
+    (0..periods).map(|period| Period { counts: counts(period), says: says(period) }).collect()
 }
 
 /// Runs the image; `None` where the model cannot be had.
@@ -170,7 +178,8 @@ fn run(name: &str, periods: &[Period], hang: &Value) -> Option<Journal> {
 fn on_desktop(periods: &[Period], rows: &[Row]) -> Vec<Record> {
     let mut memory = Box::new(Memory::RESERVED);
     let mut patch = Patch::open(in_flash(), &mut memory, None).unwrap();
-    let controller = Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP, Arming::OnRequest).unwrap();
+    let controller =
+        Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP.without_home(), Arming::OnRequest).unwrap();
     let mut haptic = HapticLoop::new(DesktopBoard::default(), controller);
     let (mut receiver, mut inbox, mut sequence) = (Receiver::NEW, Inbox::default(), 0);
     let joints = |counts: [i32; 3], sequence| {
@@ -248,7 +257,7 @@ fn it_boots_arms_and_presses_like_the_desktop_to_the_bit() {
     let periods = axes(if long() { LEAD_TICKS + 2_000 } else { PRESSED_TICKS });
     let Some(journal) = run("press", &periods, &Value::Null) else { return };
     let (records, others) = agree(&periods, &journal);
-    assert_eq!(others, []);
+    assert_eq!(others, [FromBoard::Homed]);
     let armed = records.iter().position(|record| record.enabled).unwrap();
     assert!(armed as u32 > ARM_AT, "armed in tick {armed}, before the host asked");
     println!("{} ticks, armed in tick {armed}, {:.4} N at most", records.len(), felt(&records));
@@ -294,9 +303,13 @@ fn a_paddle_is_pressed_like_the_desktop_to_the_bit() {
 #[test]
 fn a_hang_under_force_ends_with_the_pins_off() {
     let at = PRESSED_TICKS - 20;
-    let after = 200;
+    let after = 400;
+    // long enough after the reset for the loop to be idle, and before the end to arm
+    let again = at + 100;
     for hang in [json!({"at": at, "how": "loop", "symbol": "7palpate4tick4tick17h"}), json!({"at": at, "how": "no ticks"})] {
-        let Some(journal) = run("hang", &axes(at + after), &hang) else { return };
+        let mut periods = axes(at + after);
+        periods[again as usize].says = Some(ToBoard::Ask(HostAsk::Arm));
+        let Some(journal) = run("hang", &periods, &hang) else { return };
         let rows = &journal.rows[1..];
         let hung = at as usize;
         assert!(rows[hung - 1].enable && rows[hung - 1].steps[2] > 0, "a force acts before");
@@ -308,5 +321,11 @@ fn a_hang_under_force_ends_with_the_pins_off() {
             assert!(row.is_off() && row.resets == 2, "it starts anew and arms nothing by itself");
         }
         assert!(rows.last().unwrap().fed > 0, "it runs again");
+        let (mut receiver, mut refused) = (Receiver::NEW, false);
+        for byte in rows[again as usize..].iter().flat_map(|row| &row.sent) {
+            let said = receiver.push::<FromBoard>(*byte);
+            refused |= matches!(said, Some(Ok(FromBoard::Refused(Refusal::NotHomed))));
+        }
+        assert!(refused, "asked for the force again, it lacks its home pose: it forgot what it was");
     }
 }
