@@ -9,7 +9,7 @@
 //! mass within a factor of two, and the force is off until the probe has left. The third contact in
 //! a row that does so is [`Fault::WrongSign`].
 //!
-//! One contact that takes 1.6 mJ and shows nothing of that kind ends the watch until the next
+//! One contact that takes 1.6 mJ and does not end in such a row ends the watch until the next
 //! arming. A hand that speeds up on purpose while it first touches may lose the force of that
 //! touch; three times in a row none did. Not seen: a hand that is stiffer than the tissue holds
 //! against a wrong sign without speeding up, and what it feels is then bounded by the force limit
@@ -68,7 +68,8 @@ impl SignWatch {
             return Ok(());
         }
         if !touched {
-            let proven = self.taken_j >= PROOF_J && !self.off;
+            // a row of doublings under way is evidence against the sign, however much was taken
+            let proven = self.taken_j >= PROOF_J && !self.off && self.doublings == 0;
             *self = Self { proven, driven: self.driven, ..Self::default() };
             return Ok(());
         }
@@ -170,6 +171,10 @@ mod tests {
         assert_eq!(contact(&mut watch, 0.2, &[-10.0; 3]), (Ok(()), false));
         leave(&mut watch);
         assert_eq!(contact(&mut watch, 0.05, &driven), (Ok(()), true), "0.8 mJ prove nothing");
+        leave(&mut watch);
+        assert_eq!(contact(&mut watch, 0.05, &[-10.0, 30.0, 30.0, 30.0]), (Ok(()), false));
+        leave(&mut watch);
+        assert_eq!(contact(&mut watch, 0.05, &driven), (Ok(()), true), "nor do 1.6 mJ that end driven");
         leave(&mut watch);
         assert_eq!(contact(&mut watch, 0.2, &[-10.0; 4]), (Ok(()), false));
         leave(&mut watch);
