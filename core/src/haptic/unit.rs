@@ -1,12 +1,14 @@
 //! Compares the encoder's steps with the profile: a unit or a scale that is wrong by ten or more.
 //!
 //! A unit that is too large shows within a few counts. Readings lie on a grid of counts, so a hand
-//! that moves evenly takes steps that differ by one or two of them, whatever its speed; of readings
-//! ten times too long every step, and every difference between two, is ten counts or none. So steps
-//! that are longer than five counts of the profile *and* differ from the one before by more than
-//! five are counted until one fits. A hand that speeds up evenly takes some as well, but by the
-//! time that it is as fast as a hand becomes there are no more of them: eight beyond that are a
-//! fault. A hand that trembles while the loop arms is enough for it.
+//! that moves evenly takes steps that differ by one or two of them, whatever its speed, and one
+//! that speeds up or turns evenly takes steps whose differences do; of readings ten times too long
+//! every step, every difference between two and every difference of these is ten counts or none. So
+//! steps are counted that are longer than five counts of the profile *and* differ from the one
+//! before by more than five *and* whose difference differs from the one before by none or by more
+//! than five, until one fits. A hand that speeds up takes some as well: eight beyond those that
+//! bring it to its greatest speed are a fault. A hand that trembles while the loop arms is enough
+//! for it.
 //!
 //! A unit that is too small shows at rest alone, for a driver that filters or interpolates has
 //! short steps as well: eight motions from rest to rest that are each shorter than a fifth of a
@@ -48,8 +50,9 @@ pub struct UnitWatch {
     most_long: u8,
     /// Equal readings in a row.
     equal: u8,
-    /// The last step [m].
+    /// The last step, and its difference from the one before [m].
     step_m: Vector3<f32>,
+    change_m: Vector3<f32>,
     /// Displacement since the last rest [m].
     gone_m: Vector3<f32>,
     /// Steps that were too long; [`u8::MAX`] once one was not, or there is nothing to compare with.
@@ -72,6 +75,7 @@ impl UnitWatch {
             most_long: MOST + between(FASTEST_M / longest_m, 0.0, PATIENCE) as u8,
             equal: 0,
             step_m: Vector3::zeros(),
+            change_m: Vector3::zeros(),
             gone_m: Vector3::zeros(),
             long: 0,
             short: 0,
@@ -89,12 +93,15 @@ impl UnitWatch {
             return Ok(());
         }
         let change_m = displacement_m - self.step_m;
-        self.step_m = *displacement_m;
+        let turn_m = change_m - self.change_m;
+        (self.step_m, self.change_m) = (*displacement_m, change_m);
         let (square, change) = (displacement_m.dot(displacement_m), change_m.dot(&change_m));
         if square > 0.0 {
             // less than that is rounding, or a filter
             if self.long != PASSED && change >= self.shortest_m2 {
-                let fits = square <= self.longest_m2 || change <= self.longest_m2;
+                let turn = turn_m.dot(&turn_m);
+                let even = turn >= self.shortest_m2 && turn <= self.longest_m2;
+                let fits = square <= self.longest_m2 || change <= self.longest_m2 || even;
                 self.long = if fits { PASSED } else { self.long + 1 };
             }
             if self.equal >= REST {
@@ -122,7 +129,7 @@ impl UnitWatch {
     pub fn reset(&mut self) {
         let counted = if self.longest_m2 > 0.0 { 0 } else { PASSED };
         (self.equal, self.long, self.short) = (0, counted, counted);
-        (self.step_m, self.gone_m) = (Vector3::zeros(), Vector3::zeros());
+        (self.step_m, self.change_m, self.gone_m) = (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
     }
 }
 
@@ -243,6 +250,26 @@ mod tests {
                         watch.judge(&displacement_m, false).is_err()
                     });
                     assert_eq!(found.is_some(), ratio > 1.0, "{count_m} m, {m_per_s2} m/s^2, {ratio}: {found:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_hand_that_goes_round_fast_is_no_fault_on_any_encoder() {
+        for count_m in [5e-6, 10e-6, 20e-6, 55e-6] {
+            for (m_per_s, m_per_s2) in [(0.6_f32, 90.0), (1.0, 140.0), (1.45, 195.0)] {
+                let mut watch = UnitWatch::build(count_m);
+                let (radius_m, rad_per_tick) = (m_per_s * m_per_s / m_per_s2, 1e-3 * m_per_s2 / m_per_s);
+                let read = |n: u16| {
+                    let angle = rad_per_tick * f32::from(n);
+                    let at_m = Vector3::new(libm::cosf(angle), libm::sinf(angle), 0.0) * radius_m;
+                    at_m.map(|x| libm::floorf(x / count_m) * count_m)
+                };
+                // its first step is already at full speed
+                for n in 1..1_000 {
+                    let displacement_m = read(n) - read(n - 1);
+                    assert_eq!(watch.judge(&displacement_m, false), Ok(()), "{count_m} m, {m_per_s2} m/s^2, tick {n}");
                 }
             }
         }
