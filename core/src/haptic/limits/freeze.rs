@@ -24,6 +24,9 @@ const FAST_M_PER_S: f32 = 0.2;
 const MOVING: u8 = 3;
 /// That speed in counts per tick (1): a coarse encoder makes a slow hand look fast now and then.
 const FAST_COUNTS: f32 = 2.5;
+/// Next displacement, extrapolated from the last two, up to which an encoder may go on to read
+/// nothing: less than a count, extrapolated wrong by less than three, in counts (1).
+const UNSEEN_COUNTS: f32 = 3.5;
 /// Equal readings in a row after that which are a fault.
 const EQUAL: u8 = 3;
 /// Within this distance of the end of the workspace a hard stop may have stopped the probe [m].
@@ -65,7 +68,9 @@ impl Freeze {
         let mut frozen = false;
         // a hand that was slowing down would have come to less than this by now [m]
         let per_tick = 1.0 / f32::from(ticks);
-        let slowed_m = fast_m * per_tick - 0.5 * limits.counts_m;
+        let count_m = 0.5 * limits.counts_m;
+        let slow_m = fast_m * per_tick - count_m;
+        let slowed_m = if slow_m > UNSEEN_COUNTS * count_m { slow_m } else { UNSEEN_COUNTS * count_m };
         let watched = self.moving.iter_mut().zip(&mut self.equal).zip(&mut self.last_m);
         let read = displacement_m.iter().zip(at_m.iter()).zip(device.workspace_low_m.iter().zip(device.workspace_high_m.iter()));
         for (((moving, equal), last_m), ((&displacement_m, at_m), (low_m, high_m))) in watched.zip(read) {
@@ -102,7 +107,8 @@ impl Freeze {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::limits;
+    use super::super::{DeviceSpec, LoopLimitSettings};
+    use super::super::tests::{device, limits};
     use super::*;
 
     /// Ticks until the fault after a way of `m_per_s` and then none.
@@ -166,6 +172,30 @@ mod tests {
         assert_eq!(judge(0.0, 1), Err(Fault::SensorFault));
         // one count less than before is still even
         assert_eq!(ends([0.33e-3, 0.33e-3, 0.33e-3, 0.275e-3]), Err(Fault::SensorFault));
+    }
+
+    #[test]
+    fn a_hand_that_brakes_evenly_is_no_stuck_encoder_wherever_its_counts_fall() {
+        for [count_m, braking_m] in [[55e-6, 122e-6], [55e-6, 180e-6], [35e-6, 190e-6], [20e-6, 60e-6], [10e-6, 100e-6]] {
+            let device = DeviceSpec { count_m, ..device() };
+            let limits = LoopLimits::build(&LoopLimitSettings::DESKTOP, &device, 1e-3).unwrap();
+            for start in 0..20 {
+                for phase in 0..20 {
+                    let mut freeze = Freeze::default();
+                    let (mut way_m, mut at_m, mut read_m) = (5.0 * braking_m, 0.05 * phase as f32 * count_m, 0.0);
+                    way_m += 0.05 * start as f32 * braking_m;
+                    for _ in 0..20 {
+                        at_m += way_m;
+                        way_m = (way_m - braking_m).max(0.0);
+                        let now_m = (at_m / count_m).floor() * count_m;
+                        let displacement_m = Vector3::new(0.0, 0.0, now_m - read_m);
+                        let judged = freeze.judge(&limits, &Vector3::zeros(), &displacement_m, 1, true);
+                        assert_eq!(judged, Ok(()), "{count_m} m, {braking_m} m, start {start}, phase {phase}");
+                        read_m = now_m;
+                    }
+                }
+            }
+        }
     }
 
     #[test]
