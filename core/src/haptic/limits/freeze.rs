@@ -27,6 +27,11 @@ const FAST_COUNTS: f32 = 2.5;
 /// Next displacement, extrapolated from the last two, up to which an encoder may go on to read
 /// nothing: less than a count, extrapolated wrong by less than three, in counts (1).
 const UNSEEN_COUNTS: f32 = 3.5;
+/// Most that a hand brakes by [m/s^2], and by how much more than that its last displacement may
+/// read before it reads nothing: a count that is not seen any more and one of rounding, less a
+/// quarter so that three counts per tick of a coarse encoder are no braking (1).
+const BRAKES_M_PER_S2: f32 = 200.0;
+const BRAKED_COUNTS: f32 = 1.75;
 /// Equal readings in a row after that which are a fault.
 const EQUAL: u8 = 3;
 /// Within this distance of the end of the workspace a hard stop may have stopped the probe [m].
@@ -70,7 +75,7 @@ impl Freeze {
         let per_tick = 1.0 / f32::from(ticks);
         let count_m = 0.5 * limits.counts_m;
         let slow_m = fast_m * per_tick - count_m;
-        let slowed_m = if slow_m > UNSEEN_COUNTS * count_m { slow_m } else { UNSEEN_COUNTS * count_m };
+        let braked_m = BRAKES_M_PER_S2 * limits.tick_s * limits.tick_s + BRAKED_COUNTS * count_m;
         let watched = self.moving.iter_mut().zip(&mut self.equal).zip(&mut self.last_m);
         let read = displacement_m.iter().zip(at_m.iter()).zip(device.workspace_low_m.iter().zip(device.workspace_high_m.iter()));
         for (((moving, equal), last_m), ((&displacement_m, at_m), (low_m, high_m))) in watched.zip(read) {
@@ -80,7 +85,9 @@ impl Freeze {
                     *equal = equal.saturating_add(1);
                     let stopped = *at_m < low_m + STOP_M || *at_m > high_m - STOP_M;
                     let [newest_m, before_m] = last_m.map(f32::abs);
-                    let slowing = newest_m + newest_m - before_m < slowed_m;
+                    let next_m = newest_m + newest_m - before_m;
+                    let unseen = next_m < UNSEEN_COUNTS * count_m && newest_m < braked_m;
+                    let slowing = next_m < slow_m || unseen;
                     frozen |= *equal == EQUAL && moving.unsigned_abs() >= MOVING && !stopped && !slowing;
                 }
                 continue;
@@ -107,8 +114,8 @@ impl Freeze {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{DeviceSpec, LoopLimitSettings};
     use super::super::tests::{device, limits};
+    use super::super::{DeviceSpec, LoopLimitSettings};
     use super::*;
 
     /// Ticks until the fault after a way of `m_per_s` and then none.
