@@ -1,5 +1,5 @@
-//! Rims that are no springs, on the core's tick: the dense condensed outside, a low-rank one, and
-//! modes that the rim is slaved to.
+//! Rims other than springs, on the core's tick: the dense condensed outside, a low-rank form, and
+//! modes to which the rim is slaved.
 //!
 //! The model they run on has no rim springs of its own; its rim nodes carry the mass floor of the
 //! stiffness that is attached here. Dense and low rank add their force as a kick after each

@@ -14,7 +14,7 @@ pub struct Stimulus {
     pub in_m_per_s: f64,
     /// Speed on the way out [m/s].
     pub out_m_per_s: f64,
-    /// A pose is of a moment up to this share of a tick before or after its tick (1).
+    /// Jitter of a pose's time, as a share of a tick (1).
     pub jitter: f64,
 }
 
@@ -25,8 +25,7 @@ pub enum Promise {
     Pass,
     /// It refuses the depth and holds.
     Hold,
-    /// It refuses the depth, and two radii of the probe beyond it lets the hand through without a
-    /// force.
+    /// It refuses the depth, and two probe radii beyond it releases the hand without a force.
     LetThrough,
     /// Nothing is promised.
     None,

@@ -76,7 +76,7 @@ pub struct Part {
     pub margins: Vec<MarginCell>,
 }
 
-/// Everything that came out, in the scope's order: rows, stiffnesses, columns.
+/// All results, in the scope's order: rows, stiffnesses, columns.
 #[derive(Clone, Debug)]
 pub struct Matrix {
     /// The scope.
