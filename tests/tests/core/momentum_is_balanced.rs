@@ -36,8 +36,7 @@ fn forces(state: &State) -> Vec<Vector> {
     state.nodes().iter().map(|n| n.force_over_modulus().cast()).collect()
 }
 
-/// Springs between neighbours, written as a rim: what a rim edge gives to one node it takes from
-/// the other.
+/// Springs between neighbours, written as a rim: a rim edge gives its two nodes opposite forces.
 fn spring_rim(model: &Model) -> (Vec<RimNode>, Vec<RimEdge>) {
     let mut blocks = vec![[0.0_f32; 6]; model.nodes.len()];
     let mut edges = Vec::new();
@@ -124,8 +123,8 @@ proptest! {
     fn a_tick_changes_momentum_by_force_times_time(seed: u64, depth_m in 1e-3_f32..4e-3, substeps in 1_u16..4) {
         let bench = Bench::floating(129).with(|p| {
             p.substeps = substeps;
-            // with one substep what the damping takes is known; with more, only the sum of the
-            // forces is
+            // with one substep the loss by damping is known; with more, only the sum of the forces
+            // is
             p.node_damping_per_s = if substeps == 1 { 40.0 } else { 0.0 };
         });
         let model = bench.patch.wide_model();

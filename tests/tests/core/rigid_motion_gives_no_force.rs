@@ -18,7 +18,7 @@ fn rotated(noise: &mut Noise, x: Vector3<f64>) -> Vector3<f64> {
     x + axis.cross(&x) * (2.0 * w) + axis.cross(&axis.cross(&x)) * 2.0
 }
 
-/// Largest force over what rounding explains.
+/// Largest force over the rounding bound.
 fn worst(bench: &Bench, seed: u64, away_m: f64, state: &mut State, tuned: &Tuned) -> f64 {
     let model = bench.patch.wide_model();
     let carry = Noise::new(seed).vector() * away_m;

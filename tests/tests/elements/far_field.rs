@@ -1,5 +1,5 @@
-//! The far field: rim springs answer as the exact outside does, the exact outside is exact, ticks
-//! settle to it, and it can be swapped.
+//! The far field: rim springs respond as the exact outside does, the exact outside is exact, ticks
+//! settle to its equilibrium, and it can be swapped.
 
 mod command;
 mod condensed;

@@ -1,5 +1,5 @@
-//! Patches of tissue that stiffens against finite elements of the same law, at every exponent that
-//! tissue has: nothing is fitted to these forces.
+//! Patches of tissue that stiffens against finite elements of the same law, at every exponent found
+//! in tissue: nothing is fitted to these forces.
 
 use palpate::Params;
 use palpate_fit::reference::body::Material;

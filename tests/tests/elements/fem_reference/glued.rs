@@ -11,7 +11,7 @@ use palpate_tissue::scene::Scene;
 
 use crate::fem_reference::{RADIUS_M, assert_within};
 
-/// A block with what is at its bottom.
+/// A block with its support at the bottom.
 fn tissue(size_m: [f64; 3], nodes: usize, fine_radius_m: f64) -> (TetMesh, Vec<u32>) {
     let mesh = block(&BlockSpec { size_m, nodes, fine_at_m: [0.0; 2], fine_radius_m }).expect("meshed");
     let bottom = (0..).zip(&mesh.nodes_m).filter(|(_, x)| x[2] <= -size_m[2]).map(|(n, _)| n).collect();
@@ -86,7 +86,7 @@ fn on_a_large_block_press_and_shear_are_those_of_a_half_space() {
         let ways = [Vector3::z(), Vector3::x()];
         glued_stiffness(&mesh, soft(nu), &bottom, &disc(RADIUS_M), &ways, &[0.4, 0.2]).expect("solved").limit_m
     };
-    // what the walls do falls with their distance
+    // the effect of the walls falls with their distance
     let (near, far) = (on(4.0), on(8.0));
     assert_within("press, walls away", far[0], press_m, 0.04);
     assert_within("shear, walls away", far[1], shear_m, 0.02);

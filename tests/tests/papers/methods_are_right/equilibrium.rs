@@ -1,4 +1,4 @@
-//! Methods at rest under the probe: what the tissue pulls at its support is what the probe feels.
+//! Methods at rest under the probe: the force on the support equals the force on the probe.
 
 use palpate::{ProbePose, Terms, Vector3, tick};
 use palpate_lab::methods::{Block, Corotational, Law, Meshless, Method, NeoHookean, RunningMethod, Volume};

@@ -1,4 +1,4 @@
-//! The stiffness matrix, its factor and what is solved with them.
+//! The stiffness matrix, its factor and their solutions.
 
 use nalgebra::Vector3;
 use palpate_lab::methods::{Block, Compliance, Factor, LinearElastic, Method, RunningMethod};

@@ -108,8 +108,8 @@ fn eq_8_pressure_from_force_and_depth() {
     }
 }
 
-/// Nodes beyond the radius that (7)-(8) give stand still, those within move, and the count follows
-/// the threshold.
+/// Nodes beyond the radius of (7)-(8) are frozen, those within move, and the count follows the
+/// threshold.
 #[test]
 fn the_region_follows_the_load() {
     let bench = bench();
@@ -128,7 +128,7 @@ fn the_region_follows_the_load() {
         }
         let output = last.unwrap();
         assert!(output.force_n.z > 0.0);
-        // what moved is what the rule says for the force and depth of the tick before
+        // the moving nodes are those of the rule for the force and depth of the previous tick
         let pressure_pa = rule.pressure_pa(bench.params.youngs_modulus_pa, output.force_n.norm(), output.depth_m);
         let radius_m = rule.radius_m(pressure_pa, bench.params.probe.radius_m);
         let within = model
