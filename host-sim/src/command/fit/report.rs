@@ -18,16 +18,16 @@ use super::added_force::BumpReport;
 use super::store::StoredFit;
 use crate::error::Error;
 
-/// All that a fit came to.
+/// All results of a fit.
 pub(super) struct Report<'a> {
     pub scene: &'a Scene,
-    /// Depths that the fit knew [m].
+    /// Depths of the fit [m].
     pub fitted_m: &'a [f64],
-    /// Forces that it knew.
+    /// Forces of the fit.
     pub known: &'a dyn Reference,
     /// Every press of the finite elements.
     pub answer: &'a Answer,
-    /// Nodes of their finest mesh, and how far their force at the centre may be off (1).
+    /// Nodes of their finest mesh, and the estimated error of their force at the centre (1).
     pub reference_nodes: usize,
     pub reference_error: f64,
     pub fit: &'a StoredFit,
