@@ -6,10 +6,10 @@
 //! caller may change before [`Params::build`], Poisson's ratio and the probe's place excepted.
 //!
 //! After the arrays come the shares and times of a tissue that relaxes, the coefficient of a probe
-//! with friction, and the exponent of a tissue that stiffens, each announced by a bit in `terms`. A
-//! probe that is a capsule or an ellipsoid has its direction and its lengths at the end, which its
-//! number in `probe_shape` says. Other files are unchanged, and a reader that does not know the
-//! term or the shape refuses such a file.
+//! with friction, and the exponent of a tissue that stiffens, each announced by a bit in `terms`.
+//! For a capsule or an ellipsoid, as given by `probe_shape`, direction and lengths follow at the
+//! end. Other files are unchanged, and a reader that does not know the term or the shape refuses
+//! such a file.
 
 use bytemuck::{Pod, Zeroable};
 use crc::{CRC_32_ISO_HDLC, Crc};

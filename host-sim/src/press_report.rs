@@ -35,7 +35,7 @@ struct Summary<'a> {
     deadline_misses: usize,
     tick_us: TickUs,
     holds: Vec<HoldSummary>,
-    /// Against the stored dynamic truths of this scene; empty where there are none.
+    /// Relative to the stored dynamic references of this scene; empty if there are none.
     moving: &'a [RampError],
     residual_m: f64,
     limiters: Vec<&'static str>,

@@ -36,7 +36,8 @@ const AHEAD_TICKS: u64 = 3 * RECORD_TICKS;
 const LINK_BYTES: usize = 40;
 /// Time of silence after which a host counts as gone for an idle board.
 const AWAY: Duration = Duration::from_millis(400);
-/// The same for an armed board, longer: on a busy machine the host may wait for half a second.
+/// Such a time for an armed board, which is longer: on a busy machine the host may wait for half a
+/// second.
 const AWAY_FROM_FORCE: Duration = Duration::from_secs(10);
 /// Longest wait. Longest wait for an event, which takes a second or two: a missing one must not
 /// hang the tests.

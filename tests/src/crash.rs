@@ -25,7 +25,7 @@ const NVIC_ENABLE: u32 = 0xE000_E100;
 const NVIC_PEND: u32 = 0xE000_E200;
 /// An address at which these images have no memory.
 const NOWHERE: u32 = 0x6000_0000;
-/// An interrupt that nobody has claimed.
+/// An unclaimed interrupt.
 const STRAY: u32 = 20;
 
 // Thumb

@@ -3,7 +3,7 @@
 //!
 //! The observer of Hannaford and Ryu (Time-domain passivity control of haptic interfaces, IEEE
 //! Trans. Robotics and Automation 18, 2002) sums `F dx` with the force that really acted during the
-//! displacement: the one sent `delay` ticks before. A spring takes energy on the way in and gives
+//! displacement: the one sent `delay` ticks before. A spring takes energy during loading and gives
 //! it back; energy that it gives beyond that, counted from the touch, was created. Ours differs in
 //! the controller: theirs injects damping as soon as the sum is negative, which makes a quantised
 //! encoder buzz. Ours leaves the force alone up to an alarm threshold, above what quantisation can
@@ -256,7 +256,7 @@ mod tests {
         let mut observer = counting(0, 55e-6);
         let count = |n: u16| Vector3::new(0.0, 0.0, if n.is_multiple_of(2) { 55e-6 } else { -55e-6 });
         for n in 0..60_000 {
-            // one count out under the force of the deeper one, and in again under the weaker
+            // one count out under the deeper count's force, and in again under the weaker force
             observer.observe(&count(n), true).unwrap();
             observer.sent(Vector3::new(0.0, 0.0, if n.is_multiple_of(2) { 0.8 } else { 0.83 }));
         }

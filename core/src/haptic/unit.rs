@@ -187,7 +187,7 @@ mod tests {
         let step = |counts: f32| Vector3::new(counts * COUNT_M, 0.0, 0.0);
         let moved = |pauses: u8| {
             let mut watch = UnitWatch::build(COUNT_M);
-            // steps of a tenth of a count with so many equal readings in between: three of them are
+            // steps of a tenth of a count with many equal readings in between: three equal ones are
             // a rest
             (0..30_u8).try_for_each(|_| {
                 for _ in 0..5 {

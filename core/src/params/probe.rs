@@ -1,4 +1,4 @@
-//! The rigid probe: its shape, its size, and which way it points.
+//! The rigid probe: shape, size and orientation.
 
 use nalgebra::Vector3;
 

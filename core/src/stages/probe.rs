@@ -1,9 +1,9 @@
 //! Guard: derives the tip that the patch is given (the *shown* tip) from the sensed tip.
 //!
 //! In contact the shown tip enters the tissue at most at `GuardLimits::max_sink_m_per_s` and leaves
-//! it at any speed: a fast tap arrives late and weaker, and the energy that the limit keeps
-//! from the tissue on the way in is never returned on the way out. Where there can be no contact
-//! ([`Presence::Outside`]), the shown tip **is** the sensed tip, whatever its speed.
+//! it at any speed: a fast tap arrives late and weaker, and the energy that the limit withholds
+//! from the tissue during loading is never returned during the retreat. Where there can be no
+//! contact ([`Presence::Outside`]), the shown tip **is** the sensed tip, whatever its speed.
 //!
 //! * in: sensed tip [m], patch frame; its [`Presence`]
 //! * out: the straight displacement of the shown tip in this tick, with speed and depth clamped

@@ -194,7 +194,7 @@ pub fn store(flash: &mut impl Flash, profile: &Profile) -> Result<u32, StoreErro
 /// Why a profile was not kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StoreError {
-    /// It is none.
+    /// The profile is invalid.
     Profile(ProfileError),
     /// The flash failed.
     Flash,

@@ -102,7 +102,7 @@ impl<'a> Patch<'a> {
         }
         budget.check(&file, site::check(&file)?)?;
         after_round();
-        // twice the packed modulus may be asked for later
+        // twice the packed modulus may be requested later
         let stiffest = Params { youngs_modulus_pa: 2.0 * packed_pa, ..params };
         // as the board then runs it: the fields stay, their gains are recomputed
         stiffest.retune(&model, &mut tuned);

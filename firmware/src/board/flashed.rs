@@ -14,7 +14,7 @@ pub fn duty() -> Duty {
     Duty::Serve(Pace::Timed)
 }
 
-/// Until the next interrupt.
+/// Waits for the next interrupt.
 pub fn idle(_: &Duty) {
     cortex_m::asm::wfi();
 }

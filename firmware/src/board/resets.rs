@@ -20,7 +20,7 @@ static STARTED: AtomicBool = AtomicBool::new(false);
 static BARRED: AtomicBool = AtomicBool::new(false);
 
 /// Whether crashes came too often. The first call counts this start; it comes from `main`, before
-/// anything else runs. `by_watchdog`: the board knows that its watchdog has reset it.
+/// anything else runs. `by_watchdog`: the watchdog has reset the board.
 pub fn barred(by_watchdog: bool) -> bool {
     if !STARTED.swap(true, Ordering::Relaxed) {
         // SAFETY: every bit pattern is a `u32`, and a `Resets` of nothing but integers; nothing

@@ -57,7 +57,7 @@ use this::This;
 /// Board and version, for hosts.
 pub const NAME: &str = This::NAME;
 
-/// The part of a board that this family cannot know.
+/// The part of a board that differs within this family.
 pub trait Stm32Board {
     /// Board and version, separated by a space.
     const NAME: &'static str;
@@ -119,7 +119,7 @@ pub struct BoardPins {
 static HAPTIC: InterruptExecutor = InterruptExecutor::new();
 static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
 
-/// Names the handlers: a board knows which of its chip's interrupts they are.
+/// Names the handlers, since the interrupts depend on the board's chip.
 macro_rules! handlers {
     (tick: $tick:ident, haptic: $haptic:ident, background: $background:ident, link: $link:ident) => {
         #[interrupt]

@@ -14,7 +14,7 @@
 //! shared with the real-time core, so the two check each other.
 //!
 //! # Convergence
-//! Force over Young's modulus [mm^2] of the preset block (3.5 kPa) on the way to 4 mm, by corner
+//! Force over Young's modulus [mm^2] of the preset block (3.5 kPa) during a ramp to 4 mm, by corner
 //! nodes of the quarter, fine radius and step:
 //!
 //! | speed | nodes | fine | step | 0.4 mm | 1 mm | 2 mm | 3 mm | 4 mm |

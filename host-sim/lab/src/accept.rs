@@ -106,7 +106,7 @@ pub struct Picture {
     pub below: String,
     /// Quantity and unit of each axis.
     pub axes: [Cow<'static, str>; 2],
-    /// Measured, ours, ours without the term.
+    /// Measured values, ours, and ours without the term.
     pub curves: Vec<Curve>,
 }
 

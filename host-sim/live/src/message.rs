@@ -51,7 +51,7 @@ pub enum Answer {
 /// Why a recording ended.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
 pub enum Ended {
-    /// As was asked.
+    /// As requested.
     Asked,
     /// Other tissue or another device came.
     Changed,
@@ -179,7 +179,7 @@ pub struct Frame {
     pub depth_m: f32,
     /// Centre of the contact [m].
     pub contact_m: [f32; 3],
-    /// Contact map, where it was asked for.
+    /// Contact map, if requested.
     pub map: Option<Contact>,
     /// Since the last frame.
     pub samples: Vec<Sample>,

@@ -33,7 +33,7 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    /// Of so many steps; `what` is their plural.
+    /// Of this many steps; `what` is their plural.
     pub(super) fn new(length: u64, what: &'static str) -> Self {
         let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::hidden());
         if let Ok(style) = ProgressStyle::with_template(&format!("{{bar:30}} {{pos}}/{{len}} {what}, {{eta}} left")) {
@@ -106,8 +106,8 @@ impl Spinner {
     }
 }
 
-/// Work that lasts until it is ended: beside a spinner on a terminal, in a line every few seconds
-/// where there is none.
+/// Work that lasts until it is ended: next to a spinner on a terminal, or in a line every few
+/// seconds without one.
 #[cfg(feature = "full")]
 pub(super) struct Lines {
     spinner: Spinner,
@@ -126,7 +126,7 @@ impl Default for Lines {
 
 #[cfg(feature = "full")]
 impl Lines {
-    /// How it stands.
+    /// Sets the state in words.
     pub(super) fn say(&mut self, how: impl FnOnce() -> String) {
         if self.terminal {
             self.spinner.show(how);

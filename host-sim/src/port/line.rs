@@ -84,7 +84,7 @@ impl Line {
     /// The port has disappeared, or accepts nothing any more.
     pub fn send(&mut self, message: &ToBoard<'_>) -> Result<(), Gone> {
         let mut out = [0; FRAME_BYTES];
-        // every message of ours fits a frame
+        // every message fits a frame
         let frame = encode(self.sequence, message, &mut out).map_err(|_| Gone)?;
         self.sequence = self.sequence.wrapping_add(1);
         self.port.set_timeout(WRITE_PATIENCE).map_err(|_| Gone)?;

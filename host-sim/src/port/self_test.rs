@@ -92,7 +92,7 @@ pub struct Difference {
 }
 
 impl Report {
-    /// The last whole report in a text, and its line. Other text may stand around it.
+    /// The last whole report in a text, and its line. Other text may surround it.
     #[must_use]
     pub fn find(text: &str) -> Option<(Self, &str)> {
         text.lines().rev().find_map(|line| {

@@ -23,7 +23,7 @@ const ANSWER: Duration = Duration::from_millis(1_500);
 /// A stop: the ramp of the force takes 0.12 s, a busy machine the rest.
 const STOPPED: Duration = Duration::from_secs(2);
 
-/// A board of ours on a port.
+/// A Palpate board on a port.
 pub struct Session {
     line: Line,
     /// Image, clock and patch.
@@ -153,7 +153,7 @@ impl Session {
         }
     }
 
-    /// Asks for a stop until the board says that its outputs are off.
+    /// Requests a stop until the board reports that its outputs are off.
     ///
     /// # Errors
     /// The port has gone, or the outputs stay on.

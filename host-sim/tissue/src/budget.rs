@@ -104,7 +104,7 @@ const M4F_168: Machine = Machine {
     contact_damping: 1.0,
 };
 
-/// Machines that `pack --board` and the press budget know.
+/// Machines known to `pack --board` and the press budget.
 pub const MACHINES: [Machine; 3] = [
     Machine {
         name: "desktop",

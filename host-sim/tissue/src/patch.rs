@@ -3,7 +3,7 @@
 //!
 //! Springs (paper 000, eq 11) times `1/(0.8 (1 + nu))`, so that their shear modulus is the
 //! tissue's; nodal and per-tet volume stiffness for the remainder; foundation points on the
-//! surface; masses. Multipliers for each edge, node and foundation point are what calibration fits.
+//! surface; masses. Calibration fits multipliers for each edge, node and foundation point.
 
 mod foundation;
 mod neighbours;

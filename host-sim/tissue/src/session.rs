@@ -191,7 +191,7 @@ impl Session {
 }
 
 /// The largest stiffening exponent with which a patch can run, rounded down to two digits; `None`
-/// if it cannot without any.
+/// if it cannot run even without stiffening.
 fn most_stiffening(machine: &Machine, patch: &Patch, params: &Params) -> Option<f32> {
     let runs = |b: f32| {
         let params = Params { stiffening_b: b, ..*params };

@@ -19,7 +19,7 @@ const MOST_SILENT_US: u64 = 5_000;
 const PASSES: u32 = 3;
 /// Number of starts with the crash, if the board restarts.
 const STARTS: u32 = 3;
-/// Every kind of crash and what it says.
+/// Every kind of crash and its message.
 const CRASHES: [(Crash, &str); 6] = [
     (Crash::Panics, FILE),
     (Crash::RunsNoInstruction, "hard fault at pc"),

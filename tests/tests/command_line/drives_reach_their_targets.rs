@@ -30,7 +30,8 @@ fn depth_drive_stops_at_each_depth_and_returns() {
     let z: Vec<f64> = tips(&run).iter().map(|tip| tip[2]).collect();
     for target in [0.001, 0.002, 0.004] {
         let ticks = z.iter().filter(|z| (*z + target).abs() < 1e-9).count();
-        // the arriving tick counts as the first of the 300; passing by on the way up may add one
+        // the arriving tick counts as the first of the 300; passing it during the retreat may add
+        // one
         assert!((300..=301).contains(&ticks), "{target} m: {ticks} ticks");
     }
     let fastest = z.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);

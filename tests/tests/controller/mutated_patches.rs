@@ -1,6 +1,6 @@
 //! A hundred thousand mutated patches, checksum repaired, through the code that opens an upload on
-//! the board: each is refused with a reason, or pressed and harmless. The mutations know the file
-//! as words and bytes alone, not its fields.
+//! the board: each is refused with a reason, or pressed and harmless. The mutations treat the file
+//! as words and bytes, without knowledge of its fields.
 
 use palpate::haptic::cycle::{Command, Renderer, Settings};
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};

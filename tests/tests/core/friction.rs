@@ -126,8 +126,8 @@ fn partial_slip_is_near_cattaneo_and_mindlin() {
     }
 }
 
-/// Largest excess stiffness of partial slip for a given element width, over mu N. A node bears the
-/// push of half an element around it, and all of that slips at once: nothing slips until Cattaneo
+/// Largest excess stiffness of partial slip for a given element width, over mu N. A node carries
+/// the push of half an element around it, all of which slips at once: nothing slips until Cattaneo
 /// and Mindlin's slip has come half an element inward, to `a (1 - w)`; until then the force rises
 /// as in stick, to `1.5 (1 - (1 - w)^2)` in place of `1 - (1 - w)^3`. The widest elements make a
 /// slider on a spring.

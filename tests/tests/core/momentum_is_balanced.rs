@@ -145,8 +145,8 @@ proptest! {
         let keep = if substeps == 1 { 1.0 - 40.0e-3 } else { 1.0 };
         let gained = momentum(&velocities(&state)) - momentum(&start) * keep;
         let given = -output.force_n.cast::<f64>() * 1e-3;
-        // roundings: of the inner forces times dt, and of the velocities, three operations a
-        // substep, in all substeps
+        // roundings: of the inner forces times dt, and of the velocities, three operations per
+        // substep, over all substeps
         let inner = rounding::together(rounding::of_forces_n(&model, &bench.params, &positions(&state))) * 1e-3;
         let speeds = rounding::together(momenta(&velocities(&state)).iter().map(|p| p.norm()));
         let allowed = 2.0 * inner + 4.0 * f64::from(substeps) * UNIT * 2.0 * rounding::SIGMAS * speeds + 100.0 * UNIT * given.norm();

@@ -2,8 +2,8 @@
 //! (Rim and foundation stay behind, and are left out.)
 //!
 //! The rounded positions themselves are a deformation: half an ulp of the farthest coordinate on
-//! both ends of every edge, times the stiffness at the node. To that comes the rounding of the
-//! forces.
+//! both ends of every edge, times the stiffness at the node. The rounding of the forces comes in
+//! addition.
 
 use palpate::stages::force;
 use palpate::{State, Tuned, Vector3};

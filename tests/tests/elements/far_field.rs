@@ -33,7 +33,7 @@ fn on_bottom(x: &[f64; 3]) -> bool {
     x[2] < -BLOCK_M[2] * (1.0 - 1e-9)
 }
 
-/// A patch of this radius, where the mesh is what it is.
+/// A patch of this radius, cut along the existing mesh.
 fn radius(radius_m: f64) -> Sizes {
     Sizes { radius_m, fine_m: 0.0, fine_radius_m: 0.0, growth: 0.0, stroke_m: [0.0; 3] }
 }

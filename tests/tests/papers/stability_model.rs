@@ -131,7 +131,7 @@ fn methods_fail_where_they_are_known_to() {
     assert_eq!(stand(&unguarded, "press-20").verdict, Verdict::Pass);
 }
 
-/// The whole column set, so that every promise is asked for.
+/// All columns, so that every promise is checked.
 fn promised() -> Matrix {
     let scope = Scope {
         nodes: NODES,

@@ -7,7 +7,7 @@
 //! millijoules.
 //!
 //! * in: wanted force [N], cap [N]
-//! * out: force [N], what was limited
+//! * out: force [N], and the limits that acted
 //! * cost: up to 155 instructions of a Cortex-M4F
 //! * may fail: [`Fault::ForceNotFinite`], [`Fault::ForceImplausible`]
 

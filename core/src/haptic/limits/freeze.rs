@@ -8,7 +8,7 @@
 //! look alike. The force is then held; the first implausible displacement once the encoder recovers
 //! is a fault of [`super::pose`].
 //!
-//! * in: the displacement between two readings [m], the place
+//! * in: the displacement between two readings [m], the position
 //! * out: nothing
 //! * cost: 60 instructions of a Cortex-M4F, estimated
 //! * may fail: [`Fault::SensorFault`]

@@ -3,8 +3,8 @@
 //! The Rust forms in `spring::by_rows` and `volume` define what is computed; this is the same sum
 //! in the same order, hence the same bits (`board_and_desktop_give_the_same_bits`). The compiler
 //! loads a node word by word at two cycles each, for it does not give consecutive registers to
-//! values that are gathered; here a node comes in one instruction at a cycle a word, and wherever
-//! possible another instruction stands between a result and its use.
+//! values that are gathered; here a node is loaded in one instruction at one cycle per word, and
+//! wherever possible another instruction stands between a result and its use.
 //!
 //! Sound for every model, checked or not: [`measure`] and [`springs`] check each index before they
 //! use it and stop at the first one out of range, as the Rust forms do. [`Measured`] is the proof
@@ -93,7 +93,7 @@ pub(super) fn springs(model: &Model, nodes: &mut [Node], onset: f32, chi: f32) {
     unsafe { pull_rows(&rows, onset, chi) }
 }
 
-/// False at the first tet with a node beyond `last`, which stands in both halves of its word.
+/// False at the first tet with a node beyond `last`, which is stored in both halves of its word.
 #[unsafe(naked)]
 unsafe extern "C" fn measure_tets(tets: *const Tet, count: usize, nodes: *mut Node, last: u32) -> bool {
     // r0 tet, r1 tets left, r2 x of the first node, r3 last, r6 r7 r8 r12 corners a b c d, lr size

@@ -187,7 +187,7 @@ fn settle_remembering(
     velocity_m_per_s: Vector3<f32>,
 ) -> Load {
     let mut load = Load::NONE;
-    // each copy takes 2 KB of a board's flash: relaxing tissue asks at every node whether it rubs
+    // each copy takes 2 KB of a board's flash: in relaxing tissue friction is tested at every node
     if tuned.relaxes() {
         settle::<true, true>(model, tuned, state, centre, velocity_m_per_s, &mut load);
         relaxation::fade(tuned, state);

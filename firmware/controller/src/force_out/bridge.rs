@@ -80,8 +80,8 @@ pub struct Pins {
 }
 
 impl Pins {
-    /// The outputs that these pins represent: what was set if registers and levels agree with it,
-    /// [`Outputs::UNKNOWN`] codes if not.
+    /// The outputs that these pins represent: the set values if registers and levels agree with
+    /// them, otherwise [`Outputs::UNKNOWN`] codes.
     #[must_use]
     pub fn outputs(&self, written: [DacCode; 3], period_steps: u16) -> Outputs {
         let agree = self.axes.iter().zip(written).all(|(pins, code)| {

@@ -101,7 +101,7 @@ impl Truth {
             .ok_or_else(|| Error::Check("the finite elements gave no smooth surface of forces".into()))
     }
 
-    /// Asks it.
+    /// Queries it.
     pub fn ask<R>(&self, question: impl FnOnce(&dyn Reference) -> R) -> R {
         match self {
             Self::Block(answer) => match ReferenceMap::of(answer) {

@@ -41,7 +41,7 @@ pub struct Judged {
     pub centred_rms_pct: f64,
     /// Largest of them.
     pub centred_worst_pct: f64,
-    /// Places judged.
+    /// Number of evaluated places.
     pub places: usize,
 }
 

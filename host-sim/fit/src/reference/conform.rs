@@ -92,7 +92,7 @@ impl Level {
         let (way, off) = (to - from, from - self.centre);
         let (a, b, c) = (way.norm_squared(), way.dot(&off), off.norm_squared() - self.radius_m * self.radius_m);
         let root = (b * b - a * c).max(0.0).sqrt();
-        // from inside the later crossing, from outside the earlier
+        // from inside, the later crossing counts, from outside, the earlier one
         if c < 0.0 { (-b + root) / a } else { (-b - root) / a }
     }
 }

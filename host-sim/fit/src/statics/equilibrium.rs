@@ -8,8 +8,8 @@ use super::{Statics, Vector, elastic};
 /// Share of the probe's force to which the remaining nodal forces must fall for equilibrium.
 const TOLERANCE: f64 = 1e-7;
 const MOST_STEPS: usize = 60;
-/// The same at an edge of the probe, where no position has a slope of zero and the remaining forces
-/// fall no lower.
+/// Such a share at an edge of the probe, where no position has a slope of zero and the remaining
+/// forces fall no lower.
 const ON_AN_EDGE: f64 = 1e-3;
 /// Share of the imbalance that each step may leave while a factor is reused.
 const STILL_GOOD: f64 = 0.25;

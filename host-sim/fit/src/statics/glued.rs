@@ -217,7 +217,7 @@ mod tests {
             }
             differs("compensation", 0.0, &|s, f| s.compensation *= f);
             differs("stiffening", 0.0, &|s, f| s.stiffening_per_m *= f);
-            // every constant that is a stiffness together: the force is proportional to them
+            // all stiffness constants together: the force is proportional to them
             let parts = [&slopes.spring, &slopes.node, &slopes.bulk].map(|v| v.iter().sum::<f64>());
             let whole = parts.iter().sum::<f64>() + slopes.point.iter().flatten().sum::<f64>();
             assert!((whole / glued(&base, direction).stiffness_m - 1.0).abs() < 1e-6);

@@ -24,7 +24,7 @@ const STIFFENING_B: f64 = 10.0;
 const DEEP_M: f64 = 6e-3;
 /// Depth of the hold and of the slide [m].
 const DEPTH_M: f64 = 2e-3;
-/// Speed on the way in [m/s].
+/// Speed of loading [m/s].
 const IN_M_PER_S: f64 = 0.1;
 /// Times into the hold [s].
 const HELD_S: [f64; 2] = [1.0, 10.0];

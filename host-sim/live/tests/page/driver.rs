@@ -19,7 +19,7 @@ pub struct Browser {
 }
 
 impl Browser {
-    /// Without a page yet; `None` where there is none.
+    /// Without a page yet; `None` if there is no browser.
     pub fn start() -> Option<Self> {
         let port = TcpListener::bind("127.0.0.1:0").ok()?.local_addr().ok()?.port();
         let mut driver = Command::new("chromedriver");
@@ -193,7 +193,7 @@ impl Drop for Browser {
     }
 }
 
-/// The body of an answer, as long as its head says.
+/// The body of an answer, of the length given in its header.
 fn whole(stream: &mut TcpStream) -> Vec<u8> {
     let (mut all, mut part) = (Vec::new(), [0; 65536]);
     loop {

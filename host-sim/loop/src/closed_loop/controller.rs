@@ -133,7 +133,7 @@ impl Controller {
     }
 }
 
-/// Device parameters that a controller may know.
+/// Device parameters available to a controller.
 #[derive(Clone, Copy, Debug)]
 struct Known {
     max_force_n: f32,
@@ -218,8 +218,8 @@ impl<S: Surface> Renderer for Controlled<S> {
         if force_n == model_n {
             return output;
         }
-        // a force that lingers outside is part of what is compared: the product's rule does not cut
-        // it off
+        // a force that lingers outside is part of the comparison, so the product's rule does not
+        // cut it off
         let force_n = output.force_n + self.normal * (force_n - model_n);
         Output { force_n, normal: self.normal, outside: false, ..output }
     }

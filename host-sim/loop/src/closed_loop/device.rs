@@ -51,7 +51,7 @@ pub struct DeviceProfile {
     pub delay_ticks: u8,
     /// Sides of the workspace [m], centred on the site.
     pub workspace_m: [f64; 3],
-    /// Joints, motors and dimensions for a board that reads its encoders; the desktop's loop knows
+    /// Joints, motors and dimensions for a board that reads its encoders; the desktop's loop uses
     /// the probe alone.
     #[serde(default)]
     pub mechanism: Option<toml::Table>,
@@ -90,7 +90,7 @@ impl DeviceProfile {
         Ok(profile)
     }
 
-    /// Checks every number; `place` says where a key's is from.
+    /// Checks every number; `place` gives the position of a key.
     ///
     /// # Errors
     /// The first number out of range, by its position.

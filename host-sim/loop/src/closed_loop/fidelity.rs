@@ -68,7 +68,7 @@ pub fn as_it_is(patch: &Patch, params: &Params, depth_m: f64) -> Result<Fidelity
     judge(patch, params, depth_m, &true_answers(patch, &Params { substeps: 1, ..*params }, depth_m)?)
 }
 
-/// [`TAPS`] into the patch with true masses; none where it has no reference.
+/// [`TAPS`] into the patch with true masses; none if it has no reference.
 fn true_answers(patch: &Patch, params: &Params, depth_m: f64) -> Result<Vec<Vec<f64>>, BuildError> {
     let Some(truth) = true_masses(patch, params)? else { return Ok(Vec::new()) };
     TAPS.iter().map(|(speed, _)| tap(patch, &truth, depth_m, *speed)).collect()

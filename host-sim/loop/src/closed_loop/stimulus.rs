@@ -37,7 +37,7 @@ pub enum Change {
 /// A stimulus.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stimulus {
-    /// S1 .. S12, the speed of a tap behind a dash.
+    /// S1 .. S12, with the speed of a tap after a dash.
     pub id: &'static str,
     /// Name of the stimulus, such as `slow press`.
     pub name: &'static str,

@@ -8,8 +8,8 @@
 //! rendered; I8 limits only go down; I9 the reported force is the one applied; I10 ticks count up
 //! by one; I11 energy is that of the force that acted, and a contact that created too much is faded
 //! out. I6, no allocation and no panic, is proven on the image and not checked here. I12 to I14
-//! take contact from the sensed tip and geometry at rest, never from the renderer: no force without
-//! contact, none into the tissue, none that alternates from tick to tick at rest.
+//! determine contact from the sensed tip and geometry at rest, never from the renderer: no force
+//! without contact, none into the tissue, none that alternates from tick to tick at rest.
 
 mod box_tree;
 mod by_geometry;
@@ -62,7 +62,7 @@ pub struct Broken {
     pub what: &'static str,
 }
 
-/// Judges tick after tick.
+/// Checks tick by tick.
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
     /// The last three ticks, newest first.

@@ -111,7 +111,7 @@ impl Report<'_> {
             .ok_or_else(|| TissueError::Check("the stored fit is damaged: remove the output folder and fit again".into()))?;
         let depths = || verdict.depths.iter().map(|d| d.depth_mm * 1e-3);
         let reference_error_pct = 100.0 * self.reference_error;
-        // inclusions were fitted on top, and neither was judged with them
+        // inclusions were fitted on top, and neither was evaluated with them
         let plain = self.bump.is_none();
         Ok(FitRecord {
             patch_crc32,

@@ -1,4 +1,4 @@
-//! `palpate fit --scenes`: every scene of a folder fitted and judged, in one table.
+//! `palpate fit --scenes`: every scene of a folder fitted and evaluated, in one table.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;

@@ -41,7 +41,7 @@ pub(super) fn serve(folder: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// A browser also connects in advance and asks nothing for seconds: such a client must not block
+/// A browser also connects in advance and sends nothing for seconds: such a client must not block
 /// the others.
 fn answer(listener: &TcpListener, folder: &Path, silence: Duration) {
     std::thread::scope(|scope| {

@@ -182,7 +182,7 @@ pub(super) fn is_even([i, j, k]: [i32; 3]) -> bool {
 }
 
 impl Growth {
-    /// Distance after over distance before.
+    /// Ratio of the distance after the map to that before.
     fn stretch(self, before: f64) -> f64 {
         if before <= self.radius {
             return 1.0;

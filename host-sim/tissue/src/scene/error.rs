@@ -161,7 +161,7 @@ fn in_toml_words(message: &str) -> String {
     .fold(message.to_owned(), |text, (rust, toml)| text.replace(rust, toml))
 }
 
-/// The word that serde does not know, and the known one spelled most like it.
+/// The word unknown to serde, and the known one with the most similar spelling.
 fn unknown<'a>(message: &'a str, prefix: &str) -> Option<(&'a str, Option<&'a str>)> {
     let (word, expected) = message.strip_prefix(prefix)?.split_once('`')?;
     Some((word, nearest(word, expected.split('`').skip(1).step_by(2))))

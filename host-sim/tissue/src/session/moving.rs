@@ -21,7 +21,7 @@ const LEAST_SPEED_M_PER_S: f64 = 0.02;
 /// Multiples of the stable substeps that are tried.
 const TRIED: [u16; 5] = [1, 2, 3, 4, 6];
 
-/// Error while the probe moves as the scene says.
+/// Error at the scene's own motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MovingReport {
     /// Speed of the ramp that was tried [m/s].

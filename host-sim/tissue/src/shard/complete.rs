@@ -197,7 +197,7 @@ mod tests {
             line
         }
 
-        /// Part 3 of another campaign is named, and asked for again.
+        /// Part 3 of another campaign is named, and requested again.
         #[track_caller]
         fn odd(change: impl Fn(&mut Heading), says: &str) {
             let shelf = Self::whole();

@@ -120,8 +120,8 @@ fn meshes_agree(pair: &[GluedAnswer]) {
     let found = glued_stiffness(&mesh, soft(0.45), &bottom, &disc, &ways, &[0.2, 0.1]).expect("solved");
     for ((answer, found_m), levels) in pair.iter().zip(&found.limit_m).zip(0..) {
         assert_within("glued disc", *found_m, answer.stiffness_over_e_m, 0.003);
-        // finer is softer: displacement elements bound the stiffness from above, but for the
-        // polygon that stands for the disc
+        // finer is softer: displacement elements bound the stiffness from above, except for the
+        // polygon that represents the disc
         assert!(found.levels_m[1][levels] < found.levels_m[0][levels]);
     }
 }
@@ -147,7 +147,7 @@ fn discs_of_a_fit_are_what_other_meshes_say() {
         (scene.tissue.block_m, scene.tissue.poisson_ratio) = (Some(size_m), poisson_ratio);
         let kept = Solved::beside(&folder.path().join("out"));
         let discs = GluedDiscs::solve(&scene, Level::Full, &kept, |_, _| {}).expect("solved");
-        // the law's own discs, of which none was solved, and those of the judgement
+        // the law's own discs, of which none was solved, and those of the evaluation
         let some = discs.known.chunks(3).step_by(6).chain(discs.unseen.chunks(3).step_by(2));
         for disc in some {
             let own = Disc { place_m: disc[0].place_m.into(), axis: Vector3::z(), radius_m: disc[0].radius_m };

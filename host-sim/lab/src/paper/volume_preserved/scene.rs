@@ -38,13 +38,13 @@ pub struct HangingScene {
     pub surface: SurfaceSample,
 }
 
-/// An organ: one of ours, or a mesh file.
+/// An organ: a built-in one, or a mesh file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OrganScene {
-    /// Name of a shape of ours, and of the organ.
+    /// Name of a built-in shape, and of the organ.
     pub shape: String,
-    /// Mesh file to use instead of our shape, relative to the scene file; the same at both
+    /// Mesh file to use instead of the built-in shape, relative to the scene file; the same at both
     /// resolutions.
     pub mesh: Option<PathBuf>,
     /// Unit of the mesh file's coordinates.

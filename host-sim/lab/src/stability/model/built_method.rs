@@ -165,7 +165,7 @@ impl BuiltMethod {
         Self { block: Block { params, ..self.block.clone() }, ..self.clone() }
     }
 
-    /// Presses and judges.
+    /// Presses and classifies.
     ///
     /// # Errors
     /// A method that cannot be built.

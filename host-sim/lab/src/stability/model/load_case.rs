@@ -10,9 +10,9 @@ use CaseTissue::{Frictional, Inclusion, Plain, Stiffening};
 pub struct Stimulus {
     /// Depth of the hold [m].
     pub depth_m: f64,
-    /// Speed on the way in [m/s].
+    /// Speed of loading [m/s].
     pub in_m_per_s: f64,
-    /// Speed on the way out [m/s].
+    /// Speed of the retreat [m/s].
     pub out_m_per_s: f64,
     /// Jitter of a pose's time, as a share of a tick (1).
     pub jitter: f64,
@@ -95,7 +95,7 @@ pub struct LoadCase {
 const SLOW_M_PER_S: f64 = 0.04;
 /// The tap that is promised [m/s].
 const TAP_M_PER_S: f64 = 0.5;
-/// Fastest way out that the guard shows [m/s].
+/// Fastest retreat that the guard passes on [m/s].
 const FASTEST_M_PER_S: f64 = 1.0;
 /// The depth that is promised [m], a fifth of the block.
 const DEEP_M: f64 = 8e-3;
@@ -146,8 +146,8 @@ const fn case(
 }
 
 impl Stimulus {
-    /// Slow and even enough that the force on the way down is that of the tissue's stiffness, not
-    /// of its inertia: it must not fall.
+    /// Slow and even enough that the force during the descent is due to the tissue's stiffness, not
+    /// to its inertia, and must not fall.
     #[must_use]
     pub fn is_slow(&self) -> bool {
         self.in_m_per_s <= 0.1 && self.jitter == 0.0

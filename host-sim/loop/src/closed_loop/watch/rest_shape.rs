@@ -1,8 +1,8 @@
 //! Where a force is possible, from geometry at rest alone: a plane, or the solid that a patch's
 //! tets fill.
 //!
-//! The watch believes neither the patch nor the loop on contact. It asks this, in double precision,
-//! with the *sensed* tip.
+//! The check of contact relies neither on the patch nor on the loop: it uses this geometry, in
+//! double precision, with the *sensed* tip.
 
 use std::fmt::Debug;
 use std::sync::Arc;

@@ -12,8 +12,8 @@ const MAX_GROWTH: f64 = 0.8;
 /// one element.
 const PER_AREA: f64 = 1.1547;
 const PER_VOLUME: f64 = 1.45;
-/// Elements around a patch are this much longer than the size asked for: the fewest nodes that keep
-/// the mean edge within 15 % of it.
+/// Factor by which elements around a patch are longer than the requested size: the fewest nodes
+/// that keep the mean edge within 15 % of it.
 const LONGER: f64 = 1.09;
 /// Quadrature points per axis on each side of the fine spot.
 const SAMPLES: usize = 12;

@@ -112,7 +112,7 @@ fn patch_volume_is_the_half_capsule_less_the_chords() {
             let pi = std::f64::consts::PI;
             let smooth = 2.0 / 3.0 * pi * r.powi(3) + 0.5 * pi * r * r * l;
             let sphere = 2.0 * pi * r * r * (s * s / (8.0 * r));
-            // A cylinder is curved one way only: half the sag.
+            // A cylinder is curved in one direction only: half the sag.
             let cylinder = pi * r * l * (s * s / (16.0 * r));
             let missing = smooth - patch.volume_m3;
             let expected = sphere + cylinder;

@@ -200,7 +200,7 @@ fn words<T: std::str::FromStr>(text: &str, count: u64, what: &'static str) -> Re
     }
 }
 
-/// Decodes base64. VTK ends the code after a header and begins again: `=` may stand anywhere.
+/// Decodes base64. VTK ends the code after a header and begins again: `=` may occur anywhere.
 struct Base64<'a> {
     rest: &'a [u8],
     decoded: [u8; 3],

@@ -1,8 +1,8 @@
 //! Over-compression correction (11)-(13): the force on a held finger against the time step.
 //!
-//! A node goes C/2 in every step, however short: a speed of C/(2 dt) that the tissue's forces do
-//! not know of, as the velocities stay. The force on the finger then depends on the step and not on
-//! the tissue.
+//! A node goes C/2 in every step, however short: a speed of C/(2 dt) that does not enter the
+//! tissue's forces, since the velocities are unchanged. The force on the finger then depends on the
+//! step and not on the tissue.
 
 use crate::paper_method::LocalCompression;
 use crate::paper_method::over_compression::OverCompression;
