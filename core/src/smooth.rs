@@ -13,8 +13,8 @@
 //! only.
 //!
 //! A board that has no time for the sum over neighbours adds the smoothest field to the diagonal
-//! alone ([`crate::Terms::smooth_mass`]): `a = D^-1 f + phi gain (phi . f)`, with the gain `(1 / l
-//! - 1) / (phi . D phi)`.
+//! alone ([`crate::Terms::smooth_mass`]): `a = D^-1 f + phi gain (phi . f)`, with the gain
+//! `(1 / l - 1) / (phi . D phi)`.
 //!
 //! Contact is implicit in a node's own mass ([`crate::stages::force::foundation`]): a force on a
 //! pressed node reaches it divided by `1 + K b`. Such a node takes that share of a field's motion

@@ -98,7 +98,8 @@ impl Controller {
         self.edge.homed()
     }
 
-    /// The device is in its home pose now, in `Idle`. False if its joints have no encoders.
+    /// Records that the device is in its home pose now, in `Idle`. False if its joints have no
+    /// encoders.
     pub fn show_home(&mut self, reading: &Reading) -> bool {
         self.edge.show_home(reading)
     }

@@ -79,7 +79,7 @@ impl Device {
         self.homed
     }
 
-    /// The device is in its home pose now. False if its joints have no encoders.
+    /// Records that the device is in its home pose now. False if its joints have no encoders.
     pub fn show_home(&mut self, reading: &Reading) -> bool {
         let Reading::Joints(JointReading { counts, status: SensorStatus::Good, .. }) = reading else { return false };
         self.home_counts = counts.map(|counts| counts.0);

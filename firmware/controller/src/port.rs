@@ -83,7 +83,7 @@ impl Port {
         self.device.homed()
     }
 
-    /// The device is in its home pose now. False if its joints have no encoders.
+    /// Records that the device is in its home pose now. False if its joints have no encoders.
     pub fn show_home(&mut self, reading: &Reading) -> bool {
         self.device.show_home(reading)
     }

@@ -6,8 +6,8 @@
 //! has them, discs glued to the surface, pressed and sheared ([`crate::statics::Glued`]). Every
 //! simulation is the *nonlinear* static solution of the model that the tick runs
 //! ([`crate::statics`]), with its adjoint: one factored tangent gives a force and its derivatives
-//! with respect to thousands of unknowns. [`gauss_newton`] does the fitting; [`annealing`] (paper
-//! 004) minimises the same objective, for comparison.
+//! with respect to thousands of unknowns. [`gauss_newton`] does the fitting; [`annealing`]
+//! (paper 004) minimises the same objective, for comparison.
 
 pub mod accuracy;
 pub mod annealing;

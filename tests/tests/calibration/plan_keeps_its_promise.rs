@@ -17,7 +17,7 @@ use palpate_tissue::session::Session;
 
 type V3 = Vector3<f64>;
 
-/// Unlike any seed inside.
+/// Seed that the plan itself does not use.
 const SEED: u64 = 977;
 const PLACES: usize = 60;
 

@@ -94,8 +94,8 @@ fn contact(model: &Model<'_>, stiffness_m: &[f32], slope_m: &mut [f32]) -> Resul
     Ok(())
 }
 
-/// Bounds the least eigenvalue of the neighbours' part of the accelerations. The iteration uses `N
-/// - 1`, whose eigenvalue of largest magnitude belongs to the least of N.
+/// Bounds the least eigenvalue of the neighbours' part of the accelerations. The iteration uses
+/// `N - 1`, whose eigenvalue of largest magnitude belongs to the least of N.
 fn series(model: &Model<'_>, tuned: &Tuned<'_>, [shape, next]: [&mut [f32]; 2]) -> Result<(), BuildError> {
     let inertia = tuned.node_step();
     if inertia.iter().all(|node| node.added == 0.0) {

@@ -79,9 +79,11 @@ pub struct Column {
 pub struct Check {
     /// The four columns.
     pub columns: Vec<Column>,
-    /// Difference of the means, group 1 minus 2, before; and how often chance differs as much.
+    /// Difference of the means, group 1 minus 2, before; and the probability of such a difference
+    /// by chance.
     pub before: (f64, f64),
-    /// Difference of the means, group 1 minus 2, after; and how often chance differs as much.
+    /// Difference of the means, group 1 minus 2, after; and the probability of such a difference by
+    /// chance.
     pub after: (f64, f64),
     /// Share of pairs (one intern of each group) in which that of group 1 is above that of group 2,
     /// after.

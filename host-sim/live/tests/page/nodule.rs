@@ -50,7 +50,7 @@ fn at(browser: &mut Browser, [x, y]: [u32; 2]) -> [f64; 2] {
     [0, 1].map(|k| tip[k].as_f64().unwrap())
 }
 
-/// Force of a press at a place, and where it really was.
+/// Force of a press at a place, and the actual place.
 fn feel(browser: &mut Browser, map: &Map, place_m: [f64; 2]) -> ([f64; 2], f64) {
     let pixel = map.go(browser, place_m);
     press(browser, pixel, 4e-3);

@@ -147,8 +147,8 @@ fn the_region_follows_the_load() {
     assert!(counts[0].0 > counts[1].0 && counts[1].0 > counts[2].0 && counts[2].0 > 0, "{counts:?}");
 }
 
-/// The literal (9) and (10) in double precision, forces from (1) without dampers; ours keeps the
-/// velocity at the half step.
+/// Equations (9) and (10) as printed, in double precision, with forces from (1) without dampers;
+/// ours keeps the velocity at the half step.
 #[test]
 fn eq_9_and_10_velocity_verlet() {
     let bench = bench();
