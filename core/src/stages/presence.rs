@@ -1,9 +1,9 @@
 //! Presence: whether the *sensed* tip is at the tissue at all, by geometry alone.
 //!
-//! The guard of [`super::probe`] gives the patch a tip that it holds inside the tissue. If a hand
-//! went on through the side, the underside or past the patch's edge, a force would remain, and the
-//! tip given to the patch would chase the hand. So every sensed tip is located first, in the rest
-//! shape:
+//! The guard of [`super::probe`] limits the tip that the patch is given to positions inside the
+//! tissue. If a hand went on through the side, the underside or past the patch's edge, a force
+//! would remain, and the limited tip would chase the hand. So every sensed tip is located first, in
+//! the rest shape:
 //!
 //! | sensed tip | contact |
 //! |---|---|

@@ -23,7 +23,7 @@ use super::style::{INK, MUTED, TICK_PX, px, text};
 pub enum Tone {
     /// As it should be.
     Good,
-    /// As it should be, of another kind.
+    /// A second good outcome, in another colour.
     Calm,
     /// Barely as it should be.
     Thin,

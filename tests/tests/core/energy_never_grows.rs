@@ -1,10 +1,10 @@
 //! Left alone, tissue does not gain energy.
 //!
-//! Potential energy is the oracle's, masses are the tick's. Symplectic Euler does not keep `m v^2/2
-//! + U`, which oscillates by up to `w dt / 2` of itself; for linear forces it keeps `m v_n .
-//! v_(n+1) / 2 + U(x_n)` *exactly* (`v_n` leads to `x_n`, `v_(n+1)` leads from it). That is the
-//! energy here. Without damping it varies through the nonlinearity of the forces; growth of it
-//! would mean a method that feeds energy to the hand.
+//! Potential energy is the oracle's, masses are the tick's. Symplectic Euler does not keep
+//! `m v^2/2 + U`, which oscillates by up to `w dt / 2` of itself; for linear forces it keeps
+//! `m v_n . v_(n+1) / 2 + U(x_n)` *exactly* (`v_n` leads to `x_n`, `v_(n+1)` leads from it). That
+//! is the energy here. Without damping it varies through the nonlinearity of the forces; growth of
+//! it would mean a method that feeds energy to the hand.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{State, Vector3, tick};

@@ -109,7 +109,7 @@ fn ours(share: f64) -> Materials {
     vec![format!("*HYPERFOAM, N=2\n{up:.12}, 2., {down:.12}, 2., {over:.12}, {under:.12}\n")]
 }
 
-/// `CalculiX`'s own neo-Hookean tissue, alike at small strain.
+/// `CalculiX`'s own neo-Hookean tissue, with the same moduli at small strain.
 fn neo_hooke(share: f64) -> Materials {
     let [shear, lambda] = lame().map(|l| l * share);
     let bulk = lambda + 2.0 / 3.0 * shear;

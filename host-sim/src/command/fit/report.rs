@@ -37,9 +37,9 @@ pub(super) struct Report<'a> {
     pub trials: &'a [Trial],
     /// Of a block with inclusions.
     pub bump: Option<&'a BumpReport>,
-    /// Whether an earlier run left the fit.
+    /// Whether the fit was taken over from an earlier run.
     pub reused_fit: bool,
-    /// Presses that an earlier run left.
+    /// Number of presses taken over from an earlier run.
     pub reused_presses: usize,
     pub places: usize,
     pub quick: bool,

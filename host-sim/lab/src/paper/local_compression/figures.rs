@@ -111,8 +111,8 @@ pub fn time_to_rest(folder: &OutputFolder, scene: &str, below: &str, found: &[Cu
     curves(folder, &words, &all, &[])
 }
 
-/// Figs. 5 and 6: the organ with the finger, before and at a force; all of it, or the part within
-/// some finger radii.
+/// Figs. 5 and 6: the organ with the finger, before and under a force; the whole organ, or the part
+/// within some finger radii.
 ///
 /// # Errors
 /// As [`curves`].

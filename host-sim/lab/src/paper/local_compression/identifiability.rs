@@ -25,11 +25,11 @@ const SETTLING_PER_S: f64 = 60.0;
 /// How the finger is moved, and when key points are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drive {
-    /// The tip is held [`HELD_M`] deep; at rest.
+    /// The tip is held [`HELD_M`] deep; key points are taken at rest.
     Held,
-    /// A constant force; at rest.
+    /// A constant force; key points are taken at rest.
     ForceAtRest,
-    /// A constant force; during the motion.
+    /// A constant force; key points are taken during the motion.
     ForceOnTheWay,
 }
 

@@ -18,14 +18,14 @@ pub struct Stimulus {
     pub jitter: f64,
 }
 
-/// Promise of the product for a case.
+/// Behaviour that the product promises for a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Promise {
-    /// It withstands it.
+    /// The patch withstands the case.
     Pass,
-    /// It refuses the depth and holds.
+    /// The patch refuses the depth and holds.
     Hold,
-    /// It refuses the depth, and two probe radii beyond it releases the hand without a force.
+    /// The patch refuses the depth, and two probe radii beyond it releases the hand without force.
     LetThrough,
     /// Nothing is promised.
     None,

@@ -12,7 +12,7 @@ use crate::closed_loop::stimulus::Stimulus;
 /// Motion of the hand: a stimulus and the speed of its approach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// Of [`crate::closed_loop::stimulus::STIMULI`].
+    /// Name of one of [`crate::closed_loop::stimulus::STIMULI`].
     pub id: &'static str,
     /// Speed of the approach [m/s].
     m_per_s: f64,
